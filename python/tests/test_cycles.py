@@ -275,7 +275,7 @@ AXES = {"x": ("J", [1]), "y": ("Kc", [1])}
         (lambda: stiction.limit_cycle_map(PAPER, x="Kc", y=("Ti", [1])), TypeError, "values in x"),
         (lambda: stiction.limit_cycle_map(PAPER, x=3, y=("Ti", [1])), TypeError, "x must be a pair"),
         (lambda: stiction.limit_cycle_map(PAPER, x=("a", [1]), y=("Ti", [1])), ValueError, "no parameter of a loop"),
-        (lambda: stiction.limit_cycle_map(PAPER, x=("J", [1]), y=("J/S", [1])), ValueError, "vary the same thing"),
+        (lambda: stiction.limit_cycle_map(PAPER, x=("J", [1]), y=("J/S", [1])), ValueError, "vary the same quantity"),
         (lambda: stiction.limit_cycle_map(PAPER, **AXES).plot(show="x"), ValueError, "show is 'x'"),
         (lambda: stiction.limit_cycle_map(PAPER, **AXES).plot([1, 2]), ValueError, "ax holds 2 axes, but 1"),
         (lambda: stiction.simc(PAPER, tc=-1), ValueError, "tc is -1"),

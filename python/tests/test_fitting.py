@@ -52,7 +52,7 @@ def test_the_loop_behind_the_sample_is_found(fitted):
     assert valve.model == "two-phase" and abs(valve.S.value - 4) < 0.5 and valve.follows < 0.05
     assert valve.from_ == "the evidence in OP and PV"
     assert process.kind == "self-regulating" and process.gain.value > 0 and process.jointly is None
-    assert cycle.explained is True and cycle.cycling > 0.9 and cycle.sentence.endswith("its valve explains the swing.")
+    assert cycle.explained is True and cycle.cycling > 0.9 and cycle.sentence.endswith("The valve explains the swing.")
     assert abs(cycle.recorded.period_s - 73.86) < 0.01
     assert cycle.predicted.period_s.low < cycle.predicted.period_s.value < cycle.predicted.period_s.high
     found = list(intervals(fitted))
@@ -113,7 +113,7 @@ def test_what_is_missing_is_said(loop):
     [disturbed] = stiction.read(ROOT / "samples" / "FIC102-disturbed.csv")
     healthy = stiction.fit(disturbed)
     assert healthy.valve.follows > 0.5 and healthy.cycle.explained is False
-    with pytest.raises(ValueError, match="the valve follows its OP, and what a repair would bring is not known"):
+    with pytest.raises(ValueError, match="the valve follows its OP, so the benefit of a repair is unknown"):
         healthy.prospects()
 
 

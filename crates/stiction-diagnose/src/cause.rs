@@ -1,23 +1,23 @@
-//! What can be the matter with a loop.
+//! Possible causes of a loop's behaviour.
 
-/// What can be the matter with a loop.
+/// A possible cause of a loop's behaviour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Cause {
     /// The valve sticks.
     StickingValve,
     /// The output travels and the flow does not.
     NoResponse,
-    /// The controller is tuned so that the loop rings.
+    /// The controller is tuned too tightly and the loop rings.
     AggressiveTuning,
     /// A regular oscillation comes in from outside.
     ExternalOscillation,
-    /// A wave with corners comes in from outside, such as from another sticking valve.
+    /// A wave with corners comes in from outside, for example from another sticking valve.
     ExternalWave,
-    /// A load ramps and resets, as of fouling and backwash or of batches.
+    /// A load ramps and resets, such as fouling with backwash, or batches.
     ResettingLoad,
     /// Play or a dead zone in the sensor or the controller.
     DeadZoneElsewhere,
-    /// A transmitter or historian of coarse resolution.
+    /// A transmitter or historian has a coarse resolution.
     Quantisation,
     /// The output works at its limits.
     Saturation,
@@ -25,7 +25,7 @@ pub enum Cause {
     SetPointChanges,
     /// The process gain changes along the wave.
     ProcessNonlinearity,
-    /// Nothing: the loop rejects the disturbances that come.
+    /// No fault: the loop rejects ordinary disturbances.
     NormalOperation,
 }
 

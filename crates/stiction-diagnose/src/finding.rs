@@ -1,4 +1,4 @@
-//! What a method says of a recording, and what it is that says so: the ground on which methods, fits and verdict stand.
+//! The finding of a method and the method's description: the basis of methods, fits and verdict.
 
 use std::any::Any;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 pub use stiction_model::Number;
 
-/// What a detector decides.
+/// The decision of a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Decision {
     /// The valve sticks.
@@ -15,7 +15,7 @@ pub enum Decision {
     DoesNotStick,
     /// Something in the loop is not linear.
     Nonlinear,
-    /// Nothing speaks against a linear loop.
+    /// No evidence against a linear loop.
     Linear,
     /// The method applies, and its statistic lies between its thresholds.
     Undecided,
@@ -43,7 +43,7 @@ impl fmt::Display for Decision {
     }
 }
 
-/// Why a method does not judge, a sentence that names the remedy where there is one.
+/// Why a method does not judge: a sentence, with the remedy where there is one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Abstention(pub String);
 
@@ -55,7 +55,7 @@ impl fmt::Display for Abstention {
 
 impl std::error::Error for Abstention {}
 
-/// What a method is, before it sees any data.
+/// The description of a method, independent of data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Method {
@@ -66,30 +66,29 @@ pub struct Method {
     /// Authors, year, journal; and whether its formulas were read or recalled.
     #[cfg_attr(feature = "serde", serde(rename = "reference"))]
     pub source: &'static str,
-    /// Name of its statistic, with its unit if it has one. With every method of the registry, the larger it
-    /// is, the more it speaks for a positive decision.
+    /// Name of its statistic, with its unit if it has one. For every method of the registry, a larger value is
+    /// stronger evidence for a positive decision.
     #[cfg_attr(feature = "serde", serde(rename = "statistic_name"))]
     pub statistic: &'static str,
     /// The decision rule, a sentence with the thresholds.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub rule: &'static str,
-    /// For which loops it was made.
+    /// The loops it was made for.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub applies: Applies,
-    /// What a positive decision means.
+    /// Meaning of a positive decision.
     #[cfg_attr(
         feature = "serde",
         serde(rename = "votes", serialize_with = "votes"),
         schemars(with = "bool")
     )]
     pub decides: Decides,
-    /// The signals it cannot do without.
+    /// The signals it needs.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub needs: Needs,
-    /// What it looks at.
+    /// Its kind of evidence.
     pub family: Family,
-    /// Whether it was made to tell the cause of an oscillation that was found before; see
-    /// [`judge`](crate::methods::judge).
+    /// Whether it explains an oscillation that was found before; see [`judge`](crate::methods::judge).
     #[cfg_attr(feature = "serde", serde(skip))]
     pub explains_oscillation: bool,
 }
@@ -100,8 +99,7 @@ fn votes<S: serde::Serializer>(decides: &Decides, to: S) -> std::result::Result<
     to.serialize_bool(*decides == Decides::Stiction)
 }
 
-/// What a method looks at. Methods of one family see the same evidence, so they have one vote
-/// together.
+/// The kind of evidence of a method. Methods of one family use the same evidence, so they have one vote together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Family {
     /// The measured valve position.
@@ -112,7 +110,7 @@ pub enum Family {
     Shape,
     /// Samples in which one signal moves and the other rests.
     Patterns,
-    /// The path that the loop takes in the plane of OP and PV.
+    /// The trajectory of the loop in the plane of OP and PV.
     PhasePlot,
     /// Short windows in which OP and PV move differently.
     Windows,
@@ -161,16 +159,16 @@ pub enum Applies {
     Integrating,
 }
 
-/// What a positive decision of a method means.
+/// Meaning of a method's positive decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Decides {
     /// That the valve sticks; such methods vote.
     Stiction,
-    /// That something in the loop is not linear, whatever it is; such methods do not vote.
+    /// That something in the loop is not linear, of any cause; such methods do not vote.
     Nonlinearity,
 }
 
-/// The signals a method cannot do without.
+/// The signals that a method needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {
     /// OP alone.
@@ -183,29 +181,30 @@ pub enum Needs {
     OpAndVp,
 }
 
-/// What a detector says of one segment.
+/// The result of a detector for one segment.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Finding {
-    /// Which.
+    /// The method.
     #[cfg_attr(feature = "serde", serde(flatten))]
     pub method: &'static Method,
-    /// What it decides.
+    /// Its decision.
     pub decision: Decision,
     /// The number the decision rests on.
     pub statistic: Option<f64>,
     /// The value of the statistic from which the decision is positive.
     pub threshold: Option<f64>,
-    /// A sentence: what the numbers say, or why the method abstains.
+    /// A sentence: the meaning of the numbers, or why the method abstains.
     pub reason: String,
     /// All numbers of the method.
     pub numbers: Vec<Number>,
-    /// What to keep in mind when reading it, such as an assumption that could not be checked.
+    /// Cautions for the reader, such as an assumption that could not be checked.
     pub caveats: Vec<String>,
-    /// The parameters of the method as they were set.
+    /// The settings of the method.
     pub parameters: Vec<Number>,
-    /// The typed result that it rests on, from which its figure is drawn. [`diagnose`](crate::diagnose::diagnose) keeps
-    /// it where [`DiagnoseOptions::evidence`](crate::diagnose::DiagnoseOptions::evidence) asks for it, for it holds whole signals.
+    /// The typed result behind it, from which its figure is drawn. It contains whole signals, so
+    /// [`diagnose`](crate::diagnose::diagnose) keeps it only if
+    /// [`DiagnoseOptions::evidence`](crate::diagnose::DiagnoseOptions::evidence) asks for it.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub looked_at: Option<LookedAt>,
 }
@@ -248,13 +247,13 @@ impl Finding {
         }
     }
 
-    /// The typed result that it rests on; `None` if it was not kept or is of another type.
+    /// The typed result behind it; `None` if it was not kept or is of another type.
     pub fn looked_at<T: Any>(&self) -> Option<&T> {
         self.looked_at.as_ref()?.get()
     }
 }
 
-/// The typed result that a finding rests on, of whatever type: that of its method.
+/// The typed result of a finding's method.
 #[derive(Debug, Clone)]
 pub struct LookedAt(Arc<dyn Seen>);
 

@@ -1,22 +1,21 @@
-//! Does this valve stick? What a recorded control loop says about its valve.
+//! Does this valve stick? Diagnosis of a valve from a recorded control loop.
 //!
-//! * [`recording`]: a loop as a plant recorded it; whether it can answer.
-//! * [`oscillation`]: whether a loop cycles, how regularly, with what period.
-//! * [`finding`]: what a method says; [`methods`]: the published ones, a folder each, behind one registry.
+//! * [`recording`]: a loop as recorded by a plant, and whether its data are fit.
+//! * [`oscillation`]: whether a loop cycles, its regularity and period.
+//! * [`finding`] and [`methods`]: the result of a method, and the published ones, a folder each, behind one registry.
 //! * [`identify`]: linear models of the loop, and valve models fitted to OP and PV or a valve position.
-//! * [`evidence`]: what a window of data says about the valve, as numbers free of units.
-//! * [`fusion`]: the frozen model that makes probabilities and intervals of evidence.
+//! * [`evidence`]: the evidence in a window of data, as numbers without units.
+//! * [`fusion`]: the frozen model from evidence to probabilities and intervals.
 //! * [`diagnose`]: from a recording to a verdict with its evidence.
-//! * `drawing`, with the feature `figure`: what the figures of all methods share.
-//! * [`valve_test`]: a test that settles whether a valve sticks: planned, found, judged.
-//! * [`what_if`]: what repair, retuning, a compensator or a positioner would make of a loop.
-//! * [`spoken`]: numbers and times as a person would say them.
+//! * `drawing`, with the feature `figure`: the common parts of the methods' figures.
+//! * [`valve_test`]: a test that shows whether a valve sticks, with its plan, its search and its judgement.
+//! * [`what_if`]: the effect of repair, retuning, a compensator or a positioner on a loop.
+//! * [`spoken`]: numbers and times as text.
 //! * [`series`]: moments, correlation, spectra, crossings.
 //!
-//! Controller output (OP), valve position (VP), S and J are in percent of span, times in seconds,
-//! the process value (PV) in its own units. The crate computes and does nothing else: no files, no
-//! clock, no panics on bad input, and the same bytes for the same input on any number of threads.
-//! The valves and loops themselves are [`stiction_model`].
+//! Controller output (OP), valve position (VP), S and J are in percent of span, times in seconds, the process value
+//! (PV) in its own units. The crate only computes: no files, no clock, no panics on bad input, and the same bytes
+//! for the same input on any number of threads. The valves and loops themselves are [`stiction_model`].
 //!
 //! ```
 //! use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
@@ -36,7 +35,7 @@
 //! let run = sticky.run()?;
 //! assert!(run.period_s().is_some_and(|period| (21.0..24.0).contains(&period)));
 //!
-//! // What would a plant's recording of it say?
+//! // Diagnose a recording of it.
 //! let recording = Recording::regular("FIC101", 0.1, &run.op, Some(&run.pv), Some(&run.sp))?;
 //! let diagnosis = diagnose(&recording, &DiagnoseOptions::default())?;
 //! let (_, oscillation) = diagnosis.oscillation().expect("there is a segment to judge");

@@ -1,6 +1,6 @@
-//! Numbers and times as a person would say them: the same in every sentence, on every page.
+//! Numbers and times as text: the same in every sentence, on every page.
 
-/// Shares of one hundred above and below which nothing more is claimed than "more than" and "less than".
+/// Largest reported certainty, percent: beyond it only "more than" and "less than" are reported.
 const SUREST: f64 = 99.0;
 
 /// A share of one in percent, without claims of certainty.
@@ -12,7 +12,7 @@ pub fn percent(share: f64) -> String {
     }
 }
 
-/// A number that is known roughly: two digits, as the third of an estimate means nothing.
+/// A number with an uncertainty: two digits, because the third of an estimate is meaningless.
 pub fn rough(value: f64) -> String {
     digits(value, 2)
 }
@@ -23,7 +23,7 @@ pub fn set(value: f64) -> String {
 }
 
 fn digits(value: f64, digits: i32) -> String {
-    // Nothing that is recorded is so small: what is left of a difference.
+    // Smaller values are rounding of a difference.
     if !value.is_finite() || value.abs() < 1e-12 {
         return if value.is_finite() { "0" } else { "unbounded" }.to_owned();
     }
@@ -48,7 +48,7 @@ pub fn number(value: f64) -> String {
     let text = if !value.is_finite() {
         return "–".to_owned();
     } else if size < 1e-12 {
-        // Nothing that is recorded is so small: what is left of a difference.
+        // Smaller values are rounding of a difference.
         "0".to_owned()
     } else if !(1e-4..1e7).contains(&size) {
         let text = format!("{value:.3e}");
@@ -66,7 +66,7 @@ pub fn number(value: f64) -> String {
     text.replace('-', "−")
 }
 
-/// Two limits, as far as their distance tells digits apart: `213 to 221`.
+/// Two limits, with as many digits as their distance justifies: `213 to 221`.
 pub fn range(low: f64, high: f64) -> String {
     let width = high - low;
     if !(width.is_finite() && width > 0.0) {
@@ -76,9 +76,9 @@ pub fn range(low: f64, high: f64) -> String {
     format!("{low:.decimals$} to {high:.decimals$}")
 }
 
-/// A time in s as people say it: `74 s`, `12 min 30 s`, `4 h 20 min`, `2 d 3 h`.
+/// A time in s as text: `74 s`, `12 min 30 s`, `4 h 20 min`, `2 d 3 h`.
 pub fn time(seconds: f64) -> String {
-    // The unit, the one below it, and from how many of the upper on the lower says nothing.
+    // The unit, the one below it, and the number of the upper unit from which the lower one is dropped.
     const UNITS: [(&str, f64, &str, f64, f64); 3] = [
         ("d", 86_400.0, "h", 3_600.0, 10.0),
         ("h", 3_600.0, "min", 60.0, 24.0),
@@ -100,7 +100,7 @@ pub fn time(seconds: f64) -> String {
     format!("{whole} {name} {rest} {small}")
 }
 
-/// The same, with a true minus sign and spaces at which no line breaks.
+/// The same, with a true minus sign and non-breaking spaces.
 pub fn unparted(seconds: f64) -> String {
     time(seconds).replace(' ', "\u{a0}").replace('-', "\u{2212}")
 }

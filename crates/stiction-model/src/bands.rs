@@ -1,8 +1,8 @@
-//! S and J against the static and dynamic friction bands: the only place that converts.
+//! Conversion between S and J and the static and dynamic friction bands: the only place for it.
 
 use crate::error::{Error, Result, non_negative};
 
-/// How much a valve sticks, in percent of span.
+/// Stiction of a valve, in percent of span.
 ///
 /// Two equivalent pairs describe it:
 ///
@@ -13,8 +13,8 @@ use crate::error::{Error, Result, non_negative};
 /// A stem at rest breaks away when the net spring force `u - x` exceeds `fs`; a moving stem trails
 /// the input by `fd`. The dead band alone is `S - J = 2 fd`.
 ///
-/// `J > S` (a slip that overshoots the input) gives a negative `fd`. It is a valid pair here; a
-/// model that does not allow it says so when it is built.
+/// `J > S` (a slip that overshoots the input) gives a negative `fd`. It is a valid pair here; a model that does not
+/// allow it refuses it when it is built.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Bands {
@@ -80,8 +80,8 @@ impl Bands {
 
     /// Whether a stem at rest breaks away under the net spring force `e = u - x`: `|e| > fs`.
     ///
-    /// Every model asks this one question. The published models write it in algebraically equal
-    /// ways that differ by rounding exactly at the threshold.
+    /// Every model uses this one condition. The published models write it in algebraically equal ways that differ
+    /// by rounding exactly at the threshold.
     #[inline(always)]
     pub(crate) fn breaks(&self, e: f64) -> bool {
         e.abs() > self.fs

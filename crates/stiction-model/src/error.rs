@@ -1,17 +1,17 @@
-//! What can go wrong, in sentences.
+//! Errors, in sentences.
 
-/// Why the library refused to compute.
+/// Reason of a failed computation.
 ///
-/// Every variant carries the numbers a user needs to mend the input.
+/// Every variant has the numbers that a user needs to correct the input.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A parameter lies outside the range its model allows.
+    /// A parameter outside the range of its model.
     #[error("{name} is {value}, but must be {allowed}")]
     Parameter {
         /// Name of the parameter, as a user writes it.
         name: &'static str,
-        /// The value that was given.
+        /// The given value.
         value: f64,
         /// The allowed range, in words.
         allowed: String,
@@ -21,12 +21,12 @@ pub enum Error {
     NonFinite {
         /// Name of the signal.
         signal: &'static str,
-        /// Index of the first offending sample, from 0.
+        /// Index of the first invalid sample, from 0.
         index: usize,
-        /// The value found there.
+        /// Its value.
         value: f64,
     },
-    /// Two slices that belong together differ in length.
+    /// Two slices that belong together with different lengths.
     #[error("{name} has {found} samples, but {expected} are needed")]
     Length {
         /// Name of the slice.
@@ -36,59 +36,59 @@ pub enum Error {
         /// The length it must have.
         expected: usize,
     },
-    /// A name that no item of its family bears.
+    /// An unknown name in a family.
     #[error("there is no {family} named \"{name}\"; known are {known}")]
     UnknownName {
         /// The family that was searched, such as "valve model".
         family: &'static str,
-        /// The name that was asked for.
+        /// The given name.
         name: String,
-        /// The names there are, separated by commas.
+        /// The known names, separated by commas.
         known: String,
     },
-    /// A setting was not given, but something needs it.
+    /// A missing setting.
     #[error("{needed_by} needs {name}")]
     Missing {
         /// Name of the setting; several with commas between.
         name: String,
-        /// What needs it: a model, a law, or another setting.
+        /// The part that needs it: a model, a law, or another setting.
         needed_by: &'static str,
     },
-    /// A setting was given to a valve of another model.
+    /// A setting of a different valve model.
     #[error("{name} is {role} of model {models} only")]
     NotOfModel {
         /// Name of the setting.
         name: &'static str,
-        /// What it is, such as "the overshoot".
+        /// Its meaning, such as "the overshoot".
         role: &'static str,
         /// Names of the models that have it, separated by commas.
         models: String,
     },
-    /// Two settings exclude each other, or one needs another.
+    /// Settings that exclude each other, or a setting without another that it needs.
     #[error("{0}")]
     Inconsistent(String),
-    /// One of many loops was refused.
+    /// An invalid loop among many.
     #[error("loop {index}: {source}")]
     InLoop {
         /// Its index, from 0.
         index: usize,
-        /// Why.
+        /// The reason.
         source: Box<Error>,
     },
-    /// A frozen model cannot be used.
+    /// An unusable frozen model.
     #[error("the model of the verdict cannot be used: {0}")]
     Bundle(String),
     /// The progress callback asked to stop.
     #[error("the computation was cancelled")]
     Cancelled,
-    /// A numerical method could not go on.
+    /// A numerical method that could not continue.
     #[error("the {method} stopped at t = {time_s} s: {reason}")]
     Solver {
         /// Name of the method.
         method: &'static str,
         /// Simulated time at which it stopped, s.
         time_s: f64,
-        /// Why, in words.
+        /// The reason, in words.
         reason: String,
     },
 }
@@ -96,7 +96,7 @@ pub enum Error {
 /// The library's result type.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// Accepts `value` if it is finite and `ok`, else says what `allowed` is.
+/// Accepts `value` if it is finite and `ok`, else reports `allowed`.
 pub fn require(name: &'static str, value: f64, ok: bool, allowed: &str) -> Result<f64> {
     if value.is_finite() && ok {
         Ok(value)
@@ -120,9 +120,9 @@ pub fn finite(name: &'static str, value: f64) -> Result<f64> {
     require(name, value, true, "a finite number")
 }
 
-/// Accepts `samples` if all are finite, else points at the first that is not.
+/// Accepts `samples` if all are finite, else reports the first invalid one.
 pub fn all_finite(signal: &'static str, samples: &[f64]) -> Result<()> {
-    // By blocks, each looked at to its end: that compiles to wide instructions.
+    // In blocks, each checked to its end: that compiles to wide instructions.
     let sound = |block: &[f64]| block.iter().fold(true, |all, v| all & v.is_finite());
     if samples.chunks(256).all(sound) {
         return Ok(());

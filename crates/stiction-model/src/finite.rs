@@ -1,12 +1,12 @@
-//! Numbers as documents hold them. JSON knows no NaN and no infinity: null stands for both, by what is here.
+//! Numbers in documents. JSON has no NaN and no infinity: both are written as null.
 //!
-//! [`written_as`](crate::written_as) is for results that hold in documents more, or other, than their fields.
+//! [`written_as`](crate::written_as) is for results whose documents differ from their fields.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
 use std::borrow::Cow;
 
-/// How a number is written that may be infinite or NaN: `#[serde(with = "Finite")]` on an `f64`.
+/// Format of a number that may be infinite or NaN: `#[serde(with = "Finite")]` on an `f64`.
 #[derive(Debug, Clone, Copy)]
 pub enum Finite {}
 
@@ -34,8 +34,8 @@ impl JsonSchema for Finite {
     }
 }
 
-/// Writes a type, and its schema, as another that is made of it: `written_as!(Map, MapDocument)`, with
-/// `impl From<&Map> for MapDocument`.
+/// Writes a type, and its schema, as another one: `written_as!(Map, MapDocument)`, with `impl From<&Map> for
+/// MapDocument`.
 #[macro_export]
 macro_rules! written_as {
     ($type:ty, $written:ty) => {

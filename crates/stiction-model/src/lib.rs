@@ -1,17 +1,17 @@
 //! Sticking control valves: models with known truth, and the loops around them.
 //!
-//! * [`Bands`]: how much a valve sticks; S and J against static and dynamic friction bands.
+//! * [`Bands`]: the stiction of a valve; S and J against static and dynamic friction bands.
 //! * [`valve`]: from controller output to valve position, sample by sample; every published
 //!   data-driven model behind one trait, by name, and many candidates at once.
 //! * [`stem`]: the physical valve, its friction laws, and the map to S and J.
 //! * [`closed_loop`]: signals, processes, controllers, loops, cascades, and sweeps of loops.
 //! * [`limit_cycle`]: the limit cycles of a loop, by describing function and exactly.
-//! * [`compensate`]: what can be put between controller and sticking valve, and what it buys.
-//! * [`numeric`], [`simd`]: the numerical methods beneath, and what steps many loops at once.
+//! * [`compensate`]: compensators between controller and sticking valve, and their benefit.
+//! * [`numeric`], [`simd`]: the underlying numerical methods, and the stepping of many loops at once.
 //!
-//! Controller output (OP), valve position (VP), S and J are in percent of span, times in seconds,
-//! the process value (PV) in its own units. The crate computes and does nothing else: no files, no
-//! clock, no panics on bad input, and the same bytes for the same input on any number of threads.
+//! Controller output (OP), valve position (VP), S and J are in percent of span, times in seconds, the process value
+//! (PV) in its own units. The crate only computes: no files, no clock, no panics on bad input, and the same bytes
+//! for the same input on any number of threads.
 //!
 //! ```
 //! use stiction_model::Bands;

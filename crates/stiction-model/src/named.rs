@@ -1,6 +1,6 @@
-//! Enums in documents: they are written as the names that people read.
+//! Enums in documents: they are written as their names.
 
-/// Has types written by their `name()`, as text; without the feature `serde` of the crate that asks, nothing.
+/// Writes types by their `name()`, as text; without the feature `serde` of the calling crate, nothing.
 #[macro_export]
 macro_rules! written_by_name {
     ($($named:ty),+ $(,)?) => {$(

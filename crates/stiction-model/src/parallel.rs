@@ -6,7 +6,7 @@
 #[cfg(feature = "rayon")]
 pub use rayon::prelude::*;
 
-/// What [`IntoParallelIterator`](https://docs.rs/rayon) is with rayon.
+/// Replaces rayon's [`IntoParallelIterator`](https://docs.rs/rayon).
 #[cfg(not(feature = "rayon"))]
 pub trait IntoParallelIterator: IntoIterator + Sized {
     /// All items.
@@ -18,12 +18,12 @@ pub trait IntoParallelIterator: IntoIterator + Sized {
 #[cfg(not(feature = "rayon"))]
 impl<I: IntoIterator> IntoParallelIterator for I {}
 
-/// What rayon adds to slices.
+/// Replaces rayon's methods of slices.
 #[cfg(not(feature = "rayon"))]
 pub trait ParallelSlice<T> {
     /// All elements.
     fn par_iter(&self) -> std::slice::Iter<'_, T>;
-    /// All elements, to be changed.
+    /// All elements, mutable.
     fn par_iter_mut(&mut self) -> std::slice::IterMut<'_, T>;
     /// Blocks of `size` elements, the last of which may be shorter.
     fn par_chunks(&self, size: usize) -> std::slice::Chunks<'_, T>;

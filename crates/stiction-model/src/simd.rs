@@ -1,19 +1,17 @@
 //! Lanes compiled for the widest vectors the processor has: the one place with `unsafe`.
 //!
-//! The same Rust code is compiled several times, for different vector widths, and the widest that
-//! the processor supports is chosen at run time. Nothing but the width differs: Rust never fuses
-//! or reorders floating-point operations, so all widths give the same bits.
+//! The same Rust code is compiled several times, for different vector widths, and the widest one that the processor
+//! supports is chosen at run time. Only the width differs: Rust never fuses or reorders floating-point operations,
+//! so all widths give the same bits.
 //!
-//! Calling a function compiled for more than the baseline is `unsafe`, because it must not happen
-//! on a processor that lacks the instructions. Each call below stands behind the check for just
-//! those instructions. What it buys is measured in `BENCHMARKS.md`.
+//! Calling a function compiled for more than the baseline is `unsafe`, because the processor may lack the
+//! instructions. Each call below follows a check for exactly those instructions. `BENCHMARKS.md` reports the gain.
 #![allow(unsafe_code)]
 
-/// How many candidates or loops are stepped together.
+/// Number of candidates or loops that are stepped together.
 pub const LANES: usize = 16;
 
-/// One number in each of `N` lanes: an array that starts on a cache line, so that no vector is read
-/// across two of them.
+/// One number in each of `N` lanes: an array that starts on a cache line, so that no vector crosses two of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(64))]
 pub struct Lane<const N: usize = LANES>(pub [f64; N]);
@@ -75,19 +73,18 @@ impl<const N: usize> std::ops::DerefMut for Lane<N> {
     }
 }
 
-/// A computation worth compiling for wide vectors. `run` must be `#[inline(always)]`, and so must
-/// what it calls in its inner loop.
+/// A computation for wide vectors. `run` must be `#[inline(always)]`, and so must the functions in its inner loop.
 pub trait Kernel {
-    /// What it gives.
+    /// Its result.
     type Output;
-    /// Runs it; marked `#[inline(always)]` by whoever implements it.
+    /// Runs it; implementations are marked `#[inline(always)]`.
     fn run(self) -> Self::Output;
 }
 
-/// How wide the vectors of a compilation are.
+/// Width of the vectors of a compilation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Width {
-    /// What every processor of the target has.
+    /// That of every processor of the target.
     Baseline,
     /// Four numbers.
     #[cfg(target_arch = "x86_64")]
@@ -143,7 +140,7 @@ impl Width {
             kernel.run()
         }
         match self {
-            // SAFETY: the processor has all the features that `is_available` asks for.
+            // SAFETY: the processor has all the features checked by `is_available`.
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 if self.is_available() => unsafe { avx512(kernel) },
             // SAFETY: the processor has the feature.

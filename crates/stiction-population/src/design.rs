@@ -1,4 +1,4 @@
-//! What is drawn of a loop before anything happens to it: process, tuning, surroundings, historian.
+//! The random draw of a loop before its simulation: process, tuning, surroundings, historian.
 
 mod drawn;
 
@@ -8,7 +8,7 @@ use super::neighbour::{Inner, Neighbour};
 use realfft::num_complex::Complex;
 use stiction_diagnose::recording::LoopType;
 
-/// What a transmitter can say, percent of span (NAMUR NE 43: 3.8 to 20.5 mA).
+/// Range of a transmitter, percent of span (NAMUR NE 43: 3.8 to 20.5 mA).
 pub(super) const TRANSMITTER: (f64, f64) = (-1.25, 103.125);
 
 /// The static curve between valve position and process.
@@ -24,7 +24,7 @@ pub(super) enum Curve {
         below: f64,
         above: f64,
     },
-    /// One valve up to `at`, from `gap` further on (or sooner, if negative) another of `ratio` the size.
+    /// One valve up to `at`; from `gap` further on (or sooner, if negative) another with `ratio` times the size.
     Split {
         at: f64,
         gap: f64,
@@ -33,12 +33,12 @@ pub(super) enum Curve {
 }
 
 impl Curve {
-    /// What the process sees of `v`, percent from the operating point.
+    /// The input of the process for `v`, percent from the operating point.
     #[inline]
     pub fn at(self, v: f64) -> f64 {
         match self {
             Self::Linear => v,
-            // Beyond three e-folds it goes on as it left off.
+            // Beyond three e-folds it continues linearly.
             Self::Exponential { rate } => {
                 let within = (rate * v).clamp(-3.0, 3.0);
                 (within.exp_m1() + within.exp() * (rate * v - within)) / rate
@@ -60,25 +60,24 @@ impl Curve {
     }
 }
 
-/// A loop as it is drawn. PV and SP are in percent of the transmitter's span here; the units of a
-/// plant come last.
+/// A drawn loop. PV and SP are in percent of the transmitter's span here; the units of a plant are applied last.
 #[derive(Debug, Clone)]
 pub(super) struct Design {
     pub samples: usize,
     pub sample_time: f64,
-    /// What an ordinary historian would take for its sample time, s: longer than that of an eager one.
-    /// Times of the loop are drawn in it.
+    /// Sample time of an ordinary historian, s; longer than that of an eager one. Times of the loop are drawn in
+    /// units of it.
     pub pace: f64,
     /// Steps of controller and valve per recorded sample.
     pub steps: usize,
     /// Steps before the record begins.
     pub warm_up: usize,
-    /// All steps of the record as it was drawn, those before it included; it may be recorded for longer.
+    /// All steps of the drawn record, including those before it; the recording may be longer.
     pub drawn_steps: usize,
     pub situation: Situation,
 
     pub process: ProcessKind,
-    /// Percent of span per percent, or, of an integrator, after one `tau`.
+    /// Percent of span per percent; for an integrator, after one `tau`.
     pub gain: f64,
     pub tau: f64,
     pub tau2: f64,
@@ -94,15 +93,16 @@ pub(super) struct Design {
     pub td: f64,
     pub gain_margin: f64,
     pub velocity_form: bool,
-    /// Of a gain that grows with the error: its share at no error, and the error in percent of span from which on it is whole.
+    /// For a gain that grows with the error: its share at zero error, and the error in percent of span from which
+    /// it is full.
     pub squared: Option<(f64, f64)>,
-    /// Standard deviation of what noise of its own the controller adds to its OP, percent.
+    /// Standard deviation of the controller's own noise on its OP, percent.
     pub own_noise: f64,
-    /// Steps between two samples of the PV that the controller sees.
+    /// Steps between two samples of the PV in the controller.
     pub analyser: usize,
-    /// Most that the actuator moves, percent a second.
+    /// Largest speed of the actuator, percent a second.
     pub stroke: f64,
-    /// What the transmitter can say, percent of span.
+    /// Range of the transmitter, percent of span.
     pub transmitter: (f64, f64),
     pub inner: Option<Inner>,
     pub neighbour: Option<Neighbour>,
@@ -110,14 +110,14 @@ pub(super) struct Design {
     pub op_rest: f64,
     pub pv_rest: f64,
 
-    /// How much happens, percent of OP: the scale of loads, set-point changes and noise.
+    /// Activity, percent of OP: the scale of loads, set-point changes and noise.
     pub activity: f64,
-    /// The S that the valve has if it sticks; it scales the activity whether it sticks or not.
+    /// The S of the valve if it sticks; it scales the activity in any case.
     pub s: f64,
     pub noise: NoiseKind,
     /// Standard deviation of the noise over the activity's effect on the PV.
     pub noise_ratio: f64,
-    /// How much of what happens to every loop happens to this, 0 to 1: little where noise alone moves the OP.
+    /// Share of the usual events in this loop, 0 to 1: small if noise alone moves the OP.
     pub happens: f64,
     pub non_stationary: bool,
     pub set_point: SetPointKind,
@@ -130,7 +130,7 @@ pub(super) struct Design {
 }
 
 impl Design {
-    /// What noise the controller gives its OP, percent: that of the PV, filtered and times its gain, and its own.
+    /// Noise of the OP, percent: that of the PV, filtered and times the gain, plus the controller's own.
     pub fn op_noise(&self) -> f64 {
         let keep = if self.pv_filter > 0.0 { (-self.step() / self.pv_filter).exp() } else { 0.0 };
         let of_pv = self.noise_ratio * self.activity * self.gain * self.kc;
@@ -152,12 +152,12 @@ impl Design {
         self.samples = (self.samples as f64 * factor).round().max(2.0) as usize;
     }
 
-    /// All steps, those before the record included.
+    /// All steps, including those before the record.
     pub fn all_steps(&self) -> usize {
         self.warm_up + self.samples * self.steps
     }
 
-    /// The time the loop takes to answer, s: what a change at the set point has to wait for.
+    /// Response time of the loop, s: the waiting time after a change of the set point.
     pub fn response_time(&self) -> f64 {
         let waiting = self.dead_time + self.valve_lag + self.pv_filter + self.held() + self.step();
         let loop_gain = (self.kc * self.gain).abs();
@@ -169,7 +169,7 @@ impl Design {
             }
     }
 
-    /// Duration of the record as it was drawn, s.
+    /// Duration of the drawn record, s.
     pub fn drawn(&self) -> f64 {
         match self.drawn_steps {
             0 => self.samples as f64 * self.sample_time,
@@ -177,13 +177,13 @@ impl Design {
         }
     }
 
-    /// How long the analyser's values are old on average, s.
+    /// Mean age of the analyser's values, s.
     fn held(&self) -> f64 {
         0.5 * self.step() * (self.analyser - 1) as f64
     }
 
-    /// Sets the controller gain: the ultimate one over the gain margin; of a process that runs away, which needs
-    /// some gain, one between the least and the ultimate.
+    /// Sets the controller gain to the ultimate one over the gain margin. A process that runs away needs some gain:
+    /// it gets one between the smallest and the ultimate.
     pub fn tune(&mut self) {
         if self.process == ProcessKind::Unstable {
             return self.tune_unstable();
@@ -191,22 +191,22 @@ impl Design {
         let steepest = self.curve.steepest(self.activity);
         let mut gain = self.ultimate_gain() / (self.gain_margin * steepest);
         if self.process == ProcessKind::Integrating && self.gain_margin >= 1.5 {
-            // A double integrator rings when the controller waits too little for its low gain:
-            // damping is half the root of gain times integral time.
+            // A double integrator rings when the controller waits too little for its low gain: the damping is half
+            // the root of gain times integral time.
             self.ti = self.ti.max(4.0 * 0.3 * 0.3 * self.tau / gain);
             gain = self.ultimate_gain() / (self.gain_margin * steepest);
         }
         self.kc = gain / self.gain;
     }
 
-    /// The ultimate gain over the gain margin, or near the least that holds the process, whichever is more.
+    /// The ultimate gain over the gain margin, or near the smallest that holds the process, whichever is larger.
     fn tune_unstable(&mut self) {
         let highest = std::f64::consts::PI / self.step();
         let lowest = 1e-3 / (self.tau + self.dead_time);
         let at = |share: f64| lowest * (highest / lowest).powf(share);
         let beyond = |design: &Self, w: f64| design.phase_and_gain(w).0 + std::f64::consts::PI;
         for _ in 0..12 {
-            // Between the two frequencies at which the phase is -180 degrees it is above.
+            // The phase is above -180 degrees between the two frequencies at which it equals it.
             let best = (0..80)
                 .map(|k| at(f64::from(k) / 80.0))
                 .max_by(|a, b| beyond(self, *a).total_cmp(&beyond(self, *b)))
@@ -221,7 +221,7 @@ impl Design {
             if beyond(self, best) > 0.0 {
                 let (least, most) = (edge(best, lowest), edge(best, highest));
                 if most > 1.3 * least {
-                    // The integral needs a little more than the least.
+                    // The integral needs a little more than the smallest gain.
                     let gain = (most / self.gain_margin).max(least * (most / least).powf(0.25));
                     self.gain_margin = most / gain;
                     self.kc = gain / self.gain;
@@ -231,12 +231,12 @@ impl Design {
             self.ti *= 2.0;
             self.dead_time *= 0.8;
         }
-        // It cannot be held; the draw is given up for what it does.
+        // It cannot be controlled; the draw is rejected for its behaviour.
         self.kc = 1.0 / self.gain;
     }
 
-    /// The controller gain at which the loop would cycle with a process gain of 1: that of the frequency
-    /// at which the phase is -180 degrees. (Exact but for a second lag, which is sampled by itself.)
+    /// The controller gain of a limit cycle with a process gain of 1, at the frequency of a phase of -180 degrees.
+    /// (Exact except for a second lag, which is sampled by itself.)
     fn ultimate_gain(&self) -> f64 {
         let (mut low, mut high) = (0.0, std::f64::consts::PI / self.step());
         for _ in 0..40 {
@@ -246,12 +246,12 @@ impl Design {
         1.0 / self.phase_and_gain(high).1
     }
 
-    /// Phase, not wrapped, and gain of the sampled loop at the angular frequency `w`, for process and
-    /// controller gains of 1.
+    /// Phase, not wrapped, and gain of the sampled loop at the angular frequency `w`, for process and controller
+    /// gains of 1.
     fn phase_and_gain(&self, w: f64) -> (f64, f64) {
         let step = self.step();
         let late = Complex::from_polar(1.0, -w * step);
-        // The part of a step for which the process first still sees the older input.
+        // The part of a step in which the process still sees the older input.
         let whole = (self.dead_time / step).floor();
         let early = self.dead_time - whole * step;
         let (mut phase, mut gain) = (-w * ((whole + 1.0) * step + self.held()), 1.0);
@@ -272,7 +272,7 @@ impl Design {
                 ((1.0 - rest) + (rest - keep) * late) / (1.0 - keep * late)
             }
         });
-        // A loop below takes the place of the valve's lag.
+        // A loop below replaces the valve's lag.
         let valve_lag = if self.inner.is_some() { 0.0 } else { self.valve_lag };
         for tau in [self.tau2, valve_lag, self.pv_filter] {
             if tau > 0.0 {

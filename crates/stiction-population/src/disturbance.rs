@@ -1,5 +1,4 @@
-//! What happens to a loop from outside, step by step: load, noise, set point, and the cause a kind is
-//! named after.
+//! External signals of a loop, step by step: load, noise, set point, and the cause that gives a kind its name.
 
 use super::LoopKind;
 use super::design::Design;
@@ -9,7 +8,7 @@ use super::switched::Switched;
 use stiction_model::closed_loop::{NormalStream, Signal, Wave};
 use stiction_model::error::Result;
 
-/// What drives a loop, one value a step.
+/// The external signals of a loop, one value a step.
 pub(super) struct Tapes {
     /// Adds to the valve position before the process, percent.
     pub load: Vec<f64>,
@@ -21,25 +20,25 @@ pub(super) struct Tapes {
     pub set_point: Vec<f64>,
     /// Adds to the OP, percent; empty for nothing.
     pub op: Vec<f64>,
-    /// What a selector puts in the place of the OP.
+    /// Output of a selector instead of the OP.
     pub selected: Option<Selected>,
-    /// When somebody else has the OP.
+    /// Times in which somebody else has the OP.
     pub spells: Vec<Spell>,
     /// A neighbour that is switched.
     pub switched: Option<Switched>,
-    /// What happens, but for the cause.
+    /// The loads and other events, without the cause.
     pub kinds: Vec<DisturbanceKind>,
 }
 
 /// Another controller's OP at a selector.
 pub(super) struct Selected {
     op: Vec<f64>,
-    /// Whether the lower of both is taken, or the higher.
+    /// Whether the selector picks the lower or the higher of both.
     low: bool,
 }
 
 impl Selected {
-    /// What the selector takes.
+    /// The other controller's OP.
     pub fn of(&self, k: usize, op: f64) -> f64 {
         if self.low { op.min(self.op[k]) } else { op.max(self.op[k]) }
     }
@@ -50,7 +49,7 @@ impl Selected {
 pub(super) struct Spell {
     pub from: usize,
     pub until: usize,
-    /// Steps at which the OP is moved, and how far, percent.
+    /// Steps of OP movements, and their sizes, percent.
     moves: Vec<(usize, f64)>,
 }
 
@@ -62,10 +61,10 @@ impl Spell {
 }
 
 impl Tapes {
-    /// All that happens to a loop of this kind.
+    /// All external signals of a loop of this kind.
     ///
     /// # Errors
-    /// If a signal refuses its settings.
+    /// If the settings of a signal are invalid.
     pub fn draw(kind: LoopKind, design: &Design, draw: &mut Draw) -> Result<Self> {
         let mut cause = draw.fork();
         let mut tapes = Self::length(kind, design, draw)?;
@@ -113,7 +112,7 @@ impl Tapes {
         Ok(tapes)
     }
 
-    /// What happens in the length of the record as it was drawn, but for the cause.
+    /// The events during the drawn record, without the cause.
     fn length(kind: LoopKind, design: &Design, draw: &mut Draw) -> Result<Self> {
         let n = design.drawn_steps;
         let mut tapes = Self {
@@ -133,7 +132,7 @@ impl Tapes {
         Ok(tapes)
     }
 
-    /// What happens next; loads come over from where they were within a tenth of it.
+    /// The next events; loads continue from their last value within a tenth of it.
     fn go_on(&mut self, next: Self) {
         let over = next.load.len() as f64 / 10.0;
         for (tape, next) in [(&mut self.load, next.load), (&mut self.output, next.output)] {
@@ -156,12 +155,12 @@ impl Tapes {
         self.set_point.extend(next.set_point);
     }
 
-    /// What happens to every loop.
+    /// The events of every loop.
     fn everyday(&mut self, design: &Design, draw: &mut Draw) -> Result<()> {
         let (a, step) = (design.activity * design.happens, design.step());
         let duration = self.load.len() as f64 * step;
         let load = &mut self.load;
-        // A valve at rest at the set point would rest for ever.
+        // Otherwise a valve at rest at the set point would rest for ever.
         let offset = a * draw.sign() * draw.uniform(0.3, 1.5);
         load.iter_mut().for_each(|v| *v = offset);
         if draw.chance(0.6) {
@@ -213,7 +212,7 @@ impl Tapes {
         self.rarer(design, draw)
     }
 
-    /// What happens to some loops.
+    /// The events of some loops.
     fn rarer(&mut self, design: &Design, draw: &mut Draw) -> Result<()> {
         let (a, n) = (design.activity * design.happens, self.load.len());
         if draw.chance(0.1) {
@@ -251,7 +250,7 @@ impl Tapes {
         Ok(())
     }
 
-    /// What happens because of the situation.
+    /// The events of the situation.
     fn situation(&mut self, design: &Design, draw: &mut Draw) -> Result<()> {
         let (a, n, step) = (design.activity, self.load.len(), design.step());
         if design.own_noise > 0.0 {
@@ -289,7 +288,7 @@ impl Tapes {
         Ok(())
     }
 
-    /// Spells in which the OP rests, or is moved by hand once or twice.
+    /// Times in which the OP rests, or is moved manually once or twice.
     fn by_hand(&mut self, design: &Design, draw: &mut Draw) {
         let n = self.load.len();
         let long = if design.process == ProcessKind::Integrating { 0.06 } else { 0.2 };
@@ -321,7 +320,7 @@ impl Tapes {
         Ok(())
     }
 
-    /// An oscillation from outside, of half to three times the activity, at the load or at the PV.
+    /// An oscillation from outside, half to three times the activity, at the load or at the PV.
     fn oscillation(&mut self, design: &Design, draw: &mut Draw, shape: Shape) -> Result<()> {
         let size = design.activity * draw.uniform(0.5, 3.0);
         let at_load = draw.chance(0.65);
@@ -334,7 +333,7 @@ impl Tapes {
         Ok(())
     }
 
-    /// A load beyond what the OP can make good: a slow sine, or pulses.
+    /// A load beyond the range of the OP: a slow sine, or pulses.
     fn too_much(&mut self, design: &Design, draw: &mut Draw) -> Result<()> {
         let step = design.step();
         let duration = design.drawn_steps as f64 * step;
@@ -354,7 +353,7 @@ impl Tapes {
         }
         let warm_up = design.warm_up as f64 * step;
         let drawn = duration - warm_up;
-        // As often in every further length of the record.
+        // Equally often in every further length of the record.
         for length in
             0..(self.load.len() - design.warm_up).div_ceil(design.drawn_steps - design.warm_up)
         {
@@ -422,7 +421,7 @@ fn narrow_band(n: usize, step: f64, period: f64, draw: &mut Draw) -> Result<Vec<
     let (first, second) = (2.0 * radius * w.cos(), -radius * radius);
     let mut stream = NormalStream::new(draw.seed());
     let (mut last, mut before) = (0.0, 0.0);
-    // It starts in its stationary state, but for what is left after a few memories.
+    // It starts in its stationary state, except for the rest after a few memories.
     let memory = ((3.0 / (1.0 - radius)) as usize).min(100_000);
     let mut wave = Vec::with_capacity(n);
     for k in 0..memory + n {
@@ -438,9 +437,9 @@ fn narrow_band(n: usize, step: f64, period: f64, draw: &mut Draw) -> Result<Vec<
     Ok(wave)
 }
 
-/// What another sticking valve sends: square, triangle, relaxation (an exponential approach that turns
-/// at each end), or a slow ramp that slips back; every half period of its own length, and behind a lag of
-/// lu(0.02, 0.5) periods.
+/// The wave of another sticking valve: square, triangle, relaxation (an exponential approach that turns at each
+/// end), or a slow ramp that slips back. Every half period has its own length, behind a lag of lu(0.02, 0.5)
+/// periods.
 fn slip_wave(n: usize, step: f64, period: f64, draw: &mut Draw) -> Result<Vec<f64>> {
     #[derive(Clone, Copy)]
     enum Form {
@@ -452,7 +451,7 @@ fn slip_wave(n: usize, step: f64, period: f64, draw: &mut Draw) -> Result<Vec<f6
     let form = draw.one_of([Form::Square, Form::Triangle, Form::Relaxation, Form::Slip]);
     let duty = draw.uniform(0.35, 0.65);
     let jitter = if draw.chance(0.5) { draw.uniform(0.02, 0.2) } else { 0.0 };
-    // How far a relaxation gets, or which part of its swing is a slip.
+    // Extent of a relaxation, or the part of its swing that is a slip.
     let bend = draw.uniform(1.0, 4.0);
     let slip = draw.uniform(0.2, 0.8);
     let keep = (-step / (period * draw.log(0.02, 0.5))).exp();
@@ -480,7 +479,7 @@ fn slip_wave(n: usize, step: f64, period: f64, draw: &mut Draw) -> Result<Vec<f6
     Ok(wave)
 }
 
-/// `n` steps from 0 to 1 over a period and back, over and over: straight or bent, upwards or downwards, of one length
+/// `n` steps from 0 to 1 over a period and back, repeatedly: straight or bent, upwards or downwards, of one length
 /// or of many, with a reset of up to a twentieth of the period.
 fn ramps_and_resets(design: &Design, n: usize, draw: &mut Draw) -> Vec<f64> {
     let duration = (design.drawn_steps - design.warm_up) as f64 * design.step();
@@ -508,8 +507,8 @@ fn ramps_and_resets(design: &Design, n: usize, draw: &mut Draw) -> Vec<f64> {
     wave
 }
 
-/// `n` steps of noise whose power falls with the frequency to the power of u(0.6, 1.7), down to periods of `longest`
-/// steps: octaves of noise with straight lines between their knots. Of standard deviation one or so.
+/// `n` steps of noise whose power falls with the frequency to the power of u(0.6, 1.7), down to periods of
+/// `longest` steps: octaves of noise with straight lines between their knots. Its standard deviation is about one.
 fn long_memory(n: usize, longest: usize, draw: &mut Draw) -> Vec<f64> {
     let exponent = draw.uniform(0.6, 1.7);
     let seed = draw.seed();
@@ -562,7 +561,7 @@ fn noise(design: &Design, draw: &mut Draw) -> Result<Vec<f64>> {
             }
         }
         NoiseKind::Spikes => {
-            // By the sample, whatever the rate of the controller.
+            // Once a sample, at any rate of the controller.
             let samples = (design.drawn_steps - design.warm_up) / design.steps;
             let many = draw.log(0.0005, 0.01) * samples as f64;
             for _ in 0..(many.ceil() as usize) {
@@ -587,12 +586,12 @@ fn noise(design: &Design, draw: &mut Draw) -> Result<Vec<f64>> {
     Ok(noise)
 }
 
-/// The set point, but for what a controller above adds.
+/// The set point, without the part from a controller above.
 fn set_point(kind: LoopKind, design: &Design, draw: &mut Draw) -> Result<Vec<f64>> {
     let (n, step) = (design.drawn_steps, design.step());
     let duration = n as f64 * step;
     let scale = (design.gain * design.activity).abs();
-    // Where the set point is the cause, it moves more.
+    // If the set point is the cause, it moves more.
     let (most, size) = if kind == LoopKind::SetPoint { (16, 1.5) } else { (8, design.happens) };
     let change = |draw: &mut Draw| size * scale * draw.sign() * draw.log(0.3, 3.0);
     let mut tape = vec![design.pv_rest; n];

@@ -1,4 +1,4 @@
-//! The stream of numbers that a loop is drawn from.
+//! The random stream of a loop.
 
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, StudentT};
@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 pub(super) struct Draw(Xoshiro256PlusPlus);
 
 impl Draw {
-    /// The stream that belongs to these numbers, in this order.
+    /// The stream of these numbers, in this order.
     pub fn of(numbers: &[u64]) -> Self {
         Self(Xoshiro256PlusPlus::seed_from_u64(numbers.iter().fold(0, |hash, n| mixed(hash ^ n))))
     }
@@ -18,7 +18,7 @@ impl Draw {
         Self::of(&[self.seed()])
     }
 
-    /// Another stream, that belongs to the state of this and leaves it as it is.
+    /// Another stream, derived from the state of this one without changing it.
     pub fn beside(&self) -> Self {
         Self::of(&[Self(self.0.clone()).seed(), 1])
     }
@@ -48,12 +48,12 @@ impl Draw {
         if self.chance(0.5) { 1.0 } else { -1.0 }
     }
 
-    /// Whether something of this probability happens.
+    /// True with this probability.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.unit() < probability
     }
 
-    /// A whole number, both ends included.
+    /// An integer, both ends included.
     pub fn count(&mut self, from: usize, to: usize) -> usize {
         from + (self.unit() * (to - from + 1) as f64) as usize
     }
@@ -64,12 +64,12 @@ impl Draw {
         (0..n).map(move |_| law.map_or(0.0, |law| law.sample(&mut self.0)))
     }
 
-    /// One of some equally likely things.
+    /// One of several equally likely items.
     pub fn one_of<T: Copy, const N: usize>(&mut self, things: [T; N]) -> T {
         things[self.count(0, N - 1)]
     }
 
-    /// One of some things by their weights, which need not sum to one.
+    /// One of several items by their weights, which need not sum to one.
     pub fn weighted<T: Copy, const N: usize>(&mut self, things: [(T, f64); N]) -> T {
         let all: f64 = things.iter().map(|(_, weight)| weight).sum();
         let mut place = self.unit() * all;

@@ -1,5 +1,4 @@
-//! The families that the circumstances of a loop belong to: what can be left out of a training, one after the
-//! other.
+//! The families of a loop's circumstances, each of which can be left out of a training.
 
 use stiction_model::valve::Model;
 
@@ -23,7 +22,7 @@ macro_rules! named {
 }
 
 named! {
-    /// What a simulated process is.
+    /// The kind of simulated process.
     ProcessKind {
         /// First order plus dead time.
         FirstOrder = "first order",
@@ -31,13 +30,13 @@ named! {
         SecondOrder = "second order",
         /// An integrator plus dead time.
         Integrating = "integrating",
-        /// First order plus dead time that runs away: `gain exp(-theta s) / (tau s - 1)`.
+        /// First order plus dead time, unstable: `gain exp(-theta s) / (tau s - 1)`.
         Unstable = "unstable",
     }
 }
 
 named! {
-    /// What the controller is.
+    /// The kind of controller.
     ControllerKind {
         /// Proportional only.
         P = "P",
@@ -45,13 +44,13 @@ named! {
         Pi = "PI",
         /// Proportional, integral and derivative.
         Pid = "PID",
-        /// PI or PID whose gain grows with the error, as of levels that may float.
+        /// PI or PID whose gain grows with the error, for example for levels that may float.
         ErrorSquared = "error-squared",
     }
 }
 
 named! {
-    /// What the noise of a simulated PV is like.
+    /// The kind of noise of a simulated PV.
     NoiseKind {
         /// White and Gaussian.
         White = "white",
@@ -67,23 +66,23 @@ named! {
 }
 
 named! {
-    /// What a simulated set point does.
+    /// The kind of set point.
     SetPointKind {
-        /// It stays.
+        /// It is constant.
         Constant = "constant",
         /// It steps.
         Steps = "steps",
-        /// It goes from value to value in ramps.
+        /// It moves from value to value in ramps.
         Ramps = "ramps",
-        /// It wanders, as a controller above writes it.
+        /// It wanders, as from a controller above.
         Wandering = "wandering",
-        /// A simulated controller above writes it.
+        /// It comes from a simulated controller above.
         Cascade = "cascade",
     }
 }
 
 named! {
-    /// What happens to a loop from outside, its cause apart.
+    /// External disturbances of a loop besides its cause.
     DisturbanceKind {
         /// A random walk.
         Drift = "drift",
@@ -95,23 +94,23 @@ named! {
         Pulses = "pulses",
         /// A sine.
         Oscillation = "oscillation",
-        /// Isolated disturbances of the PV that fade.
+        /// Isolated disturbances of the PV that decay.
         Isolated = "isolated",
-        /// Noise whose power falls with a power of the frequency: its memory has no end.
+        /// Noise whose power falls with a power of the frequency: its memory is infinite.
         LongMemory = "long memory",
-        /// A ramp that resets, over and over.
+        /// A ramp that resets, repeatedly.
         RampAndReset = "ramp and reset",
-        /// A slow ramp through all of the record.
+        /// A slow ramp over the whole record.
         OneWay = "one-way ramp",
-        /// Something that is switched on and off.
+        /// A disturbance that is switched on and off.
         OnOff = "on and off",
     }
 }
 
 named! {
-    /// What a historian did to the signals.
+    /// Processing of the signals by a historian.
     HistorianKind {
-        /// Nothing but to sample them, once a step of the controller or every few.
+        /// Only sampling, once a step of the controller or every few.
         Plain = "plain",
         /// It averaged over the sample.
         Averaging = "averaging",
@@ -119,9 +118,9 @@ named! {
         Holding = "holding",
         /// It rounded the OP or the PV.
         Rounding = "rounding",
-        /// Swinging-door compression, drawn out to a regular grid by straight lines.
+        /// Swinging-door compression, interpolated to a regular grid by straight lines.
         SwingingDoor = "swinging door",
-        /// It reported a value only when it had changed enough, and held it else.
+        /// It reported a value only after a sufficient change, and held it in between.
         Exception = "exception reporting",
         /// It recorded one of 20 steps of the controller.
         Slow = "slow",
@@ -129,33 +128,33 @@ named! {
 }
 
 named! {
-    /// What is special about a loop and its surroundings, whatever its kind.
+    /// The special situation of a loop and its surroundings, for any kind.
     Situation {
         /// Nothing.
         Ordinary = "ordinary",
-        /// It is slow for its record: little happens.
+        /// It is slow for its record: hardly anything happens.
         FewEvents = "few events",
-        /// Its gain margin is 1.02 to 1.3: it rings when it is pushed.
+        /// Its gain margin is 1.02 to 1.3: it rings after a disturbance.
         NearLimit = "near its limit",
-        /// Its OP is noisy, by up to four times the band that its valve has if it sticks.
+        /// Its OP is noisy, up to four times the band of its valve if it sticks.
         NoisyControl = "noisy control",
-        /// It writes the set point of a loop below, whose valve is the one that moves.
+        /// It writes the set point of a loop below, whose valve moves.
         OuterLoop = "outer loop",
         /// Another loop acts on it, and it on the other.
         Coupled = "coupled",
-        /// What disturbs it is measured and added to its OP.
+        /// Its disturbance is measured and added to its OP.
         Feedforward = "feedforward",
-        /// Another controller takes over through a selector now and then.
+        /// Another controller sometimes takes over through a selector.
         Override = "override",
-        /// An operator takes over now and then.
+        /// An operator sometimes takes over.
         ManualSpells = "manual spells",
         /// Its actuator moves at a limited rate.
         SlowActuator = "slow actuator",
-        /// An analyser measures its PV, now and then.
+        /// An analyser measures its PV at intervals.
         Analyser = "analyser",
-        /// Its transmitter ends a little above or below what the PV does.
+        /// The range of its transmitter ends slightly above or below the PV's range.
         NarrowTransmitter = "narrow transmitter",
-        /// Its OP works two valves, with a gap or an overlap where one hands over to the other.
+        /// Its OP drives two valves, with a gap or an overlap between them.
         SplitRange = "split range",
     }
 }
@@ -165,24 +164,24 @@ named! {
 pub enum Family {
     /// Its process.
     Process(ProcessKind),
-    /// The model of its valve, if that is at fault.
+    /// The model of its valve, if that is faulty.
     Valve(Model),
     /// Its controller.
     Controller(ControllerKind),
     /// The noise of its PV.
     Noise(NoiseKind),
-    /// What its set point does.
+    /// Its set point.
     SetPoint(SetPointKind),
-    /// What happens to it.
+    /// A disturbance.
     Disturbance(DisturbanceKind),
-    /// What the historian did.
+    /// The processing of the historian.
     Historian(HistorianKind),
-    /// What is special about it.
+    /// Its situation.
     Situation(Situation),
 }
 
 impl Family {
-    /// What it is a family of.
+    /// Its axis.
     pub fn axis(self) -> &'static str {
         match self {
             Self::Process(_) => "process",

@@ -1,16 +1,16 @@
-//! What a historian does to a signal.
+//! Processing of a signal by a historian.
 
 use super::draw::Draw;
 use super::families::HistorianKind;
 use stiction_diagnose::series::std;
 use stiction_model::closed_loop::quantised;
 
-/// How a loop is recorded.
+/// The recording of a loop.
 #[derive(Debug, Clone)]
 pub(super) struct Historian {
     /// The average over the sample, not the value at its end.
     pub averaged: bool,
-    /// The PV is new every so many samples and held between.
+    /// The PV is updated every this many samples and held in between.
     pub hold: usize,
     /// Resolution of the OP, percent; 0 for none.
     pub op_quantum: f64,
@@ -23,7 +23,7 @@ pub(super) struct Historian {
 }
 
 impl Historian {
-    /// One of those there are. Loops near their limit are compressed more often.
+    /// A random historian. Loops near their limit are compressed more often.
     pub fn draw(near_limit: bool, draw: &mut Draw) -> Self {
         let (compressed, reports) = if near_limit { (0.36, 0.16) } else { (0.22, 0.1) };
         let averaged = draw.chance(0.2);
@@ -51,18 +51,18 @@ impl Historian {
         }
     }
 
-    /// The same without compression, averages and values that are held: a trend that was opened for a test.
+    /// The same without compression, averages and holds: a trend opened for a test.
     pub fn trend(&self) -> Self {
         Self { averaged: false, hold: 1, doors: [0.0; 2], exceptions: [0.0; 2], ..self.clone() }
     }
 
-    /// Compresses the OP, the PV or both, and more than most do.
+    /// Compresses the OP, the PV or both, more than usual.
     pub fn compress(&mut self, draw: &mut Draw) {
         self.doors = doors(draw, 0.1);
         self.exceptions = [0.0; 2];
     }
 
-    /// What it does.
+    /// Its processing.
     pub fn kinds(&self, steps: usize) -> Vec<HistorianKind> {
         let any = |x: [f64; 2]| x.iter().any(|v| *v > 0.0);
         let all = [
@@ -80,14 +80,14 @@ impl Historian {
         kinds
     }
 
-    /// The OP as it is recorded, of `steps` steps a sample.
+    /// The recorded OP, with `steps` steps a sample.
     pub fn op(&self, op: &[f64], steps: usize) -> Vec<f64> {
         let mut op = self.sampled(op, steps);
         op.iter_mut().for_each(|v| *v = quantised(*v, self.op_quantum));
         Self::kept(op, self.doors[0], self.exceptions[0])
     }
 
-    /// The PV as it is recorded, of `steps` steps a sample.
+    /// The recorded PV, with `steps` steps a sample.
     pub fn pv(&self, pv: &[f64], steps: usize) -> Vec<f64> {
         let mut pv = self.sampled(pv, steps);
         for k in 0..pv.len() {
@@ -106,7 +106,7 @@ impl Historian {
         x.chunks_exact(steps).map(value).collect()
     }
 
-    /// What comes back of what was kept.
+    /// The signal restored from the kept samples.
     fn kept(x: Vec<f64>, door: f64, exception: f64) -> Vec<f64> {
         match (door > 0.0, exception > 0.0) {
             (true, _) => swinging_door(&x, door * std(&x)),
@@ -126,7 +126,7 @@ fn doors(draw: &mut Draw, least: f64) -> [f64; 2] {
     }
 }
 
-/// The last value that had changed by more than `change` since the one before it: exception reporting.
+/// The last value that differed by more than `change` from the one before it: exception reporting.
 fn reported(x: &[f64], change: f64) -> Vec<f64> {
     let mut last = f64::NAN;
     let keep = |v: &f64| {
@@ -138,9 +138,9 @@ fn reported(x: &[f64], change: f64) -> Vec<f64> {
     x.iter().map(keep).collect()
 }
 
-/// The samples that a swinging-door compression with the given deviation keeps, and straight lines
-/// between them: what comes back from a historian that interpolates. The first and last samples are
-/// kept; every other one lies within `deviation` of what comes back.
+/// The samples kept by a swinging-door compression with the given deviation, with straight lines between them: the
+/// output of a historian that interpolates. The first and last samples are kept; every other one is within
+/// `deviation` of the restored signal.
 ///
 /// Source: E. H. Bristol, "Swinging door trending: adaptive trend recording?", ISA National
 /// Conference 1990 (recalled, not read).
@@ -149,8 +149,7 @@ pub fn swinging_door(x: &[f64], deviation: f64) -> Vec<f64> {
     let Some(&first) = x.first() else { return back };
     back.push(first);
     let mut anchor = 0;
-    // The steepest and the flattest line from the anchor that pass within the deviation of every
-    // sample since.
+    // The steepest and the flattest line from the anchor that pass within the deviation of every sample since.
     let (mut steepest, mut flattest) = (f64::INFINITY, f64::NEG_INFINITY);
     for k in 1..x.len() {
         let run = (k - anchor) as f64;
@@ -168,7 +167,7 @@ pub fn swinging_door(x: &[f64], deviation: f64) -> Vec<f64> {
     back
 }
 
-/// The straight line from sample `from`, which is there already, to sample `to`.
+/// The straight line from sample `from`, which already exists, to sample `to`.
 fn extend(back: &mut Vec<f64>, x: &[f64], from: usize, to: usize) {
     for k in from + 1..=to {
         let share = (k - from) as f64 / (to - from) as f64;

@@ -1,9 +1,9 @@
-//! Loops of kinds that the verdict was not trained on: the examination that follows a training.
+//! Loops of kinds that the verdict was not trained on: the examination after a training.
 //!
-//! A set of kinds is devised when the population that trains the verdict is final, shares none of its code but random
-//! numbers, valve models and what counts as visible, and is never trained on. It is measured once; what is learned from it goes into the next
-//! population, and the next examination needs another set. An earlier set stays, so that its loops can be measured
-//! again: a kind of which the population has kin by then is no longer one never seen.
+//! A set of kinds is devised when the population that trains the verdict is final. It shares no code with it except
+//! random numbers, valve models and the definition of visible, and is never used for training. It is measured once.
+//! The findings improve the next population, and the next examination needs another set. Earlier sets are kept, so
+//! that their loops can be measured again, although similar kinds are then in the population.
 //!
 //! Each kind has healthy loops and loops that stick, with the same process, controller and disturbances.
 //!
@@ -38,42 +38,42 @@ use sketch::Sketch;
 use stiction_diagnose::recording::Recording;
 use stiction_model::error::Result;
 
-/// What nobody had thought of.
+/// A kind that is not in the population.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Invention {
     /// A positioner that rings: the stem follows with a resonance of damping 0.15 to 0.4.
     RingingPositioner,
-    /// A predictive controller: a move every few samples, held between, chosen by a model that is off.
+    /// A predictive controller: a move every few samples, held in between, from an inaccurate model.
     PredictiveController,
-    /// A second valve in the same line, moved by hand and by another loop; the gain changes with it.
+    /// A second valve in the same line, moved manually and by another loop; the gain changes with it.
     ValvesInSeries,
-    /// A boiler or compressor that is switched on and off by the pressure that the loop controls. The population has
-    /// kin of it since version 5, [`LoopKind::SwitchedNeighbour`](super::LoopKind::SwitchedNeighbour).
+    /// A boiler or compressor that is switched on and off by the controlled pressure. The population has similar
+    /// loops since version 5, [`LoopKind::SwitchedNeighbour`](super::LoopKind::SwitchedNeighbour).
     OnOffNeighbour,
-    /// A valve that sticks near its seat only, under a loop that visits the seat.
+    /// A valve that sticks only near its seat, under a loop that reaches the seat.
     NearTheSeat,
-    /// Pulsating flow, sampled a little slower or faster than it pulsates: a slow beat in the PV.
+    /// Pulsating flow, sampled slightly slower or faster than it pulsates: a slow beat in the PV.
     Aliasing,
-    /// A titration: the gain changes tenfold about the set point.
+    /// A titration: the gain changes tenfold around the set point.
     Titration,
     /// A linkage with play and a soft spring behind the valve: the flow follows the stem late and softly.
     SoftLinkage,
-    /// A controller with two sets of tuning, for a valve whose gain changes near where it works; half of them switch
-    /// with a bump.
+    /// A controller with two sets of tuning, for a valve whose gain changes near its operating point; half of them
+    /// switch with a bump.
     ScheduledTuning,
-    /// Batches of one recipe: steps, ramps and holds of the set point, and between batches an OP that is preset.
+    /// Batches of one recipe: steps, ramps and holds of the set point, with a preset OP between batches.
     Recipe,
-    /// A flow that chokes: above an opening that wanders the valve hardly adds to it.
+    /// A choked flow: above a wandering opening the valve hardly adds to it.
     ChokedFlow,
-    /// A temperature behind a pipe: the more flows, the smaller is what the flow can do, and the sooner it arrives.
+    /// A temperature behind a pipe: with a larger flow, its effect is smaller and arrives sooner.
     TransportByFlow,
-    /// A controller that keeps a compressor from surging: it opens at once, and closes slowly.
+    /// A surge controller: it opens at once, and closes slowly.
     SurgeControl,
-    /// A transmitter that damps the more, the less happens.
+    /// A transmitter with more damping at small changes.
     AdaptiveDamping,
-    /// A positioner with integral action: where the valve sticks it winds up until the stem slips.
+    /// A positioner with integral action: if the valve sticks it winds up until the stem slips.
     WindingPositioner,
-    /// A valve that jumps where it opens and slides where it closes.
+    /// A valve that jumps when it opens and slides when it closes.
     OneSidedFriction,
 }
 
@@ -129,14 +129,14 @@ impl Invention {
     /// # Errors
     /// None is known.
     pub fn simulate(self, seed: u64, sticks: bool) -> Result<Invented> {
-        // A draw whose OP rests or lies at an end shows nothing.
+        // A draw whose OP rests or is at a limit shows nothing.
         let mut again = 0;
         loop {
             let mut draw = Draw::of(&[0x1a5e, self as u64, seed, again]);
             let sketch = Sketch::draw(self, &mut draw);
             let found = sketch.play(self, sticks)?;
             again += 1;
-            // Of the first set one may serve where the other does not: its loops stay those that were measured.
+            // In the first set one may be valid and the other not: its loops stay those that were measured.
             let serves =
                 found.serves && (Self::FIRST.contains(&self) || sketch.play(self, !sticks)?.serves);
             if again >= 60 || serves {
@@ -145,7 +145,7 @@ impl Invention {
         }
     }
 
-    /// What it has of its own.
+    /// Its own parts.
     fn parts(self, sketch: &Sketch) -> Box<dyn Parts> {
         match self {
             Self::RingingPositioner => Box::new(ringing_positioner::RingingPositioner::of(sketch)),
@@ -173,14 +173,14 @@ impl Invention {
 /// A loop of such a kind.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Invented {
-    /// What a plant would have recorded.
+    /// The recording of a plant.
     pub recording: Recording,
     /// Whether the valve sticks.
     pub sticks: bool,
     /// Whether the record can show it, as in [`Truth::visible`](super::Truth::visible).
     pub visible: bool,
-    /// Stick band plus dead band, percent of span; 0 of a healthy valve. Of a positioner that winds up, between its
-    /// output and the stem.
+    /// Stick band plus dead band, percent of span; 0 for a healthy valve. For a positioner that winds up, between
+    /// its output and the stem.
     pub s: f64,
     /// Slip jump.
     pub j: f64,

@@ -1,58 +1,58 @@
-//! The kinds of loops, and how many there are of each.
+//! The kinds of loops, and their shares.
 
 use super::Simulated;
 use super::draw::Draw;
 use stiction_model::error::{Error, Result};
 
-/// What a simulated loop has that others have not.
+/// The peculiarity of a simulated loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LoopKind {
     /// Its valve sticks and slips.
     Sticky,
-    /// It is the outer loop of a cascade, and the valve of the loop below sticks: its OP is the set point of
-    /// that loop, and S and J are of another OP than the one recorded.
+    /// It is the outer loop of a cascade, and the valve of the loop below sticks: its OP is the set point of that
+    /// loop, and S and J refer to a different OP from the recorded one.
     StickyBelow,
-    /// Its valve does not move: seized where it was, shut, or without power.
+    /// Its valve does not move: seized in position, shut, or without power.
     Stuck,
-    /// Nothing: load drift, steps, ramps, pulses and noise, as all loops have.
+    /// None: load drift, steps, ramps, pulses and noise, as all loops have.
     Normal,
     /// A sine enters at the load or at the PV.
     Sine,
     /// Narrow-band noise enters at the load or at the PV.
     Irregular,
-    /// The controller's gain is about the ultimate one: the gain margin is 0.85 to 1.25.
+    /// The controller's gain is near the ultimate one: the gain margin is 0.85 to 1.25.
     AggressiveTuning,
-    /// The transmitter resolves only a few levels of what the PV does; the controller sees them.
+    /// The transmitter resolves only a few levels of the PV, also for the controller.
     QuantisedPv,
-    /// A load asks for more than the OP can give.
+    /// A load exceeds the range of the OP.
     Saturation,
     /// The transmitter has play, or the controller a gap.
     DeadZoneElsewhere,
-    /// The set point moves, more than in other loops.
+    /// The set point moves more than in other loops.
     SetPoint,
-    /// The process gain changes over the range that an oscillating load makes the OP cover.
+    /// The process gain changes over the OP range of an oscillating load.
     ProcessNonlinearity,
     /// A square, triangular, relaxation or slip-like wave enters at the load or at the PV, as from
     /// another sticking valve upstream.
     ExternalWave,
-    /// A load ramps and resets, over and over: fouling and backwash, batches that are dumped.
+    /// A load ramps and resets, repeatedly: fouling and backwash, batch dumps.
     RampAndReset,
-    /// The historian compressed OP or PV by a swinging door, and drew straight lines between what it kept.
+    /// The historian compressed OP or PV by a swinging door, and drew straight lines between the kept samples.
     SwingingDoor,
-    /// The valve of another loop sticks; its cycle arrives through what couples the loops, and this loop's
-    /// controller answers back.
+    /// The valve of another loop sticks; its cycle arrives through the coupling, and this loop's controller acts
+    /// back.
     StickingNeighbour,
-    /// A neighbour is switched on and off, or opens and shuts: what arrives jumps between two or three levels, at
-    /// times of its own or as a vessel that it shares with this loop fills and empties.
+    /// A neighbour is switched on and off, or opens and shuts. Its effect jumps between two or three levels, at its
+    /// own times or as a shared vessel fills and empties.
     SwitchedNeighbour,
     /// A load has a long memory: its power falls with a power of the frequency.
     LongMemory,
-    /// A load goes one way through all of the record; the OP follows it.
+    /// A load moves in one direction over the whole record; the OP follows it.
     OneWay,
 }
 
 impl LoopKind {
-    /// All kinds, those of valves that do not move as they should first.
+    /// All kinds, those with faulty valves first.
     pub const ALL: [Self; 19] = [
         Self::Sticky,
         Self::StickyBelow,
@@ -103,7 +103,7 @@ impl LoopKind {
     /// The kind of that name, in any case.
     ///
     /// # Errors
-    /// If there is none; the error lists those there are.
+    /// If there is none; the error lists the known ones.
     pub fn by_name(name: &str) -> Result<Self> {
         let wanted = name.to_lowercase();
         let found = Self::ALL.into_iter().find(|kind| kind.name().to_lowercase() == wanted);
@@ -140,7 +140,7 @@ impl LoopKind {
         matches!(self, Self::Sticky | Self::StickyBelow | Self::Stuck)
     }
 
-    /// The kind that a number from 0 to 1 falls on when the kinds lie side by side with their shares.
+    /// The kind at a number from 0 to 1 when the kinds lie side by side with their shares.
     pub(super) fn at(mut place: f64) -> Self {
         for kind in Self::ALL {
             place -= kind.share();
@@ -153,31 +153,30 @@ impl LoopKind {
 
     /// The loop of this kind and seed.
     ///
-    /// Loops of two kinds with the same seed have the same process, tuning, noise, load, set point and
-    /// historian, as far as the kind leaves them alone, so that a sticky loop can be compared with its
-    /// healthy siblings. A draw that shows nothing, or shows something else (see
-    /// `docs/population.md`), is drawn again from the same seed, counted in
-    /// [`Facts::redrawn`](super::Facts::redrawn).
+    /// Loops of two kinds with the same seed have the same process, tuning, noise, load, set point and historian,
+    /// unless the kind changes them, so that a sticky loop can be compared with its healthy siblings. A draw that
+    /// shows nothing, or the wrong pattern (see `docs/population.md`), is drawn again from the same seed and
+    /// counted in [`Facts::redrawn`](super::Facts::redrawn).
     ///
     /// # Errors
-    /// None is known: if 100 draws in a row showed nothing, or a setting were out of its range.
+    /// None is known. Possible reasons are 100 unsuccessful draws, or a setting out of its range.
     pub fn simulate(self, seed: u64) -> Result<Simulated> {
         self.simulate_for(seed, 1.0)
     }
 
     /// The loop of this kind and seed, recorded for `factor` times as many samples.
     ///
-    /// Process, tuning, valve and historian are the same, and the cause goes on. Loads, set-point
-    /// changes and noise are those of the shorter record for as long as that lasts, and after it are
-    /// drawn anew for every further length of it, from the same distributions: a load does not drift
-    /// away in a month. A sticking that comes and goes does so by shares of the longer record.
+    /// Process, tuning, valve and historian are the same, and the cause continues. Loads, set-point changes and
+    /// noise are those of the shorter record during its length. After it they are drawn again for every further
+    /// length, from the same distributions, so that a load does not drift away in a month. A sticking that comes
+    /// and goes does so by shares of the longer record.
     ///
     /// # Errors
-    /// As [`simulate`](Self::simulate), and if `factor` is not from 0.1 to 10,000. Memory grows with
-    /// it: some 100 bytes a step of the controller.
+    /// As [`simulate`](Self::simulate), and if `factor` is not from 0.1 to 10,000. It needs some 100 bytes of
+    /// memory a step of the controller.
     pub fn simulate_for(self, seed: u64, factor: f64) -> Result<Simulated> {
         if !(0.1..=10_000.0).contains(&factor) {
-            let rule = format!("{factor} times as many samples: not from 0.1 to 10,000 times");
+            let rule = format!("{factor} times as many samples is not between 0.1 and 10,000");
             return Err(Error::Inconsistent(rule));
         }
         const DRAWS: u64 = 100;
@@ -191,17 +190,19 @@ impl LoopKind {
                 return Ok(simulated);
             }
         }
-        Err(Error::Inconsistent(format!("{} {seed}: none of {DRAWS} draws serves", self.name())))
+        Err(Error::Inconsistent(format!("{} {seed}: none of {DRAWS} draws is valid", self.name())))
     }
 
-    /// The sticky loop of this seed with another S, percent of span: loops of one seed differ in S and J alone, J/S
-    /// being the same. `None` if a draw would have to be repeated, after which they would no longer be alike.
+    /// The sticky loop of this seed with another S, percent of span: loops of one seed differ only in S and J, with
+    /// the same J/S. `None` if a draw would have to be repeated, because they would then differ.
     ///
     /// # Errors
     /// If S is not above 0 and at most 100 %.
     pub fn sticky_with_s(seed: u64, s: f64) -> Result<Option<Simulated>> {
         if !(s > 0.0 && s <= 100.0) {
-            return Err(Error::Inconsistent(format!("S is {s} %, not above 0 and up to 100 %")));
+            return Err(Error::Inconsistent(format!(
+                "S is {s} %, but must be above 0 and at most 100 %"
+            )));
         }
         let draw = &mut Draw::of(&[seed, 0]);
         super::member::simulate(Self::Sticky, draw, 1.0, Some(s), &mut |_, _| Ok(()))

@@ -1,17 +1,17 @@
 //! A population of simulated loops with known truth, to train and to measure a verdict on stiction.
 //!
-//! A [`member`] is one loop: its [`LoopKind`] is drawn by the kind's share, everything else after it. The
-//! loops of all kinds are drawn from the same distributions of process, tuning, noise, set point,
-//! load and historian; they differ in the valve and in the named cause, and in nothing else, so that
-//! nothing else can be learned from them. `docs/population.md` tells what is drawn, and from what.
+//! A [`member`] is one loop: its [`LoopKind`] is drawn by the kind's share, then everything else. The loops of all
+//! kinds are drawn from the same distributions of process, tuning, noise, set point, load and historian. They
+//! differ only in the valve and in the named cause, so that nothing else can be learned from them.
+//! `docs/population.md` describes all distributions.
 //!
 //! ```text
-//! Draw ──> Design ──> Tapes ──> Plant ──> what a plant would have seen ──> historian ──> Recording
+//! Draw ──> Design ──> Tapes ──> Plant ──> recording without historian ──> historian ──> Recording
 //!          (kind)     (noise,     └─────> the same with a healthy valve ──> visible? ──> Truth
 //!                      load, SP)
 //! ```
 //!
-//! Version 5. A change of what a seed gives is a new version and is named in the change log.
+//! Version 5. A change of the loops of a seed is a new version and is listed in the change log.
 
 mod design;
 mod disturbance;
@@ -48,5 +48,5 @@ pub use test_trial::{TestTrial, TestTrialOptions};
 pub use tested::{Carried, Operator, Tested, ToPlan, Trend};
 pub use truth::{Facts, Simulated, Truth};
 
-/// Version of the population: which loop a seed gives.
+/// Version of the population: it determines the loop of a seed.
 pub const VERSION: u32 = 5;

@@ -16,8 +16,8 @@ use stiction_model::bands::Bands;
 use stiction_model::error::Result;
 use stiction_model::valve::{AnyModel, Model, ValveSpec};
 
-/// Loop number `index` of the population of `seed`: its kind is drawn by [`LoopKind::share`], then
-/// everything else. It depends on these two numbers alone.
+/// Loop number `index` of the population of `seed`: its kind is drawn by [`LoopKind::share`], then everything else.
+/// It depends on these two numbers alone.
 ///
 /// # Errors
 /// As [`LoopKind::simulate`]: none is known.
@@ -29,10 +29,10 @@ pub fn member(seed: u64, index: u64) -> Result<Simulated> {
     Ok(simulated)
 }
 
-/// A loop of this kind, if the draw shows what the kind is about and nothing worse.
+/// A loop of this kind, if the draw shows the kind's pattern and nothing worse.
 ///
-/// What belongs to the valve and to the cause comes from streams of its own, so that the rest does not
-/// depend on the kind. A sticky valve has the S asked for, percent, or the one that is drawn.
+/// The valve and the cause have their own streams, so that the rest does not depend on the kind. A sticky valve has
+/// the given S, percent, or the drawn one.
 pub(super) fn simulate(
     kind: LoopKind,
     draw: &mut Draw,
@@ -61,7 +61,7 @@ pub(super) fn simulate(
 
     let mut valve = Valve { model: None, s: dead_band, j: 0.0, share: 0.0, fittings: vec![] };
     let noise = std(&tapes.noise[design.warm_up..]);
-    // By how much the PV differs from what a healthy valve, given the same OP, would have made of it.
+    // Deviation of the PV from that of a healthy valve with the same OP.
     let (played, missing) = match kind {
         LoopKind::Sticky => {
             let s = design.s * beyond_what_happens(&mut of_valve.beside());
@@ -70,7 +70,7 @@ pub(super) fn simulate(
             let run = plant.play(&valve.fittings)?;
             match moves(&run.stem) {
                 true => (run, 0.0),
-                // It is as good as stuck, and shows like one.
+                // It is as good as stuck, and looks like it.
                 false => {
                     let (run, beside) = plant.play_beside(&valve.fittings, &healthy)?;
                     let missing = std(&differences(&beside, &run.pv));
@@ -95,7 +95,7 @@ pub(super) fn simulate(
     }
 
     let seen = design.historian.pv(&played.pv, design.steps);
-    // A door can leave nothing but one value.
+    // A swinging door may keep only one value.
     if span(&seen) == 0.0 {
         return Ok(None);
     }
@@ -125,7 +125,7 @@ pub(super) fn simulate(
         _ => false,
     };
     let facts = facts(&design, &plant, &played, tapes.kinds.clone(), valve.share);
-    // What it has, or would have if it stuck.
+    // Its actual bands, or those if it stuck.
     let band = if kind == LoopKind::Sticky { valve.s } else { design.s };
     let truth = Truth {
         kind,
@@ -148,14 +148,14 @@ pub(super) fn simulate(
     Ok(Some(simulated))
 }
 
-/// A loop that was played, to be played again.
+/// A simulated loop that can be simulated again.
 pub(super) struct Scene<'a> {
     pub design: &'a Design,
     pub plant: &'a Plant<'a>,
     pub fittings: &'a [Fitting],
 }
 
-/// What the historian keeps of a run, in units of the plant.
+/// The recorded part of a run, in units of the plant.
 pub(super) fn recorded(
     design: &Design,
     historian: &Historian,
@@ -177,7 +177,7 @@ fn last(x: &[f64], steps: usize) -> Vec<f64> {
     x.chunks_exact(steps).map(|sample| sample[steps - 1]).collect()
 }
 
-/// Share of some samples that lie at a limit.
+/// Share of samples at a limit.
 fn share_at(x: &[f64], (low, high): (f64, f64)) -> f64 {
     let at = |limit: f64| {
         x.iter().filter(|v| (**v - limit).abs() < 1e-9).count() as f64 / x.len() as f64
@@ -185,7 +185,7 @@ fn share_at(x: &[f64], (low, high): (f64, f64)) -> f64 {
     [low, high].map(at).iter().sum()
 }
 
-/// Whether a run shows what the kind is about, and nothing worse.
+/// Whether a run shows the kind's pattern, and nothing worse.
 fn serves(kind: LoopKind, design: &Design, plant: &Plant<'_>, played: &Played) -> bool {
     let (op_travel, at_limit) = (span(&played.op), share_at(&played.op, design.limits));
     let clipped = share_at(&played.pv, design.transmitter);
@@ -201,11 +201,11 @@ fn serves(kind: LoopKind, design: &Design, plant: &Plant<'_>, played: &Played) -
         }
         _ => op_travel > 0.0 && at_limit <= 0.4 && clipped <= 0.2,
     };
-    // What has run away to a limit and stays there shows nothing, whatever its kind.
+    // A loop that has run away to a limit and stays there shows nothing, for any kind.
     finite && serves && at_limit <= 0.9
 }
 
-/// What is told of a loop beside its truth.
+/// Facts about a loop beside its truth.
 fn facts(
     design: &Design,
     plant: &Plant<'_>,
@@ -261,12 +261,12 @@ fn facts(
     }
 }
 
-/// A valve at fault.
+/// A faulty valve.
 struct Valve {
     model: Option<Model>,
     s: f64,
     j: f64,
-    /// Share of the record in which it is so.
+    /// Share of the record with the fault.
     share: f64,
     fittings: Vec<Fitting>,
 }
@@ -275,12 +275,12 @@ fn fitted(from: usize, model: AnyModel) -> Fitting {
     Fitting { from, model, position: None }
 }
 
-/// Bounds of the S of a valve that sticks, percent.
+/// Bounds of a sticking valve's S, percent.
 const LEAST_S: f64 = 0.5;
 const MOST_S: f64 = 30.0;
 
-/// How many times the S that scales the activity a sticking valve has: of some far more than the OP moves, so that it
-/// often never slips; of some less, so that the OP moves over many S.
+/// Ratio of a sticking valve's S to the S that scales the activity. It is sometimes far larger than the OP's
+/// movement, so that the valve often never slips, and sometimes smaller, so that the OP moves over many S.
 fn beyond_what_happens(draw: &mut Draw) -> f64 {
     match draw.unit() {
         place if place < 0.06 => draw.log(1.5, 8.0),
@@ -289,7 +289,7 @@ fn beyond_what_happens(draw: &mut Draw) -> f64 {
     }
 }
 
-/// A valve that sticks by `s` percent, for one loop in eight not all the time, or not all the time as much.
+/// A valve that sticks by `s` percent; in one loop of eight only at times, or with a varying S.
 fn sticking(design: &Design, s: f64, healthy: &Fitting, draw: &mut Draw) -> Result<Valve> {
     let model = draw.weighted([
         (Model::TwoPhase, 0.60),
@@ -301,7 +301,7 @@ fn sticking(design: &Design, s: f64, healthy: &Fitting, draw: &mut Draw) -> Resu
         (Model::Chen, 0.03),
     ]);
     let j = s * match draw.unit() {
-        // One band is all it knows.
+        // It has only one band.
         _ if !model.describe().uses_s => 1.0,
         place if place < 0.6 => draw.uniform(0.03, 1.0),
         place if place < 0.85 => draw.log(0.01, 0.3),
@@ -319,7 +319,7 @@ fn sticking(design: &Design, s: f64, healthy: &Fitting, draw: &mut Draw) -> Resu
     let mut fittings = vec![fitted(0, build(1.0)?)];
     let mut share = 1.0;
     if draw.chance(0.12) {
-        // One segment of the record, of up to two thirds, in which it is another valve.
+        // One segment of the record, of up to two thirds, with a different valve.
         let from = draw.uniform(0.0, 0.95);
         let until = (from + draw.uniform(0.15, 0.65)).min(1.0);
         let at = |place: f64| design.warm_up + (place * record as f64) as usize;
@@ -336,11 +336,11 @@ fn sticking(design: &Design, s: f64, healthy: &Fitting, draw: &mut Draw) -> Resu
     Ok(Valve { model: Some(model), s, j, share, fittings })
 }
 
-/// A valve that from some step on does not move: seized, shut, or open.
+/// A valve that does not move from some step on: seized, shut, or open.
 fn stuck(design: &Design, healthy: &Fitting, draw: &mut Draw) -> Result<Valve> {
     /// Its static band is the whole span.
     const S: f64 = 200.0;
-    // However long it is recorded after.
+    // For any length of the later record.
     let record = (design.all_steps().min(design.drawn_steps)) - design.warm_up;
     let (from, share) = match draw.chance(0.6) {
         true => (design.warm_up - (0.1 * draw.unit() * design.warm_up as f64) as usize, 1.0),
@@ -356,7 +356,7 @@ fn stuck(design: &Design, healthy: &Fitting, draw: &mut Draw) -> Result<Valve> {
     Ok(Valve { model: Some(model), s: S, j: 0.0, share, fittings: vec![before, seized] })
 }
 
-/// How often the stem begins to move.
+/// Number of slips of the stem.
 fn slips(stem: &[f64]) -> usize {
     stem.windows(3).filter(|x| x[0] == x[1] && x[1] != x[2]).count()
 }

@@ -1,8 +1,8 @@
-//! Recordings whose columns do not belong together: loops of the population with a mistake made in them.
+//! Recordings whose columns do not belong together: loops of the population with a mistake in their columns.
 //!
-//! They teach what evidence looks like that is none. A column that stands for another keeps its units in some of
-//! the recordings; in others it is brought into a range of its own, as an export that scales every column does, or all
-//! of the recording is in percent, so that ranges do not tell.
+//! They show the training false evidence. A column that replaces another keeps its units in some of the recordings.
+//! In others it is scaled to its own range, as by an export that scales every column, or the whole recording is in
+//! percent, so that ranges give no hint.
 
 use super::draw::Draw;
 use super::{ControllerKind, Simulated, Situation, member};
@@ -17,23 +17,23 @@ use stiction_model::error::Result;
 pub enum Mistake {
     /// OP and PV are exchanged.
     Exchanged,
-    /// Noise of the PV's mean and standard deviation, white or of first order, stands for the PV.
+    /// Noise with the PV's mean and standard deviation, white or of first order, replaces the PV.
     PvNoise,
     /// The samples of the PV are out of order: each by itself, or in blocks.
     PvShuffled,
     /// The PV is that of another loop.
     PvOfAnotherLoop,
-    /// Noise stands for the OP.
+    /// Noise replaces the OP.
     OpNoise,
     /// The samples of the OP are out of order.
     OpShuffled,
     /// The OP is that of another loop.
     OpOfAnotherLoop,
-    /// The SP stands for the OP, and the OP for the SP or nowhere.
+    /// The SP replaces the OP, and the OP replaces the SP or is missing.
     SpAsOp,
-    /// The SP stands for the PV, and the PV for the SP or nowhere.
+    /// The SP replaces the PV, and the PV replaces the SP or is missing.
     SpAsPv,
-    /// OP and PV are sines that have nothing to do with each other.
+    /// OP and PV are unrelated sines.
     UnrelatedSines,
     /// One is a sine, the other noise.
     SineAndNoise,
@@ -41,7 +41,7 @@ pub enum Mistake {
     WhiteAndWhite,
     /// Both are random walks.
     BrownAndBrown,
-    /// The OP is moved in steps that the PV knows nothing of, as that of a block valve or of a loop in manual.
+    /// The OP moves in steps without any effect on the PV, as for a block valve or a loop in manual.
     ManualSteps,
 }
 
@@ -84,7 +84,7 @@ impl Mistake {
         }
     }
 
-    /// Its share: that of exchanged columns, the likeliest mistake of a person, is a good third of all.
+    /// Its share: exchanged columns, the likeliest mistake of a person, are more than a third of all.
     fn share(self) -> f64 {
         match self {
             Self::Exchanged => 9.0,
@@ -99,17 +99,17 @@ impl Mistake {
     }
 }
 
-/// Mistaken recording number `index` of `seed`, and the mistake. Its loops are [members](member) of the population of
-/// that seed, but hardly ever those of small numbers, which others learn from.
+/// Mistaken recording number `index` of `seed`, and the mistake. Its loops are [members](member) of the population
+/// of that seed, but hardly ever those with small numbers, which are used for other trainings.
 ///
 /// # Errors
 /// As [`member`]: none is known.
 pub fn mistaken(seed: u64, index: u64) -> Result<(Mistake, Recording)> {
-    // Apart from the streams that members are drawn from.
+    // Separate from the streams of members.
     let mut draw = Draw::of(&[seed, index, u64::from(super::VERSION), 0x6d69_7374]);
     let mistake = draw.weighted(Mistake::ALL.map(|mistake| (mistake, mistake.share())));
     let mut of = simulated(seed, &mut draw)?;
-    // Three in ten exchanged columns are those of controllers that pass on noise.
+    // Three in ten exchanged columns are those of controllers that amplify noise.
     if mistake == Mistake::Exchanged && draw.chance(0.3) {
         while !of.passes_noise {
             of = simulated(seed, &mut draw)?;
@@ -188,7 +188,7 @@ fn make(mistake: Mistake, of: &mut Signals, other: &Signals, draw: &mut Draw) {
     let n = of.op.len();
     match mistake {
         Mistake::Exchanged => {
-            // In percent both columns lie where an OP may.
+            // In percent both columns are in the range of an OP.
             let percent = draw.chance(0.4);
             if percent {
                 of.in_percent();
@@ -202,7 +202,7 @@ fn make(mistake: Mistake, of: &mut Signals, other: &Signals, draw: &mut Draw) {
         Mistake::PvShuffled => of.pv = shuffled(&of.pv, draw),
         Mistake::PvOfAnotherLoop => {
             of.pv = other.pv[..n].to_vec();
-            // A set point of the first loop would betray it by its range.
+            // A set point of the first loop would reveal it by its range.
             of.sp = match draw.chance(0.5) {
                 true => other.sp.as_ref().map(|sp| sp[..n].to_vec()),
                 false => None,
@@ -235,12 +235,12 @@ fn make(mistake: Mistake, of: &mut Signals, other: &Signals, draw: &mut Draw) {
     }
 }
 
-/// Both signals of a loop anew, with the means and spreads they had.
+/// New signals of a loop, with the old means and spreads.
 fn both(of: &mut Signals, [op, pv]: [Vec<f64>; 2]) {
     (of.op, of.pv) = (like(&of.op, op), like(&of.pv, pv));
 }
 
-/// Brings the OP into a part of 0 to 100 % in one half of all cases.
+/// Scales the OP to a part of 0 to 100 % in one half of all cases.
 fn rescale(of: &mut Signals, draw: &mut Draw) {
     let (low, wide) = (draw.uniform(0.0, 60.0), draw.log(2.0, 40.0));
     if draw.chance(0.5) {
@@ -250,7 +250,7 @@ fn rescale(of: &mut Signals, draw: &mut Draw) {
     }
 }
 
-/// A signal of another's mean and standard deviation.
+/// A signal with the mean and standard deviation of another.
 fn like(model: &[f64], mut signal: Vec<f64>) -> Vec<f64> {
     let (from, spread) = (mean(&signal), std(&signal));
     let scale = if spread > 0.0 { std(model) / spread } else { 0.0 };
@@ -317,7 +317,7 @@ fn steps(n: usize, draw: &mut Draw) -> Vec<f64> {
         .collect()
 }
 
-/// Whether a set point has at least five values: a step or two are no signal.
+/// Whether a set point has at least five values: a step or two are not enough for a signal.
 fn moves(sp: &[f64]) -> bool {
     sp.windows(2).filter(|two| two[0] != two[1]).take(4).count() == 4
 }

@@ -1,4 +1,4 @@
-//! The second loop, where there is one: the inner loop of a cascade, or a neighbour that a loop interacts with.
+//! A second loop: the inner loop of a cascade, or an interacting neighbour.
 
 use super::draw::Draw;
 use super::stem::{Fitting, Stem};
@@ -12,11 +12,11 @@ use stiction_model::error::Result;
 use stiction_model::simd::Lane;
 use stiction_model::valve::Model;
 
-/// Where the OP of a second loop rests, percent.
+/// OP of a second loop at rest, percent.
 const REST: f64 = 50.0;
 
-/// The loop below, as it is drawn: a PI controller around a first-order process, whose PV in percent of its span
-/// is what the loop above asks for and what its process sees.
+/// The drawn loop below: a PI controller around a first-order process. Its PV in percent of its span is the output
+/// of the loop above and the input of its process.
 #[derive(Debug, Clone)]
 pub(super) struct Inner {
     /// Time constant of the process, and of the closed loop, s.
@@ -26,14 +26,14 @@ pub(super) struct Inner {
     valve_lag: f64,
     /// Standard deviation of its noise, percent.
     noise: f64,
-    /// How much of the load of the loop above, and of its own, acts before its process.
+    /// Shares of the load of the loop above, and of its own load, that act before its process.
     load: f64,
     drift: f64,
     seed: u64,
 }
 
 impl Inner {
-    /// One that is faster than the loop above, which answers in `slower` s and moves by `activity` percent.
+    /// One that is faster than the loop above, which responds in `slower` s and moves by `activity` percent.
     pub fn draw(step: f64, slower: f64, activity: f64, draw: &mut Draw) -> Self {
         let lambda = (slower * draw.log(0.05, 0.5)).max(3.0 * step);
         let tau = lambda * draw.log(0.7, 5.0);
@@ -56,7 +56,7 @@ impl Inner {
             let keep = (-step / tau).exp();
             (1.0 - keep) / (1.0 - keep * late)
         };
-        // A lag of the stem answers one step late, as the process does.
+        // A lag of the stem acts one step late, as the process does.
         let (valve, steps) = match self.valve_lag > 0.0 {
             true => (lag(self.valve_lag), 2.0),
             false => (Complex::new(1.0, 0.0), 1.0),
@@ -70,7 +70,7 @@ impl Inner {
     }
 }
 
-/// The loop below, at work.
+/// The simulated loop below.
 pub(super) struct InnerRun<'a> {
     keep: f64,
     design: &'a Inner,
@@ -84,10 +84,10 @@ pub(super) struct InnerRun<'a> {
 }
 
 impl<'a> InnerRun<'a> {
-    /// At rest at the set point `rest`, for `n` steps, which were drawn to last `duration` s.
+    /// At rest at the set point `rest`, for `n` steps with a total duration of `duration` s.
     ///
     /// # Errors
-    /// If a part refuses its settings.
+    /// If the settings of a part are invalid.
     pub fn new(
         inner: &'a Inner,
         fittings: &[Fitting],
@@ -126,14 +126,14 @@ impl<'a> InnerRun<'a> {
     }
 }
 
-/// A loop beside this one, as it is drawn: first order plus dead time with a gain of one, and a PI controller.
+/// A drawn neighbour: first order plus dead time with a gain of one, and a PI controller.
 #[derive(Debug, Clone)]
 pub(super) struct Neighbour {
     tau: f64,
     dead_time: f64,
     kc: f64,
     ti: f64,
-    /// What of its valve, or of its PV, acts on this loop's load, and the other way round.
+    /// Coupling of its valve, or of its PV, to this loop's load, and in the other direction.
     pub there: f64,
     back: f64,
     /// Whether the PVs act, as through a recycle, with this lag, s; else the valves act at once.
@@ -148,7 +148,8 @@ pub(super) struct Neighbour {
 }
 
 impl Neighbour {
-    /// One that is a few times slower or faster than this loop, which answers in `lags` s and moves by `activity` percent.
+    /// One that is a few times slower or faster than this loop, which responds in `lags` s and moves by `activity`
+    /// percent.
     pub fn draw(step: f64, lags: f64, activity: f64, draw: &mut Draw) -> Self {
         let tau = (lags * draw.log(0.3, 3.0)).max(2.0 * step);
         let dead_time = (tau * draw.log(0.05, 0.8)).max(step);
@@ -172,7 +173,7 @@ impl Neighbour {
         }
     }
 
-    /// Its valve sticks, so that what arrives is of the size of this loop's activity.
+    /// Makes its valve stick, so that its effect has the size of this loop's activity.
     pub fn sticks(&mut self, activity: f64, draw: &mut Draw) {
         let arrives = self.there.abs();
         self.s = (activity * draw.log(0.7, 4.0) / arrives).min(25.0);
@@ -181,7 +182,7 @@ impl Neighbour {
         self.drift = self.drift.max(0.5 * self.s);
     }
 
-    /// Whether it does.
+    /// Whether it sticks.
     pub fn is_sticking(&self) -> bool {
         self.s > 0.0
     }
@@ -189,7 +190,7 @@ impl Neighbour {
     /// Its valve.
     ///
     /// # Errors
-    /// If the bands are refused.
+    /// If the bands are invalid.
     pub fn fitting(&self) -> Result<[Fitting; 1]> {
         let model = match (self.is_sticking(), self.he) {
             (false, _) => Model::Ideal,
@@ -201,7 +202,7 @@ impl Neighbour {
     }
 }
 
-/// The loop beside, at work.
+/// The simulated neighbour.
 pub(super) struct NeighbourRun<'a> {
     design: &'a Neighbour,
     controller: PidBank<1>,
@@ -210,19 +211,19 @@ pub(super) struct NeighbourRun<'a> {
     valve: Stem,
     noise: NormalStream,
     drift: SignalSource,
-    /// Of the lag through which PVs act, and what has come through it, there and back.
+    /// The lag between the PVs, and its outputs in both directions.
     keep: f64,
     arrived: [f64; 2],
-    /// How often its stem began to move.
+    /// Number of slips of its stem.
     pub slips: usize,
     stems: [f64; 2],
 }
 
 impl<'a> NeighbourRun<'a> {
-    /// At rest, for `n` steps, of which the record was drawn to last `drawn` s.
+    /// At rest, for `n` steps; the drawn record has `drawn` s.
     ///
     /// # Errors
-    /// If a part refuses its settings.
+    /// If the settings of a part are invalid.
     pub fn new(
         beside: &'a Neighbour,
         fittings: &[Fitting],
@@ -251,8 +252,8 @@ impl<'a> NeighbourRun<'a> {
         })
     }
 
-    /// What it adds to this loop's load at step `k`; `before` was its OP, `valve` and `pv` what this loop's valve and
-    /// PV are away from rest, the PV in percent of OP.
+    /// Its addition to this loop's load at step `k`. `before` was its OP; `valve` and `pv` are the deviations of
+    /// this loop's valve and PV from rest, the PV in percent of OP.
     pub fn step(&mut self, k: usize, valve: f64, pv: f64) -> Result<f64> {
         let own = self.process.output(0);
         let op = self.controller.step(0, REST, REST + own + self.design.noise * self.noise.draw());
@@ -266,7 +267,7 @@ impl<'a> NeighbourRun<'a> {
         for (arrived, acting) in self.arrived.iter_mut().zip(acting) {
             *arrived = self.keep * *arrived + (1.0 - self.keep) * acting;
         }
-        // What comes back is bounded, as all flows are.
+        // Its effect is bounded, as all flows are.
         let back = (self.design.back * self.arrived[1]).clamp(-REST, REST);
         let input = vp - REST + self.drift.draw() + back;
         self.process.advance(self.line.push::<true>(Lane([input])));
@@ -274,7 +275,7 @@ impl<'a> NeighbourRun<'a> {
     }
 }
 
-/// A PI controller that hands over without a bump.
+/// A PI controller with bumpless transfer.
 pub(super) fn pi(kc: f64, ti: f64) -> Result<Controller> {
     Ok(Controller::pi(kc, ti)?
         .with_limits(0.0, 100.0, AntiWindup::Clamping)?

@@ -1,13 +1,13 @@
-//! Plants of coupled loops: whose valve sticks, and whom its swing reaches.
+//! Plants of coupled loops: which valves stick, and which loops their swing reaches.
 //!
 //! ```text
 //! Network (drawn) ──> NetworkRun, step by step on one clock ──> Samples of each loop ──> Recording
-//!                └──> the same without one cause at a time  ──> NetworkTruth: whom it reaches
+//!                └──> the same without one cause at a time  ──> NetworkTruth: loops it reaches
 //! ```
-//! A loop has a valve of the population's models, a PI controller, a process with dead time, a load that
-//! wanders, noise, and a historian that takes a sample every so many steps. What couples loops is a [`Link`]: what flows
-//! out of one acts on the load of the other after a dead time and a lag. A loop of a cascade writes the set point of the
-//! one [below](NetworkLoop::below) it. What comes from [`Outside`] enters several loops at once.
+//! A loop has a valve of the population's models, a PI controller, a process with dead time, a wandering load,
+//! noise, and a historian that takes a sample every few steps. A [`Link`] couples two loops: the output of one acts
+//! on the load of the other after a dead time and a lag. The upper loop of a cascade writes the set point of the
+//! one [below](NetworkLoop::below) it. A signal from [`Outside`] enters several loops at once.
 
 mod drawn;
 mod run;
@@ -22,80 +22,81 @@ use stiction_model::closed_loop::Signal;
 use stiction_model::error::{Error, Result};
 use stiction_model::valve::Model;
 
-/// Time between two steps of the clock that all loops share, s.
+/// Time between two steps of the common clock, s.
 pub const STEP_S: f64 = 5.0;
 /// The most loops of a network.
 pub const MOST_LOOPS: usize = 100;
 
-/// Loops that act on each other.
+/// A network of coupled loops.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Network {
     /// The loops; one writes the set point only of a later one.
     pub loops: Vec<NetworkLoop>,
-    /// What couples them.
+    /// The couplings.
     pub links: Vec<Link>,
-    /// What enters from outside.
+    /// The signals from outside.
     pub outside: Vec<Outside>,
 }
 
-/// What is asked of a network that is drawn.
+/// Settings of a drawn network.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NetworkPlan {
-    /// How many loops.
+    /// Number of loops.
     pub loops: usize,
-    /// Which of their valves stick.
+    /// The loops with sticking valves.
     pub sticking: Vec<usize>,
-    /// How many waves enter from outside.
+    /// Number of waves from outside.
     pub outside: usize,
-    /// Whether the loops act on each other, and waves on several of them. Loops that do not may still swing, each for itself.
+    /// Whether the loops act on each other, and waves on several of them. Uncoupled loops may still swing, each by
+    /// itself.
     pub coupled: bool,
 }
 
 /// A loop of a network.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NetworkLoop {
-    /// What it controls.
+    /// The controlled quantity.
     pub loop_type: LoopType,
     /// Its process: first order, second order, or an integrator, with a dead time.
     pub process: ProcessKind,
     /// Time between recorded samples, s: a multiple of [`STEP_S`].
     pub sample_time_s: f64,
-    /// The model of its valve where it sticks.
+    /// The model of its valve while it sticks.
     pub model: Model,
-    /// Stick band plus dead band of its valve where it sticks, percent of span.
+    /// Stick band plus dead band of its valve while it sticks, percent of span.
     pub s: f64,
-    /// Slip jump of its valve where it sticks, percent of span.
+    /// Slip jump of its valve while it sticks, percent of span.
     pub j: f64,
     /// When its valve sticks.
     pub course: Course,
-    /// Where in each day an operator has the OP, which then rests, s from the begin of the day.
+    /// Times in each day in which an operator has the OP, which then rests, s from the begin of the day.
     pub manual: Option<(f64, f64)>,
-    /// The loop whose set point it writes, in place of a valve of its own.
+    /// The loop whose set point it writes, instead of having its own valve.
     pub below: Option<usize>,
-    /// What only its simulation needs.
+    /// Settings for its simulation only.
     design: Design,
 }
 
-/// When a valve sticks.
+/// Times in which a valve sticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Course {
     /// Never.
     Healthy,
-    /// Always, and as much.
+    /// Always, with constant S.
     Sticks,
     /// Until this time, s from the first step of the record on.
     Repaired {
-        /// When it is repaired.
+        /// Time of the repair.
         at_s: f64,
     },
     /// From this time on.
     Begins {
-        /// When it begins.
+        /// Time of the beginning.
         at_s: f64,
     },
-    /// Always, and ever more: S and J grow evenly, from what they are at the first step.
+    /// Always and increasingly: S and J grow evenly, from their values at the first step.
     Grows {
-        /// By this factor in all.
+        /// By this total factor.
         factor: f64,
         /// Within this time, s.
         within_s: f64,
@@ -113,20 +114,20 @@ impl Course {
         }
     }
 
-    /// Whether it ever does.
+    /// Whether it ever sticks.
     pub fn ever(self) -> bool {
         self != Self::Healthy
     }
 }
 
-/// What a loop does to the load of another one.
+/// The effect of a loop on the load of another.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
-    /// The loop that acts.
+    /// The acting loop.
     pub from: usize,
-    /// The loop that is acted on.
+    /// The affected loop.
     pub to: usize,
-    /// What couples them.
+    /// The kind of coupling.
     pub kind: LinkKind,
     /// Percent of load for one percent of valve, or of PV over the gain of its process.
     pub gain: f64,
@@ -136,32 +137,32 @@ pub struct Link {
     pub lag_s: f64,
 }
 
-/// What couples two loops.
+/// The kind of coupling of two loops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LinkKind {
-    /// What leaves one unit enters the next: the flow that a level lets out, else the PV.
+    /// The outflow of one unit enters the next: the flow out of a level, else the PV.
     MassBalance,
-    /// What leaves a later unit comes back, late and smoothed.
+    /// The outflow of a later unit returns, late and smoothed.
     Recycle,
-    /// One header feeds both: where one valve opens, the other has less.
+    /// One header feeds both: if one valve opens, the other gets less.
     Header,
 }
 
 /// A wave from outside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outside {
-    /// What it is, about zero.
+    /// Its signal, around zero.
     pub wave: Signal,
     /// Its period, s.
     pub period_s: f64,
-    /// The loops whose loads it enters, and how much: percent of load.
+    /// The loops with this wave in their load, and its size: percent of load.
     pub into: Vec<(usize, f64)>,
 }
 
-/// What is drawn of a loop and needed by its simulation alone.
+/// Drawn parts of a loop for its simulation only.
 #[derive(Debug, Clone, PartialEq)]
 struct Design {
-    /// Percent of span per percent, or, of an integrator, after one `tau`.
+    /// Percent of span per percent; for an integrator, after one `tau`.
     gain: f64,
     tau: f64,
     tau2: f64,
@@ -176,7 +177,7 @@ struct Design {
     /// Added to the load, percent, and to the PV in the transmitter, percent of span.
     load: Signal,
     noise: Signal,
-    /// Time between moves of the set point, s, and how far they go, percent of span.
+    /// Time between moves of the set point, s, and their size, percent of span.
     moves: Option<(f64, f64)>,
     op_quantum: f64,
     pv_quantum: f64,
@@ -186,8 +187,8 @@ struct Design {
 }
 
 impl Network {
-    /// The network of this seed: 5 to 50 loops, 0 to 3 sticking valves, 0 to 2 waves from outside; one in four is of
-    /// loops that do not act on each other.
+    /// The network of this seed: 5 to 50 loops, 0 to 3 sticking valves, 0 to 2 waves from outside; one in four has
+    /// uncoupled loops.
     ///
     /// # Errors
     /// None is known.
@@ -202,8 +203,9 @@ impl Network {
     pub fn planned(seed: u64, plan: &NetworkPlan) -> Result<Self> {
         let n = plan.loops;
         if n == 0 || n > MOST_LOOPS || plan.sticking.iter().any(|k| *k >= n) {
-            let rule =
-                format!("a network has 1 to {MOST_LOOPS} loops, and sticking ones are of them");
+            let rule = format!(
+                "a network has 1 to {MOST_LOOPS} loops, and sticking ones must be among them"
+            );
             return Err(Error::Inconsistent(rule));
         }
         Ok(drawn::network(seed, plan))

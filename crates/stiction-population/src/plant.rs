@@ -17,7 +17,7 @@ use stiction_model::error::Result;
 use stiction_model::simd::Lane;
 use stiction_model::valve::{Play, Start, Valve};
 
-/// A loop with all that happens to it, but for its valve.
+/// A loop with all its external signals, but without its valve.
 pub(super) struct Plant<'a> {
     design: &'a Design,
     tapes: &'a Tapes,
@@ -26,7 +26,7 @@ pub(super) struct Plant<'a> {
     master: Option<Master>,
     /// Width of the play in the transmitter, percent of span.
     pub sensor_play: f64,
-    /// Half the width of the gap in which the controller takes the error for zero, percent of span.
+    /// Half the width of the gap in which the controller treats the error as zero, percent of span.
     pub gap: f64,
     /// Resolution of the transmitter, percent of span; the controller sees it.
     pub quantum: f64,
@@ -34,39 +34,39 @@ pub(super) struct Plant<'a> {
 
 /// A controller above, which writes the set point.
 struct Master {
-    /// Of the process between the PV and what the master controls.
+    /// Process between the PV and the controlled variable of the master.
     keep: f64,
     kc: f64,
     /// Integral gain a step of the master.
     ki: f64,
-    /// The farthest it moves the set point, percent of span.
+    /// Largest movement of the set point, percent of span.
     reach: f64,
-    /// What its controlled variable should be, less what disturbs it.
+    /// Target of its controlled variable, less its disturbance.
     wanted: Vec<f64>,
 }
 
-/// What a loop did, step by step.
+/// The result of a simulated loop, step by step.
 #[derive(Default)]
 pub(super) struct Played {
     pub sp: Vec<f64>,
     pub pv: Vec<f64>,
     pub op: Vec<f64>,
-    /// Where the valve model has the stem, before its lag.
+    /// Stem position of the valve model, before its lag.
     pub stem: Vec<f64>,
     pub vp: Vec<f64>,
-    /// How often the stem of a neighbour began to move, the steps before the record included.
+    /// Number of slips of a neighbour's stem, including the steps before the record.
     pub neighbour_slips: usize,
-    /// How often the level of a switched neighbour changed during the record.
+    /// Number of level changes of a switched neighbour during the record.
     pub switches: usize,
 }
 
-/// Who may take the OP from the controller.
+/// A manual source of the OP.
 pub(super) trait Hand {
-    /// The OP at step `k`, percent, after `op`, if the hand has it; PV and SP in percent of span.
+    /// The OP at step `k`, percent, after `op`, if it is set manually; PV and SP in percent of span.
     fn op(&mut self, k: usize, pv: f64, sp: f64, op: f64) -> Option<f64>;
 }
 
-/// Nobody.
+/// None.
 struct Nobody;
 
 impl Hand for Nobody {
@@ -75,7 +75,7 @@ impl Hand for Nobody {
     }
 }
 
-/// What moves the process: a valve, or a loop below.
+/// The drive of the process: a valve, or a loop below.
 #[expect(clippy::large_enum_variant, reason = "there is one a loop, and it does not move")]
 enum Actuator<'a> {
     Valve(Stem),
@@ -93,10 +93,10 @@ impl Played {
 }
 
 impl<'a> Plant<'a> {
-    /// The loop as it is drawn.
+    /// The drawn loop.
     ///
     /// # Errors
-    /// If a part refuses its settings.
+    /// If the settings of a part are invalid.
     pub fn new(design: &'a Design, tapes: &'a Tapes, draw: &mut Draw) -> Result<Self> {
         let Design { gain, tau, tau2, dead_time, .. } = *design;
         let process = match design.process {
@@ -124,27 +124,27 @@ impl<'a> Plant<'a> {
         Ok(Self { design, tapes, controller, process, master, sensor_play, gap, quantum })
     }
 
-    /// What the loop does with this valve, from the beginning of the record on.
+    /// Simulates the loop with this valve, from the beginning of the record on.
     ///
     /// # Errors
-    /// If a part refuses its settings.
+    /// If the settings of a part are invalid.
     pub fn play(&self, valve: &[Fitting]) -> Result<Played> {
         Ok(self.steps(valve, None, &mut Nobody)?.since(self.design.warm_up))
     }
 
-    /// What the loop does with this valve while somebody may take the OP, from the beginning of the record on.
+    /// Simulates the loop with this valve and a manual source of the OP, from the beginning of the record on.
     ///
     /// # Errors
-    /// If a part refuses its settings.
+    /// If the settings of a part are invalid.
     pub fn play_with(&self, valve: &[Fitting], hand: &mut dyn Hand) -> Result<Played> {
         Ok(self.steps(valve, None, hand)?.since(self.design.warm_up))
     }
 
-    /// What the loop does with `valve`, and what the PV would do if `other` followed the same OP; from
-    /// the beginning of the record on.
+    /// Simulates the loop with `valve`, and the PV if `other` followed the same OP; from the beginning of the
+    /// record on.
     ///
     /// # Errors
-    /// If a part refuses its settings.
+    /// If the settings of a part are invalid.
     pub fn play_beside(&self, valve: &[Fitting], other: &[Fitting]) -> Result<(Played, Vec<f64>)> {
         let played = self.steps(valve, None, &mut Nobody)?;
         let beside = self.steps(other, Some(&played.op), &mut Nobody)?;
@@ -152,7 +152,7 @@ impl<'a> Plant<'a> {
         Ok((played.since(warm_up), beside.since(warm_up).pv))
     }
 
-    /// All steps, with the controller in the loop or with an OP that is given.
+    /// All steps, with the controller in the loop or with a given OP.
     fn steps(
         &self,
         fittings: &[Fitting],
@@ -255,7 +255,8 @@ impl<'a> Plant<'a> {
 }
 
 impl Plant<'_> {
-    /// The OP at step `k`, after `last_op`: the controller's, unless a spell or another controller takes it.
+    /// The OP at step `k`, after `last_op`: that of the controller, unless an operator or another controller takes
+    /// over.
     fn answer(
         &self,
         controller: &mut PidBank<1>,
@@ -289,10 +290,10 @@ impl Plant<'_> {
     }
 }
 
-/// A master at work.
+/// A simulated master.
 struct MasterRun<'a> {
     design: &'a Master,
-    /// What it controls.
+    /// Its controlled variable.
     above: f64,
     integral: f64,
     asked: f64,
@@ -303,7 +304,8 @@ impl<'a> MasterRun<'a> {
         Self { design, above: 0.0, integral: 0.0, asked: 0.0 }
     }
 
-    /// By how much it moves the set point at step `k`, with a PV so far from rest; it `asks` anew or holds.
+    /// Its movement of the set point at step `k`, with this deviation of the PV from rest; it `asks` again or
+    /// holds.
     fn step(&mut self, k: usize, away: f64, asks: bool) -> f64 {
         let Master { keep, kc, ki, reach, ref wanted } = *self.design;
         self.above = keep * self.above + (1.0 - keep) * away;
@@ -318,11 +320,11 @@ impl<'a> MasterRun<'a> {
 }
 
 impl Master {
-    /// A master that waits for its slave, under a disturbance that wanders.
+    /// A master that waits for its slave, under a wandering disturbance.
     fn draw(design: &Design, draw: &mut Draw) -> Result<Self> {
         let step = design.step();
         let tau = design.response_time() * draw.log(3.0, 20.0);
-        // A third of them hardly damp what they control.
+        // A third of them hardly damp their controlled variable.
         let hasty = if draw.chance(0.35) { draw.log(2.0, 8.0) } else { 1.0 };
         let kc = draw.log(0.3, 1.5) * hasty;
         let ti = tau * draw.uniform(0.5, 1.5);

@@ -1,8 +1,8 @@
-//! Loops with a recorded valve position, with known truth: as a positioner's transmitter reports it.
+//! Loops with a recorded valve position and known truth, as reported by a positioner's transmitter.
 //!
-//! Two sources. [`observed`] takes a loop of the population and records the position of its stem, too. [`positioned`]
-//! is a generator of its own, for what the population does not span: a stem that lags by 0 to 15 samples, OP noise
-//! of 0.05 to 4 %, a controller that acts once, twice or four times a sample.
+//! Two sources. [`observed`] uses a loop of the population and also records the position of its stem.
+//! [`positioned`] is a separate generator for cases outside the population: a stem that lags by 0 to 15 samples, OP
+//! noise of 0.05 to 4 %, a controller that acts once, twice or four times a sample.
 //!
 //! ```text
 //! error ─> PI ─> OP ─> dead time ─> (lag) ─> valve ─> (lag) ─> stem ─> dead time, lag ─> + load, noise ─> PV
@@ -20,7 +20,7 @@ use stiction_model::closed_loop::NormalStream;
 use stiction_model::error::Result;
 use stiction_model::valve::{AnyModel, Direction, Model, Start, Valve};
 
-/// What a position transmitter makes of the stem's position.
+/// The position transmitter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transmitter {
     /// First-order lag, samples.
@@ -31,7 +31,7 @@ pub struct Transmitter {
     pub offset: f64,
     /// Standard deviation of white noise, percent.
     pub noise: f64,
-    /// Step in which it reports, percent.
+    /// Its resolution, percent.
     pub quantum: f64,
 }
 
@@ -60,11 +60,11 @@ impl Transmitter {
     }
 }
 
-/// A loop of the population with its position recorded, behind a lag of 0 to 15 samples more than its stem has
-/// (none in three of ten). It depends on the loop and `seed` alone.
+/// A loop of the population with its position recorded, behind an additional lag of 0 to 15 samples (none in three
+/// of ten). It depends only on the loop and `seed`.
 ///
 /// # Errors
-/// If the position is not one number a sample of the OP: not for a loop of the population.
+/// If the position does not have one number per sample of the OP; impossible for a loop of the population.
 pub fn observed(simulated: &Simulated, seed: u64) -> Result<Recording> {
     let mut draw = Draw::of(&[seed, 1]);
     let mut transmitter = Transmitter::draw(&mut draw);
@@ -78,14 +78,14 @@ pub fn observed(simulated: &Simulated, seed: u64) -> Result<Recording> {
     Ok(recording)
 }
 
-/// What is true of a loop of [`positioned`].
+/// The truth about a loop of [`positioned`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct PositionTruth {
     /// Whether the valve sticks, with an S of at least 0.3 %.
     pub sticks: bool,
     /// Its model.
     pub model: Model,
-    /// Stick band plus dead band, percent; at most 0.25 of a healthy valve.
+    /// Stick band plus dead band, percent; at most 0.25 for a healthy valve.
     pub s: f64,
     /// Slip jump, percent.
     pub j: f64,
@@ -93,13 +93,13 @@ pub struct PositionTruth {
     pub lag: f64,
     /// Whether the lag lies before the friction.
     pub before: bool,
-    /// How often the controller acts in a sample.
+    /// Executions of the controller per sample.
     pub acts: usize,
     /// Standard deviation of the noise on the OP, percent.
     pub op_noise: f64,
     /// Dead time between OP and valve, samples.
     pub dead_time: f64,
-    /// How often the stem slipped.
+    /// Number of slips of the stem.
     pub slips: usize,
     /// The transmitter.
     pub transmitter: Transmitter,
@@ -112,18 +112,18 @@ pub struct PositionTruth {
 pub struct Positioned {
     /// OP, PV, SP and VP.
     pub recording: Recording,
-    /// What is true of it.
+    /// Its truth.
     pub truth: PositionTruth,
 }
 
 /// Steps of the simulation in a sample.
 const STEPS: usize = 8;
-/// Level about which OP, PV and SP lie, percent.
+/// Level of OP, PV and SP, percent.
 const LEVEL: f64 = 50.0;
 
 /// Loop number `index` of `seed`: a PI controller on a first-order process with dead time, 500 to 5,000 samples.
-/// Three of five valves stick: S 0.3 to 8, any J; the others follow, or have a dead band up to 0.25 or a
-/// resolution of 0.1.
+/// Three of five valves stick: S 0.3 to 8, any J. The others follow, or have a dead band up to 0.25 or a resolution
+/// of 0.1.
 ///
 /// # Errors
 /// None is known.
@@ -150,20 +150,20 @@ struct Design {
     lag: f64,
     before: bool,
     dead_time: f64,
-    /// When in a sample the position is read, parts of it.
+    /// Time within a sample at which the position is read, as a share.
     phase: f64,
     kc: f64,
     ti: f64,
     tau: f64,
     process_dead_time: f64,
     op_noise: f64,
-    /// What is left of the filter's output after an action.
+    /// Share of the filter's output that remains after an execution.
     filter: f64,
     load: Vec<f64>,
     sp: Vec<f64>,
 }
 
-/// What came of it; OP, PV less [`LEVEL`].
+/// Its result; OP, PV less [`LEVEL`].
 struct Played {
     op: Vec<f64>,
     pv: Vec<f64>,
@@ -264,7 +264,7 @@ impl Design {
                     friction = valve.step(pressure);
                     stem = friction;
                 } else {
-                    // What acts once a step only would be another valve for other steps.
+                    // An element that acts only once a step would be a different valve for other steps.
                     if step % per_act == 0 || self.dead_time > 0.0 {
                         friction = valve.step(told);
                     }
@@ -316,7 +316,7 @@ impl Design {
     }
 }
 
-/// Load and set point: a wave or a wandering load, or a set point that steps now and then.
+/// Load and set point: a wave or a wandering load, or a set point with a few steps.
 fn tapes(n: usize, draw: &mut Draw) -> (Vec<f64>, Vec<f64>) {
     let (mut load, mut sp) = (vec![0.0; n], vec![0.0; n]);
     let kind = draw.count(0, 2);
@@ -345,7 +345,7 @@ fn tapes(n: usize, draw: &mut Draw) -> (Vec<f64>, Vec<f64>) {
     (load, sp)
 }
 
-/// What comes out so many samples later.
+/// Output after a delay of this many samples.
 struct Delay {
     held: Vec<f64>,
     at: usize,
@@ -363,7 +363,7 @@ impl Delay {
     }
 }
 
-/// What is left after a step of a first-order lag of so many steps.
+/// Share that remains after a step of a first-order lag of this many steps.
 fn lag(steps: f64) -> f64 {
     if steps > 0.0 { (-1.0 / steps).exp() } else { 0.0 }
 }

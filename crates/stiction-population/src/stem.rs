@@ -10,16 +10,16 @@ use stiction_model::valve::{AnyModel, Assembly, Start, StemLag, Valve};
 pub(super) struct Fitting {
     pub from: usize,
     pub model: AnyModel,
-    /// Where it is put; where the stem is, if not given.
+    /// Its initial position; by default that of the stem.
     pub position: Option<f64>,
 }
 
-/// A valve with its lag and its actuator, and who takes its place when.
+/// A valve with its lag and its actuator, and its replacements over time.
 pub(super) struct Stem {
     fittings: Peekable<IntoIter<Fitting>>,
     valve: Assembly,
     lag: StemLag,
-    /// Most that it moves a step, percent.
+    /// Largest movement per step, percent.
     most: f64,
     stem: f64,
     vp: f64,
@@ -29,7 +29,7 @@ impl Stem {
     /// At rest, without friction until the first fitting.
     ///
     /// # Errors
-    /// If the lag is refused.
+    /// If the lag is invalid.
     pub fn new(fittings: &[Fitting], lag: f64, stroke: f64, step: f64, rest: f64) -> Result<Self> {
         let mut lag = StemLag::new(lag, step)?;
         lag.restart(rest);
@@ -40,10 +40,10 @@ impl Stem {
         Ok(Self { fittings, valve, lag, most: stroke * step, stem: rest, vp: rest })
     }
 
-    /// Where the model has the stem, and where the valve is, at step `k` with this OP; `before` was the last.
+    /// Stem position of the model, and valve position, at step `k` with this OP; `before` was the last.
     ///
     /// # Errors
-    /// If the limits are refused.
+    /// If the limits are invalid.
     pub fn step(&mut self, k: usize, before: f64, op: f64) -> Result<(f64, f64)> {
         while let Some(next) = self.fittings.next_if(|next| next.from <= k) {
             let position = next.position.unwrap_or(self.stem);

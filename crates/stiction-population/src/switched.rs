@@ -1,42 +1,42 @@
-//! A neighbour that is switched: a pump that starts and stops, a block valve that opens and shuts.
+//! A switched neighbour: a pump that starts and stops, or a block valve that opens and shuts.
 //!
-//! It changes its level at times of its own, or when a vessel that it shares with this loop is full or empty.
+//! It changes its level at its own times, or when a vessel shared with this loop is full or empty.
 
 use super::design::Design;
 use super::draw::Draw;
 
-/// A switched neighbour, as it is drawn.
+/// A drawn switched neighbour.
 #[derive(Debug, Clone)]
 pub(super) struct Switched {
     course: Course,
-    /// What arrives at level 1: at the load, percent of OP, and at the PV, percent of span. One of them is 0.
+    /// Its effect at level 1: at the load, percent of OP, and at the PV, percent of span. One of them is 0.
     there: [f64; 2],
-    /// Of the lag through which it arrives, a step.
+    /// Of the lag of its effect, a step.
     keep: f64,
     /// The step at which the record begins.
     warm_up: usize,
 }
 
-/// What decides its level, from 0 to 1.
+/// The source of its level, from 0 to 1.
 #[derive(Debug, Clone)]
 enum Course {
-    /// The steps at which it changes, and the level from then on.
+    /// The steps of its changes, and the level from then on.
     Timed(Vec<(usize, f64)>),
-    /// A vessel, which it empties and this loop fills, or the other way round.
+    /// A vessel that it empties and this loop fills, or in the other direction.
     Vessel(Vessel),
 }
 
-/// A vessel of which the neighbour takes at a constant rate while it runs. Its contents are 0 where the neighbour
-/// stops and 1 where it starts; flows are shares of what the neighbour takes.
+/// A vessel with a constant outflow to the neighbour while it runs. Its contents are 0 when the neighbour stops and
+/// 1 when it starts; flows are shares of that outflow.
 #[derive(Debug, Clone)]
 struct Vessel {
-    /// What flows in while this loop is at rest.
+    /// Inflow while this loop is at rest.
     inflow: f64,
-    /// How much more flows in per percent of this loop's flow.
+    /// Additional inflow per percent of this loop's flow.
     by_flow: f64,
-    /// Whether the flow of this loop is what its PV says, or what its valve does.
+    /// Whether the flow of this loop is its PV, or its valve position.
     of_pv: bool,
-    /// Change of the contents a step if all that the neighbour takes flowed in.
+    /// Change of the contents per step for an inflow equal to the neighbour's outflow.
     rate: f64,
     /// Contents at the first step, and whether the neighbour runs.
     contents: f64,
@@ -79,7 +79,7 @@ impl Vessel {
 
     /// The level of the neighbour after one more step.
     fn step(&mut self, flow: f64) -> f64 {
-        // What flows in neither reverses nor is more than the neighbour can take.
+        // The inflow neither reverses nor exceeds the neighbour's outflow.
         let inflow = (self.inflow + self.by_flow * flow).clamp(0.05, 0.95);
         let level = f64::from(u8::from(self.running));
         self.contents += self.rate * (inflow - level);
@@ -91,7 +91,7 @@ impl Vessel {
     }
 }
 
-/// When a neighbour changes within `n` steps, and to which level: of two or of three, each with a mean time of its own
+/// Changes of a neighbour within `n` steps, with their levels: of two or of three, each with its own mean time
 /// within the bounds. Times are exponential, or vary by at most a fifth (40 %).
 fn changes(n: usize, dwell: f64, (least, most): (f64, f64), draw: &mut Draw) -> Vec<(usize, f64)> {
     let three = draw.chance(0.4);
@@ -115,21 +115,21 @@ fn changes(n: usize, dwell: f64, (least, most): (f64, f64), draw: &mut Draw) -> 
     changes
 }
 
-/// The switched neighbour, at work.
+/// The simulated switched neighbour.
 pub(super) struct SwitchedRun<'a> {
     design: &'a Switched,
     /// Its vessel, if it has one.
     vessel: Option<Vessel>,
-    /// The changes that are still to come.
+    /// The remaining changes.
     ahead: &'a [(usize, f64)],
     level: f64,
     arrived: f64,
-    /// How often its level changed during the record.
+    /// Number of level changes during the record.
     pub switches: usize,
 }
 
 impl<'a> SwitchedRun<'a> {
-    /// At its first level, which the loop knows already.
+    /// At its first level, to which the loop is already adapted.
     pub fn new(design: &'a Switched) -> Self {
         let (vessel, ahead, level) = match &design.course {
             Course::Vessel(vessel) => {
@@ -140,8 +140,8 @@ impl<'a> SwitchedRun<'a> {
         Self { design, vessel, ahead, level, arrived: level, switches: 0 }
     }
 
-    /// What it adds to the load, percent of OP, and to the PV, percent of span, after step `k`; `valve` and `pv` are
-    /// what this loop's valve and PV are away from rest, percent of OP.
+    /// Its addition to the load, percent of OP, and to the PV, percent of span, after step `k`; `valve` and `pv`
+    /// are the deviations of this loop's valve and PV from rest, percent of OP.
     pub fn step(&mut self, k: usize, valve: f64, pv: f64) -> [f64; 2] {
         let before = self.level;
         if let Some(vessel) = &mut self.vessel {

@@ -1,4 +1,4 @@
-//! How right a planned test is: the loops of the population, tested by a simulated operator.
+//! Accuracy of a planned test: the loops of the population, tested by a simulated operator.
 
 use super::scoreboard::Share;
 use super::tested::{Operator, Tested, Trend};
@@ -9,74 +9,75 @@ use stiction_diagnose::series::quantile;
 use stiction_diagnose::valve_test::{PlanOptions, ReadOptions, TestReading, plan, read};
 use stiction_model::error::Result;
 
-/// How often a test was right, and what it cost.
+/// Accuracy and cost of a test.
 ///
-/// Loops whose OP is not that of a valve ([`LoopKind::StickyBelow`]), and those whose valve is not the same throughout,
-/// are left out.
+/// Loops whose OP is not that of a valve ([`LoopKind::StickyBelow`]), and those whose valve changes during the
+/// record, are left out.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct TestTrial {
-    /// Loops that have a plan, of all.
+    /// Loops with a plan, of all.
     pub planned: Share,
-    /// Tests that began, of those that were planned: the others never found the PV calm and the OP off its limits.
+    /// Tests that began, of those that were planned. In the others the PV was never calm with the OP off its
+    /// limits.
     pub began: Share,
-    /// Tests that were never stopped and tell whether the valve sticks.
+    /// Tests that were never stopped and decide whether the valve sticks.
     pub calm: Share,
     /// Tests in which the controller was put back in automatic at least once.
     pub stopped: Share,
-    /// Tests in which the PV left what the process bears.
+    /// Tests in which the PV exceeded the tolerance of the process.
     pub beyond: Share,
-    /// Loops whose PV leaves it in the same time without a test.
+    /// Loops whose PV exceeds it in the same time without a test.
     pub beyond_anyway: Share,
     /// Tests that were given up.
     pub given_up: Share,
-    /// Tests that began and tell whether the valve sticks.
+    /// Tests that began and decide whether the valve sticks.
     pub decided: Share,
-    /// Of these, those that are right: a limit of S below the true S is wrong.
+    /// Of these, the correct ones: a limit of S below the true S is wrong.
     pub right: Share,
-    /// The same of loops that operation left undecided.
+    /// The same for loops that operation left undecided.
     pub undecided: Share,
-    /// Of these, those that are right.
+    /// Of these, the correct ones.
     pub undecided_right: Share,
     /// Tests of sticking valves that found them.
     pub found: Share,
     /// Tests of healthy valves that accused them.
     pub accused: Share,
-    /// S that is told within 15 % of the true one.
+    /// Estimates of S within 15 % of the true one.
     pub s_within: Share,
-    /// 90 % intervals of S that hold the true one.
+    /// 90 % intervals of S that contain the true one.
     pub s_covered: Share,
-    /// Median error of S, share of the true one; `None` where none is told.
+    /// Median error of S, share of the true one; `None` without an estimate.
     pub s_error: Option<f64>,
-    /// Median limit of S where the valve does not stick, percent.
+    /// Median limit of S if the valve does not stick, percent.
     pub s_below: Option<f64>,
-    /// Tests that were followed by another, because they did not tell.
+    /// Tests followed by another one, because they were inconclusive.
     pub repeated: Share,
     /// Median number of turns.
     pub turns: Option<f64>,
     /// Tests that are found without a sheet and without a mode.
     pub noticed: Share,
-    /// Recordings of operation in which a test is found that is none.
+    /// Recordings of operation in which a test is found by mistake.
     pub imagined: Share,
 }
 
-/// What a trial is of.
+/// Settings of a trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TestTrialOptions {
-    /// How the operator works.
+    /// Behaviour of the operator.
     pub operator: Operator,
-    /// How the test is recorded.
+    /// Recording of the test.
     pub trend: Trend,
 }
 
-/// One loop of it.
+/// One loop of the trial.
 enum One {
     LeftOut,
     NoPlan,
     Tested { undecided: bool, tested: Box<Tested>, read: Option<Box<TestReading>> },
 }
 
-/// Records for which there is room for a test.
+/// Length of the recording, in records, that leaves room for a test.
 const ROOM: f64 = 12.0;
 
 impl TestTrial {

@@ -11,81 +11,81 @@ use stiction_diagnose::series::{max, min};
 use stiction_diagnose::valve_test::TestPlan;
 use stiction_model::error::{Error, Result};
 
-/// How an operator carries out a plan.
+/// Behaviour of an operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operator {
-    /// As it is written.
+    /// Exactly as planned.
     Careful,
-    /// Holds are 50 to 150 % as long, and of five turns one is left out or of another size.
+    /// Holds are 50 to 150 % as long, and of five turns one is left out or has a different size.
     Careless,
 }
 
-/// How a test is recorded.
+/// Recording of a test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trend {
-    /// As the plan asks: without compression.
+    /// As the plan requires: without compression.
     AsAsked,
-    /// As the historian of the loop does.
+    /// By the historian of the loop.
     Historian,
 }
 
-/// What is known of a loop that is to be tested.
+/// Known facts about a loop before a test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToPlan {
     /// Whether the PV rises with the OP.
     pub rises: bool,
-    /// What the process bears, PV in its units: 5 % of its span about where it rests, and what was recorded with half as
-    /// much again.
+    /// Tolerance of the process, PV in its units: 5 % of its span around its rest value, and the recorded range
+    /// plus half as much again.
     pub pv_allowed: [f64; 2],
 }
 
-/// What the operator did.
+/// The actions of the operator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Carried {
-    /// Tests that were begun, one after another.
+    /// Tests that began, one after another.
     pub began: usize,
-    /// Turns that were made.
+    /// Number of turns.
     pub turns: usize,
-    /// How often the controller was put back in automatic because the PV went too far.
+    /// Number of returns to automatic because the PV went too far.
     pub stopped: usize,
     /// Whether the test was given up.
     pub given_up: bool,
-    /// Whether it came to its end.
+    /// Whether it was completed.
     pub ended: bool,
-    /// Whether the PV left what the process bears, while a turn was held or after a stop until it was calm.
+    /// Whether the PV exceeded the tolerance, during a hold or after a stop until it was calm.
     pub beyond: bool,
-    /// Whether the PV of the same loop leaves it in the same time without a test.
+    /// Whether the PV of the same loop exceeds it in the same time without a test.
     pub beyond_anyway: bool,
-    /// When it began, s on the recording's clock.
+    /// Its begin, s on the recording's clock.
     pub from_s: f64,
-    /// When it ended.
+    /// Its end.
     pub to_s: f64,
-    /// The sheet as it was filled in.
+    /// The completed sheet.
     pub sheet: ByHand,
 }
 
 /// A loop before a test, and with it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tested {
-    /// What was recorded before the plan was made.
+    /// The recording before the plan was made.
     pub before: Recording,
-    /// All that was recorded, to the end of the test and some more.
+    /// The whole recording, to the end of the test and some more.
     pub whole: Recording,
     /// The loop.
     pub truth: Truth,
     /// The plan.
     pub plan: TestPlan,
-    /// What became of it.
+    /// The result of the test.
     pub carried: Carried,
-    /// Whether most of it is found in what was recorded, without a sheet or a mode.
+    /// Whether most of it is found in the recording, without a sheet or a mode.
     pub noticed: bool,
-    /// Whether a test is found in what was recorded before.
+    /// Whether a test is found in the recording before it.
     pub imagined: bool,
 }
 
 impl LoopKind {
-    /// The loop of this kind and seed, recorded in operation, then tested by the plan that is made of the recording;
-    /// `None` if there is no plan, or no loop. There is room for a test of `longest` records.
+    /// The loop of this kind and seed, recorded in operation, then tested by the plan from that recording; `None`
+    /// without a plan or loop. There is room for a test of `longest` records.
     ///
     /// # Errors
     /// As [`simulate_for`](Self::simulate_for).
@@ -147,7 +147,7 @@ impl LoopKind {
                     let inside = |set: &&Set| set.op.is_some() && from <= set.at_s && set.at_s < to;
                     2 * found.sets.iter().filter(inside).count() >= carried.turns
                 });
-                // What the load does without a test.
+                // The effect of the load without a test.
                 let went = simulated.recording.part(from, to, f64::INFINITY);
                 let calm = went.and_then(|part| part.pv).is_none_or(|pv| {
                     pv.values.iter().all(|v| (allowed[0]..=allowed[1]).contains(v))
@@ -160,11 +160,11 @@ impl LoopKind {
                 return Ok(tested);
             }
         }
-        Err(Error::Inconsistent(format!("{} {seed}: no draw serves", self.name())))
+        Err(Error::Inconsistent(format!("{} {seed}: no draw is valid", self.name())))
     }
 }
 
-/// Where an operator is.
+/// State of an operator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum At {
     /// In automatic, since a step; waits until the PV is calm.
@@ -174,19 +174,19 @@ enum At {
     Done,
 }
 
-/// What is being done: turns of which size, percent, and how many of this size are made.
+/// Part of the test: the size of the turns, percent, and their number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Stage {
-    /// Size of this number, until the PV answers.
+    /// Size of this number, until the PV responds.
     Grows(usize),
-    /// This size, until so many in a row were not answered.
+    /// This size, until this many consecutive turns had no response.
     Shrinks(f64, usize),
 }
 
-/// An operator at work.
+/// A simulated operator.
 struct AtWork<'a> {
     plan: &'a TestPlan,
-    /// Those that follow it.
+    /// The following tests.
     plans: &'a [TestPlan],
     design: &'a Design,
     of: Draw,
@@ -196,41 +196,41 @@ struct AtWork<'a> {
     first: usize,
     up: bool,
     allowed: [f64; 2],
-    /// OP about which the turns are, and the PV there, units.
+    /// Central OP of the turns, and the PV there, units.
     rest: (f64, f64),
-    /// Turns of this size, and how many of them were answered.
+    /// Turns of this size, and the number with a response.
     done: usize,
     answered: usize,
     /// Whether that is known.
     known: bool,
-    /// How far the PV went with each, and how long the longest was held.
+    /// PV movement with each, and the longest hold.
     moved: Vec<f64>,
     longest: f64,
-    /// Turns that were answered since the size of this number was reached.
+    /// Turns with a response since the size of this number was reached.
     seen: usize,
     grown: usize,
-    /// How soon the PV answers, s.
+    /// Response time of the PV, s.
     soon: f64,
-    /// At most so long is the turn held, s.
+    /// Longest hold of a turn, s.
     hold: f64,
     held_op: f64,
     last_op: f64,
-    /// The PV when the OP was turned.
+    /// The PV at the turn of the OP.
     turned_at: f64,
     op_mean: f64,
     wander: Wander,
     calm: f64,
-    /// Of the PV as it is seen, units.
+    /// Noise of the PV, units.
     noise: Noise,
     carried: Carried,
     last: usize,
-    /// How often in a row the OP was moved on because the PV strayed.
+    /// Consecutive moves of the OP because the PV drifted.
     nudged: u32,
     /// Stops of this test.
     stops: usize,
 }
 
-/// The noise of what an operator sees: the mean size of its second differences.
+/// The noise of the PV for the operator: the mean size of its second differences.
 #[derive(Default)]
 struct Noise {
     last: [f64; 2],
@@ -250,7 +250,7 @@ impl Noise {
     }
 }
 
-/// How far a PV goes by itself in automatic while a turn would be held.
+/// Movement of a PV by itself in automatic during a hold.
 #[derive(Default)]
 struct Wander {
     from: f64,
@@ -272,11 +272,11 @@ impl Wander {
     }
 }
 
-/// How far the PV may go from where it rests, parts of its span.
+/// Largest deviation of the PV from its rest value, as a share of its span.
 const ALLOWED: f64 = 0.05;
 /// Tests of one loop, one after another.
 const MOST_TESTS: usize = 3;
-/// After so many stops nobody goes on.
+/// Number of stops after which the test is given up.
 const MOST_STOPS: usize = 6;
 
 impl<'a> AtWork<'a> {
@@ -358,7 +358,7 @@ impl<'a> AtWork<'a> {
         None
     }
 
-    /// This test is over, and the next begins.
+    /// Ends this test and begins the next.
     fn over(&mut self, k: usize, ended: bool) {
         self.carried.ended = ended;
         self.carried.given_up = !ended;
@@ -374,7 +374,7 @@ impl<'a> AtWork<'a> {
         }
     }
 
-    /// The size of the turns that are made, percent.
+    /// The size of the turns, percent.
     fn size(&self) -> Option<f64> {
         match self.stage {
             Stage::Grows(number) => {
@@ -418,28 +418,28 @@ impl<'a> AtWork<'a> {
         self.wrote(k, Some(self.held_op));
     }
 
-    /// How far the PV goes to have answered.
+    /// PV movement that counts as a response.
     fn answer(&self) -> f64 {
         let (least, most) = (self.plan.pv_low, self.plan.pv_high);
         let wanders = (2.0 * self.wander.square.sqrt()).min(0.15 * (most - least));
         self.plan.answer.max(5.0 * self.noise.square.sqrt()).max(wanders)
     }
 
-    /// Whether the PV has answered the turn that is held.
+    /// Whether the PV has responded to the present turn.
     fn passed(&self, pv: f64) -> bool {
         let up = (self.held_op > self.last_op) == self.rises();
         let moved = pv - self.turned_at;
         if up { moved >= self.answer() } else { -moved >= self.answer() }
     }
 
-    /// Whether the PV goes away, although the OP is where it should bring it back.
+    /// Whether the PV drifts away, although the OP should bring it back.
     fn strays(&self, pv: f64) -> bool {
         let [low, high] = self.plan.inner();
         let up = (self.held_op > self.last_op) == self.rises();
         pv > high && !up && pv > self.turned_at || pv < low && up && pv < self.turned_at
     }
 
-    /// Moves the OP further the same way, each time by twice as much.
+    /// Moves the OP further in the same direction, by twice as much each time.
     fn nudge(&mut self, k: usize, pv: f64) {
         let (low, high) = (self.plan.op_low, self.plan.op_high);
         let Some(size) = self.size() else { return };
@@ -458,7 +458,7 @@ impl<'a> AtWork<'a> {
         self.wrote(k, Some(op));
     }
 
-    /// What follows a turn that was held for so long.
+    /// The next action after a hold of this length.
     fn next(&mut self, pv: f64, held: f64) {
         self.done += 1;
         let up = (self.held_op > self.last_op) == self.rises();
@@ -471,7 +471,7 @@ impl<'a> AtWork<'a> {
         self.after();
     }
 
-    /// Whether the PV went to and fro with all turns of this size, and further than it scatters.
+    /// Whether the PV reversed with all turns of this size, and further than its scatter.
     fn together(&self) -> bool {
         let n = self.moved.len() as f64;
         let mean = self.moved.iter().sum::<f64>() / n;
@@ -482,7 +482,7 @@ impl<'a> AtWork<'a> {
             && mean > 1.5 * spread
     }
 
-    /// Two turns of each size, and four where the first two were answered.
+    /// Two turns of each size, and four if the first two had a response.
     fn after(&mut self) {
         if self.done < self.plan.each {
             return;
@@ -526,7 +526,7 @@ impl Hand for AtWork<'_> {
         if self.at != At::Done {
             self.last = k;
         }
-        // After a stop the controller may let it go further before it brings it back.
+        // After a stop the controller may let the PV go further before it brings it back.
         let back = matches!(self.at, At::Waits(_)) && self.carried.stopped > 0;
         if matches!(self.at, At::Holds(_)) || back {
             let out = pv < self.allowed[0] || pv > self.allowed[1];
@@ -570,7 +570,7 @@ impl Hand for AtWork<'_> {
             At::Holds(since) => {
                 if pv < least || pv > most {
                     self.carried.stopped += 1;
-                    // What is too small to hold the PV is not tried again.
+                    // A size too small to hold the PV is not tried again.
                     if let Stage::Grows(number) = self.stage {
                         self.stage = Stage::Grows(number + 1);
                     }

@@ -1,4 +1,4 @@
-//! What is true of a simulated loop.
+//! The truth about a simulated loop.
 
 use super::{
     ControllerKind, DisturbanceKind, Family, HistorianKind, LoopKind, NoiseKind, ProcessKind,
@@ -10,69 +10,68 @@ use stiction_model::valve::Model;
 /// A simulated loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulated {
-    /// What a plant would have recorded: OP and PV, and the SP of some loops; never the VP.
+    /// The recording of a plant: OP and PV, and the SP of some loops; never the VP.
     pub recording: Recording,
-    /// What is true of the loop.
+    /// The truth about the loop.
     pub truth: Truth,
 }
 
-/// What is true of a simulated loop.
+/// The truth about a simulated loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
-    /// The kind it was asked for or drawn as.
+    /// Its kind, as requested or drawn.
     pub kind: LoopKind,
-    /// Whether its valve is at fault: it sticks or is stuck.
+    /// Whether its valve is faulty: it sticks or is stuck.
     pub sticks: bool,
-    /// The model of a sticking or stuck valve; `None` of a healthy one.
+    /// The model of a sticking or stuck valve; `None` for a healthy one.
     pub model: Option<Model>,
-    /// Stick band plus dead band, percent of span. Of a healthy valve, its harmless dead band, at most
-    /// 0.25; of a stuck one 200: no OP moves it.
+    /// Stick band plus dead band, percent of span. For a healthy valve, its harmless dead band, at most 0.25; for a
+    /// stuck one 200: no OP moves it.
     pub s: f64,
-    /// Slip jump, percent of span; 0 of a healthy or stuck valve.
+    /// Slip jump, percent of span; 0 for a healthy or stuck valve.
     pub j: f64,
-    /// Whether the record can show the fault. False of healthy valves.
+    /// Whether the record can show the fault. False for healthy valves.
     ///
-    /// Of a sticking valve it is true if the stem slipped and [`gain`](Self::gain) is at least 15.6 nats: 8; 4,
-    /// which chance gains; and `ln 36` for an observer who has to find S and J among 36 instead of knowing
+    /// For a sticking valve it is true if the stem slipped and [`gain`](Self::gain) is at least 15.6 nats. These
+    /// are 8, plus 4 by chance, plus `ln 36` for an observer who has to find S and J among 36 instead of knowing
     /// the stem.
     ///
-    /// Of a sticking valve in the loop below it is true if the stem slipped twice, and the PV that a healthy
-    /// valve, given the same OP, would have made differs from the PV by a standard deviation of at least the noise's:
-    /// the OP recorded is not that of the valve, and there is no likelihood of it.
+    /// For a sticking valve in the loop below it is true if the stem slipped twice, and the PV differs from that of
+    /// a healthy valve with the same OP by at least the noise's standard deviation. The recorded OP is not that of
+    /// the valve, so there is no likelihood of it.
     ///
-    /// Of a stuck valve, and of a sticking one whose stem never [moves](Self::moves), it is true if the PV that a healthy valve, given the same OP, would have made
-    /// differs from the PV by a standard deviation of at least three times the noise's and half the
-    /// PV's own.
+    /// For a stuck valve, and for a sticking one whose stem never [moves](Self::moves), the PV must differ from
+    /// that of a healthy valve with the same OP by a standard deviation of at least three times the noise's and
+    /// half the PV's own.
     pub visible: bool,
-    /// How much likelier the recorded PV is to who knows the true stem besides the OP, nats: the gain in
-    /// log-likelihood, robust and of as many samples as are independent, when past means of the stem are added to
-    /// a regression of the PV on its past and on past means of the OP. 0 of loops whose own valve does not
-    /// stick.
+    /// Gain in log-likelihood of the recorded PV for an observer who knows the true stem besides the OP, nats. It
+    /// is robust and for the number of independent samples. Past means of the stem are added to a regression of the
+    /// PV on its past and on past means of the OP. 0 for loops whose own valve does not stick.
     pub gain: f64,
-    /// Range of the OP over the S that the valve has, or would have if it stuck.
+    /// Range of the OP over the actual S of the valve, or its S if it stuck.
     pub swing: f64,
-    /// Standard deviation of the noise that the controller gives its OP, open loop, over that S.
+    /// Standard deviation of the OP's noise, open loop, over that S.
     pub op_noise: f64,
-    /// How often the stem of a sticking valve began to move within the record, having been at rest one
-    /// step of the controller before. 0 of a healthy or stuck valve.
+    /// Number of slips of a sticking valve's stem within the record: starts after rest one step of the controller
+    /// before. 0 for a healthy or stuck valve.
     pub slips: usize,
-    /// Whether the stem moved at all during the record, by more than 1e-9 % in a step of the controller. True of a
+    /// Whether the stem moved at all during the record, by more than 1e-9 % in a step of the controller. True for a
     /// healthy valve.
     pub moves: bool,
     /// Valve position at the recorded times, percent.
     pub vp: Vec<f64>,
-    /// What else was drawn, and what came of it.
+    /// Other drawn facts, and results.
     pub facts: Facts,
 }
 
 impl Truth {
-    /// Whether S and J are in percent of the OP that is recorded, and of a valve that sticks: what an estimate may be
-    /// compared with. False of a stuck valve, and of one that sticks in the loop below.
+    /// Whether S and J are those of a sticking valve in percent of the recorded OP, so that an estimate can be
+    /// compared with them. False for a stuck valve, and for one that sticks in the loop below.
     pub fn has_bands(&self) -> bool {
         self.kind == LoopKind::Sticky
     }
 
-    /// The families that the loop belongs to, one or several an axis: what can be left out of a training.
+    /// The families of the loop, one or several an axis, each of which can be left out of a training.
     pub fn families(&self) -> Vec<Family> {
         let facts = &self.facts;
         let mut families = vec![
@@ -89,16 +88,16 @@ impl Truth {
     }
 }
 
-/// What was drawn of a loop, and what came of it. PV in percent of the transmitter's span.
+/// Drawn facts about a loop, and results. PV in percent of the transmitter's span.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Facts {
-    /// What the process is.
+    /// Kind of process.
     pub process: ProcessKind,
-    /// Process gain, percent of span per percent of OP; of an integrator, after one time constant.
+    /// Process gain, percent of span per percent of OP; for an integrator, after one time constant.
     pub gain: f64,
-    /// First time constant of the process, s; of an integrator, the time in which a percent of OP moves
-    /// the PV by the gain.
+    /// First time constant of the process, s; for an integrator, the time in which a percent of OP moves the PV by
+    /// the gain.
     pub tau_s: f64,
     /// Second time constant, s, or 0.
     pub tau2_s: f64,
@@ -116,13 +115,13 @@ pub struct Facts {
     pub td_s: f64,
     /// Ultimate gain over controller gain.
     pub gain_margin: f64,
-    /// What is special about the loop and its surroundings.
+    /// The situation of the loop.
     pub situation: Situation,
-    /// What the controller is.
+    /// Kind of controller.
     pub controller: ControllerKind,
-    /// Standard deviation of the noise that the controller adds to its OP by itself, percent, or 0.
+    /// Standard deviation of the controller's own noise on the OP, percent, or 0.
     pub own_noise: f64,
-    /// How much of another loop's valve or PV acts on this one's load, or 0.
+    /// Effect of another loop's valve or PV on this one's load, or 0.
     pub coupling: f64,
     /// Lower limit of the OP, percent.
     pub op_low: f64,
@@ -132,15 +131,15 @@ pub struct Facts {
     pub sample_time_s: f64,
     /// Steps of the controller a sample.
     pub steps_per_sample: usize,
-    /// The scale of everything that happens to the loop, percent of OP.
+    /// The scale of all events in the loop, percent of OP.
     pub activity: f64,
-    /// What the noise is like.
+    /// Kind of noise.
     pub noise: NoiseKind,
     /// Standard deviation of the noise over gain times activity.
     pub noise_ratio: f64,
     /// Whether the noise grows or shrinks.
     pub non_stationary: bool,
-    /// What the set point does.
+    /// Kind of set point.
     pub set_point: SetPointKind,
     /// Play of the transmitter, percent of span, or 0.
     pub sensor_play: f64,
@@ -150,7 +149,7 @@ pub struct Facts {
     pub transmitter_quantum: f64,
     /// Whether the historian averages over the sample.
     pub averaged: bool,
-    /// The historian holds the PV for so many samples.
+    /// Samples for which the historian holds the PV.
     pub held_samples: usize,
     /// Resolution of the recorded OP, percent, or 0.
     pub op_quantum: f64,
@@ -160,15 +159,15 @@ pub struct Facts {
     pub op_compression: f64,
     /// Deviation of the swinging door on the PV in its standard deviations, or 0.
     pub pv_compression: f64,
-    /// Change of the OP that is reported in its standard deviations, or 0.
+    /// Smallest reported change of the OP in its standard deviations, or 0.
     pub op_exception: f64,
-    /// Change of the PV that is reported in its standard deviations, or 0.
+    /// Smallest reported change of the PV in its standard deviations, or 0.
     pub pv_exception: f64,
-    /// What the historian did.
+    /// Processing of the historian.
     pub historian: Vec<HistorianKind>,
-    /// What happens to the loop from outside, but for the cause of its kind.
+    /// Disturbances of the loop from outside, without the cause of its kind.
     pub disturbances: Vec<DisturbanceKind>,
-    /// Share of the record in which a valve at fault has its S and J; 0 of a healthy valve.
+    /// Share of the record in which a faulty valve has its S and J; 0 for a healthy valve.
     pub faulty_share: f64,
     /// Range of the OP over the record, percent.
     pub op_travel: f64,
@@ -178,15 +177,15 @@ pub struct Facts {
     pub pv_span: f64,
     /// The recorded PV at 0 % of its span, in its units.
     pub pv_low: f64,
-    /// How many draws were given up before this one.
+    /// Number of rejected draws before this one.
     pub redrawn: usize,
 }
 
 impl Facts {
-    /// All facts by name, as a table shows them, but for the historian and the disturbances: those that have numbers of
-    /// their own are there, and all are in [`Truth::families`].
+    /// All facts by name, for tables, except the historian and the disturbances: those with numbers are included,
+    /// and all of them are in [`Truth::families`].
     pub fn entries(&self) -> Vec<(&'static str, String)> {
-        /// Names that are those of the fields.
+        /// Names equal to those of the fields.
         macro_rules! entries {
             ($($name:ident)*) => { vec![$((stringify!($name), Cell::cell(&self.$name))),*] };
         }
@@ -198,7 +197,7 @@ impl Facts {
     }
 }
 
-/// A fact as a table shows it.
+/// A fact for tables.
 trait Cell {
     fn cell(&self) -> String;
 }

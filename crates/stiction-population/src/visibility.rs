@@ -2,13 +2,13 @@
 
 use stiction_diagnose::series::{mean, median, std};
 
-/// Gain in log-likelihood from which on a sticking valve counts as visible, nats: 8; 4, which eight more factors
-/// gain by chance; and `ln 36` for who has to find S and J among 36 and does not know the stem.
+/// Gain in log-likelihood from which a sticking valve counts as visible, nats: 8, plus 4 that eight more factors
+/// gain by chance, plus `ln 36` for an observer who has to find S and J among 36 and does not know the stem.
 pub(super) const NATS: f64 = 15.6;
 
-/// Rows of a regression at most, and at least.
+/// Most and fewest rows of a regression.
 const ROWS: (usize, usize) = (800, 150);
-/// More of them than this are not independent of what no model knows.
+/// More of them are not independent of unmodelled effects.
 const EFFECTIVE: f64 = 500.0;
 const OWN: usize = 5;
 const MEANS: usize = 4;
@@ -18,7 +18,7 @@ const PAST: usize = 2 + OWN + MEANS;
 const WITHOUT: usize = PAST + TAPS.len();
 const COLUMNS: usize = WITHOUT + TAPS.len();
 
-/// What an observer has before him: the PV as it was recorded, and step by step the loop itself.
+/// The data of an observer: the recorded PV, and the loop itself, step by step.
 pub(super) struct Observed<'a> {
     /// The PV at the recorded instants.
     pub recorded: &'a [f64],
@@ -33,20 +33,20 @@ pub(super) struct Observed<'a> {
 }
 
 impl Observed<'_> {
-    /// What the true stem says of the PV beyond what the OP does, nats.
+    /// Information of the true stem about the PV beyond that of the OP, nats.
     ///
     /// `y(k)`, the PV at every `q`-th recorded instant, is regressed on a constant, a line, five of its own past
-    /// values, and means over the `q` samples strictly before an instant: four of the PV, before the
-    /// instants 1 to 4 back, and eight of the OP, before the instants 0, 1, 2, 3, 5, 7, 10 and 14 back (more if
-    /// the dead time is longer); and on the same with such means of the stem besides. The OP stays where
-    /// the stem comes in, because through the controller it holds the PV: that of the moments between the
-    /// instants, and by the integral that of long ago.
+    /// values, and means over the `q` samples strictly before an instant. These are four of the PV, before the
+    /// instants 1 to 4 back, and eight of the OP, before the instants 0, 1, 2, 3, 5, 7, 10 and 14 back (more if the
+    /// dead time is longer). A second regression adds such means of the stem. The OP is kept with the stem, because
+    /// through the controller it contains the PV: that between the instants, and, through the integral, that of
+    /// long ago.
     ///
-    /// The gain is the difference of the two logarithms of likelihood of Student's t with four degrees of freedom,
-    /// whose scale is that of the residuals without the stem (median of their size) and 5 % of the
-    /// variance that the PV's own past leaves, for no model is perfect; times the effective number of samples,
+    /// The gain is the difference of the two logarithms of likelihood of Student's t with four degrees of freedom.
+    /// Its scale is that of the residuals without the stem (median of their size) plus 5 % of the residual variance
+    /// after the PV's own past, because no model is perfect. It is multiplied by the effective number of samples,
     /// `n (1 - |r|)/(1 + |r|)` with the first autocorrelation of the residuals with the stem, at most 500, over
-    /// `n`. Zero if the record is too short or the PV does nothing.
+    /// `n`. Zero if the record is too short or the PV does not move.
     pub fn gain(&self) -> f64 {
         let Some(fits) = Rows::of(self, self.decimation()).fits() else { return 0.0 };
         let scale = (median_size(&fits.without) / 0.6745).powi(2) + 0.05 * fits.own;
@@ -62,8 +62,8 @@ impl Observed<'_> {
         if gain.is_finite() { gain } else { 0.0 }
     }
 
-    /// Recorded samples between two rows: as many as a fortieth of the OP's period has, as keep the rows within
-    /// their number, and as a held PV takes to change.
+    /// Recorded samples between two rows, limited by a fortieth of the OP's period, the number of rows, and the
+    /// hold time of the PV.
     fn decimation(&self) -> usize {
         let n = self.recorded.len();
         let centre = mean(self.op);
@@ -77,9 +77,9 @@ impl Observed<'_> {
     }
 }
 
-/// What is regressed on what.
+/// The regression.
 struct Rows {
-    /// Blocks that the taps begin later for the dead time.
+    /// Additional delay of the taps for the dead time, blocks.
     later: usize,
     y: Vec<f64>,
     means: Vec<f64>,
@@ -87,7 +87,7 @@ struct Rows {
     stem: Vec<f64>,
 }
 
-/// Residuals without and with the stem, and the mean square that the PV's own past leaves.
+/// Residuals without and with the stem, and the mean square after the PV's own past.
 struct Fits {
     without: Vec<f64>,
     with: Vec<f64>,
@@ -156,8 +156,8 @@ impl Rows {
     }
 }
 
-/// Normal equations, factored by Cholesky with a small ridge: the first columns of the factor solve those of
-/// the first columns.
+/// Normal equations, factored by Cholesky with a small ridge: the first columns of the factor solve those of the
+/// first columns.
 struct Normal {
     factor: [[f64; COLUMNS]; COLUMNS],
     target: [f64; COLUMNS],
@@ -194,7 +194,7 @@ impl Normal {
         Self { factor, target }
     }
 
-    /// The factors of the first so many columns.
+    /// The factors of the first columns, this many.
     fn solution(&self, columns: usize) -> Vec<f64> {
         let mut solution = self.target[..columns].to_vec();
         for i in (0..columns).rev() {
@@ -207,7 +207,7 @@ impl Normal {
     }
 }
 
-/// The standard deviation, or one if there is none.
+/// The standard deviation, or one if it is zero.
 fn scale_of(x: &[f64]) -> f64 {
     let sd = std(x);
     if sd > 0.0 { sd } else { 1.0 }

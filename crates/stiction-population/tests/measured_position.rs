@@ -68,12 +68,12 @@ fn contradictions(d: &Diagnosis) -> Vec<String> {
                 s.is_none() && j.is_none() && said.s_limit.is_none(),
                 "numbers of what never moved",
             );
-            must(reason.contains("stays within"), "words");
+            must(reason.contains("but the measured position"), "words");
         }
         _ => {
             must(direct.decision == Decision::Undecided, "the finding disagrees");
             must(s.is_none() && j.is_none(), "an S of what cannot be told");
-            must(reason.contains("anything up to"), "words");
+            must(reason.contains("S may be up to"), "words");
         }
     }
     must(s.is_some() == d.stiction.why_not.is_none(), "why there is no number");

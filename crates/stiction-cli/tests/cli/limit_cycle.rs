@@ -190,7 +190,7 @@ fn what_is_no_loop_is_refused() {
         (flags(&["--tau2", "-1"]), "-1"),
         (flags(&["--model", "sticky"]), "no valve model named \"sticky\""),
         (flags(&["--model", "chen", "--exact"]), "Chen"),
-        (flags(&["--map", "S=1:9", "S=1:9"]), "vary the same thing"),
+        (flags(&["--map", "S=1:9", "S=1:9"]), "vary the same quantity"),
         (flags(&["--map", "S=1:9", "J/K=1:9"]), "parameter of a loop"),
         (flags(&["--map", "S=1", "J=1:9"]), "write NAME=FROM:TO:POINTS"),
         (flags(&["--map", "S", "J=1:9"]), "write NAME=FROM:TO:POINTS"),

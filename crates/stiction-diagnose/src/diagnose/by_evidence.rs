@@ -1,21 +1,20 @@
-//! The verdict by the evidence in OP and PV.
+//! The verdict from the evidence in OP and PV.
 //!
-//! The probability of a fault decides, by the two thresholds of the [`Decision`], which the training chose by the risk
-//! that they run. Few rules stand beside it, each because the card of the model shows that it prevents more than it
-//! costs:
+//! The probability of a fault decides. The training chose both thresholds of the [`Decision`] by their risk. A few
+//! rules stand beside it, because the card of the model shows that each prevents more errors than it causes:
 //!
-//! | what is seen | what is concluded |
+//! | Evidence | Conclusion |
 //! |---|---|
-//! | OP and PV that do not look like those of one loop | cannot tell |
-//! | a recording unlike anything the model was trained on | cannot tell |
-//! | a fault as likely as is needed to accuse | sticks, or does not respond |
-//! | the same, but an S of [`HARMLESS`] or less | cannot tell: it would be no fault |
-//! | a fault as unlikely as is needed to clear, and a limit of S that means something | does not stick, by more than that |
-//! | the same without such a limit | cannot tell: what lies below could not be seen |
-//! | what lies between | cannot tell |
+//! | OP and PV do not look like those of one loop | cannot tell |
+//! | The recording is unlike the training loops | cannot tell |
+//! | The probability is above the threshold for a fault | sticks, or does not respond |
+//! | The same, but S is [`HARMLESS`] or less | cannot tell: it would be no fault |
+//! | The probability is below the threshold of a healthy valve, with a meaningful limit of S | does not stick by more than the limit |
+//! | The same without such a limit | cannot tell: stiction would be masked |
+//! | The probability is between the thresholds | cannot tell |
 //!
 //! # Limits
-//! The thresholds hold for loops like the simulated ones; `docs/accuracy.md` tells what verdicts are worth.
+//! The thresholds hold for loops like the simulated ones; `docs/accuracy.md` reports how accurate verdicts are.
 
 use super::reasons::{alternatives, sayings};
 use super::verdict::{Basis, HARMLESS, Limit, Verdict, VerdictClass};
@@ -23,11 +22,11 @@ use super::weighing::Weighing;
 use crate::fusion::{self, Cause, Decision, LIMIT};
 use crate::spoken::rough;
 
-/// A limit means something up to so many ranges of the OP: a valve that sticks by more than twice what its OP
-/// travels does not move at all, wherever it stood at first.
+/// A limit is meaningful up to this many ranges of the OP. A valve that sticks by more than twice the OP range does
+/// not move at all, from any initial position.
 pub const LARGEST_LIMIT: f64 = 2.0;
 
-/// What is concluded of a window's worth of evidence or more; `preliminary` is what the published methods say.
+/// The verdict from the evidence of one or more windows; `preliminary` is the verdict by the published methods.
 pub(super) fn by_evidence(weighing: &Weighing, preliminary: Verdict) -> Verdict {
     let sayings = sayings(weighing);
     let ruling = Ruling::of(weighing);
@@ -63,12 +62,12 @@ pub(super) fn by_evidence(weighing: &Weighing, preliminary: Verdict) -> Verdict 
     }
 }
 
-/// What a decision looks at.
+/// The inputs of a decision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Signs {
     /// The probability of a fault.
     pub probability: f64,
-    /// How far the recording is from the loops of training; above 1 it is unlike all of them.
+    /// Distance of the recording from the training loops; above 1 it is unlike all of them.
     pub distance: f64,
     /// Whether OP and PV look like those of one loop; above 1 they do not.
     pub mismatch: f64,
@@ -97,34 +96,34 @@ impl Signs {
     }
 }
 
-/// The thresholds of the model that comes with the library.
+/// The thresholds of the model in the library.
 pub fn thresholds() -> Decision {
     fusion::shipped().map_or(Decision::CAUTIOUS, |bundle| bundle.decision)
 }
 
-/// The row of the table that decides.
+/// The row of the table that applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ruling {
     /// OP and PV are not those of one loop.
     Mistaken,
-    /// The recording is unlike anything the model was trained on.
+    /// The recording is unlike the training loops.
     Strange,
     /// It sticks.
     Sticks,
     /// It does not respond.
     NoResponse,
-    /// Accused, but by so little that it is no fault.
+    /// A fault by its probability, but S is too small to be one.
     Harmless,
-    /// Cleared, but for a limit.
+    /// The limit is not meaningful.
     Blind,
     /// It does not stick.
     Clears,
-    /// The probability lies between.
+    /// The probability is between the thresholds.
     Open,
 }
 
 impl Ruling {
-    /// All of them, in the order in which the table asks.
+    /// All of them, in the order of the table.
     pub const ALL: [Self; 8] = [
         Self::Mistaken,
         Self::Strange,
@@ -150,12 +149,12 @@ impl Ruling {
         }
     }
 
-    /// What the table says of this evidence.
+    /// The row for this evidence.
     pub fn of(weighing: &Weighing) -> Self {
         Self::of_signs(&Signs::of(weighing), &thresholds())
     }
 
-    /// What the table says of these signs.
+    /// The row for these inputs.
     pub fn of_signs(signs: &Signs, decision: &Decision) -> Self {
         if signs.mismatch > 1.0 {
             return Self::Mistaken;
@@ -177,7 +176,7 @@ impl Ruling {
         }
     }
 
-    /// The class that it gives.
+    /// The class of this row.
     pub fn class(self) -> VerdictClass {
         match self {
             Self::Sticks => VerdictClass::Sticks,
@@ -189,47 +188,44 @@ impl Ruling {
         }
     }
 
-    /// What is to be said beside the lines of evidence.
+    /// The sentence beside the lines of evidence.
     fn sentence(self, weighing: &Weighing) -> Option<String> {
         let limit = weighing.limit.map(rough);
         Some(match self {
             Self::Sticks | Self::NoResponse => return None,
             Self::Clears => format!(
-                "had it stuck by more than {} %, this recording would have shown it ({:.0} %)",
+                "S above {} % would have been detected ({:.0} % confidence)",
                 limit?,
                 100.0 * LIMIT
             ),
             Self::Mistaken => {
-                "OP and PV do not look like those of one loop: check which column is which"
-                    .to_owned()
+                "OP and PV do not look like those of one loop, so check the columns".to_owned()
             }
             Self::Strange => match &weighing.strangest[..] {
-                [] => "the recording is unlike anything the model was trained on: no number of it is, but they \
-                       do not go together"
-                    .to_owned(),
-                some => format!(
-                    "the recording is unlike anything the model was trained on ({})",
-                    some.join("; ")
-                ),
+                [] => {
+                    "the recording is unlike the training loops in the combination of its features"
+                        .to_owned()
+                }
+                some => format!("the recording is unlike the training loops ({})", some.join("; ")),
             },
             Self::Harmless => format!(
-                "if it sticks, then by some {} %, which is no fault: valves in good order have dead bands of up \
-                 to {HARMLESS} %",
+                "if the valve sticks, S is about {} %, which is no fault: healthy valves have dead bands of up to \
+                 {HARMLESS} %",
                 rough(weighing.s.value)
             ),
             Self::Blind => match limit.filter(|_| weighing.limit < Some(100.0)) {
                 Some(limit) => format!(
-                    "sticking by less than {limit} % could not be seen here, because the OP travels only {} %: \
-                     record longer, or step the OP in manual",
+                    "S below {limit} % cannot be detected here, because the OP travels only {} %. Record longer, \
+                     or step the OP in manual",
                     rough(weighing.op_range)
                 ),
                 None => format!(
-                    "no sticking could be seen here, however large: what the OP does ({} % of travel) is lost \
-                     in what else moves the PV; record longer, faster, or step the OP in manual",
+                    "stiction of any size would be masked here, because disturbances move the PV more than the OP \
+                     does ({} % of travel). Record longer or faster, or step the OP in manual",
                     rough(weighing.op_range)
                 ),
             },
-            Self::Open => "no line of evidence is clear enough".to_owned(),
+            Self::Open => "no line of evidence is strong enough".to_owned(),
         })
     }
 }

@@ -1,59 +1,59 @@
-//! How windows, or whole recordings, of one valve are put together: the one rule, for a long record as for a
-//! history of many.
+//! How the windows or recordings of one valve are combined. The same rule serves a long record and a history of
+//! many.
 //!
 //! # Evidence for sticking adds up, evidence against it does not
 //!
-//! Windows of one valve are no independent witnesses: they share the valve, the loop and whatever the model has
-//! wrong about both. With log-odds `l_i` of weights `w_i`, none beyond those of [`SUREST`],
+//! Windows of one valve are not independent: they share the valve, the loop and the model's errors about both. With
+//! log-odds `l_i` of weights `w_i`, none beyond those of [`SUREST`],
 //!
 //! ```text
 //! l = n_e sum(w_i max(l_i, 0))/sum(w_i) + sum(w_i min(l_i, 0))/sum(w_i)
 //! n_e = n/(1 + (n - 1) rho),   n = (sum w_i)^2/sum(w_i^2)
 //! ```
 //!
-//! where `n` is Kish's effective number of windows and `rho` the correlation of their errors
-//! ([`CORRELATION`]). One window keeps its probability; however many agree that the valve sticks, they count for
-//! no more than `1/rho` independent ones. What speaks against sticking counts by its mean only: a valve that sticks
-//! too little to be seen in one window, or that rests, or that the model does not know, is not seen in the next one
-//! either, so that it must not be cleared by mere repetition. So neither are more and more healthy valves
-//! accused, nor more and more sticking ones cleared, as records grow longer; and no window decides alone.
+//! where `n` is Kish's effective number of windows and `rho` the correlation of their errors ([`CORRELATION`]). One
+//! window keeps its probability. Any number of windows that agree that the valve sticks count as at most `1/rho`
+//! independent ones. Evidence against sticking counts by its mean only. A valve that sticks too little to be seen
+//! in one window, that rests, or that is unknown to the model, stays unseen in the next window, so repetition must
+//! not clear it. So longer records neither accuse more healthy valves nor clear more sticking ones, and no window
+//! decides alone.
 //!
-//! The rule is ours. `rho` was chosen by simulated loops recorded 16 times as long: with 0.5 the recall of one
-//! window rises and its false accusations do not, with a third they do. That of effective sizes is L. Kish, "Survey
-//! Sampling", Wiley, 1965 (recalled, not read).
+//! The rule is ours. `rho` was chosen on simulated loops recorded 16 times as long. With 0.5, recall rises above
+//! that of one window without more false accusations; with a third, they increase. Effective sizes are from L.
+//! Kish, "Survey Sampling", Wiley, 1965 (recalled, not read).
 //!
 //! # Weights
 //!
-//! A window in which the OP moves less than half as far as it mostly does carries the less weight
-//! ([`weights`]): where nothing is asked of a valve it cannot show that it sticks.
+//! A window in which the OP moves less than half its typical distance has a smaller weight ([`weights`]): a valve
+//! that is hardly asked to move cannot show that it sticks.
 
 use crate::series::{median, quantile};
 
 /// Assumed correlation of the errors of two windows of one valve; ours.
 pub const CORRELATION: f64 = 0.5;
-/// The surest a window may be among others, as a probability; ours.
+/// The highest probability that a window may have among others; ours.
 pub const SUREST: f64 = 0.99;
 /// Share of the typical span of the OP from which a window has its full weight; ours.
 const MOVES: f64 = 0.5;
 
-/// What one recording, or one window, says.
+/// The evidence of one recording or window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Witness {
     /// The probability that the valve sticks.
     pub probability: f64,
-    /// How much it counts.
+    /// Its weight.
     pub weight: f64,
-    /// How many windows it combines, by their effective number; 1 for one.
+    /// Effective number of windows in it; 1 for one.
     pub windows: f64,
 }
 
-/// Log-odds, those of [`SUREST`] at most.
+/// Log-odds, limited to those of [`SUREST`].
 pub(super) fn log_odds(probability: f64) -> f64 {
     let p = probability.clamp(1.0 - SUREST, SUREST);
     (p / (1.0 - p)).ln()
 }
 
-/// For how many independent windows `n` of one valve count; 1 at least.
+/// The number of independent windows that `n` windows of one valve count as; at least 1.
 pub fn effective(n: f64) -> f64 {
     let n = n.max(1.0);
     n / (1.0 + (n - 1.0) * CORRELATION)
@@ -66,20 +66,20 @@ pub fn effective_number(weights: &[f64]) -> f64 {
     if squares > 0.0 { total * total / squares } else { 0.0 }
 }
 
-/// The weights of windows in which the OP, without its slow part, spans so much, percent.
+/// The weights of windows with these spans of the OP without its slow part, percent.
 pub fn weights(spans: &[f64]) -> Vec<f64> {
     let full = MOVES * median(spans);
     spans.iter().map(|span| if full > 0.0 { (span / full).min(1.0) } else { 1.0 }).collect()
 }
 
-/// The probability that witnesses of one valve come to; `None` if none has a weight. A single one keeps its own to
-/// the bit.
+/// The combined probability of one valve's recordings; `None` if none has a weight. A single probability is
+/// returned bit for bit.
 pub fn probability(witnesses: &[Witness]) -> Option<f64> {
     let heard: Vec<&Witness> = witnesses.iter().filter(|w| w.weight > 0.0).collect();
     if let [only] = heard[..] {
         return Some(only.probability);
     }
-    // n windows that were put together before count as n windows here.
+    // n windows that were combined before count as n windows here.
     let parts: Vec<(f64, f64)> = heard
         .iter()
         .map(|w| {
@@ -93,8 +93,8 @@ pub fn probability(witnesses: &[Witness]) -> Option<f64> {
     (total > 0.0 && squares > 0.0).then(|| of_parts(&parts, total * total / squares))
 }
 
-/// The probability of windows `(probability, weight)` that hold as much data as `n` of them; `None` of none. A
-/// single one keeps its own to the bit.
+/// The probability of windows `(probability, weight)` that hold as much data as `n` of them; `None` for none. A
+/// single probability is returned bit for bit.
 pub(super) fn of_windows(windows: &[(f64, f64)], n: f64) -> Option<f64> {
     match windows {
         [] => None,
@@ -119,26 +119,27 @@ fn limited(log_odds: f64) -> f64 {
     log_odds.clamp(-most, most)
 }
 
-/// Log-odds that many windows may have together.
+/// The largest log-odds that many windows may have together.
 fn log_odds_of_many(probability: f64) -> f64 {
     let p = probability.clamp(1e-12, 1.0 - 1e-12);
     (p / (1.0 - p)).ln()
 }
 
-/// Rank, as a share of the windows, of the limit that holds for all of them.
+/// Rank, as a share of the windows, of the limit for all of them.
 const LIMIT_RANK: f64 = 0.4;
 
-/// The detection limit of a record by those of its windows, percent of span: an S above it would have shown with the
-/// confidence that each of theirs has. A window without a limit counts as one that could show nothing.
+/// The detection limit of a record from those of its windows, percent of span. An S above it would have been
+/// detected with the confidence of each window's limit. A window without a limit counts as one without any
+/// information.
 ///
-/// It is the 40 % quantile, the rank rounded up. Each limit `L_i` fails for one sticking valve in twenty: S is above
-/// it. The least of many would fail far more often, being chosen for what makes it fail; the largest never more
-/// often, but one calm window makes it worthless; and whatever failures have to do with each other, more than half of
-/// the limits can fail together in one valve of ten at most (Markov). Where `ln(S/L_i)` are alike in
-/// distribution, Gaussian, and correlated by any `rho` from 0 to 1, the limit of rank `r` of K fails with
-/// `Phi((-1.645 + sqrt(1 - rho) z_r)/sd)`, with `sd` below one because what windows do not share averages out: at 40 %
-/// never above 5 %, at the lower quartile up to 6 %. Calibrate on long records where limits are not so well
-/// behaved.
+/// It is the 40 % quantile, the rank rounded up. Each limit `L_i` fails for one sticking valve in twenty: S is
+/// above it. The smallest of many limits would fail far more often, because low outliers are selected. The largest
+/// would never fail more often, but one calm window makes it useless. For any dependence between failures, more
+/// than half of the limits can fail together in at most one valve of ten (Markov). Assume that the `ln(S/L_i)` have
+/// the same Gaussian distribution and any correlation `rho` from 0 to 1. Then the limit of rank `r` of K fails with
+/// `Phi((-1.645 + sqrt(1 - rho) z_r)/sd)`, with `sd` below one because the windows' own errors average out. At 40 %
+/// this never exceeds 5 %, at the lower quartile it reaches 6 %. If limits deviate from these assumptions,
+/// calibrate on long records.
 pub fn combined_limit(limits: &[Option<f64>]) -> Option<f64> {
     let mut sorted: Vec<f64> = limits
         .iter()
@@ -151,7 +152,7 @@ pub fn combined_limit(limits: &[Option<f64>]) -> Option<f64> {
     limit.is_finite().then_some(limit)
 }
 
-/// The typical value of positive numbers with weights all alike: the median of their logarithms.
+/// The typical value of positive numbers with equal weights: the median of their logarithms.
 pub(super) fn typical(values: impl Iterator<Item = f64>) -> f64 {
     quantile(&values.map(f64::ln).collect::<Vec<_>>(), 0.5).exp()
 }

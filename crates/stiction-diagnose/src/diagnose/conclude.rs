@@ -1,4 +1,4 @@
-//! The verdict: what is asked, in which order.
+//! The verdict: the order of the checks.
 
 use super::belonging::Belonging;
 use super::by_evidence::{by_evidence, thresholds};
@@ -10,11 +10,11 @@ use crate::fusion::Cause;
 use crate::recording::fitness::{Class, Fitness, MeasureId};
 use crate::spoken::percent;
 
-/// How many families must decide, at least, before a majority counts.
+/// Fewest families that must decide before a majority counts.
 pub const FEWEST_VOTES: usize = 3;
 
-/// Measures of fitness whose caveats are reasons for the very patterns that methods take for stiction: a
-/// signal that rests while the other moves, a wave with corners.
+/// Measures of fitness whose caveats explain the patterns that methods interpret as stiction: a signal that rests
+/// while the other moves, a wave with corners.
 pub const MIMICS: [MeasureId; 6] = [
     MeasureId::CompressionFactor,
     MeasureId::PvLevels,
@@ -24,26 +24,24 @@ pub const MIMICS: [MeasureId; 6] = [
     MeasureId::SetPoint,
 ];
 
-/// Measures of fitness on which a loop of the population may fail too. If data are unfit for no other
-/// reason, what their evidence says has a meaning, but it cannot tell whether the valve sticks.
+/// Measures of fitness on which a loop of the population may fail too. If data are unfit only for these reasons,
+/// their evidence has a meaning, but cannot show whether the valve sticks.
 pub const SIMULATED: [MeasureId; 3] =
     [MeasureId::Cycles, MeasureId::SamplesPerCycle, MeasureId::OpAtLimit];
 
 /// The verdict.
 ///
-/// 0. Columns that do not belong together end the judgement, and a PV that does not respond is named
-///    before fitness can end it: [`Belonging`].
-/// 1. Data that are unfit give `cannot tell`; unless they are unfit by no more than [`SIMULATED`] and the valve
-///    does not respond, which needs no cycle to be seen.
-/// 2. A recorded valve position is followed where it can be judged: [`by_position`](super::by_position), in place
-///    of all that follows here.
-/// 3. Without a PV nothing is concluded: the shape of the OP alone gives a probability, and that is all that
-///    is said of it.
-/// 4. Else the evidence in OP and PV, weighed by the [frozen model](crate::fusion), decides:
-///    [`by_evidence`].
-/// 5. Where nothing could be weighed, the published methods vote: [`preliminary`].
+/// 0. Columns that do not belong together end the judgement. A PV that does not respond is named before fitness can
+///    end it: [`Belonging`].
+/// 1. Unfit data give `cannot tell`. The exception is a valve that does not respond, if the data are unfit by no
+///    more than [`SIMULATED`]: seeing that needs no cycle.
+/// 2. A recorded valve position decides where it can be judged: [`by_position`](super::by_position). The following
+///    steps are then skipped.
+/// 3. Without a PV there is no conclusion, only a probability from the shape of the OP.
+/// 4. Otherwise the evidence in OP and PV, weighed by the [frozen model](crate::fusion), decides: [`by_evidence`].
+/// 5. If nothing could be weighed, the published methods vote: [`preliminary`].
 ///
-/// What the published methods say stays beside it and is counted in [`Votes`].
+/// The results of the published methods are kept beside it and counted in [`Votes`].
 pub(super) fn conclude(
     fitness: &Fitness,
     oscillates: bool,
@@ -66,7 +64,7 @@ pub(super) fn conclude(
     }
 }
 
-/// The verdict on data that are unfit.
+/// The verdict on unfit data.
 fn of_unfit(
     fitness: &Fitness,
     weighing: &Weighing,
@@ -95,11 +93,11 @@ fn of_unfit(
     }
 }
 
-/// What the OP alone says: no more than how probable its shape makes it.
+/// The verdict from the OP alone: only the probability from its shape.
 fn of_op_alone(weighing: &Weighing, preliminary: Verdict) -> Verdict {
     let probability = weighing.probability;
     let says = format!(
-        "the pattern of the OP alone makes it {}; without the PV nothing more can be said",
+        "the pattern of the OP alone gives {}; the PV is needed for a verdict",
         percent(probability)
     );
     let said = sayings(weighing).into_iter().map(|saying| saying.sentence);
@@ -115,18 +113,17 @@ fn of_op_alone(weighing: &Weighing, preliminary: Verdict) -> Verdict {
 
 /// The verdict of the majority of the published methods.
 ///
-/// The rule, which is ours and has not been fitted to anything:
+/// The rule is ours and has not been fitted to any data:
 ///
-/// 1. data that are unfit give `cannot tell`;
-/// 2. each [`Family`](crate::finding::Family) of methods has one vote, that of most of its methods which decide: five
-///    tests of the same windows are not five witnesses. With at least [`FEWEST_VOTES`] families that
-///    decide, and more than half of them agreeing, they win; anything else is `cannot tell`;
-/// 3. but no valve is accused on data that make healthy loops look sticky ([`MIMICS`]): that is
-///    `cannot tell`; and none is cleared by a loop that does not cycle, where sticking need not show.
+/// 1. Unfit data give `cannot tell`.
+/// 2. Each [`Family`](crate::finding::Family) of methods has one vote, that of the majority of its methods that
+///    decide: five tests of the same windows are not independent. A class wins if at least [`FEWEST_VOTES`]
+///    families decide and more than half of them agree; otherwise the result is `cannot tell`.
+/// 3. No valve is accused on data that make healthy loops look sticky ([`MIMICS`]): that is `cannot tell`. No valve
+///    is cleared if its loop does not cycle, because stiction may be invisible then.
 ///
-/// Methods that tell the cause of an oscillation abstain where none was found (see
-/// [`methods::judge`](crate::methods::judge)). The votes are not independent, so their share is no
-/// probability.
+/// Methods that explain an oscillation abstain where none was found (see
+/// [`methods::judge`](crate::methods::judge)). The votes are not independent, so their share is not a probability.
 pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) -> Verdict {
     let votes = Votes::of(findings);
     let (class, basis, reasons) = match majority(fitness, oscillates, votes) {
@@ -139,7 +136,7 @@ pub fn preliminary(fitness: &Fitness, oscillates: bool, findings: &[Finding]) ->
     Verdict { class, basis, votes, reasons, ..Verdict::default() }
 }
 
-/// What the majority says, with the tally; or why nothing is concluded, in sentences.
+/// The verdict of the majority with the tally, or the reasons for no verdict, in sentences.
 fn majority(
     fitness: &Fitness,
     oscillates: bool,
@@ -157,8 +154,7 @@ fn majority(
             votes.undecided, votes.abstains
         ),
         _ => format!(
-            "{} of the {decided} families of methods that decide say it sticks; {} undecided, {} \
-             abstaining",
+            "{} of the {decided} families of methods that decide find stiction; {} undecided, {} abstaining",
             votes.sticks, votes.undecided, votes.abstains
         ),
     };
@@ -180,19 +176,19 @@ fn majority(
         let mimics = mimics.join("; ");
         return Err(vec![
             tally,
-            format!("but data like these make healthy loops look sticky: {mimics}"),
+            format!("data like these make healthy loops look sticky ({mimics})"),
         ]);
     }
     if class == VerdictClass::DoesNotStick && !oscillates {
         return Err(vec![
             tally,
-            "but the loop does not cycle, and a valve that sticks need not show it then".to_owned(),
+            "the loop does not cycle, so stiction may be invisible".to_owned(),
         ]);
     }
     Ok((class, tally))
 }
 
-/// What the methods of each family say that agrees with the majority, a sentence a family.
+/// The findings of each family that agree with the majority, a sentence a family.
 fn agreeing(findings: &[Finding], class: VerdictClass) -> impl Iterator<Item = String> {
     let families = Votes::by_family(findings).into_iter();
     families.filter(move |(_, said)| class_of(*said) == Some(class)).map(move |(family, _)| {

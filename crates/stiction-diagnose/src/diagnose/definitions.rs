@@ -1,8 +1,8 @@
-//! The numbers that are called "stiction in percent", side by side.
+//! The different quantities that are called "stiction in percent", side by side.
 //!
-//! They are different quantities. The stick band S is the OP travel that a reversal of the valve
-//! takes; an ellipse through the PV-OP plot is also widened by dead time and lag; its axis ratio
-//! is no travel at all. Their sources are recalled, not read. Each is named, so that a number from one tool is not compared with that of another.
+//! The stick band S is the OP travel that a reversal of the valve needs. An ellipse through the PV-OP plot is also
+//! widened by dead time and lag, and its axis ratio is not a travel. Their sources are recalled, not read. Each
+//! quantity is named, so that a number from one tool is not compared with a different one from another.
 
 use super::verdict::Definition;
 use crate::finding::Finding;
@@ -12,11 +12,11 @@ use crate::methods::{Ellipse, MethodId, Subject};
 use crate::series::{band_passed, std};
 use std::borrow::Cow;
 
-/// Samples that an ellipse is fitted to, at most: the middle of a long segment.
+/// Most samples for the fit of an ellipse: the middle of a long segment.
 const MOST_POINTS: usize = 4_000;
 
-/// All definitions for a loop, `s` being the estimate of S, percent. What a method looked at is taken from its finding;
-/// one that was not asked looks now.
+/// All definitions for a loop, `s` being the estimate of S, percent. A method's result is read from its finding; a
+/// method without a finding runs now.
 pub fn definitions(subject: &Subject<'_>, findings: &[Finding], s: Option<f64>) -> Vec<Definition> {
     let ellipse = ellipse(subject);
     let finding = |id: MethodId| {
@@ -33,22 +33,22 @@ pub fn definitions(subject: &Subject<'_>, findings: &[Finding], s: Option<f64>) 
             name: "S",
             value: s,
             unit: "%",
-            meaning: "stick band plus dead band: how far the OP must travel after a reversal until the \
-                      valve moves (Choudhury, Thornhill and Shah 2005)",
+            meaning: "stick band plus dead band: OP travel after a reversal until the valve moves (Choudhury, \
+                      Thornhill and Shah 2005)",
         },
         Definition {
             name: "apparent stiction",
             value: ellipse.as_ref().map(|(in_units, _)| in_units.op_width()),
             unit: "%",
-            meaning: "width along the OP, through its centre, of the ellipse of OP and PV around the \
-                      dominant period (Choudhury, Shah and Thornhill 2004); dead time and lag widen it",
+            meaning: "width along the OP, through its centre, of the ellipse of OP and PV around the dominant \
+                      period (Choudhury, Shah and Thornhill 2004). Dead time and lag widen it",
         },
         Definition {
             name: "ellipse width",
             value: corners,
             unit: "%",
-            meaning: "mean width along the OP of the ellipses of the cycles of OP and control error \
-                      (sharp-corner method)",
+            meaning: "mean width along the OP of the ellipses of the cycles of OP and control error (sharp-corner \
+                      method)",
         },
         Definition {
             name: "ellipse axis ratio",
@@ -57,15 +57,15 @@ pub fn definitions(subject: &Subject<'_>, findings: &[Finding], s: Option<f64>) 
                 short / long
             }),
             unit: "",
-            meaning: "shorter axis over longer axis of that ellipse, OP and PV each in its standard \
-                      deviations; a ratio of lengths, no travel of the OP",
+            meaning: "shorter over longer axis of that ellipse, OP and PV each in standard deviations. It is a \
+                      ratio, not OP travel",
         },
         Definition {
             name: "knee to knee",
             value: knees,
             unit: "%",
-            meaning: "OP travel while the PV is steady: 95th percentile over the windows in a row that a \
-                      t-test marks (Damarla et al. 2023)",
+            meaning: "OP travel while the PV is steady: 95th percentile over consecutive windows that a t-test \
+                      marks (Damarla et al. 2023)",
         },
     ]
 }

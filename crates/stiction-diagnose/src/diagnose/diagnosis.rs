@@ -1,4 +1,4 @@
-//! Everything that was found out about one loop.
+//! The diagnosis of one loop.
 
 use super::by_evidence::Ruling;
 use super::few_slips::FewSlips;
@@ -25,31 +25,28 @@ use crate::recording::fitness::Fitness;
 use crate::recording::{Grid, LoopType, Modes, PlantTime, Segment};
 use crate::valve::{Start, Valve};
 
-/// Everything that was found out about one loop.
+/// The diagnosis of one loop.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Diagnosis {
     /// Tag of the loop.
     #[cfg_attr(feature = "serde", serde(rename = "loop"))]
     pub name: String,
-    /// What it controls.
+    /// The controlled quantity.
     #[cfg_attr(feature = "serde", serde(rename = "type"))]
     pub loop_type: LoopType,
-    /// The segment that was judged, the longest of the grid; `None` if there is none.
+    /// The judged segment, the longest of the grid; `None` if there is none.
     pub judged: Option<Judged>,
     /// Time zero of the recording's clock as seconds since 1970-01-01 UTC, if it is known.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub start: Option<f64>,
     /// The clock of the plant, in which its times are shown.
     pub plant_time: PlantTime,
-    /// The recording on a regular grid, with what was mended.
+    /// The recording on a regular grid, with its repairs.
     #[cfg_attr(
         feature = "serde",
         serde(rename = "repairs", serialize_with = "repairs"),
-        schemars(
-            with = "Vec<crate::recording::GridRepair>",
-            description = "What had to be mended in the data."
-        )
+        schemars(with = "Vec<crate::recording::GridRepair>", description = "Repairs of the data.")
     )]
     pub grid: Grid,
     /// The controller's mode over time, where it is recorded.
@@ -58,7 +55,7 @@ pub struct Diagnosis {
     /// Unit of the PV, where the file names one.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub pv_unit: Option<String>,
-    /// Whether the data can answer.
+    /// Fitness of the data.
     pub fitness: Fitness,
     /// The oscillations, with times on the recording's clock.
     #[cfg_attr(
@@ -66,11 +63,12 @@ pub struct Diagnosis {
         serde(rename = "oscillation", serialize_with = "dominant"),
         schemars(
             with = "Option<Dominant<'static>>",
-            description = "The oscillation that speaks for the loop, with times on the recording's clock; null without a segment to judge."
+            description = "The dominant oscillation of the loop, with times on the recording's clock; null without \
+                           a segment to judge."
         )
     )]
     pub oscillations: Oscillations,
-    /// What each method that was asked says, in the order of the registry.
+    /// The finding of each method that was run, in the order of the registry.
     #[cfg_attr(feature = "serde", serde(rename = "detectors"))]
     pub findings: Vec<Finding>,
     /// Key figures of the loop.
@@ -81,23 +79,23 @@ pub struct Diagnosis {
         serde(serialize_with = "Mistake::of"),
         schemars(
             with = "Option<Mistake<'static>>",
-            description = "The likely mistake in the columns; null where OP and PV belong together, as far as can be told."
+            description = "The likely mistake in the columns; null if OP and PV seem to belong together."
         )
     )]
     pub relation: Option<Relation>,
-    /// What the PV does that does not respond; `None` where it responds, as far as can be told.
+    /// The behaviour of a PV that does not respond; `None` if it seems to respond.
     pub no_response: Option<NoResponse>,
     /// The conclusion.
     pub verdict: Verdict,
-    /// How much the valve sticks.
+    /// Size of the stiction.
     pub stiction: Stiction,
-    /// Slips that a record lacks which looks stuck; `None` where it does not, or has enough.
+    /// Number of slips missing from a record that looks stuck; `None` if it does not, or has enough.
     pub few_slips: Option<FewSlips>,
-    /// The evidence that was weighed, all windows together; `None` where nothing could be.
+    /// The evidence of all windows together; `None` where none could be weighed.
     pub evidence: Option<Weighing>,
     /// The windows of the judged segment that were weighed one by one, in order of time.
     pub windows: Vec<Window>,
-    /// What the reader of the file, or a step on the way, wants the user to know.
+    /// Remarks to the user by the reader of the file or another step.
     pub notes: Vec<String>,
 }
 
@@ -105,7 +103,7 @@ pub struct Diagnosis {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Judged {
-    /// Which of the grid's segments it is.
+    /// Index of the segment in the grid.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub segment: usize,
     /// Time of its first sample, s on the recording's clock.
@@ -116,11 +114,11 @@ pub struct Judged {
     pub sample_time_s: f64,
     /// Number of samples.
     pub samples: usize,
-    /// How many of them were bridged.
+    /// Number of bridged samples.
     pub bridged: usize,
-    /// Out of how many segments it was taken.
+    /// Number of segments of the grid.
     pub segments: usize,
-    /// The signals it has.
+    /// The recorded signals.
     pub signals: Vec<&'static str>,
 }
 
@@ -159,14 +157,14 @@ impl Diagnosis {
         self.grid.segments.get(self.judged.as_ref()?.segment)
     }
 
-    /// The oscillation that speaks for the loop, and its signal: that of the error if it oscillates,
-    /// else that of the OP if that does, else that of the error, where there is one.
+    /// The dominant oscillation and its signal: that of the error if it oscillates, else that of the OP if it
+    /// oscillates, else that of the error, if there is one.
     pub fn oscillation(&self) -> Option<(&'static str, &Oscillation)> {
         self.oscillations.dominant()
     }
 
-    /// Where the loop stands in a ranked list, the worst lowest: by class, in it by the probability that
-    /// its valve sticks or, where there is none, by the share of the votes.
+    /// Position of the loop in a ranked list, the worst lowest. Loops are ordered by class, then by the probability
+    /// that the valve sticks or, without one, by the share of the votes.
     pub fn rank(&self) -> f64 {
         let Votes { sticks, does_not_stick, .. } = self.verdict.votes;
         let share = sticks as f64 / (sticks + does_not_stick).max(1) as f64;
@@ -179,27 +177,27 @@ impl Diagnosis {
         class - 0.999 * self.verdict.probability.unwrap_or(share)
     }
 
-    /// The mistake in the columns that ended the judgement, if one did.
+    /// The mistake in the columns that ended the judgement, if there was one.
     pub fn mistaken(&self) -> Option<Mismatch> {
         let measured = self.verdict.basis == Basis::ValvePosition;
         self.relation.as_ref()?.ends(measured)
     }
 
-    /// Why the evidence in OP and PV decided nothing; `None` where something else, or it, decided.
+    /// Why the evidence in OP and PV decided nothing; `None` if it decided, or something else did.
     pub fn undecided_by(&self) -> Option<Ruling> {
         let verdict = &self.verdict;
         let open = verdict.class == VerdictClass::CannotTell && verdict.basis == Basis::Evidence;
         self.evidence.as_ref().filter(|_| open).map(Ruling::of)
     }
 
-    /// What the PV does, where the verdict is by OP and PV that it does not respond.
+    /// The behaviour of the PV, if OP and PV give the verdict that it does not respond.
     pub fn silence(&self) -> Option<Silence> {
         silent(&self.verdict)
             .then(|| self.no_response.as_ref().map_or(Silence::Unmoved, |told| told.silence))
     }
 
-    /// Samples of the judged segment at which a valve that probably sticks begins to move, by the model that predicts its
-    /// PV best; `None` of a valve that nobody suspects, and without a model.
+    /// Samples of the judged segment at which a valve that probably sticks begins to move, according to the model
+    /// that best predicts its PV. `None` for a valve without suspicion, and without a model.
     pub fn slips(&self) -> Option<Vec<usize>> {
         if !matches!(self.verdict.grade, Grade::Sticks | Grade::ProbablySticks) {
             return None;
@@ -215,8 +213,8 @@ impl Diagnosis {
         Some(Motion::of(&vp).slips)
     }
 
-    /// What it says of its valve in the middle of the judged segment, with `origin` the time of zero of its clock;
-    /// `None` if no segment was judged.
+    /// The observation of the valve in the middle of the judged segment, with `origin` the time of zero of its
+    /// clock; `None` if no segment was judged.
     pub fn observation(&self, origin: f64) -> Option<Observation> {
         let segment = self.segment()?;
         Some(Observation {
@@ -230,7 +228,7 @@ impl Diagnosis {
         })
     }
 
-    /// What the detectors looked at, for plots of their evidence.
+    /// Data of the detectors for plots of their evidence.
     pub fn subject(&self) -> Option<Subject<'_>> {
         let segment = self.segment()?;
         Some(Subject::new(segment, self.loop_type, self.oscillations.period(segment)))
@@ -239,7 +237,7 @@ impl Diagnosis {
 
 #[cfg(feature = "figure")]
 impl<'a> Context<'a> {
-    /// What a diagnosis knows.
+    /// Context of a diagnosis for its figures.
     pub fn of(diagnosis: &'a Diagnosis) -> Self {
         Self {
             start: diagnosis.start,
@@ -251,7 +249,7 @@ impl<'a> Context<'a> {
     }
 }
 
-/// Whether a verdict is by OP and PV that nothing responds.
+/// Whether OP and PV give the verdict that the valve does not respond.
 pub(super) fn silent(verdict: &Verdict) -> bool {
     verdict.class == VerdictClass::DoesNotRespond && verdict.basis == Basis::Evidence
 }

@@ -1,4 +1,4 @@
-//! Findings in a line, as a person would put them.
+//! Findings in one line of plain text.
 //!
 //! ```
 //! use stiction_diagnose::diagnose::{Cause, Estimate, VerdictClass};
@@ -37,7 +37,7 @@ impl fmt::Display for Estimate {
     }
 }
 
-/// The class, with the limit of a valve that is cleared, and the probability.
+/// The class, with the limit of a cleared valve, and the probability.
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.class)?;

@@ -1,39 +1,39 @@
-//! A record that looks stuck, in which the valve slips too few times to be sure: what is missing.
+//! Records that look stuck with too few slips for a sure verdict: what to record next.
 
 use super::weighing::Weighing;
 use crate::evidence::Evidence;
 use crate::spoken::{counted, rough, time};
 
-/// Slips that a record must hold for a verdict as sure as more of them make it.
+/// Slips that a record needs; more make the verdict hardly surer.
 ///
-/// Of 1,787 loops of the population that stick (version 3, seeds 9,000 on), those that can show it and look stuck,
-/// with a probability of one half or more, are accused by the number of slips that the best valve model sees: 31 %
-/// of 49 with one, 50 % of 342 with two to seven, 63 % of 115 with eight to thirteen, 62 % of 78 with fourteen to
-/// nineteen, 69 % of 425 with more. From eight on it hardly rises.
+/// Of 1,787 sticking loops of the population (version 3, seeds from 9,000), consider those that can show stiction
+/// and look stuck, with a probability of at least one half. They are accused depending on the number of slips of
+/// the best valve model: 31 % of 49 with one, 50 % of 342 with two to seven, 63 % of 115 with eight to thirteen, 62
+/// % of 78 with fourteen to nineteen, 69 % of 425 with more. From eight slips the share hardly rises.
 pub const NEEDED: usize = 8;
 /// The probability from which a record looks stuck.
 pub const LOOKS_STUCK_FROM: f64 = 0.5;
-/// Share of S by which a step must exceed it to move the valve for sure.
+/// A step must exceed S by this share to move the valve for sure.
 const BEYOND: f64 = 1.5;
 
 /// A record that looks stuck, with too few slips to decide.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct FewSlips {
-    /// Slips that the best valve model sees in all windows, scaled to all of the record.
+    /// Slips of the best valve model in all windows, scaled to the whole record.
     pub seen: usize,
-    /// Slips that a decision takes.
+    /// Slips that a decision needs.
     pub needed: usize,
-    /// For how much longer to record, s, if the valve goes on slipping as often; `None` if it never slipped.
+    /// Further recording time in s, if the valve continues to slip as often; `None` if it never slipped.
     pub record_for_s: Option<f64>,
-    /// How large steps of the OP would make it slip, percent of span: half more than the S that is estimated.
+    /// Size of OP steps that would make the valve slip, percent of span: half more than the estimated S.
     pub step: f64,
-    /// The same, a sentence.
+    /// The same in a sentence.
     pub words: String,
 }
 
-/// What is missing of a record of `duration_s`; `None` if it does not look stuck, or has slips enough, or they cannot
-/// be counted.
+/// The lack of slips in a record of `duration_s`; `None` if it does not look stuck, has enough slips, or they
+/// cannot be counted.
 pub fn few_slips(weighing: &Weighing, duration_s: f64) -> Option<FewSlips> {
     if weighing.probability < LOOKS_STUCK_FROM || weighing.mismatch > 1.0 {
         return None;
@@ -44,7 +44,7 @@ pub fn few_slips(weighing: &Weighing, duration_s: f64) -> Option<FewSlips> {
             Some(slips) => (seen + slips, time + window.duration),
             None => (seen, time),
         });
-    // Where windows are spread over the record, what lies between them slips as often; where they overlap, less was seen.
+    // Spread windows: the valve slips as often between them. Overlapping windows: fewer slips were seen.
     let seen = (seen * duration_s / time).round();
     if !seen.is_finite() || !(duration_s > 0.0) {
         return None;
@@ -52,7 +52,7 @@ pub fn few_slips(weighing: &Weighing, duration_s: f64) -> Option<FewSlips> {
     of(seen as usize, duration_s, weighing.s.value)
 }
 
-/// What is missing of a record of `duration_s` with so many slips of a valve of this S.
+/// The lack of slips in a record of `duration_s` with this many slips of a valve of this S.
 fn of(seen: usize, duration_s: f64, s: f64) -> Option<FewSlips> {
     if seen >= NEEDED {
         return None;
@@ -66,7 +66,7 @@ fn of(seen: usize, duration_s: f64, s: f64) -> Option<FewSlips> {
         None => "step".to_owned(),
     };
     let words = format!(
-        "looks stuck; {} seen, {NEEDED} needed: {longer} the output by {} % up and down",
+        "looks stuck; {} seen, {NEEDED} needed: {longer} the OP by {} % up and down",
         counted(seen, "slip"),
         rough(step)
     );
@@ -89,13 +89,13 @@ mod tests {
         assert_eq!((few.seen, few.needed, few.record_for_s), (2, 8, Some(12.0 * 3600.0)));
         assert_eq!(
             few.words,
-            "looks stuck; 2 slips seen, 8 needed: record 12 h more, or step the output by 4.5 % up and down"
+            "looks stuck; 2 slips seen, 8 needed: record 12 h more, or step the OP by 4.5 % up and down"
         );
         let one = of(1, 600.0, 1.0).unwrap();
         assert!(one.words.contains("1 slip seen") && one.words.contains("70 min"), "{}", one.words);
         let none = of(0, 600.0, 2.0).unwrap();
         assert_eq!((none.record_for_s, none.step), (None, 3.0));
-        assert!(none.words.contains("needed: step the output by 3 "), "{}", none.words);
+        assert!(none.words.contains("needed: step the OP by 3 "), "{}", none.words);
         assert_eq!(of(NEEDED, 600.0, 2.0), None);
     }
 }

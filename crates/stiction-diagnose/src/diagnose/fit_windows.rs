@@ -1,7 +1,7 @@
-//! Which windows of a long segment can answer.
+//! The fit windows of a long segment.
 //!
-//! One hour of saturation, one frozen morning or one afternoon of set-point changes in a week makes no week unfit: it
-//! makes some windows unfit. Those are left out, the others are judged, and how many they are is told.
+//! One hour of saturation, one frozen morning or one afternoon of set-point changes makes some windows unfit, but
+//! not the whole week. Unfit windows are left out and the others are judged; the number of both is reported.
 
 use super::oscillations::Oscillations;
 use crate::evidence::windows;
@@ -9,12 +9,12 @@ use crate::parallel::*;
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
 use crate::recording::{Grid, Recording, Segment};
 
-/// A measure of the recording, of which a part of a segment knows nothing.
+/// A measure of the whole recording, unknown to a part of a segment.
 const OF_ALL: MeasureId = MeasureId::BridgedSamples;
 
-/// The windows of a segment that are to be judged, and the fitness of it all, of which `whole` is that of the
-/// segment as one: the windows that are fit, if any are, else all. A segment of one window is that window, and its
-/// fitness is `whole`.
+/// The windows of a segment to judge, and the fitness of all of it. They are the fit windows if there are any, else
+/// all windows. `whole` is the fitness of the undivided segment. For a segment of one window the result is that
+/// window and `whole`.
 pub(super) fn fit_windows(
     recording: &Recording,
     grid: &Grid,
@@ -41,7 +41,7 @@ pub(super) fn fit_windows(
     for measure in &mut measures {
         if measure.class == Class::Unfit && measure.id != OF_ALL {
             measure.class = Class::Caveats;
-            measure.reason += &format!("; of {n} windows {k} are fit by themselves");
+            measure.reason += &format!("; {k} of {n} windows are fit");
         }
     }
     let share = 100.0 * k as f64 / n as f64;
@@ -53,8 +53,8 @@ pub(super) fn fit_windows(
         unfit_at: None,
         class: if k < n { Class::Caveats } else { Class::Fit },
         reason: match k == n {
-            true => format!("all {n} windows in which the segment is judged are fit"),
-            false => format!("{k} of {n} windows are fit, and they alone are judged"),
+            true => format!("all {n} windows of the segment are fit"),
+            false => format!("{k} of {n} windows are fit, only they are judged"),
         },
     });
     (judged, Fitness::of(measures))

@@ -1,17 +1,16 @@
-//! Several recordings, or windows, of one valve together: what they say as a whole, and whether it gets
-//! worse.
+//! Several recordings or windows of one valve together: their joint verdict, and whether the valve gets worse.
 //!
-//! Probabilities are combined by the one rule of `combining`, as those of the windows of one
-//! recording are: a week is judged alike as one recording and as seven.
+//! Probabilities are combined by the rule of `combining`, like those of the windows of one recording. So a week
+//! gives the same result as one recording and as seven.
 //!
 //! # Drift of S
 //!
-//! A line of weighted least squares through `ln S` over time, because stiction grows by a share of itself;
-//! the weight of a window is one over the squared width of its interval in `ln S`, which no window has
-//! narrower than [`NARROWEST`]. Called significant only if its p-value and that of Mann and Kendall's test,
-//! which minds neither outliers nor the shape of the trend, are both below [`SIGNIFICANT`], and the median
-//! of all slopes (Theil and Sen) has the same sign. Both tests assume that windows err independently; where
-//! they do not, p-values are too small.
+//! A weighted least-squares line through `ln S` over time, because stiction grows by a share of itself. The weight
+//! of a window is one over the squared width of its interval in `ln S`, which is at least [`NARROWEST`]. The drift
+//! is significant only if two p-values are below [`SIGNIFICANT`]: that of the line, and that of Mann and Kendall's
+//! test, which is robust to outliers and to the shape of the trend. The median of all slopes (Theil and Sen) must
+//! also have the same sign. Both tests assume that the errors of windows are independent; otherwise p-values are
+//! too small.
 
 use super::by_evidence::thresholds;
 use super::combining::{self, Witness};
@@ -21,19 +20,19 @@ use crate::error::{Result, finite, non_negative, require};
 use crate::fusion::Estimate;
 use crate::series::{mann_kendall, theil_sen, weighted_trend};
 
-/// Smallest half-width that an interval of S is believed to have, relative to S; ours.
+/// Smallest half-width of an interval of S, relative to S; ours.
 pub const NARROWEST: f64 = 0.05;
-/// Windows with an S below which no drift is told; ours.
+/// Fewest windows with an S for a drift; ours.
 pub const FEWEST_FOR_DRIFT: usize = 5;
-/// Level below which a p-value is called significant.
+/// Level below which a p-value is significant.
 pub const SIGNIFICANT: f64 = 0.05;
 
-/// What observations of one valve say together.
+/// The combined observations of one valve.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct History {
-    /// The conclusion: by the combined probability, else that of more than half of the weight of those
-    /// that decided.
+    /// The conclusion: by the combined probability, else that of more than half of the weight of those that
+    /// decided.
     pub class: VerdictClass,
     /// The verdict in one graded word. It splits "cannot tell" into "probably sticks", "unclear" and "probably fine".
     pub grade: Grade,
@@ -46,7 +45,7 @@ pub struct History {
     pub decided: usize,
     /// Whether S drifts; `None` with too few observations of S.
     pub drift: Option<Drift>,
-    /// What there is to say of the drift, a sentence.
+    /// The drift in a sentence.
     pub trend: String,
 }
 
@@ -60,13 +59,13 @@ pub struct Drift {
     pub low: f64,
     /// Upper end of its 95 % interval.
     pub high: f64,
-    /// Probability of as much if there were no drift, two-sided.
+    /// Probability of such a slope without a drift, two-sided.
     pub p_value: f64,
     /// The same by the median of the slopes of all pairs, 1/day.
     pub robust_per_day: f64,
     /// p-value of Mann and Kendall's test.
     pub robust_p_value: f64,
-    /// Whether both tests and both slopes say that S drifts.
+    /// Whether both tests and both slopes show that S drifts.
     pub significant: bool,
 }
 
@@ -74,7 +73,7 @@ pub struct Drift {
 ///
 /// # Errors
 /// If a time or an S is not finite, a probability not between 0 and 1, or a weight or number below 0. No
-/// observations at all are no error: they cannot tell.
+/// observations are not an error: they give `cannot tell`.
 pub fn combine(observations: &[Observation]) -> Result<History> {
     let observations = checked(observations)?;
     let decided: Vec<&Observation> = observations
@@ -93,7 +92,7 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
         .zip(weights)
         .find_map(|(class, weight)| (2.0 * weight > total).then_some(class));
     let class = match (majority, probability) {
-        // Its cause is another one than stiction, whatever the probability of that.
+        // The cause is not stiction, at any probability.
         (Some(VerdictClass::DoesNotRespond), _) => VerdictClass::DoesNotRespond,
         (_, Some(p))
             if p >= thresholds().accuse && bear_out(&observations, VerdictClass::Sticks) =>
@@ -120,8 +119,8 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
     })
 }
 
-/// Whether most of the observations whose probability would give this class have it themselves: one that was
-/// blind, or unlike all that is known, does not become sure by being repeated.
+/// Whether most of the observations with a probability of this class have the class themselves. An observation that
+/// was blind, or unlike all training loops, does not become sure by repetition.
 fn bear_out(observations: &[Observation], class: VerdictClass) -> bool {
     let would = |p: f64| match class {
         VerdictClass::Sticks => p >= thresholds().accuse,
@@ -135,7 +134,7 @@ fn bear_out(observations: &[Observation], class: VerdictClass) -> bool {
     2.0 * borne_out > all
 }
 
-/// The observations in order of time, if all their numbers make sense.
+/// The observations in order of time, if all their numbers are valid.
 pub(super) fn checked(observations: &[Observation]) -> Result<Vec<Observation>> {
     for each in observations {
         finite("the time of an observation", each.time)?;
@@ -165,16 +164,14 @@ pub(super) fn combined_probability(observations: &[Observation]) -> Option<f64> 
 const DAY: f64 = 86_400.0;
 
 fn drift(observations: &[Observation]) -> (Option<Drift>, String) {
-    // The logarithm has no place for a valve of no stiction at all.
+    // The logarithm excludes a valve without stiction.
     let known: Vec<(f64, Estimate)> = observations
         .iter()
         .filter_map(|o| Some((o.time / DAY, o.s.filter(|s| s.value > 0.0)?)))
         .collect();
     if known.len() < FEWEST_FOR_DRIFT {
-        let why = format!(
-            "Whether S drifts cannot be told: {} of the {FEWEST_FOR_DRIFT} windows with an S that it takes.",
-            known.len()
-        );
+        let why =
+            format!("Drift of S: needs {FEWEST_FOR_DRIFT} windows with an S, has {}.", known.len());
         return (None, why);
     }
     let days: Vec<f64> = known.iter().map(|(t, _)| t - known[0].0).collect();
@@ -186,7 +183,7 @@ fn drift(observations: &[Observation]) -> (Option<Drift>, String) {
     let weights: Vec<f64> = known.iter().map(|(_, s)| weight(s)).collect();
     let line = weighted_trend(&days, &logarithms, &weights);
     let Some((line, robust)) = line.zip(theil_sen(&days, &logarithms)) else {
-        return (None, "Whether S drifts cannot be told: all windows are of one time.".to_owned());
+        return (None, "Drift of S: unknown, because all windows have the same time.".to_owned());
     };
     let robust_p_value = mann_kendall(&logarithms);
     let drift = Drift {
@@ -205,7 +202,7 @@ fn drift(observations: &[Observation]) -> (Option<Drift>, String) {
 
 fn trend(drift: &Drift) -> String {
     let figures = format!(
-        "{:+.2} % a day, 95 % interval {:+.2} to {:+.2}; {}, by Mann and Kendall {}",
+        "{:+.2} % a day (95 % interval {:+.2} to {:+.2}); {}, Mann-Kendall {}",
         100.0 * drift.per_day,
         100.0 * drift.low,
         100.0 * drift.high,
@@ -220,7 +217,7 @@ fn trend(drift: &Drift) -> String {
     }
 }
 
-/// A p-value as it is written.
+/// A p-value as text.
 pub(super) fn p_value(p: f64) -> String {
     if p < 0.001 { "p < 0.001".to_owned() } else { format!("p = {p:.3}") }
 }

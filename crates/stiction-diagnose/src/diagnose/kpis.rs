@@ -1,4 +1,4 @@
-//! How well a loop runs, in named numbers.
+//! Key figures of a loop.
 
 use crate::recording::fitness::share_at_limit;
 use crate::recording::{Grid, Recording, Segment};
@@ -6,7 +6,7 @@ use crate::series::{
     autocorrelation, correlation, mean, noise_std, reversals, skewness, std, zero_crossings,
 };
 
-/// One number about a loop.
+/// One key figure of a loop.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Kpi {
@@ -16,17 +16,17 @@ pub struct Kpi {
     pub value: Option<f64>,
     /// Its unit; empty for a ratio, `PV` for the units of the process value.
     pub unit: &'static str,
-    /// What it is, a sentence.
+    /// Its meaning, a sentence.
     pub meaning: &'static str,
-    /// Why there is no value, or what it assumes.
+    /// Why there is no value, or its assumption.
     pub note: Option<String>,
 }
 
-/// What the numbers need to know.
+/// Settings of the key figures.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct KpiOptions {
-    /// Dead time of process and valve together, s, for the Harris index; without it one sample is
-    /// assumed, which gives the smallest index there can be.
+    /// Dead time of process and valve together, s, for the Harris index. Without it, one sample is assumed, which
+    /// gives the smallest possible index.
     pub dead_time: Option<f64>,
 }
 
@@ -39,8 +39,8 @@ pub struct Kpis {
     pub numbers: Vec<Kpi>,
 }
 
-/// Order of the autoregressive model of the Harris index: 30 covers the dynamics of a well-sampled loop;
-/// a tenth of the samples where those are fewer.
+/// Order of the autoregressive model of the Harris index: 30 covers the dynamics of a well-sampled loop. It is
+/// limited to a tenth of the samples.
 const AR_ORDER: usize = 30;
 
 /// A noise band is this many standard deviations to either side, which 99.7 % of Gaussian noise keeps.
@@ -49,7 +49,7 @@ const NOISE_BAND: f64 = 3.0;
 const NO_PV: &str = "there is no PV";
 
 impl Kpis {
-    /// The numbers of a segment; where there is no PV, those about it have no value.
+    /// The key figures of a segment; those of the PV have no value without a PV.
     ///
     /// | name | equation |
     /// |---|---|
@@ -70,9 +70,9 @@ impl Kpis {
     /// | ellipse axis ratio | `sqrt((1 - abs(rho)) / (1 + abs(rho)))`, rho the correlation of OP and PV |
     /// | ellipse OP width | `2 sqrt(2) std(OP) sqrt(1 - rho^2)`, % |
     ///
-    /// The two ellipses are the covariance's, not a fit to the outline of the cloud: the axis ratio is
-    /// that of the standardised cloud, 1 for a circle and 0 for a line; the width is that along OP
-    /// through the centre, exactly so for two sines of one frequency, `2 A abs(sin phase)`.
+    /// The two ellipses are those of the covariance, not a fit to the outline of the cloud. The axis ratio is that
+    /// of the standardised cloud, 1 for a circle and 0 for a line. The width is the one along OP through the
+    /// centre; for two sines of one frequency it is exactly `2 A abs(sin phase)`.
     pub fn of(recording: &Recording, grid: &Grid, segment: &Segment, options: &KpiOptions) -> Self {
         let mut kpis = Self::default();
         let hours = segment.duration() / 3600.0;
@@ -90,7 +90,7 @@ impl Kpis {
             "good values",
             good.fold(100.0, f64::min),
             "%",
-            "share of the samples that can be used, of the worse of OP and PV",
+            "share of usable samples, the worse of OP and PV",
         );
         kpis.of_op(&segment.op, hours);
         kpis.of_pv(recording, segment, hours, options);
@@ -128,25 +128,25 @@ impl Kpis {
             "OP at a limit",
             100.0 * share_at_limit(op),
             "%",
-            "share of the time in which the controller could not do more",
+            "share of the time in which the OP rests at a limit",
         );
         self.value(
             "OP travel",
             op.windows(2).map(|w| (w[1] - w[0]).abs()).sum::<f64>() / hours,
             "%/h",
-            "travel of the OP, up and down, an hour: it wears the valve",
+            "OP travel, up and down, an hour; it wears the valve",
         );
         self.value(
             "OP reversals",
             reversals(op, band) as f64 / hours,
             "1/h",
-            "turns of the OP by more than its noise, an hour",
+            "OP reversals larger than its noise, an hour",
         );
         self.value(
             "OP noise band",
             band,
             "%",
-            "three standard deviations of what changes from sample to sample in the OP",
+            "three standard deviations of the OP's noise, from sample to sample",
         );
     }
 
@@ -168,16 +168,26 @@ impl Kpis {
         let e = |of: &dyn Fn(&[f64]) -> f64| error.as_deref().map(of).ok_or(NO_PV);
         let p = |of: &dyn Fn(&[f64]) -> f64| pv.map(of).ok_or(NO_PV);
         let absolute = |e: &[f64]| e.iter().map(|v| v.abs()).sum::<f64>() / e.len() as f64;
-        // Without an SP its own mean stands for it, and what control leaves over is not known.
+        // Without an SP the mean of the PV replaces it, and the offset is unknown.
         let offset = match (pv, &segment.sp) {
             (Some(_), None) => Err("there is no SP"),
             _ => e(&mean),
         };
-        self.add("error mean", offset, "PV", "mean of SP less PV: what control leaves over");
+        self.add(
+            "error mean",
+            offset,
+            "mean of SP less PV: the remaining offset",
+            "mean of SP less PV: what control leaves over",
+        );
         self.add("error std", e(&std), "PV", "standard deviation of the control error");
-        self.add("error skewness", e(&skewness), "", "0 if errors up and down are alike");
+        self.add(
+            "error skewness",
+            e(&skewness),
+            "0 if positive and negative errors are alike",
+            "0 if errors up and down are alike",
+        );
         if segment.sp.is_none() && pv.is_some() {
-            let note = "there is no SP; the mean of the PV stands for it";
+            let note = "there is no SP; the mean of the PV replaces it";
             self.numbers
                 .iter_mut()
                 .filter(|k| k.name.starts_with("error") && k.value.is_some())
@@ -222,7 +232,7 @@ impl Kpis {
             "PV noise band",
             p(&|pv| NOISE_BAND * noise_std(pv)),
             "PV",
-            "three standard deviations of what changes from sample to sample in the PV",
+            "three standard deviations of the PV's noise, from sample to sample",
         );
         self.harris(error.as_deref(), segment.sample_time, options.dead_time);
         let cloud = pv
@@ -253,14 +263,13 @@ impl Kpis {
             "Harris index",
             index,
             "",
-            "least variance that feedback could reach, over the variance there is: 1 is the best",
+            "smallest variance that feedback could reach, over the actual variance: 1 is the best",
         );
         if let (Ok(_), Some(last)) = (index, self.numbers.last_mut()) {
             last.note = Some(match dead_time {
                 Some(_) => format!("with a dead time of {delay} samples"),
                 None => {
-                    "needs the dead time; assumed is one sample, which gives the smallest index \
-                         there can be"
+                    "needs the dead time; one sample is assumed, which gives the smallest possible index"
                         .to_owned()
                 }
             });
@@ -268,15 +277,14 @@ impl Kpis {
     }
 }
 
-/// The Harris index of a control error: `eta = s^2 sum_(i < b) h_i^2 / var(e)`, with the innovations'
-/// variance s^2 and the impulse response h of an autoregressive model of e, and the dead time b in
-/// samples. 1 if nothing but minimum variance is left, 0 if all could be controlled away; it rises with
-/// b. `None` if e is constant or has fewer than 20 samples.
+/// The Harris index of a control error: `eta = s^2 sum_(i < b) h_i^2 / var(e)`, with the innovations' variance s^2
+/// and the impulse response h of an autoregressive model of e, and the dead time b in samples. It is 1 at minimum
+/// variance, 0 if control could remove everything; it rises with b. `None` if e is constant or has fewer than 20
+/// samples.
 ///
-/// Harris 1989, Canadian J. Chemical Engineering 67, 856-861 (recalled, not read). The model's order is
-/// 30, or a tenth of the samples; its coefficients solve the Yule-Walker equations by the recursion of
-/// Levinson and Durbin. It rates tight loops higher than lively ones and says nothing about level loops
-/// that are meant to average.
+/// Harris 1989, Canadian J. Chemical Engineering 67, 856-861 (recalled, not read). The model's order is 30, or a
+/// tenth of the samples; its coefficients solve the Yule-Walker equations by the recursion of Levinson and Durbin.
+/// It rates tight loops higher than lively ones. It has no meaning for averaging level loops.
 pub fn harris_index(error: &[f64], dead_time: usize) -> Option<f64> {
     let order = AR_ORDER.min(error.len() / 10);
     if order < 2 {
@@ -296,15 +304,15 @@ pub fn harris_index(error: &[f64], dead_time: usize) -> Option<f64> {
     Some((innovations * sum).clamp(0.0, 1.0))
 }
 
-/// Coefficients of the autoregressive model with those autocorrelations (1 at lag zero), and the share
-/// of the variance that is innovation.
+/// Coefficients of the autoregressive model with these autocorrelations (1 at lag zero), and the share of the
+/// variance that is innovation.
 fn levinson_durbin(lags: &[f64]) -> (Vec<f64>, f64) {
     let mut a: Vec<f64> = vec![];
     let mut left = 1.0;
     for k in 1..lags.len() {
         let explained: f64 = a.iter().zip(lags[1..k].iter().rev()).map(|(a, r)| a * r).sum();
         let reflection = (lags[k] - explained) / left;
-        // Rounding can go over 1 when nothing is left to explain.
+        // Rounding can exceed 1 when nothing is left to explain.
         if !(reflection.abs() < 1.0) {
             break;
         }

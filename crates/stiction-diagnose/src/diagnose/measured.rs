@@ -1,4 +1,4 @@
-//! The verdict on a valve whose position is recorded: class, S, J and words from one judgement.
+//! The verdict on a valve with a recorded position: class, S, J and sentences from one judgement.
 
 use super::verdict::{Basis, Limit, Stiction, Verdict, VerdictClass};
 use crate::finding::Abstention;
@@ -7,8 +7,8 @@ use crate::identify::lagged_position::{Behaviour, Interval, Judgement, Moves};
 use crate::methods::Subject;
 use crate::recording::fitness::{Class, Fitness, MeasureId};
 
-/// Measures of fitness without which a position says nothing either. All others are about the PV, or about cycles,
-/// which a position does not need.
+/// Measures of fitness that a position needs, too. All others concern the PV, or cycles, which a position does not
+/// need.
 const NEEDED: [MeasureId; 4] = [
     MeasureId::AutomaticSegment,
     MeasureId::BridgedSamples,
@@ -16,28 +16,27 @@ const NEEDED: [MeasureId; 4] = [
     MeasureId::OpMoves,
 ];
 
-/// What a recorded position says of the valve. Class, S, J, limit and reasons come from the same judgement:
+/// The verdict from a recorded position. Class, S, J, limit and reasons come from the same judgement:
 ///
-/// | judgement | class | S and J | limit of S |
+/// | Judgement | Class | S and J | Limit of S |
 /// |---|---|---|---|
 /// | sticks | sticks | those of the fit | none |
 /// | follows | does not stick | none | below 1 % |
 /// | does not move | does not respond | none | none |
-/// | open | cannot tell | none | what the recording leaves possible |
+/// | open | cannot tell | none | the largest S that the recording allows |
 #[derive(Debug, Clone, PartialEq)]
 pub struct ByPosition {
     /// The conclusion.
     pub class: VerdictClass,
     /// Why, in sentences.
     pub reasons: Vec<String>,
-    /// How much it sticks, where it does.
+    /// Size of the stiction, if it sticks.
     pub stiction: Stiction,
-    /// With 95 % confidence S is below this, percent; `None` where it sticks or does not respond, or where nothing
-    /// bounds it.
+    /// With 95 % confidence S is below this, percent; `None` if it sticks, does not respond, or has no bound.
     pub s_limit: Option<f64>,
 }
 
-/// What the position says, or why it says nothing; `None` if none is recorded.
+/// The verdict from the position, or why there is none; `None` if no position is recorded.
 pub fn by_position(
     subject: &Subject<'_>,
     fitness: &Fitness,
@@ -61,18 +60,18 @@ pub(super) fn concluded(judged: &Judgement, sample_time: f64) -> ByPosition {
     let mut reasons = vec![judged.sentence(sample_time)];
     reasons.extend(match judged.behaviour {
         Behaviour::DoesNotMove => Some(format!(
-            "it is seized, shut off, without air, in manual override, or its transmitter is dead{}",
+            "possible causes: seized, shut off, no air, manual override, or a dead position transmitter{}",
             match judged.op_travel {
-                travel if travel < 20.0 => "; or it sticks by more than the OP travels",
+                travel if travel < 20.0 => "; or S is larger than the OP travel",
                 _ => "",
             }
         )),
         Behaviour::Open => {
             let wanted = match judged.moves {
                 Moves::MayBeMissed => {
-                    "a record at the rate at which the controller acts would tell, or steps of the OP in manual"
+                    "to decide, record at the rate of the controller, or step the OP in manual"
                 }
-                Moves::Recorded => "a longer record would tell, or steps of the OP in manual",
+                Moves::Recorded => "to decide, record longer, or step the OP in manual",
             };
             Some(wanted.to_owned())
         }
@@ -82,9 +81,9 @@ pub(super) fn concluded(judged: &Judgement, sample_time: f64) -> ByPosition {
     let sticks = class == VerdictClass::Sticks;
     let why_not = match judged.behaviour {
         Behaviour::Sticks => None,
-        Behaviour::Follows => Some("the valve does not stick by its measured position"),
+        Behaviour::Follows => Some("by its measured position, the valve does not stick"),
         Behaviour::DoesNotMove => Some("a valve that does not respond never slips"),
-        Behaviour::Open => Some("the measured position leaves open whether the valve sticks"),
+        Behaviour::Open => Some("the measured position cannot show whether the valve sticks"),
     };
     let bounded = matches!(judged.behaviour, Behaviour::Follows | Behaviour::Open);
     ByPosition {
@@ -93,7 +92,7 @@ pub(super) fn concluded(judged: &Judgement, sample_time: f64) -> ByPosition {
         stiction: Stiction {
             model: sticks.then(|| {
                 format!(
-                    "a valve with a lag fitted to the measured position, of which it explains {:.1} %",
+                    "a valve with a lag, fitted to the measured position (R² {:.1} %)",
                     100.0 * judged.explained
                 )
             }),
@@ -108,7 +107,7 @@ pub(super) fn concluded(judged: &Judgement, sample_time: f64) -> ByPosition {
 }
 
 impl ByPosition {
-    /// The verdict in place of what OP and PV alone would give: the stem has been seen.
+    /// The verdict from the position instead of that from OP and PV, because the position shows the stem itself.
     pub fn verdict(&self, without: Verdict) -> Verdict {
         Verdict {
             class: self.class,

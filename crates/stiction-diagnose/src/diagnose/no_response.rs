@@ -1,9 +1,9 @@
-//! Whether the PV does not respond: the OP travels far, and the PV takes no notice.
+//! Whether the PV does not respond: the OP travels far without any effect on the PV.
 //!
-//! A loop that compensates a drifting load also has an OP that travels and a PV that rests, at its set point; so a
-//! PV that rests counts only where it rests *away* from its set point while the OP goes one way, as the integral of
-//! an error that nothing answers must. A PV that moves on, unrelated to the OP, is left to the evidence that was
-//! trained on simulated valves that are stuck.
+//! A loop that compensates a drifting load also has an OP that travels and a PV that rests, at its set point. So a
+//! resting PV counts only if it rests *away* from its set point while the OP moves in one direction, as integral
+//! action on a constant error must. A PV that moves without relation to the OP is left to the evidence, which was
+//! trained on simulated stuck valves.
 
 use super::reasons::{alternatives, sayings};
 use super::verdict::{Basis, DEAD_ZONE_BELOW, Verdict, VerdictClass};
@@ -12,18 +12,18 @@ use crate::fusion::Cause;
 use crate::recording::Segment;
 use crate::recording::fitness::{Class, Fitness, MeasureId, levels};
 use crate::series::{mean, noise_std, span, std};
-use crate::spoken::percent;
+use crate::spoken::{percent, rough};
 
-/// What a PV does that does not respond.
+/// The behaviour of a PV that does not respond.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Silence {
-    /// It rests at its lowest value, away from a set point above.
+    /// It rests at its lowest value, below its set point.
     AtItsLowEnd,
-    /// It rests at its highest value, away from a set point below.
+    /// It rests at its highest value, above its set point.
     AtItsHighEnd,
     /// It is frozen exactly at a value between.
     Frozen,
-    /// It moves on, but not with the OP.
+    /// It moves, but not with the OP.
     Unmoved,
 }
 
@@ -50,7 +50,7 @@ pub enum Fault {
     AirOrSignalLost,
     /// The transmitter is dead or frozen, or its impulse line is plugged.
     SensorDead,
-    /// The historian has stopped, or compresses what the PV does away.
+    /// The historian has stopped, or its compression removes the movement of the PV.
     HistorianStopped,
     /// The flow goes through a bypass, or the valve is on its hand wheel.
     BypassOrHandwheel,
@@ -79,29 +79,27 @@ impl Fault {
         }
     }
 
-    /// How to tell it from the others.
+    /// How to distinguish it from the others.
     pub fn told_by(self) -> &'static str {
         match self {
-            Self::ValveShutOrSeized => {
-                "the stem does not move although the actuator's pressure does"
-            }
-            Self::LineIsolated => {
-                "the stem moves, and no flow follows; look at block valves and at the pumps"
-            }
+            Self::ValveShutOrSeized => "the stem does not move although the actuator pressure does",
+            Self::LineIsolated => "the stem moves without any flow; check block valves and pumps",
             Self::AirOrSignalLost => {
-                "neither stem nor actuator pressure move; measure air supply and current at the positioner"
+                "neither stem nor actuator pressure moves; measure air supply and current at the positioner"
             }
             Self::SensorDead => {
-                "the stem moves and other measurements of the line answer; the transmitter's own display stands still, too"
+                "the stem moves and other measurements of the line respond, but the transmitter's own display does \
+                 not"
             }
             Self::HistorianStopped => "the control room's display moves where the record does not",
             Self::BypassOrHandwheel => {
-                "the stem moves, or is held by hand, and the flow stays; look at the bypass and at the hand wheel"
+                "the stem moves, or is held by hand, and the flow stays constant; check the bypass and the hand \
+                 wheel"
             }
         }
     }
 
-    /// Those that a silence speaks for, the likeliest first; the order is ours, by what each can do to a signal.
+    /// The possible faults, the likeliest first. The order is ours, by the effect of each fault on a signal.
     pub fn behind(silence: Silence) -> &'static [Self] {
         use Fault::*;
         match silence {
@@ -121,20 +119,21 @@ impl Fault {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct NoResponse {
-    /// What the PV does: `PV at its low end`, `PV at its high end`, `PV frozen` or `PV moves without the OP`.
+    /// The behaviour of the PV: `PV at its low end`, `PV at its high end`, `PV frozen` or `PV moves without the
+    /// OP`.
     pub silence: Silence,
     /// Whether the verdict rests on it.
     pub decides: bool,
-    /// The rest of the PV in which the OP travels farthest; `None` if it moves on.
+    /// The rest of the PV in which the OP travels farthest; `None` if the PV moves.
     pub rest: Option<Rest>,
-    /// What it may be, the likeliest first.
+    /// Possible faults, the likeliest first.
     #[cfg_attr(feature = "serde", serde(serialize_with = "told"))]
     #[cfg_attr(feature = "serde", schemars(with = "Vec<Told>"))]
     pub faults: &'static [Fault],
 }
 
 impl NoResponse {
-    /// Of a rest, if there is one, and whether the verdict is that nothing responds; `None` where neither is so.
+    /// From a rest, if there is one, and whether the verdict is that nothing responds; `None` without either.
     pub(super) fn of(rest: Option<Rest>, decides: bool) -> Option<Self> {
         let silence = match rest {
             Some(rest) => rest.silence,
@@ -145,14 +144,14 @@ impl NoResponse {
     }
 }
 
-/// Why a PV may not respond, as documents tell it.
+/// A possible fault behind a PV that does not respond, in documents.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 #[schemars(rename = "Fault")]
 struct Told {
     /// Its name, such as `line isolated`.
     name: &'static str,
-    /// How to tell it from the others.
+    /// How to distinguish it from the others.
     told_by: &'static str,
 }
 
@@ -165,7 +164,7 @@ fn told<S: serde::Serializer>(faults: &[Fault], to: S) -> Result<S::Ok, S::Error
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Rest {
-    /// What the PV does.
+    /// The behaviour of the PV.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub silence: Silence,
     /// Its beginning, s on the recording's clock.
@@ -175,33 +174,33 @@ pub struct Rest {
     /// Its samples.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub samples: usize,
-    /// How far the OP travels in it, percent.
+    /// OP travel in it, percent.
     pub op_travel: f64,
     /// Mean of SP less PV in it, in units of the PV.
     pub error: f64,
-    /// Whether that alone names the fault.
+    /// Whether it alone names the fault.
     pub overwhelming: bool,
 }
 
-/// Share of the segment that a PV must rest for.
+/// Smallest share of the segment in which the PV rests.
 const RESTS: f64 = 0.2;
-/// The OP must travel so far, percent: one in ten of its span, which a calm loop's load seldom asks for in one rest.
+/// Smallest OP travel, percent: a tenth of span. The load of a calm loop seldom needs so much in one rest.
 const FAR: f64 = 10.0;
-/// And so many times its own noise.
+/// Smallest OP travel in multiples of its noise.
 const NOISES: f64 = 20.0;
-/// Share of that travel which is one way: it winds up, and does not swing.
+/// Smallest share of that travel in one direction: the OP winds up and does not swing.
 const ONE_WAY: f64 = 0.8;
-/// The PV rests away from its set point by so many of its smallest steps or standard deviations of its noise.
+/// Smallest distance of the PV from its set point, in its smallest steps or standard deviations of its noise.
 const AWAY: f64 = 10.0;
-/// From this share of the OP's span on, no loop holds its PV to the last digit by itself: that names the fault alone.
+/// Share of the OP's span above which no loop can hold its PV to the last digit: this rest names the fault alone.
 const OVERWHELMING: f64 = 20.0;
-/// Probability from which evidence names it: more likely than all else together.
+/// Probability from which the evidence names it: more likely than all other causes together.
 pub const NAMED_FROM: f64 = 0.5;
-/// Probability from which it names it where the PV is seen to rest.
+/// Probability from which the evidence names it if the PV rests.
 const SUPPORTED_FROM: f64 = 0.2;
-/// The probability that saturation must stay below for evidence alone to name it.
+/// Probability of saturation below which the evidence alone can name it.
 const SATURATION_BELOW: f64 = 0.2;
-/// What makes data unfit, and what a PV that does not respond does by itself.
+/// Reasons for unfit data that a PV that does not respond causes by itself.
 const BY_ITSELF: [MeasureId; 8] = [
     MeasureId::Cycles,
     MeasureId::SamplesPerCycle,
@@ -214,8 +213,8 @@ const BY_ITSELF: [MeasureId; 8] = [
 ];
 
 impl Rest {
-    /// Looks for the rest of the PV in which the OP travels farthest; `None` if there is none, or no set point tells
-    /// whether the PV should rest there.
+    /// Finds the rest of the PV in which the OP travels farthest; `None` if there is none, or there is no set point
+    /// to compare the PV with.
     pub fn of(segment: &Segment) -> Option<Self> {
         let (op, pv, sp) = (&segment.op, segment.pv.as_ref()?, segment.sp.as_ref()?);
         let n = op.len().min(pv.len()).min(sp.len());
@@ -225,7 +224,7 @@ impl Rest {
         if !(span(op) >= FAR && low.is_finite() && high.is_finite()) {
             return None;
         }
-        // Where the PV never moves, the smallest step is not known, and any distance counts that is not rounding.
+        // If the PV never moves, its smallest step is unknown, and any distance beyond rounding counts.
         let quantum = match levels(pv) {
             Some(levels) => (high - low) / (levels - 1.0).max(1.0),
             None => 1e-6 * low.abs().max(sp.iter().fold(0.0, |m: f64, v| m.max(v.abs()))) / AWAY,
@@ -271,21 +270,21 @@ impl Rest {
 
     fn sentence(&self, sample_time: f64) -> String {
         format!(
-            "the OP travels {:.0} % in {:.0} s, and the PV rests all the while, {:.4} from its set point: the \
-             controller winds up, and nothing answers",
+            "the OP travels {:.0} % in {:.0} s while the PV rests {} away from its set point: the controller winds \
+             up without a response",
             self.op_travel,
             self.samples as f64 * sample_time,
-            self.error.abs()
+            rough(self.error.abs())
         )
     }
 }
 
-/// The verdict that the loop does not respond; `None` if that is not it. Data that are unfit for no other reason than
-/// what such a loop does by itself do not stand against it.
+/// The verdict that the valve does not respond; `None` if it does not apply. Data may be unfit for reasons that
+/// such a loop causes by itself.
 ///
-/// It is named if a rest alone is overwhelming, if the evidence gives it [`NAMED_FROM`] or more, or if a rest is
-/// seen and the evidence gives it a fifth; by evidence only where the PV moves, OP and PV look like those of one loop, like
-/// those of training, and neither play elsewhere nor saturation could be behind it.
+/// It is given if a rest alone is overwhelming, if the evidence gives it [`NAMED_FROM`] or more, or if there is a
+/// rest and the evidence gives it a fifth. The evidence alone counts only if the PV moves, and OP and PV look like
+/// those of one loop and like those of training. Play elsewhere and saturation must be unlikely.
 pub(super) fn verdict(
     rest: Option<&Rest>,
     sample_time: f64,
@@ -298,15 +297,15 @@ pub(super) fn verdict(
         return None;
     }
     let likelihood = weighing.map_or(0.0, |weighing| weighing.likelihood(Cause::NoResponse));
-    // Exchanged columns and signals of two loops do not answer each other either.
+    // Exchanged columns and signals of two loops do not respond to each other either.
     let belong = weighing.is_none_or(|of| of.mismatch <= 1.0 && of.distance <= 1.0);
-    // A dead zone elsewhere and an OP that rests at its end keep the PV from answering, too.
+    // A dead zone elsewhere and an OP at its limit also keep the PV from responding.
     let alone = weighing.is_some_and(|of| {
         of.likelihood(Cause::DeadZoneElsewhere) < DEAD_ZONE_BELOW
             && of.likelihood(Cause::Saturation) < SATURATION_BELOW
     });
-    // Behind a PV that never moves an integrating controller winds up; one that does not sees another PV than was
-    // recorded, and nothing is known of its valve.
+    // An integrating controller winds up if its PV never moves. If it does not wind up, it sees a different PV from
+    // the recorded one, and nothing is known of its valve.
     let still =
         fitness.measures.iter().any(|m| m.id == MeasureId::PvMoves && m.class == Class::Unfit);
     let named = match rest {
@@ -320,13 +319,13 @@ pub(super) fn verdict(
     let mut reasons = vec![match rest {
         Some(rest) => rest.sentence(sample_time),
         None => format!(
-            "the OP travels and the PV moves without relation to it: the evidence gives this {}",
+            "the OP travels and the PV moves without relation to it: the evidence gives {}",
             percent(likelihood)
         ),
     }];
     let faults: Vec<&str> = Fault::behind(silence).iter().map(|fault| fault.name()).collect();
     reasons.push(format!(
-        "{}: the data speak for, in this order, {}",
+        "{}: likely faults, in this order, are {}",
         silence.name(),
         faults.join("; ")
     ));

@@ -23,8 +23,8 @@ impl Oscillations {
         Self { error: error.as_deref().map(analyse), op: Some(analyse(&segment.op)) }
     }
 
-    /// The oscillation that speaks for the loop, and its signal: that of the error if it oscillates,
-    /// else that of the OP if that does, else that of the error, where there is one.
+    /// The dominant oscillation and its signal: that of the error if it oscillates, else that of the OP if it
+    /// oscillates, else that of the error, if there is one.
     pub fn dominant(&self) -> Option<(&'static str, &Oscillation)> {
         let error = self.error.as_ref().map(|found| ("error", found));
         let op = self.op.as_ref().map(|found| ("OP", found));
@@ -38,7 +38,7 @@ impl Oscillations {
     }
 }
 
-/// The oscillation that speaks for the loop, as documents tell it.
+/// The dominant oscillation of the loop, in documents.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 #[schemars(rename = "Oscillation")]

@@ -1,18 +1,18 @@
-//! S and J from OP and PV, as numbers where they are known well enough.
+//! S and J from OP and PV, as numbers where their intervals are narrow enough.
 
 use super::verdict::{Stiction, Verdict, VerdictClass};
 use super::weighing::{WIDEST, Weighing, jump, quantified};
 use crate::fusion::COVERAGE;
 use crate::spoken::rough;
 
-/// How much the valve sticks, if it does: 90 % intervals of the [frozen model](crate::fusion), and a number
-/// only where the interval of S reaches at most 35 % of it to either side on average; J only where S is
-/// known and its own interval is at most half of S wide.
+/// Size of the stiction, if the valve sticks: 90 % intervals of the [frozen model](crate::fusion). S is a number
+/// only where its interval reaches at most 35 % to either side on average. J is a number only where S is known and
+/// the interval of J is at most half of S wide.
 pub fn estimated(weighing: &Weighing, verdict: &Verdict, op_only: bool) -> Stiction {
     let why_not = |why: String| Stiction { why_not: Some(why), ..Stiction::default() };
     match verdict.class {
         VerdictClass::DoesNotStick => {
-            return why_not("the valve does not stick by this evidence".to_owned());
+            return why_not("the evidence clears the valve".to_owned());
         }
         VerdictClass::DoesNotRespond => {
             return why_not("a valve that does not respond never slips".to_owned());
@@ -20,17 +20,17 @@ pub fn estimated(weighing: &Weighing, verdict: &Verdict, op_only: bool) -> Stict
         _ => {}
     }
     if weighing.probability <= super::grade::PROBABLY_FINE_UP_TO {
-        return why_not("the evidence does not speak for a valve that sticks".to_owned());
+        return why_not("the evidence does not indicate stiction".to_owned());
     }
     if weighing.distance > 1.0 {
         return why_not(
-            "the recording is unlike those of the training, for which intervals hold".to_owned(),
+            "the recording is unlike the training loops, for which the intervals hold".to_owned(),
         );
     }
     let Some(s) = quantified(weighing.s) else {
         return why_not(format!(
-            "if it sticks, S lies between {} and {} % with 90 % confidence, which is wider than {:.0} % to either \
-             side and no number",
+            "if the valve sticks, S is between {} and {} % (90 % interval), too wide for a number (more than {:.0} \
+             % to either side)",
             rough(weighing.s.low),
             rough(weighing.s.high),
             100.0 * WIDEST
@@ -50,7 +50,7 @@ pub fn estimated(weighing: &Weighing, verdict: &Verdict, op_only: bool) -> Stict
         coverage: Some(COVERAGE),
         why_not: j.is_none().then(|| {
             format!(
-                "J is not identified: it lies between {:.0} and {:.0} % of S with 90 % confidence",
+                "J could not be estimated: its 90 % interval is {:.0} to {:.0} % of S",
                 100.0 * weighing.j_over_s.low,
                 100.0 * weighing.j_over_s.high.min(1.5)
             )

@@ -1,10 +1,10 @@
 //! Whether OP and PV belong together.
 //!
-//! In closed loop OP and PV obey the controller's law, whatever the valve does and whatever enters from outside: a
-//! sticking, stuck or healthy valve answers to the same controller. So a recording is asked three things, none of which
-//! needs to know a tuning: is one signal a copy of another; which of the columns stays at the set point; and
-//! does the OP follow the PV as a controller's output does ([`law`]), the PV the OP, or neither
-//! the other? Where the answer is a mistake in the columns, nothing is said of the valve.
+//! In closed loop OP and PV obey the controller's law, with any valve and any disturbance: a sticking, stuck or
+//! healthy valve answers to the same controller. So three questions about a recording need no tuning. Is one signal
+//! a copy of another? Which of the columns stays at the set point? Does the OP follow the PV as a controller's
+//! output does ([`law`]), the PV the OP, or neither the other? If the columns are mistaken, the valve is not
+//! judged.
 
 mod law;
 
@@ -12,22 +12,23 @@ use super::verdict::Verdict;
 use crate::recording::Segment;
 use crate::recording::fitness::levels;
 use crate::series::{max, mean, median, min, span, std};
+use crate::spoken::{rough, set};
 use law::Law;
 
 /// A likely mistake in the columns of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Mismatch {
-    /// The OP stands in the column of the PV, and the PV in that of the OP.
+    /// The column of the PV has the OP, and the column of the OP has the PV.
     Exchanged,
-    /// OP and PV are one signal; which of them it is cannot be told.
+    /// OP and PV are one signal; which one is unknown.
     SameSignal,
     /// The PV is a copy of the OP.
     PvIsOp,
     /// The OP is a copy of the PV.
     OpIsPv,
-    /// The SP stands in the column of the OP, and the OP in that of the SP.
+    /// The column of the OP has the SP, and the column of the SP has the OP.
     SpAndOpExchanged,
-    /// The SP stands in the column of the PV, and the PV in that of the SP.
+    /// The column of the PV has the SP, and the column of the SP has the PV.
     SpAndPvExchanged,
     /// Neither follows the other: noise, samples out of order, or signals of two loops.
     Unrelated,
@@ -58,25 +59,25 @@ impl Mismatch {
         }
     }
 
-    /// What to do about it.
+    /// The remedy.
     pub fn remedy(self) -> &'static str {
         match self {
             Self::Exchanged => {
-                "check which tag is in which column, and diagnose again with the two swapped"
+                "check which tag is in which column, swap the two, and diagnose again"
             }
             Self::SameSignal => {
-                "one of the two columns holds the other's tag: export the missing one (a P controller with a \
-                 gain of one, whose set point rests, would look the same; then a test in manual must settle it)"
+                "one of the two columns has the other's tag: export the missing one. A P controller with a gain of \
+                 one and a constant set point would look the same; then test in manual"
             }
-            Self::PvIsOp => "the column of the PV holds the tag of the OP: export the PV",
+            Self::PvIsOp => "the column of the PV has the tag of the OP: export the PV",
             Self::OpIsPv => {
-                "the column of the OP holds the tag of the PV: export the controller's output"
+                "the column of the OP has the tag of the PV: export the controller's output"
             }
             Self::SpAndOpExchanged | Self::SpAndPvExchanged => {
-                "check which tag is in which column, and diagnose again with the two swapped"
+                "check which tag is in which column, swap the two, and diagnose again"
             }
             Self::Unrelated => {
-                "check that both tags are of the same loop, that their clocks agree, that samples are in the order of \
+                "check that both tags are of the same loop, that their clocks agree, that samples are in order of \
                  time, and that the loop was in automatic"
             }
         }
@@ -86,30 +87,30 @@ impl Mismatch {
 /// Whether OP and PV belong together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Relation {
-    /// The likely mistake; `None` if there is none, or too little happens to tell.
+    /// The likely mistake; `None` if there is none, or too little happens to decide.
     pub mismatch: Option<Mismatch>,
-    /// What the data show of it: a sentence. Empty without a mistake.
+    /// The evidence for it: a sentence. Empty without a mistake.
     pub because: String,
-    /// The share of the OP that the PV explains through a controller's law, at the block length at which it
-    /// explains most; `None` where too little happens.
+    /// The largest share of the OP that the PV explains through a controller's law, over all block lengths; `None`
+    /// if too little happens.
     pub op_explained: Option<f64>,
-    /// The share of the PV that the OP explains through such a law, which it should less well.
+    /// The share of the PV that the OP explains through such a law. It should be smaller.
     pub pv_explained: Option<f64>,
-    /// How clearly the OP follows the PV (above 0) or the PV the OP (below), in standard errors, added over
-    /// the block lengths; `None` where too little happens.
+    /// How clearly the OP follows the PV (above 0) or the PV the OP (below), in standard errors, summed over the
+    /// block lengths; `None` if too little happens.
     pub order: Option<f64>,
 }
 
-/// A likely mistake in the columns of a recording, as documents tell it.
+/// A likely mistake in the columns of a recording, in documents.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 #[schemars(rename = "Relation")]
 pub(super) struct Mistake<'a> {
     /// The mistake, such as `PV and OP look exchanged`.
     mismatch: Mismatch,
-    /// What the data show of it.
+    /// The evidence for it.
     because: &'a str,
-    /// What to do about it.
+    /// The remedy.
     remedy: &'static str,
 }
 
@@ -127,20 +128,21 @@ impl Mistake<'_> {
     }
 }
 
-/// Lengths of blocks, samples: from a fast loop's waves to a slow one's, each four times the one before.
+/// Lengths of blocks, samples: from the waves of a fast loop to those of a slow one, each four times the one
+/// before.
 const LENGTHS: [usize; 4] = [16, 64, 256, 1024];
-/// The two of them for averages.
+/// The two lengths for averages.
 const SHORT: [usize; 2] = [16, 64];
-/// How many samples are averaged. What the PV feeds forward through derivative action, or a sample that is held, leads at
-/// the fastest of these alone; a controller's integral shows at the slower ones.
+/// Numbers of samples to average. A PV fed forward through derivative action, or a sample that is held, leads at
+/// the fastest scale only; a controller's integral shows at the slower ones.
 const SCALES: [usize; 3] = [1, 4, 16];
-/// Samples that are looked at, at most: those in the middle of a longer segment.
+/// Most samples to examine: those in the middle of a longer segment.
 const LONGEST: usize = 16_384;
-/// A copy but for rounding in floating point, in standard deviations.
+/// Largest distance of an exact copy, in standard deviations: rounding of floating point.
 const EXACT: f64 = 1e-8;
-/// A copy that was rounded once more needs so many steps in its span, or anything would pass.
+/// Fewest steps in the span of a rounded copy, or any signal would pass.
 const FEWEST_STEPS: f64 = 30.0;
-/// Ranges in which an OP is often recorded a second time: what it is at 0 and at 100 %.
+/// Ranges in which an OP is often recorded a second time: its values at 0 and at 100 %.
 const RANGES: [(f64, f64); 10] = [
     (0.0, 100.0),
     (100.0, 0.0),
@@ -153,22 +155,22 @@ const RANGES: [(f64, f64); 10] = [
     (0.2, 1.0),
     (0.0, 1000.0),
 ];
-/// A signal is at its set point if its mean distance is below one standard deviation of it, and it crosses the set point
-/// at least so often.
+/// A signal is at its set point if its mean distance is below one standard deviation, and it crosses the set point
+/// at least this often.
 const CROSSINGS: usize = 8;
-/// A signal is far from a set point that it never meets: so many standard deviations.
+/// Distance from which a signal is far from a set point that it never meets, in standard deviations.
 const FAR: f64 = 5.0;
-/// A signal explains nothing of another below this share.
+/// Below this share, a signal explains nothing of another.
 const NOTHING: f64 = 0.1;
-/// The variance must be spread over so many blocks for that to mean something.
+/// The variance must be spread over this many blocks for that to be meaningful.
 const SPREAD: f64 = 3.0;
-/// A law speaks for an order if it explains so much.
+/// A law indicates an order if it explains this much.
 const EXPLAINS: f64 = 0.5;
-/// The most that one law says of the order, standard errors: so no single block length decides.
+/// Limit of one law's evidence for the order, standard errors, so that no single block length decides.
 const MOST: f64 = 10.0;
-/// The order is against the columns from here on: more than any single law can say, half as much again.
+/// The order contradicts the columns from here on: half more than the limit of a single law.
 const REVERSED: f64 = 1.5 * MOST;
-/// Percent beyond 0 and 100 where no controller's output is.
+/// Percent beyond 0 and 100 where a controller's output cannot be.
 const BEYOND: f64 = 10.0;
 
 impl Relation {
@@ -181,7 +183,7 @@ impl Relation {
         order: None,
     };
 
-    /// Whether OP and PV of a segment belong together; nothing is known without a PV.
+    /// Checks whether OP and PV of a segment belong together; nothing is known without a PV.
     pub fn of(segment: &Segment) -> Self {
         let Some(pv) = &segment.pv else { return Self::UNKNOWN };
         let kept = |x: &[f64]| middle(x).to_vec();
@@ -215,7 +217,7 @@ impl Relation {
         }
     }
 
-    /// The mistake that ends the judgement: of a `measured` valve position only one that concerns the OP.
+    /// The mistake that ends the judgement; with a `measured` valve position only one that concerns the OP.
     pub(super) fn ends(&self, measured: bool) -> Option<Mismatch> {
         let of_pv = |mismatch: &Mismatch| {
             matches!(mismatch, Mismatch::Unrelated | Mismatch::PvIsOp | Mismatch::SpAndPvExchanged)
@@ -223,8 +225,8 @@ impl Relation {
         self.mismatch.filter(|mismatch| !(measured && of_pv(mismatch)))
     }
 
-    /// The verdict on a recording whose columns are mistaken: nothing is said of the valve. `None` where they
-    /// belong together, as far as can be told, or where a measured valve position needs no PV.
+    /// The verdict on a recording with mistaken columns, without a judgement of the valve. `None` if they seem to
+    /// belong together, or if a measured valve position needs no PV.
     pub(super) fn verdict(&self, preliminary: &Verdict, measured: bool) -> Option<Verdict> {
         let mismatch = self.ends(measured)?;
         Some(Verdict {
@@ -252,7 +254,7 @@ fn copied(op: &[f64], pv: &[f64], sp: Option<&[f64]>) -> Option<(Mismatch, Strin
     }
     if let Some(line) = Line::of(op, pv).filter(Line::is_copy) {
         let mismatch = match sp.map(|sp| (is_at(pv, sp), is_at(op, sp))) {
-            // The SP tells whose signal it is.
+            // The SP shows whose signal it is.
             Some((true, false)) => Mismatch::OpIsPv,
             Some((false, _)) if is_far(pv, sp?) => Mismatch::PvIsOp,
             _ => Mismatch::SameSignal,
@@ -268,13 +270,13 @@ fn copied(op: &[f64], pv: &[f64], sp: Option<&[f64]>) -> Option<(Mismatch, Strin
     Some((Mismatch::OpIsPv, format!("in every sample OP = {}, one sample later", line.words("PV"))))
 }
 
-/// A straight line through two signals, and how far they are from it.
+/// A straight line through two signals, and their distance from it.
 struct Line {
     slope: f64,
     at_zero: f64,
     /// The largest distance from it, in standard deviations of the result.
     apart: f64,
-    /// What rounding of both may put them apart, in the same.
+    /// Distance that rounding of both may cause, in the same unit.
     rounding: f64,
     steps: f64,
     scale: f64,
@@ -287,7 +289,7 @@ impl Line {
         let xy: f64 = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum();
         let slope = xy / xx;
         let off = |(x, y): (&f64, &f64)| (y - my - slope * (x - mx)).abs();
-        // Most pairs that are no copies are told by their first samples.
+        // Most pairs that are no copies are recognised by their first samples.
         let apart = x.iter().zip(y).map(off).fold(0.0, f64::max) / sy;
         let quantum = |x: &[f64]| levels(x).map_or(0.0, |levels| span(x) / (levels - 1.0).max(1.0));
         let (qx, qy) = if apart < 0.5 { (quantum(x), quantum(y)) } else { (0.0, 0.0) };
@@ -301,8 +303,8 @@ impl Line {
         })
     }
 
-    /// A copy in the same sample: exact and through zero, or, but for rounding, in one of the usual ranges. Any other
-    /// line may be a P controller's.
+    /// A copy in the same sample: exact and through zero, or in one of the usual ranges except for rounding. Any
+    /// other line may be that of a P controller.
     fn is_copy(&self) -> bool {
         let exact = self.apart <= EXACT;
         let near = |a: f64, b: f64, by: f64| (a - b).abs() <= by;
@@ -316,7 +318,7 @@ impl Line {
         exact && through_zero || (exact || rounded) && plain
     }
 
-    /// A copy one sample late: a process that answers without noise does not exist.
+    /// A copy one sample late: no process responds without noise.
     fn is_late_copy(&self) -> bool {
         self.apart <= EXACT || self.is_copy()
     }
@@ -325,7 +327,7 @@ impl Line {
         if (self.slope - 1.0).abs() < 1e-3 && self.at_zero.abs() <= 1e-3 * self.scale {
             return name.to_owned();
         }
-        format!("{:.4} + {:.4} {name}", self.at_zero, self.slope)
+        format!("{} + {} {name}", set(self.at_zero), set(self.slope))
     }
 }
 
@@ -351,14 +353,15 @@ fn misplaced(op: &[f64], pv: &[f64], sp: &[f64]) -> Option<(Mismatch, String)> {
     let off = |x: &[f64]| mean(x) - mean(sp);
     if is_at(op, sp) && is_far(pv, sp) {
         let because = format!(
-            "the column of the OP stays at the set point (mean distance {:.4}), that of the PV never meets it ({:.4})",
-            off(op),
-            off(pv)
+            "the column of the OP stays at the set point (mean distance {}), that of the PV never meets it ({})",
+            rough(off(op)),
+            rough(off(pv))
         );
         return Some((Mismatch::Exchanged, because));
     }
     if is_at(pv, op) && is_far(pv, sp) && is_far(op, sp) {
-        let because = "the PV stays at the column of the OP, as at a set point, and never meets that of the SP";
+        let because = "the PV stays at the values in the column of the OP, as at a set point, and never meets \
+                       those in the column of the SP";
         return Some((Mismatch::SpAndOpExchanged, because.to_owned()));
     }
     let share = |x: &[f64]| {
@@ -368,7 +371,7 @@ fn misplaced(op: &[f64], pv: &[f64], sp: &[f64]) -> Option<(Mismatch, String)> {
     let steps = share(pv);
     if steps < 0.05 && share(sp) > 0.5 && share(op) > 0.5 && is_at(sp, pv) {
         let because = format!(
-            "the column of the PV changes in {:.1} % of the samples and that of the SP in {:.0} %, about it",
+            "the column of the PV changes in {:.1} % of the samples and that of the SP, around it, in {:.0} %",
             100.0 * steps,
             100.0 * share(sp)
         );
@@ -377,13 +380,13 @@ fn misplaced(op: &[f64], pv: &[f64], sp: &[f64]) -> Option<(Mismatch, String)> {
     None
 }
 
-/// The controller's law in both directions: of the samples in blocks of every length, and of averages.
+/// The controller's law in both directions: for samples in blocks of each length, and for averages.
 struct Laws {
     op_after_pv: Vec<Option<Law>>,
     pv_after_op: Vec<Option<Law>>,
-    /// The order, by what so many samples are averaged.
+    /// The order at each scale of averaging.
     orders: Vec<f64>,
-    /// Whether both signals are recorded as they were: not held, rounded or interpolated for long.
+    /// Whether both signals are recorded without long holds, rounding or interpolation.
     alive: bool,
 }
 
@@ -408,7 +411,7 @@ impl Laws {
         laws.iter().flatten().map(|law| law.explained).reduce(f64::max)
     }
 
-    /// In standard errors, above 0 if the OP follows the PV: what the scale says that says least against it.
+    /// In standard errors, above 0 if the OP follows the PV: the most favourable of the scales.
     fn order(&self) -> Option<f64> {
         self.orders.iter().copied().reduce(f64::max)
     }
@@ -422,16 +425,17 @@ impl Laws {
             && order.is_none_or(|order| order < REVERSED)
         {
             let because = format!(
-                "the column of the OP lies about {middle:.4}, where no output in percent is, and that of the PV \
-                 within 0 and 100"
+                "the values in the column of the OP are around {}, outside the range of an output in percent, and \
+                 those of the PV within 0 and 100",
+                rough(middle)
             );
             return Some((Mismatch::Exchanged, because));
         }
         let explained = |laws| 100.0 * self.best(laws).unwrap_or(0.0);
         if self.alive && self.orders.len() > 1 && order.is_some_and(|order| order <= -REVERSED) {
             let because = format!(
-                "the PV follows the OP as a controller's output follows its error ({:.0} % explained), and not the OP \
-                 the PV",
+                "the PV follows the OP as a controller's output follows its error ({:.0} % explained); the OP does \
+                 not follow the PV",
                 explained(&self.pv_after_op)
             );
             return Some((Mismatch::Exchanged, because));
@@ -440,8 +444,8 @@ impl Laws {
         let seen = self.op_after_pv.iter().flatten().any(|law| law.blocks > SPREAD);
         (self.alive && seen && all.all(|law| law.explained < NOTHING)).then(|| {
             let because = format!(
-                "a controller would answer to its PV, but no law of control explains more than {:.0} % of the OP from \
-                 the PV, or of the PV from the OP",
+                "a controller would respond to its PV, but no control law explains more than {:.0} % of the OP \
+                 from the PV, or of the PV from the OP",
                 explained(&self.op_after_pv).max(explained(&self.pv_after_op)).max(1.0)
             );
             (Mismatch::Unrelated, because)
@@ -449,7 +453,7 @@ impl Laws {
     }
 }
 
-/// The laws of the OP after the PV and of the PV after the OP, of every length of blocks.
+/// The laws of the OP after the PV and of the PV after the OP, for each length of blocks.
 fn both_ways(
     op: &[f64],
     pv: &[f64],
@@ -460,7 +464,7 @@ fn both_ways(
     let direction = |y: &[f64], x: &[f64]| -> Vec<Option<Law>> {
         let error: Option<Vec<f64>> = sp.map(|sp| x.iter().zip(sp).map(|(x, sp)| x - sp).collect());
         let of = |length: &usize| {
-            // Blocks in which a signal rests at an end, and the law with it, do not count.
+            // Blocks in which a signal, and so the law, rests at a limit do not count.
             let counts = |from: usize| {
                 let part = from..from + length;
                 resting[part.clone()].iter().filter(|r| **r).count() * 5 < *length
@@ -479,7 +483,7 @@ fn both_ways(
     (direction(op, pv), direction(pv, op))
 }
 
-/// What laws that are clear say of the order; `None` if none is.
+/// The combined evidence of clear laws for the order; `None` if no law is clear.
 fn order(op_after_pv: &[Option<Law>], pv_after_op: &[Option<Law>]) -> Option<f64> {
     let clear = |law: &&Law| law.explained > EXPLAINS;
     let says = |laws: &[Option<Law>]| -> f64 {
@@ -489,7 +493,7 @@ fn order(op_after_pv: &[Option<Law>], pv_after_op: &[Option<Law>]) -> Option<f64
     Some(says(op_after_pv) - says(pv_after_op))
 }
 
-/// Whether a signal changes, and not along straight lines, in one sample of four at least.
+/// Whether a signal changes, and not along straight lines, in at least one sample of four.
 fn is_alive(x: &[f64]) -> bool {
     let flat = 1e-9 * span(x);
     let dead = |w: &&[f64]| {
@@ -499,7 +503,7 @@ fn is_alive(x: &[f64]) -> bool {
     4 * x.windows(3).filter(dead).count() < 3 * x.len()
 }
 
-/// Where a signal rests at its highest or lowest value; nowhere if it has so few values that it must.
+/// Where a signal rests at its highest or lowest value; nowhere if its values are too few to avoid that.
 fn rests(x: &[f64]) -> Vec<bool> {
     let mut out = vec![false; x.len()];
     if levels(x).is_none_or(|levels| levels < 10.0) {

@@ -1,10 +1,10 @@
-//! Whether a repair changed a valve: what was seen before it against what was seen after.
+//! Whether a repair changed a valve: observations before it against those after.
 //!
 //! Two contrasts: the log-odds of the probability that it sticks, and ln S. Each is tested by
-//! [`difference_of_means`], two-sided, at half of [`SIGNIFICANT`], because there are two; with fewer than
-//! [`FEWEST`] observations on a side a contrast is not tested, for then chance alone could not be told
-//! from a repair. Windows that err alike make p-values too small: let the windows before and after be of
-//! days of like operation.
+//! [`difference_of_means`], two-sided, at half of [`SIGNIFICANT`], because there are two. With fewer than
+//! [`FEWEST`] observations on a side a contrast is not tested, because chance alone could look like a repair.
+//! Windows with common errors make p-values too small, so choose windows before and after from days of like
+//! operation.
 
 use super::by_evidence::thresholds;
 use super::combining::log_odds;
@@ -13,14 +13,14 @@ use super::observation::Observation;
 use crate::error::{Result, finite};
 use crate::series::{cliffs_delta, difference_of_means, mean};
 
-/// Observations on each side below which nothing is told: with five, exchanging them at random gives as
-/// clear a difference in 2 of 252 cases; ours.
+/// Fewest observations on each side. With five, a random exchange gives as clear a difference in 2 of 252 cases;
+/// ours.
 pub const FEWEST: usize = 5;
 
-/// What a repair did.
+/// The effect of a repair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RepairOutcome {
-    /// It no longer sticks, or so little is left of S that it hardly matters.
+    /// It no longer sticks, or the remaining S hardly matters.
     Worked,
     /// It sticks less, but it still sticks.
     Helped,
@@ -59,9 +59,9 @@ pub struct Contrast {
     pub after: f64,
     /// Probability of as large a difference by chance, two-sided.
     pub p_value: f64,
-    /// Cliff's delta: from -1, all fell, to 1, all rose.
+    /// Cliff's delta: from -1 (all fell) to 1 (all rose).
     pub delta: f64,
-    /// Whether the difference is significant, being one of two that are tested.
+    /// Whether the difference is significant as one of two tests.
     pub significant: bool,
 }
 
@@ -69,26 +69,26 @@ pub struct Contrast {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Repair {
-    /// When it was, s on the clock of the observations.
+    /// Its time, s on the clock of the observations.
     #[cfg_attr(feature = "serde", serde(rename = "time_s"))]
     pub time: f64,
     /// Observations before it.
     pub before: usize,
     /// Observations after it.
     pub after: usize,
-    /// The probability that the valve sticks, by the mean log-odds of a side; `None` with too few.
+    /// The probability that the valve sticks, by the mean log-odds of a side; `None` with too few observations.
     pub probability: Option<Contrast>,
-    /// S in percent of span, by the geometric mean of a side; `None` with too few.
+    /// S in percent of span, by the geometric mean of a side; `None` with too few observations.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Option<Contrast>,
-    /// What it did.
+    /// The outcome.
     pub outcome: RepairOutcome,
-    /// The same, a sentence.
+    /// The outcome in a sentence.
     pub words: String,
 }
 
-/// Compares observations of one valve before and after a repair at `time`; those at that very time count
-/// as after.
+/// Compares observations of one valve before and after a repair at `time`; those at exactly that time count as
+/// after.
 ///
 /// # Errors
 /// If `time` is not finite, or as for [`combine`](super::combine).
@@ -127,8 +127,8 @@ fn contrast(before: &[f64], after: &[f64], back: fn(f64) -> f64) -> Option<Contr
     })
 }
 
-/// S falling is not enough where the valve still sticks for sure, nor the probability where S stands still:
-/// but either may be all there is.
+/// A fall of S is not enough if the valve still sticks for sure, nor a fall of the probability if S is unchanged.
+/// But either may be the only one available.
 fn outcome(
     probability: Option<Contrast>,
     s: Option<Contrast>,
@@ -142,7 +142,7 @@ fn outcome(
         |sign: f64| known.iter().any(|c| c.significant && sign * (c.after - c.before) > 0.0);
     match (moved(-1.0), moved(1.0)) {
         (true, false) if still.is_some_and(|p| p >= thresholds().accuse) => RepairOutcome::Helped,
-        // An S of half the old one with nothing known of sticking is help, no cure.
+        // Half the old S, with no known probability of sticking, is an improvement, not a cure.
         (true, false) if still.is_none_or(|p| p > thresholds().clear) && !s.is_some_and(cured) => {
             RepairOutcome::Helped
         }
@@ -152,7 +152,7 @@ fn outcome(
     }
 }
 
-/// Whether so little of S is left that it hardly matters: less than a quarter, or less than 1 % of span.
+/// Whether the remaining S hardly matters: less than a quarter, or less than 1 % of span.
 fn cured(s: Contrast) -> bool {
     s.significant && s.after < s.before && (s.after < 0.25 * s.before || s.after < 1.0)
 }
@@ -166,8 +166,8 @@ fn words(
 ) -> String {
     if outcome == RepairOutcome::CannotTell {
         return format!(
-            "Whether the repair worked cannot be told: {before} windows before it and {after} after, and \
-             at least {FEWEST} on each side that have a probability or an S are needed."
+            "Effect of the repair: needs at least {FEWEST} windows with a probability or an S on each side, has \
+             {before} before and {after} after."
         );
     }
     let say = |what: &str, c: Contrast, factor: f64, digits: usize| {
@@ -185,14 +185,14 @@ fn words(
     };
     let parts: Vec<String> = [
         s.map(|c| say("S", c, 1.0, 1)),
-        probability.map(|c| say("the probability that it sticks", c, 100.0, 0)),
+        probability.map(|c| say("probability of sticking", c, 100.0, 0)),
     ]
     .into_iter()
     .flatten()
     .collect();
     let end = match outcome {
         RepairOutcome::Worked => "the repair worked",
-        RepairOutcome::Helped => "the repair helped, but is not shown to have cured the valve",
+        RepairOutcome::Helped => "the repair helped, but a cure is not shown",
         RepairOutcome::Worse => "the valve sticks more than before",
         _ => "no effect of the repair can be shown",
     };
@@ -263,7 +263,7 @@ mod tests {
         for at in [4.0, 6.0, -1.0, 99.0] {
             let found = repair(&all, at).unwrap();
             assert_eq!(found.outcome, RepairOutcome::CannotTell, "{at}");
-            assert!(found.words.contains("cannot be told"), "{}", found.words);
+            assert!(found.words.contains("needs at least 5 windows"), "{}", found.words);
             assert_eq!(found.before + found.after, 10);
         }
         assert!(repair(&all, f64::NAN).is_err());

@@ -1,4 +1,4 @@
-//! The verdict on a valve, as data: what is concluded, on what, and why.
+//! The verdict on a valve, as data: conclusion, basis and reasons.
 
 use crate::error::{Error, Result};
 use crate::finding::{Decides, Decision, Family, Finding};
@@ -9,15 +9,14 @@ use crate::methods::Counts;
 use crate::valve_test::TestPlan;
 use std::fmt;
 
-/// What is concluded about a valve.
+/// The conclusion about a valve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum VerdictClass {
     /// It sticks.
     Sticks,
     /// It does not stick.
     DoesNotStick,
-    /// The output travels and the flow does not: the valve is stuck fast, shut off or unpowered, or the
-    /// sensor is dead.
+    /// The OP travels and the flow does not: the valve is seized, shut off or unpowered, or the sensor is dead.
     DoesNotRespond,
     /// The data cannot answer, or the evidence is divided.
     #[default]
@@ -29,7 +28,7 @@ impl VerdictClass {
     pub const ALL: [Self; 4] =
         [Self::Sticks, Self::DoesNotStick, Self::DoesNotRespond, Self::CannotTell];
 
-    /// The class of that name, in which hyphens may stand for blanks, as in `does-not-stick`.
+    /// The class of that name. Hyphens may replace blanks, as in `does-not-stick`.
     ///
     /// # Errors
     /// If there is none.
@@ -59,11 +58,11 @@ pub enum Grade {
     Sticks,
     /// It does not respond.
     DoesNotRespond,
-    /// It probably sticks; a test would tell.
+    /// It probably sticks; a test would decide.
     ProbablySticks,
-    /// The evidence is divided, or lies between.
+    /// The evidence is divided or weak.
     Unclear,
-    /// It is probably fine, which this recording does not prove.
+    /// It is probably fine, without proof in this recording.
     ProbablyFine,
     /// It does not stick.
     Fine,
@@ -97,7 +96,7 @@ impl Grade {
         }
     }
 
-    /// Whether it says, or says probably, that the valve is at fault.
+    /// Whether it is, or probably is, a fault of the valve.
     pub fn accuses(self) -> bool {
         matches!(self, Self::Sticks | Self::DoesNotRespond | Self::ProbablySticks)
     }
@@ -109,7 +108,7 @@ impl fmt::Display for Grade {
     }
 }
 
-/// What a verdict rests on.
+/// The basis of a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Basis {
     /// The measured valve position.
@@ -142,9 +141,9 @@ impl Basis {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Votes {
-    /// Families that say the valve sticks.
+    /// Families that find stiction.
     pub sticks: usize,
-    /// Families that say it does not.
+    /// Families that find none.
     pub does_not_stick: usize,
     /// Families that apply and are undecided, or divided.
     pub undecided: usize,
@@ -153,7 +152,7 @@ pub struct Votes {
 }
 
 impl Limit {
-    /// A limit by the evidence: all of them have one confidence.
+    /// A limit from the evidence: all of them have one confidence.
     #[cfg(feature = "serde")]
     pub(super) fn of_evidence<S: serde::Serializer>(
         limit: &Option<f64>,
@@ -165,8 +164,8 @@ impl Limit {
 }
 
 impl Votes {
-    /// Counts one vote for each [`Family`]: what most of its methods that decide on stiction say.
-    /// Methods that test for linearity only have no say.
+    /// Counts one vote for each [`Family`]: the majority of its methods that decide on stiction. Methods that only
+    /// test for linearity have no vote.
     pub fn of(findings: &[Finding]) -> Self {
         let mut votes = Self::default();
         for (_, decision) in Self::by_family(findings) {
@@ -180,7 +179,7 @@ impl Votes {
         votes
     }
 
-    /// What each family says that has a method deciding on stiction, in the order of [`Family::ALL`].
+    /// The vote of each family that has a method deciding on stiction, in the order of [`Family::ALL`].
     pub fn by_family(findings: &[Finding]) -> Vec<(Family, Decision)> {
         let voice = |family: Family| {
             let mut counts = Counts::default();
@@ -194,7 +193,7 @@ impl Votes {
     }
 }
 
-/// What is concluded, on what, and why.
+/// Conclusion, basis and reasons.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Verdict {
@@ -205,48 +204,46 @@ pub struct Verdict {
     pub grade: Grade,
     /// The probability that the valve sticks, where a calibrated model gives one. A majority has none.
     pub probability: Option<f64>,
-    /// What it rests on, such as `evidence in OP and PV`.
+    /// Its basis, such as `evidence in OP and PV`.
     pub basis: Basis,
-    /// What this very recording would have shown: an S above this is ruled out with this confidence. Told where
-    /// the valve is cleared, and where nothing is decided; `None` where the valve is at fault, where S is a number with
-    /// an interval, where what is wrong lies deeper (mistaken columns, unfit data, a recording unlike the
-    /// training), or where no such number is known.
+    /// The detection limit of this recording: an S above it is ruled out with this confidence. It is given for a
+    /// cleared valve and if nothing is decided. `None` if the valve is at fault, if S is a number with an interval,
+    /// if no limit is known, and for mistaken columns, unfit data or a recording unlike the training.
     #[cfg_attr(feature = "serde", serde(rename = "S_below"))]
     pub s_below: Option<Limit>,
     /// How the families of published methods voted.
     pub votes: Votes,
     /// Why, in sentences.
     pub reasons: Vec<String>,
-    /// Evidence that speaks against the conclusion, in sentences.
+    /// Evidence against the conclusion, in sentences.
     pub contradictions: Vec<String>,
-    /// What else it could be, the likeliest first.
+    /// Other possible causes, the likeliest first.
     pub alternatives: Vec<Alternative>,
-    /// The manual test that would settle it, as `stiction test plan` sizes it. `None` where none is needed, or where `no_test`
+    /// The manual test that would decide, as `stiction test plan` sizes it. `None` where none is needed, or where `no_test`
     /// gives the reason.
     pub confirm: Option<TestPlan>,
     /// Why no test can be made where one is needed.
     pub no_test: Option<String>,
-    /// What a person concluded of this recording, if somebody did. It stands beside the rest, which is what was
-    /// computed.
+    /// The conclusion of a person on this recording, if there is one. It stands beside the computed results.
     #[cfg_attr(feature = "serde", serde(rename = "override"))]
     pub overruled: Option<Override>,
 }
 
-/// What a person concluded of a valve, beside the computed verdict.
+/// The conclusion of a person on a valve, beside the computed verdict.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Override {
     /// The conclusion.
     pub verdict: VerdictClass,
-    /// Why.
+    /// The reason.
     pub reason: String,
-    /// Who says so; `None` where that is not kept.
+    /// The person; `None` if it is not kept.
     pub by: Option<String>,
-    /// The day on which it was entered, as in `2026-03-01`; `None` where that is not kept.
+    /// The day of the entry, as in `2026-03-01`; `None` if it is not kept.
     pub entered: Option<String>,
-    /// What it holds for, in words.
+    /// Its scope, in words.
     pub scope: String,
-    /// The file it is kept in.
+    /// The file that keeps it.
     pub kept_in: String,
 }
 
@@ -256,7 +253,7 @@ pub struct Override {
 pub struct Limit {
     /// Stick band plus dead band, percent of span.
     pub value: f64,
-    /// Of valves that stick by more, the share that would have been seen.
+    /// Of valves that stick by more, the share that would have been detected.
     pub confidence: f64,
 }
 
@@ -266,17 +263,17 @@ pub struct Limit {
 pub struct Alternative {
     /// The cause, such as `aggressive tuning`.
     pub cause: Cause,
-    /// Its probability; together with that of sticking they add up to one.
+    /// Its probability. All of them and that of sticking add up to one.
     pub likelihood: f64,
-    /// What the data show of it, and how to tell it apart: a sentence.
+    /// The evidence for it, and how to distinguish it: a sentence.
     pub because: String,
 }
 
-/// How much a valve sticks.
+/// The size of a valve's stiction.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Stiction {
-    /// What it was found with: the valve model, or the measured position.
+    /// Its source: the valve model, or the measured position.
     pub model: Option<String>,
     /// Stick band plus dead band, percent of span.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
@@ -302,13 +299,12 @@ pub struct Definition {
     pub value: Option<f64>,
     /// Its unit.
     pub unit: &'static str,
-    /// What it is, and by whom.
+    /// Its meaning and source.
     pub meaning: &'static str,
 }
 
-/// The probability that play or a dead zone elsewhere in the loop must stay below for a valve to be named as one that
-/// does not respond because of how its PV rests: both keep the PV from answering.
+/// Probability of play or a dead zone elsewhere in the loop below which a resting PV can give "does not respond":
+/// both keep the PV from responding.
 pub const DEAD_ZONE_BELOW: f64 = 0.03;
-/// S up to this many percent is no fault: healthy valves of the population have dead bands as
-/// wide.
+/// S up to this many percent is no fault: healthy valves of the population have dead bands as wide.
 pub const HARMLESS: f64 = 0.25;

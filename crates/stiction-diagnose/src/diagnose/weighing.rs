@@ -1,9 +1,9 @@
 //! The evidence of a segment, window by window, weighed by the frozen model.
 //!
-//! A long segment is looked at in [`windows`]. What they say is put together by the one rule of
-//! [`combining`]. S is that of the windows in which it is known and which speak for sticking: the median of its
-//! logarithm, and so are the ends of its interval: windows of one valve share what is wrong with the model, so more
-//! of them do not make the interval narrower, and a few bad ones do not move it.
+//! A long segment is divided into [`windows`], which are combined by the rule of [`combining`]. S is the median, on
+//! a logarithmic scale, of the windows that indicate stiction and have an S; so are the ends of its interval.
+//! Windows of one valve share the errors of the model, so more windows do not narrow the interval, and a few bad
+//! ones do not move it.
 
 use super::combining::{self, effective_number, typical};
 #[cfg(feature = "serde")]
@@ -16,13 +16,12 @@ use crate::parallel::*;
 use crate::recording::Segment;
 use crate::series::median;
 
-/// An S is a number, and no mere bound, if its interval reaches at most this share of it to either side
-/// on average.
+/// S is a number, and not only a bound, if its interval reaches at most this share of it to either side on average.
 pub const WIDEST: f64 = 0.35;
 /// J is known if its interval is at most this wide, in S.
 pub const WIDEST_J: f64 = 0.5;
 
-/// What the windows of a segment come to.
+/// The combined result of the windows of a segment.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Weighing {
@@ -32,16 +31,16 @@ pub struct Weighing {
     /// The evidence of each window.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub evidence: Vec<Evidence>,
-    /// How much each window counts, see `combining::weights`.
+    /// The weight of each window, see `combining::weights`.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub weights: Vec<f64>,
-    /// The effective number of windows: of their weights, and of how much of them is no overlap.
+    /// The effective number of windows, by their weights and the share without overlap.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub number: f64,
     /// The probability that the valve is at fault: that it sticks or does not respond.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub probability: f64,
-    /// What each line of evidence says by itself: the probability that it gives.
+    /// The probability from each line of evidence alone.
     #[cfg_attr(
         feature = "serde",
         serde(serialize_with = "testimony"),
@@ -51,13 +50,13 @@ pub struct Weighing {
     /// The probability of every cause; they add up to one.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub causes: Vec<(Cause, f64)>,
-    /// S if the valve sticks, percent of span, with its 90 % interval, however wide.
+    /// S if the valve sticks, percent of span, with its 90 % interval of any width.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub s: Estimate,
-    /// J over S if the valve sticks, with its 90 % interval, however wide.
+    /// J over S if the valve sticks, with its 90 % interval of any width.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub j_over_s: Estimate,
-    /// Had the valve stuck by more, percent of span, the windows would have shown it; `None` where nothing
+    /// The detection limit, percent of span: an S above it would have shown in the windows; `None` where nothing
     /// could have been seen.
     #[cfg_attr(
         feature = "serde",
@@ -65,21 +64,21 @@ pub struct Weighing {
         schemars(with = "Option<Limit>")
     )]
     pub limit: Option<f64>,
-    /// Standard errors by which a valve that sticks predicts the PV better than one that follows, of all windows
-    /// together: the sum over them by the root of their number; 0 where nothing can be predicted.
+    /// Standard errors by which a sticking valve predicts the PV better than one that follows, for all windows
+    /// together: their sum over the root of their number; 0 if nothing can be predicted.
     pub z: f64,
     /// Range of the OP in its widest window, percent of span.
     pub op_range: f64,
-    /// How far the windows are from the loops of training, the median: above 1 they are unlike all of them.
+    /// Distance of the windows from the training loops, the median: above 1 they are unlike all of them.
     pub distance: f64,
     /// Whether OP and PV look like those of one loop, the median over the windows: above 1 they do not.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub mismatch: f64,
-    /// What lies farthest outside of the loops of training, in words.
+    /// The features farthest outside the training loops, in words.
     pub strangest: Vec<String>,
 }
 
-/// What a line of evidence says, as documents tell it.
+/// A line of evidence, in documents.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 #[schemars(rename = "Line")]
@@ -153,11 +152,11 @@ impl Weighing {
         let mut lines: Vec<(Line, f64)> = (0..says[0].lines.len())
             .map(|k| (says[0].lines[k].0, together(&|says| says.lines[k].1)))
             .collect();
-        // Valve models that gain nothing do not speak for sticking, whatever else of them looks like it.
+        // Valve models without a gain are no evidence for sticking, even if other signs are similar.
         let gains = weighed.iter().any(|(_, evidence, _)| evidence.finds_gain());
         let models = lines.iter_mut().filter(|(line, _)| *line == Line::Model && !gains);
         models.for_each(|(_, probability)| *probability = probability.min(0.5));
-        // Of every window the shares among faults, and among the rest.
+        // The shares of each window among faults, and among the rest.
         let share = |cause: Cause| {
             let of = |says: &&Weighed| {
                 let whole =
@@ -169,7 +168,7 @@ impl Weighing {
             mean * if cause.is_fault() { probability } else { 1.0 - probability }
         };
         let causes = Cause::ALL.map(|cause| (cause, share(cause))).to_vec();
-        // Where some windows that speak for sticking quantify S, the others do not blur it.
+        // If some windows indicate stiction and quantify S, the others are left out.
         let sure = |says: &&&Weighed| says.probability >= 0.5;
         let known = |says: &&&Weighed| quantified(says.s).is_some();
         let both: Vec<&Weighed> =
@@ -218,7 +217,7 @@ impl Weighing {
         self.causes.iter().find(|(each, _)| *each == cause).map_or(0.0, |(_, share)| *share)
     }
 
-    /// The window that says most of what all of them say: the one whose probability is the median's, by weight.
+    /// The most typical window: the one with the weighted median of the probability.
     pub fn typical(&self) -> &Evidence {
         let mut order: Vec<usize> = (0..self.windows.len()).collect();
         order.sort_by(|a, b| self.windows[*a].probability.total_cmp(&self.windows[*b].probability));
@@ -232,24 +231,22 @@ impl Weighing {
     }
 }
 
-/// Features that are named, at most, of a recording that is unlike those of training.
+/// Most features to list of a recording that is unlike the training loops.
 const NAMED: usize = 3;
 
-/// What lies farthest outside of the loops of training.
+/// The features farthest outside the training loops.
 fn strangest(bundle: &fusion::Bundle, evidence: &Evidence) -> Vec<String> {
     let Some(reference) = &bundle.full.reference else { return vec![] };
     let meaning = |feature: usize| features().nth(feature).map_or("", |feature| feature.meaning);
     let words = |unlike: fusion::Unlike| {
         let fusion::Unlike { feature, value, range: (low, high), .. } = unlike;
         let meaning = meaning(feature);
-        format!(
-            "{meaning}: {value:.2}, where 99 % of the loops of training have {low:.2} to {high:.2}"
-        )
+        format!("{meaning} = {value:.2}, for 99 % of the training loops {low:.2} to {high:.2}")
     };
     reference.unlike(&evidence.values).into_iter().take(NAMED).map(words).collect()
 }
 
-/// Share of the samples of windows that no other has, were they spread evenly: 1 if none overlap.
+/// Share of the samples of evenly spread windows that are in no other window: 1 if none overlap.
 fn distinct(windows: &[Segment]) -> f64 {
     let [first, .., last] = windows else { return 1.0 };
     let covered = last.from - first.from + last.duration();

@@ -1,10 +1,10 @@
-//! What one window of a segment says.
+//! The result of one window of a segment.
 
 #[cfg(feature = "serde")]
 use super::verdict::Limit;
 use crate::fusion::Estimate;
 
-/// What one window of a segment says.
+/// The result of one window of a segment.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Window {
@@ -22,7 +22,7 @@ pub struct Window {
     /// Slip jump, percent of span, where it could be quantified.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
-    /// Had the valve stuck by more, percent of span, this window would have shown it, with 95 %.
+    /// The detection limit (95 %): an S above it, percent of span, would have shown in this window.
     #[cfg_attr(
         feature = "serde",
         serde(rename = "S_below", serialize_with = "Limit::of_evidence"),

@@ -1,19 +1,19 @@
-//! What a figure of a loop has to know beside its samples.
+//! Information for a figure of a loop beside its samples.
 
 use super::time_axis::TimeAxis;
 use crate::recording::{Modes, PlantTime, Segment};
 use crate::series::{centred, periodogram, span};
 
-/// What is known about a loop beside its samples.
+/// Information about a loop beside its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Context<'a> {
     /// Time zero of the clock as seconds since 1970-01-01 UTC, if it is known.
     pub start: Option<f64>,
-    /// The clock of the plant; UTC if it is not given.
+    /// The clock of the plant; UTC by default.
     pub plant_time: Option<&'a PlantTime>,
     /// Unit of PV and SP; `None` if it is not known.
     pub pv_unit: Option<&'a str>,
-    /// What the controller was doing.
+    /// The controller's mode.
     pub modes: Option<&'a Modes>,
     /// Period of the dominant oscillation, s; by default that of the highest peak of the spectrum.
     pub period_s: Option<f64>,
@@ -28,7 +28,7 @@ impl Context<'_> {
         }
     }
 
-    /// The label of an axis of the PV, or of what is in its unit.
+    /// The label of an axis of the PV, or of a quantity in its unit.
     pub fn pv_label(&self, names: &str) -> String {
         format!("{names} ({})", self.pv_unit.unwrap_or("units of the PV"))
     }

@@ -1,4 +1,4 @@
-//! Figures of a segment of a recording: what those of all methods share.
+//! Figures of a segment of a recording: the common parts of all methods.
 
 mod context;
 mod time_axis;
@@ -14,15 +14,15 @@ use stiction_figure::figure::{Figure, Panel, Series};
 /// Width of the page, px.
 pub const WIDTH: f64 = 860.0;
 
-/// What a figure is made from.
+/// The input of a figure.
 pub(crate) struct Scene<'a> {
     /// The signals.
     pub segment: &'a Segment,
     /// Period of the dominant oscillation, in samples, if there is one.
     pub period: Option<f64>,
-    /// What else is known of the loop.
+    /// Other information about the loop.
     pub context: &'a Context<'a>,
-    /// The panels of a figure share their time axis; it is called like its method.
+    /// Name of the method, for panels that share their time axis.
     pub group: &'static str,
 }
 
@@ -45,7 +45,7 @@ impl Scene<'_> {
         self.context.time_axis(segment.from + segment.duration())
     }
 
-    /// Times of some places, in samples, as they stand along [`Scene::time`].
+    /// Times of some samples along [`Scene::time`].
     pub fn times(&self, places: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let (axis, segment) = (self.time(), self.segment);
         let at = |k: f64| axis.at(segment.from + k * segment.sample_time);
@@ -72,13 +72,13 @@ impl Scene<'_> {
     }
 }
 
-/// At most `most` of some samples, evenly spaced, and how many one stands for.
+/// At most `most` samples, evenly spaced, and the number that each one represents.
 pub(crate) fn thinned(values: &[f64], most: usize) -> (Vec<f64>, usize) {
     let stride = values.len().div_ceil(most).max(1);
     (values.iter().copied().step_by(stride).collect(), stride)
 }
 
-/// An upright line up to a height, with its name in the legend: there names cannot cover each other.
+/// A vertical line up to a height, with its name in the legend, where names cannot overlap.
 pub(crate) fn line_at(
     series: fn(&str, Vec<f64>, Vec<f64>) -> Series,
     name: &str,
@@ -105,7 +105,7 @@ pub(crate) fn sheet(caption: impl Into<String>) -> Figure {
     Figure::new("").caption(caption).width(WIDTH).panel_height(200.0)
 }
 
-/// Centres of bins and percent of the values in each; bins by Freedman and Diaconis' rule.
+/// Centres of bins and percent of the values in each; bins by the rule of Freedman and Diaconis.
 pub fn histogram(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let spread = quantile(values, 0.75) - quantile(values, 0.25);
     let (low, range) = (min(values), span(values));

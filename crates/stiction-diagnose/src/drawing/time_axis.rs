@@ -3,14 +3,14 @@
 use crate::recording::PlantTime;
 use stiction_figure::figure::Scale;
 
-/// A time axis: how seconds become what is written.
+/// A time axis, from seconds to its labels.
 #[derive(Debug, Clone)]
 pub struct TimeAxis {
     /// Its name with its unit.
     pub label: String,
-    /// How its values are written.
+    /// Format of its values.
     pub scale: Scale,
-    /// Seconds to the unit.
+    /// Seconds per unit.
     size: f64,
     /// Added before the division, s.
     offset: f64,
@@ -45,7 +45,7 @@ impl TimeAxis {
         }
     }
 
-    /// Where a time in s stands along it.
+    /// Position of a time in s along the axis.
     pub fn at(&self, seconds: f64) -> f64 {
         (seconds + self.offset) / self.size
     }

@@ -1,4 +1,4 @@
-//! What else happens in the loop: set point, limits, resolution, record length, controller.
+//! Circumstances of the loop: set point, limits, resolution, record length, controller.
 
 use super::prepared::{Prepared, dominant_period};
 use super::regression::Regression;
@@ -11,7 +11,7 @@ const fn feature(name: &'static str, meaning: &'static str) -> Feature {
     Feature { name, meaning, line: Line::Circumstances, monotone: 0 }
 }
 
-/// Those that need the OP only.
+/// Features that need the OP only.
 pub const OF_OP: [Feature; 9] = [
     feature("cycles", "periods in the window, logarithm"),
     feature("samples_per_period", "recorded samples a period, logarithm"),
@@ -24,7 +24,7 @@ pub const OF_OP: [Feature; 9] = [
     feature("op_slow", "share of the OP's variance that is slower than two periods"),
 ];
 
-/// Those that need more.
+/// Features that need more signals.
 pub const OF_LOOP: [Feature; 10] = [
     feature("pv_levels", "different values of the PV: 0 one, 1 as many as samples"),
     feature("pv_still", "share of the samples at which the PV does not move"),
@@ -41,7 +41,7 @@ pub const OF_LOOP: [Feature; 10] = [
     feature("controller_action", "0 all integral action, 1 all proportional, by their amplitudes"),
 ];
 
-/// Measures those that need the OP only.
+/// Measures the features that need the OP only.
 pub fn measure_op(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
     let op = &prepared.segment.op;
     let values: [f64; OF_OP.len()] = [
@@ -58,7 +58,7 @@ pub fn measure_op(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
     out.extend(values);
 }
 
-/// Measures those that need more.
+/// Measures the features that need more signals.
 pub fn measure_loop(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
     let segment = prepared.segment;
     let Some(pv) = &segment.pv else {
@@ -93,13 +93,13 @@ pub fn measure_loop(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
 fn levels(x: &[f64]) -> f64 {
     let mut sorted = x.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
-    // What rounding sets apart is one level.
+    // Differences by rounding count as one level.
     let least = 1e-9 * (max(x) - min(x));
     let levels = 1 + sorted.windows(2).filter(|pair| pair[1] - pair[0] > least).count();
     (levels as f64).ln() / (x.len() as f64).ln()
 }
 
-/// Share of the steps that are none.
+/// Share of the steps without a change.
 fn still(x: &[f64]) -> f64 {
     x.windows(2).filter(|pair| pair[0] == pair[1]).count() as f64 / (x.len() - 1) as f64
 }
@@ -114,8 +114,8 @@ fn unsteadiness(x: &[f64], block: usize) -> f64 {
     spread(&x.chunks_exact(block).map(std).collect::<Vec<_>>())
 }
 
-/// The PI law that explains the OP best: `dOP = a de + b e + c`. In closed loop it holds whatever the
-/// cause of an oscillation is; dead zones, limits and set points that are not recorded break it.
+/// The PI law that explains the OP best: `dOP = a de + b e + c`. In closed loop it holds for any cause of an
+/// oscillation. Dead zones, limits and unrecorded set points break it.
 struct Controller {
     misfit: f64,
     kurtosis: f64,
@@ -132,7 +132,7 @@ impl Controller {
         let Some(law) = Regression::of(&moves, 0, of_error) else { return none };
         let typical =
             |i: usize| std(&(0..moves.len()).map(|k| of_error(k)[i]).collect::<Vec<f64>>());
-        // The error is that of a PV which the valve raises, so both actions lower the OP.
+        // The valve raises the PV of this error, so both actions lower the OP.
         let (proportional, integral) =
             (-law.coefficients[1] * typical(1), -law.coefficients[2] * typical(2));
         Self {

@@ -1,4 +1,4 @@
-//! What a window can tell of any S at all, as numbers: see [`crate::identify::information`].
+//! The information of a window about S, as numbers: see [`crate::identify::information`].
 
 use super::{Feature, Line};
 use crate::identify::information::{At, Information, STEPS, information};
@@ -8,24 +8,24 @@ const fn feature(name: &'static str, monotone: i8, meaning: &'static str) -> Fea
     Feature { name, meaning, line: Line::Model, monotone }
 }
 
-/// What is told of a whole window.
+/// The scalars of a whole window.
 const OF_ALL: usize = 9;
 
-/// What stems say beside the OP.
+/// The scalars of stems beside the OP.
 const BESIDE: usize = 20;
 
-/// The features of this line, in the order of [`measure`]: those of the whole window, then one of each sort
-/// for every S of the grid.
+/// The features of this line, in the order of [`measure`]: those of the whole window, then one of each sort for
+/// every S of the grid.
 pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
     feature(
         "info_z",
         1,
         "standard errors by which a sticking valve predicts the PV better, the best",
     ),
-    feature("info_z_s", 0, "S at which that is so, share of the OP's range, ln"),
-    feature("info_gain", 1, "its gain in log-likelihood, nats, ln(1 + x)"),
+    feature("info_z_s", 0, "S at the best of these standard errors, share of the OP's range, ln"),
+    feature("info_gain", 1, "largest gain in log-likelihood by a sticking valve, nats, ln(1 + x)"),
     feature("info_gain_s", 0, "S of the largest gain, share of the OP's span, ln"),
-    feature("info_power", 0, "nats to be had if it sticks so, ln(1 + x)"),
+    feature("info_power", 0, "expected gain if the valve sticks with this S, nats, ln(1 + x)"),
     feature("info_range", 0, "range of the OP over its span, ln"),
     feature("info_independent", 0, "independent samples, ln"),
     feature(
@@ -33,52 +33,60 @@ pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
         0,
         "correlation of neighbouring errors behind a valve that follows",
     ),
-    feature("info_unexplained", 0, "share of the PV, given its past, that the OP leaves, ln"),
+    feature(
+        "info_unexplained",
+        0,
+        "share of the PV, given its past, that the OP does not explain, ln",
+    ),
     feature("info_z_1", 0, "standard errors in favour of an S of 0.015 of the OP's range"),
-    feature("info_z_2", 0, "the same of 0.027"),
-    feature("info_z_3", 0, "the same of 0.05"),
-    feature("info_z_4", 0, "the same of 0.09"),
-    feature("info_z_5", 0, "the same of 0.16"),
-    feature("info_z_6", 0, "the same of 0.3"),
-    feature("info_z_7", 0, "the same of 0.54"),
-    feature("info_z_8", 0, "the same of 0.99"),
-    feature("info_z_9", 0, "the same of 1.8"),
+    feature("info_z_2", 0, "standard errors in favour of an S of 0.027 of the OP's range"),
+    feature("info_z_3", 0, "standard errors in favour of an S of 0.05 of the OP's range"),
+    feature("info_z_4", 0, "standard errors in favour of an S of 0.09 of the OP's range"),
+    feature("info_z_5", 0, "standard errors in favour of an S of 0.16 of the OP's range"),
+    feature("info_z_6", 0, "standard errors in favour of an S of 0.3 of the OP's range"),
+    feature("info_z_7", 0, "standard errors in favour of an S of 0.54 of the OP's range"),
+    feature("info_z_8", 0, "standard errors in favour of an S of 0.99 of the OP's range"),
+    feature("info_z_9", 0, "standard errors in favour of an S of 1.8 of the OP's range"),
     feature(
         "info_gain_1",
         0,
         "nats in favour of an S of 0.015 of the OP's range, signed ln(1 + x)",
     ),
-    feature("info_gain_2", 0, "the same of 0.027"),
-    feature("info_gain_3", 0, "the same of 0.05"),
-    feature("info_gain_4", 0, "the same of 0.09"),
-    feature("info_gain_5", 0, "the same of 0.16"),
-    feature("info_gain_6", 0, "the same of 0.3"),
-    feature("info_gain_7", 0, "the same of 0.54"),
-    feature("info_gain_8", 0, "the same of 0.99"),
-    feature("info_gain_9", 0, "the same of 1.8"),
-    feature("info_power_1", 0, "nats to be had if S is 0.015 of the OP's range, ln(1 + x)"),
-    feature("info_power_2", 0, "the same of 0.027"),
-    feature("info_power_3", 0, "the same of 0.05"),
-    feature("info_power_4", 0, "the same of 0.09"),
-    feature("info_power_5", 0, "the same of 0.16"),
-    feature("info_power_6", 0, "the same of 0.3"),
-    feature("info_power_7", 0, "the same of 0.54"),
-    feature("info_power_8", 0, "the same of 0.99"),
-    feature("info_power_9", 0, "the same of 1.8"),
+    feature("info_gain_2", 0, "nats in favour of an S of 0.027 of the OP's range"),
+    feature("info_gain_3", 0, "nats in favour of an S of 0.05 of the OP's range"),
+    feature("info_gain_4", 0, "nats in favour of an S of 0.09 of the OP's range"),
+    feature("info_gain_5", 0, "nats in favour of an S of 0.16 of the OP's range"),
+    feature("info_gain_6", 0, "nats in favour of an S of 0.3 of the OP's range"),
+    feature("info_gain_7", 0, "nats in favour of an S of 0.54 of the OP's range"),
+    feature("info_gain_8", 0, "nats in favour of an S of 0.99 of the OP's range"),
+    feature("info_gain_9", 0, "nats in favour of an S of 1.8 of the OP's range"),
+    feature("info_power_1", 0, "expected gain if S is 0.015 of the OP's range, nats, ln(1 + x)"),
+    feature("info_power_2", 0, "expected gain if S is 0.027 of the OP's range"),
+    feature("info_power_3", 0, "expected gain if S is 0.05 of the OP's range"),
+    feature("info_power_4", 0, "expected gain if S is 0.09 of the OP's range"),
+    feature("info_power_5", 0, "expected gain if S is 0.16 of the OP's range"),
+    feature("info_power_6", 0, "expected gain if S is 0.3 of the OP's range"),
+    feature("info_power_7", 0, "expected gain if S is 0.54 of the OP's range"),
+    feature("info_power_8", 0, "expected gain if S is 0.99 of the OP's range"),
+    feature("info_power_9", 0, "expected gain if S is 1.8 of the OP's range"),
     feature("stem_gain", 1, "nats that the best stem adds to the OP, ln(1 + x)"),
-    feature("stem_robust", 1, "the same, outliers forgiven, signed ln(1 + x)"),
-    feature("stem_z", 1, "standard errors of that"),
-    feature("stem_s", 0, "S of that stem, share of the OP's span, ln"),
-    feature("stem_j", 0, "J of that stem, share of S"),
-    feature("stem_slips", 0, "slips of that stem, ln(1 + x)"),
-    feature("stem_share", 0, "share of the PV's lasting answer that comes from that stem"),
+    feature("stem_robust", 1, "nats that the best stem adds, outliers limited, signed ln(1 + x)"),
+    feature("stem_z", 1, "standard errors of the gain by the best stem"),
+    feature("stem_s", 0, "S of the best stem, share of the OP's span, ln"),
+    feature("stem_j", 0, "J of the best stem, share of S"),
+    feature("stem_slips", 0, "slips of the best stem, ln(1 + x)"),
+    feature("stem_share", 0, "share of the PV's lasting response that comes from the best stem"),
     feature(
         "stem_evidence",
         1,
         "log marginal likelihood of a stem beside the OP, signed ln(1 + x)",
     ),
     feature("stem_placebo", 0, "nats that the best stem in reversed time adds, ln(1 + x)"),
-    feature("stem_over_placebo", 1, "nats that the best stem adds beyond it, signed ln(1 + x)"),
+    feature(
+        "stem_over_placebo",
+        1,
+        "nats that the best stem adds beyond reversed time, signed ln(1 + x)",
+    ),
     feature("stem_curve", 0, "nats that the squared OP adds, ln(1 + x)"),
     feature(
         "stem_beyond_curve",
@@ -88,22 +96,22 @@ pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
     feature(
         "stem_over_rival",
         1,
-        "the lesser of what it adds beyond placebo and squared OP, signed ln(1 + x)",
+        "smaller gain of the best stem over reversed time and squared OP, signed ln(1 + x)",
     ),
-    feature("stem_gain_share", 0, "nats that the best stem adds, a sample, ln"),
+    feature("stem_gain_share", 0, "nats a sample that the best stem adds, ln"),
     feature("stem_lacks", 0, "nats that the OP adds to the best stem, ln(1 + x)"),
     feature(
         "stem_s_mean",
         0,
         "S by the likelihood of all stems, share of the OP's span, mean of ln",
     ),
-    feature("stem_s_spread", 0, "its standard deviation, ln"),
+    feature("stem_s_spread", 0, "standard deviation of ln S by the likelihood of all stems"),
     feature("stem_j_mean", 0, "J over S by the likelihood of all stems, mean"),
-    feature("stem_j_spread", 0, "its standard deviation"),
+    feature("stem_j_spread", 0, "standard deviation of J over S by the likelihood of all stems"),
     feature(
         "stem_least_half",
         1,
-        "nats that the best stem adds in the half where it adds less, outliers forgiven, signed ln(1 + x)",
+        "nats that the best stem adds in its weaker half, outliers limited, signed ln(1 + x)",
     ),
     feature("stem_gain_1", 0, "nats that a stem with S of 0.015 of the OP's range adds, ln(1 + x)"),
     feature("stem_gain_2", 0, "nats that a stem with S of 0.027 of the OP's range adds, ln(1 + x)"),
@@ -161,7 +169,7 @@ pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
     ),
 ];
 
-/// What a window of OP and PV can tell; `None` where it is too little.
+/// The information of a window of OP and PV; `None` if there is too little.
 pub(super) fn of(op: &[f64], pv: &[f64], period: f64) -> Option<Information> {
     information(op, pv, Some(period)).ok()
 }

@@ -1,11 +1,11 @@
-//! What a window of a recording says about its valve, as numbers that do not depend on units, offsets,
-//! directions or the time scale.
+//! Evidence of a window about its valve, as numbers that do not depend on units, offsets, directions or the time
+//! scale.
 //!
-//! [`Prepared`] brings a window to one resolution a period and takes its units away; then each line of
-//! evidence measures its features, one file each. A feature that cannot be measured is NaN, never a code.
+//! [`Prepared`] resamples a window to one resolution per period and removes its units. Then each line of evidence
+//! measures its features, one file each. A feature that cannot be measured is NaN, never a code.
 //!
-//! Most features are indices of published detectors, which are in [`crate::methods`]; here they are numbers
-//! without thresholds. Ours are named for what they look at.
+//! Most features are indices of published detectors, which are in [`crate::methods`]; here they are numbers without
+//! thresholds. Our own are named after the quantity they measure.
 
 pub mod circumstances;
 pub mod op_shape;
@@ -31,16 +31,16 @@ use crate::identify::hammerstein::{self, ModelEvidence};
 use crate::identify::information::Information;
 use crate::recording::Segment;
 
-/// A number that evidence consists of.
+/// A number of the evidence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Feature {
     /// Its name, such as `arx_gain`.
     pub name: &'static str,
-    /// What it is, a short sentence.
+    /// Its meaning, a short sentence.
     pub meaning: &'static str,
-    /// What it looks at.
+    /// Its line of evidence.
     pub line: Line,
-    /// 1 if more of it can only speak for stiction, -1 if only against, 0 if either.
+    /// 1 if larger values can only be evidence for stiction, -1 if only against, 0 if either.
     pub monotone: i8,
 }
 
@@ -55,17 +55,17 @@ pub enum Line {
     OpShape,
     /// The shape of the PV's or error's wave.
     PvShape,
-    /// Whether the PV answers the OP at all.
+    /// Whether the PV responds to the OP at all.
     Response,
-    /// What else happens in the loop: set point, limits, resolution, record length.
+    /// Circumstances of the loop: set point, limits, resolution, record length.
     Circumstances,
-    /// The raw signals, as a net hears them.
+    /// The raw signals, as a neural net uses them.
     Signals,
 }
 
 impl Line {
-    /// The lines that are weighed each by itself too, with what they look at: the model's fits; what moves
-    /// while the other rests, and whether the PV answers; the shapes of the waves.
+    /// The lines that are also weighed alone, with their parts: the model fits; movement of one signal while the
+    /// other rests, and whether the PV responds; the shapes of the waves.
     pub const WEIGHED: [(Self, &'static [Self]); 3] = [
         (Self::Model, &[Self::Model]),
         (Self::Patterns, &[Self::Patterns, Self::Response]),
@@ -86,18 +86,18 @@ impl Line {
     }
 }
 
-/// The least gain that counts: half a percent of what is left unpredicted.
+/// The smallest relevant gain: half a percent of the remaining prediction error.
 pub const LEAST_GAIN: f64 = 0.005;
 
-/// A table of features, whether they need the OP only, and what measures them.
+/// A table of features, whether they need the OP only, and their function.
 struct Part {
     features: &'static [Feature],
     op_only: bool,
     measure: fn(&Prepared<'_>, &mut Vec<f64>),
 }
 
-/// The parts that are measured one by one, in the order of [`Evidence::values`]; behind them stand
-/// [`model`] and [`information`], whose fits are kept, and [`raw`], which listens to these.
+/// The parts that are measured one by one, in the order of [`Evidence::values`]. After them come [`model`] and
+/// [`information`], whose fits are kept, and [`raw`], which uses these.
 const PARTS: [Part; 6] = [
     Part { features: &patterns::FEATURES, op_only: false, measure: patterns::measure },
     Part { features: &op_shape::FEATURES, op_only: true, measure: op_shape::measure },
@@ -122,9 +122,8 @@ pub fn features() -> impl Iterator<Item = &'static Feature> {
         .chain(&raw::FEATURES)
 }
 
-/// The places, in [`features`], of those that need the OP only. Recordings without a PV have no others.
-/// Where there is a PV the dominant period is that of OP and error together, so the values may differ
-/// from those of the OP alone.
+/// The indices, in [`features`], of those that need the OP only. Recordings without a PV have no others. With a PV,
+/// the dominant period is that of OP and error together, so the values may differ from those of the OP alone.
 pub fn op_only() -> impl Iterator<Item = usize> {
     let needs = PARTS.iter().flat_map(|part| part.features.iter().map(|_| part.op_only));
     needs.enumerate().filter(|(_, op_only)| *op_only).map(|(i, _)| i)
@@ -136,7 +135,7 @@ pub fn recorded_period(segment: &Segment) -> Option<f64> {
     Some(prepared.period * prepared.factor as f64)
 }
 
-/// What a window says.
+/// The evidence of a window.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evidence {
     /// One value for each of [`features`]; NaN where it cannot be measured.
@@ -145,12 +144,12 @@ pub struct Evidence {
     pub op_span: f64,
     /// Dominant period, s.
     pub period_s: f64,
-    /// Sticking valves before a linear process, fitted to OP and PV; `None` without a PV that moves, or
-    /// where too little can be fitted to.
+    /// Sticking valves before a linear process, fitted to OP and PV; `None` without a PV that moves, or with too
+    /// little to fit.
     pub model: Option<ModelEvidence>,
     /// The same at the [dense](Prepared::dense) resolution, where there is one.
     pub dense: Option<ModelEvidence>,
-    /// What the window can tell of any S at all; `None` where too little can be predicted.
+    /// The information of the window about S; `None` if too little can be predicted.
     pub information: Option<Information>,
 }
 
@@ -158,12 +157,12 @@ impl Evidence {
     /// The evidence in a segment, or a window of one.
     ///
     /// # Errors
-    /// If there is nothing to measure, as with an OP that never moves.
+    /// If there is nothing to measure, for example if the OP never moves.
     pub fn of(segment: &Segment) -> Result<Self, Abstention> {
         Ok(Self::of_prepared(&Prepared::of(segment)?))
     }
 
-    /// The evidence in a window that is ready.
+    /// The evidence in a prepared window.
     pub fn of_prepared(prepared: &Prepared<'_>) -> Self {
         let mut values = Vec::with_capacity(features().count());
         for part in &PARTS {
@@ -183,7 +182,7 @@ impl Evidence {
         });
         information::measure(information.as_ref(), prepared.op_span(), &mut values);
         raw::measure(prepared, information.as_ref(), &mut values);
-        // A ratio to nothing is no number.
+        // A ratio to zero is not a number.
         values.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = f64::NAN);
         Self {
             values,
@@ -195,8 +194,8 @@ impl Evidence {
         }
     }
 
-    /// Whether a valve that sticks predicts the PV better than one that follows by a share that counts, in any
-    /// of the fits.
+    /// Whether a sticking valve predicts the PV better than one that follows by a relevant share, in any of the
+    /// fits.
     pub fn finds_gain(&self) -> bool {
         let fits = [&self.model, &self.dense].into_iter().flatten();
         fits.into_iter().any(|fits| fits.best().gain >= LEAST_GAIN)

@@ -10,39 +10,51 @@ const fn feature(name: &'static str, monotone: i8, meaning: &'static str) -> Fea
 
 /// The features of this line, in the order of [`measure`].
 pub const FEATURES: &[Feature] = &[
-    feature("arx_gain", 1, "what the best sticking valve explains of the prediction error, ln"),
-    feature("arx_gain_two_phase", 1, "the same for two-phase valves alone"),
-    feature("arx_gain_he", 1, "the same for He's valves alone"),
-    feature("arx_information", 1, "the gain less what Schwarz's criterion asks, ln(1 + x)"),
+    feature(
+        "arx_gain",
+        1,
+        "part of the prediction error that the best sticking valve explains, ln",
+    ),
+    feature("arx_gain_two_phase", 1, "part that the best two-phase valve explains, ln"),
+    feature("arx_gain_he", 1, "part that the best valve by He explains, ln"),
+    feature(
+        "arx_information",
+        1,
+        "the gain of the best valve less the penalty of Schwarz's criterion, ln(1 + x)",
+    ),
     feature("arx_walk_gain", 1, "the gain under a disturbance that is a random walk"),
-    feature("arx_jump_gain", 0, "what the slip jump explains, ln"),
+    feature("arx_jump_gain", 0, "part that the slip jump explains, ln"),
     feature("arx_s", 0, "S of the best valve, share of the OP's span"),
     feature("arx_j", 0, "J of the best valve, share of S"),
     feature("arx_width", 0, "range of S that explain the PV almost as well, ln"),
-    feature("arx_unexplained", 0, "share of the PV that the linear process leaves, ln"),
+    feature("arx_unexplained", 0, "share of the PV that the linear process does not explain, ln"),
     feature("arx_forward", 1, "the gain less that in reversed time"),
-    feature("arx_over_placebo", 0, "what valves under another OP leave over the best valve, ln"),
+    feature(
+        "arx_over_placebo",
+        0,
+        "error of valves under another OP over that of the best valve, ln",
+    ),
     feature(
         "arx_over_load",
         0,
-        "what a load that jumps with the slips leaves over the best valve, ln",
+        "error of a load that jumps with the slips over that of the best valve, ln",
     ),
-    feature("oe_gain", 1, "what the best sticking valve explains of the output error, ln"),
+    feature("oe_gain", 1, "part of the output error that the best sticking valve explains, ln"),
     feature("oe_unexplained", 0, "share of the PV that the best valve leaves as output error"),
-    feature("oe_over_sensor", 0, "what play in the sensor leaves over the best valve, ln"),
+    feature("oe_over_sensor", 0, "error of play in the sensor over that of the best valve, ln"),
     feature("oe_agreement", 0, "distance of S by output error and by prediction, ln"),
     feature("error_kurtosis", 0, "kurtosis of the linear process's prediction error, ln"),
     feature("error_kurtosis_left", 0, "kurtosis of the error behind the best valve, ln"),
     feature("slip_rate", 0, "slips a period"),
-    feature("slip_concentration", 0, "share of the linear error that lies where slips arrive, ln"),
-    feature("slip_removed", 1, "share of that error which the best valve explains"),
-    feature("slip_travel_variation", -1, "variation of the OP's travel before the PV is struck"),
+    feature("slip_concentration", 0, "share of the linear error at the arrival of slips, ln"),
+    feature("slip_removed", 1, "share of the error at slips that the best valve explains"),
+    feature("slip_travel_variation", -1, "variation of the OP's travel before jumps of the PV"),
     feature(
         "slip_travel_over_time",
         1,
-        "how much steadier that travel is than the time between, ln",
+        "how much steadier the OP's travel before jumps is than the time between, ln",
     ),
-    feature("slip_jitter", -1, "scatter of what strikes the PV about the slips, periods"),
+    feature("slip_jitter", -1, "scatter of the PV's jumps around the slips, periods"),
 ];
 
 /// Appends one value for each of [`FEATURES`]; NaN where it is missing.
@@ -55,7 +67,7 @@ pub fn measure(evidence: Option<&ModelEvidence>, out: &mut Vec<f64>) {
     let steadiness = |of: fn(&crate::identify::hammerstein::Steadiness) -> f64| {
         slips.steadiness.as_ref().map_or(f64::NAN, of)
     };
-    // At least that of two values only, 1: the logarithm is finite.
+    // At least 1, the kurtosis of two values, so that the logarithm is finite.
     let kurtosis = |excess: f64| (excess + 3.0).max(1.0).ln();
     out.extend([
         best.gain,
@@ -86,44 +98,72 @@ pub fn measure(evidence: Option<&ModelEvidence>, out: &mut Vec<f64>) {
     ]);
 }
 
-/// Delays that are tried at the dense resolution beside one and two samples. They are short: this is the
-/// look at a fast process behind a slow record.
+/// Delays to try at the dense resolution beside one and two samples. They are short: the target is a fast process
+/// in a slow record.
 const DENSE_DELAYS: [f64; 4] = [3.0, 5.0, 8.0, 12.0];
 
-/// The features at the dense resolution, or, where that is not much denser, once more those at the
-/// resolution of the period; in the order of [`measure_dense`].
+/// The features at the dense resolution, in the order of [`measure_dense`]. If it is not much denser, those at the
+/// resolution of the period are repeated.
 pub const DENSE: &[Feature] = &[
-    feature("dense_arx_gain", 1, "what the best sticking valve explains, sample by sample, ln"),
-    feature("dense_arx_information", 1, "that gain less what Schwarz's criterion asks, ln(1 + x)"),
-    feature("dense_arx_walk_gain", 1, "that gain under a disturbance that is a random walk"),
-    feature("dense_arx_jump_gain", 0, "what the slip jump explains of it, ln"),
-    feature("dense_arx_s", 0, "S of that valve, share of the OP's span"),
-    feature("dense_arx_j", 0, "J of that valve, share of S"),
+    feature(
+        "dense_arx_gain",
+        1,
+        "part of the error sample by sample that the best sticking valve explains, ln",
+    ),
+    feature(
+        "dense_arx_information",
+        1,
+        "the dense gain less the penalty of Schwarz's criterion, ln(1 + x)",
+    ),
+    feature("dense_arx_walk_gain", 1, "the dense gain under a disturbance that is a random walk"),
+    feature("dense_arx_jump_gain", 0, "part of the dense gain by the slip jump, ln"),
+    feature("dense_arx_s", 0, "S of the best valve by the dense fit, share of the OP's span"),
+    feature("dense_arx_j", 0, "J of the best valve by the dense fit, share of S"),
     feature("dense_arx_width", 0, "range of S that explain the PV almost as well, ln"),
-    feature("dense_arx_unexplained", 0, "share of the PV that the linear process leaves, ln"),
-    feature("dense_arx_forward", 1, "that gain less that in reversed time"),
-    feature("dense_arx_over_placebo", 0, "what valves under another OP leave over it, ln"),
-    feature("dense_arx_over_load", 0, "what a load that jumps with the slips leaves over it, ln"),
-    feature("dense_oe_gain", 1, "what the best sticking valve explains of the output error, ln"),
-    feature("dense_oe_over_sensor", 0, "what play in the sensor leaves over the best valve, ln"),
+    feature(
+        "dense_arx_unexplained",
+        0,
+        "share of the PV that the linear process does not explain, ln",
+    ),
+    feature("dense_arx_forward", 1, "the dense gain less that in reversed time"),
+    feature(
+        "dense_arx_over_placebo",
+        0,
+        "error of valves under another OP over that of the best valve, ln",
+    ),
+    feature(
+        "dense_arx_over_load",
+        0,
+        "error of a load that jumps with the slips over that of the best valve, ln",
+    ),
+    feature(
+        "dense_oe_gain",
+        1,
+        "part of the output error that the best sticking valve explains, ln",
+    ),
+    feature(
+        "dense_oe_over_sensor",
+        0,
+        "error of play in the sensor over that of the best valve, ln",
+    ),
     feature("dense_error_kurtosis", 0, "kurtosis of the linear process's prediction error, ln"),
     feature("dense_error_kurtosis_left", 0, "kurtosis of the error behind the best valve, ln"),
     feature("dense_slip_rate", 0, "slips a period"),
-    feature("dense_slip_concentration", 0, "share of that error where slips arrive, ln"),
-    feature("dense_slip_removed", 1, "share of that which the best valve explains"),
+    feature("dense_slip_concentration", 0, "share of the dense error at the arrival of slips, ln"),
+    feature("dense_slip_removed", 1, "share of the error at slips that the best valve explains"),
     feature(
         "dense_slip_travel_variation",
         -1,
-        "variation of the OP's travel before the PV is struck",
+        "variation of the OP's travel before jumps of the PV",
     ),
     feature(
         "dense_slip_travel_over_time",
         1,
-        "how much steadier that is than the time between, ln",
+        "how much steadier the OP's travel before jumps is than the time between, ln",
     ),
 ];
 
-/// Weighs valves at the dense resolution.
+/// Fits valves at the dense resolution.
 pub(super) fn weigh_dense(dense: &Dense) -> Option<ModelEvidence> {
     let delays = DENSE_DELAYS.iter().map(|delay| (delay / dense.period).min(1.0)).collect();
     let options =

@@ -25,7 +25,10 @@ pub const FEATURES: [Feature; 31] = [
     feature("op_explained", "share of the variance that the best shape of half waves explains"),
     feature("op_peaked", "third harmonic: near 1 peaked waves, near -1 flat ones"),
     feature("op_leaning", "third harmonic: 0 waves that are as steep up as down, 1 leaning ones"),
-    feature("op_chord", "share of the variance that straight lines from turn to turn leave"),
+    feature(
+        "op_chord",
+        "share of the variance that straight lines from turn to turn do not explain",
+    ),
     feature("op_leg_time_spread", "relative spread of the times between turns"),
     feature("op_leg_height_spread", "relative spread of the travels between turns"),
     feature("op_turns", "turns a cycle"),
@@ -36,32 +39,41 @@ pub const FEATURES: [Feature; 31] = [
     feature("op_regularity", "regularity of the autocorrelation, r / (1 + r)"),
     feature("op_decay", "decay ratio of the autocorrelation"),
     feature("op_innovation", "share of the variance that an AR(4) does not predict, logarithm"),
-    feature("op_innovation_kurtosis", "tails of what an AR(4) does not predict"),
+    feature("op_innovation_kurtosis", "tails of the error of an AR(4) prediction"),
     feature("op_kurtosis", "tails of the OP without its slow part"),
-    feature("op_skewness", "size of its skewness"),
+    feature("op_skewness", "size of the OP's skewness"),
     feature("op_irreversible", "size of the third moment of its steps over a 24th of a period"),
-    feature("op_irreversible_quarter", "the same over a quarter"),
+    feature(
+        "op_irreversible_quarter",
+        "size of the third moment of the OP's steps over a quarter of a period",
+    ),
     feature("op_ngi", "non-Gaussianity index of the bicoherence"),
     feature("op_nli", "nonlinearity index of the bicoherence"),
     feature("op_cubic", "largest coupling of a frequency with three times it"),
-    feature("op_peak_share", "share of the power about the dominant frequency"),
-    feature("op_harmonic_2", "power about twice that frequency over that about it, logarithm"),
-    feature("op_harmonic_3", "the same of three times"),
+    feature("op_peak_share", "share of the power around the dominant frequency"),
+    feature(
+        "op_harmonic_2",
+        "power around twice the dominant frequency over that around it, logarithm",
+    ),
+    feature(
+        "op_harmonic_3",
+        "power around three times the dominant frequency over that around it, logarithm",
+    ),
     feature("op_noise", "noise over standard deviation, logarithm"),
     feature(
         "op_fine_kurtosis",
-        "tails of what an AR(4) does not predict at three times the resolution",
+        "tails of the error of an AR(4) prediction at three times the resolution",
     ),
 ];
 
-/// Share of a period over which a slope is taken.
+/// Share of a period for a slope.
 pub(super) const SLOPE: f64 = 1.0 / 12.0;
 
-/// Samples in a segment of the bicoherence: less than three periods at the resolution it takes, so that few
-/// cycles have enough segments.
+/// Samples in a segment of the bicoherence: less than three periods at its resolution, so that a few cycles have
+/// enough segments.
 const SEGMENT: usize = 32;
 
-/// Ratios below it are as good as none.
+/// Smaller ratios count as zero.
 const LEAST_RATIO: f64 = 1e-6;
 
 /// Measures them.
@@ -86,7 +98,7 @@ pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
     let at = |harmonic: f64| share_about(&prepared.op_spectrum, harmonic * frequency);
     let peak = at(1.0);
     let harmonic = |h: f64| {
-        // Beyond the Nyquist frequency there is nothing to see.
+        // Nothing can be measured beyond the Nyquist frequency.
         if h * frequency > 0.45 { f64::NAN } else { (at(h) / peak).max(LEAST_RATIO).ln() }
     };
     let values: [f64; FEATURES.len()] = [
@@ -133,7 +145,7 @@ pub(super) struct Legs {
 }
 
 impl Legs {
-    /// Of a signal that turns if it goes back by more than `least`.
+    /// From a signal that turns if it goes back by more than `least`.
     pub fn of(x: &[f64], least: f64) -> Self {
         let turns = turns(x, least);
         let times: Vec<f64> = turns.windows(2).map(|t| (t[1] - t[0]) as f64).collect();
@@ -141,8 +153,8 @@ impl Legs {
         Self { turns, times, heights }
     }
 
-    /// What straight lines from turn to turn leave of the variance between the first turn and the last;
-    /// 0 for a triangle, `2 (5/6 - 8/pi^2)` for a sine.
+    /// Share of the variance between the first turn and the last that straight lines from turn to turn do not
+    /// explain; 0 for a triangle, `2 (5/6 - 8/pi^2)` for a sine.
     pub fn chord(&self, x: &[f64]) -> f64 {
         let (Some(&first), Some(&last)) = (self.turns.first(), self.turns.last()) else {
             return f64::NAN;
@@ -187,8 +199,8 @@ fn irreversibility(x: &[f64], lag: usize) -> f64 {
     moment(3).abs() / moment(2).powf(1.5)
 }
 
-/// Logarithm of the mean energy of residuals, which end with the signal, within `reach` samples of turns
-/// over that of all.
+/// Logarithm of the mean energy of residuals, which end with the signal, within `reach` samples of turns over that
+/// of all.
 fn near_turns(residuals: &[f64], turns: &[usize], reach: usize) -> f64 {
     let first = 4;
     let energy: Vec<f64> = residuals.iter().map(|r| r * r).collect();

@@ -21,9 +21,9 @@ const fn feature(name: &'static str, monotone: i8, meaning: &'static str) -> Fea
 /// Its features.
 pub const FEATURES: [Feature; 25] = [
     feature("rho1", 1, "share of the moving steps in which the OP moves and the PV does not"),
-    feature("rho1_narrow", 1, "the same with a narrower dead zone of 0.2 standard deviations"),
-    feature("rho2", 1, "the same, of runs that an answer in the OP's direction ends"),
-    feature("rho3", 1, "the same, without runs that end otherwise than stiction would"),
+    feature("rho1_narrow", 1, "rho1 with a narrower dead zone of 0.2 standard deviations"),
+    feature("rho2", 1, "rho1 for runs that end with a response in the OP's direction"),
+    feature("rho3", 1, "rho1 without runs that end differently from stiction"),
     feature(
         "rho1_mirror",
         0,
@@ -31,8 +31,8 @@ pub const FEATURES: [Feature; 25] = [
     ),
     feature("rho1_fine", 1, "rho1 at three times the resolution"),
     feature("rho3_fine", 1, "rho3 at three times the resolution"),
-    feature("horch_tau", 0, "how odd the correlation of OP and PV is, by its crossings of zero"),
-    feature("horch_rho", 0, "how odd the correlation of OP and PV is, by its peak"),
+    feature("horch_tau", 0, "oddness of the correlation of OP and PV, by its crossings of zero"),
+    feature("horch_rho", 0, "oddness of the correlation of OP and PV, by its peak"),
     feature("pv_step_by_op", 0, "correlation of the PV's steps with the OP being above some level"),
     feature("pv_by_op_side", 0, "correlation of the PV with the OP being above some level"),
     feature("steady_t", 0, "share of short windows with a steady PV and a moving OP, by a t-test"),
@@ -42,20 +42,24 @@ pub const FEATURES: [Feature; 25] = [
         "share of short windows in which the OP's slope is 15 times the PV's",
     ),
     feature("op_to_pv", 0, "how much past OP helps to predict the PV, logarithm"),
-    feature("innovation_kurtosis", 0, "tails of what past OP and PV do not predict of the PV"),
-    feature("innovation_focus", 0, "how much that gathers at one phase of the OP's legs"),
-    feature("innovation_late", 0, "whether it comes late rather than early in the OP's legs"),
-    feature("op_before_jump", 0, "how far the OP had moved in the direction of jumps of the PV"),
-    feature("op_after_jump", 0, "how far the OP moves on in the direction of jumps of the PV"),
+    feature("innovation_kurtosis", 0, "tails of the PV's prediction error from past OP and PV"),
+    feature("innovation_focus", 0, "concentration of that error at one phase of the OP's legs"),
+    feature(
+        "innovation_late",
+        0,
+        "whether that error comes late rather than early in the OP's legs",
+    ),
+    feature("op_before_jump", 0, "OP travel before jumps of the PV, in their direction"),
+    feature("op_after_jump", 0, "OP travel after jumps of the PV, in their direction"),
     feature("slips", 0, "bursts of innovation a cycle"),
     feature("slip_with_op", 0, "share of bursts in the direction in which the OP moves"),
     feature("slip_travel", 0, "OP travel from its turn to a burst, median, in OP spans"),
-    feature("slip_travel_spread", 0, "relative spread of that travel"),
-    feature("answer_travel", 0, "OP travel from its turn to the PV's, median, in OP spans"),
-    feature("answer_travel_spread", 0, "relative spread of that travel"),
+    feature("slip_travel_spread", 0, "relative spread of the OP travel to a burst"),
+    feature("answer_travel", 0, "OP travel from its turn to the PV's turn, median, in OP spans"),
+    feature("answer_travel_spread", 0, "relative spread of the OP travel to the PV's turn"),
 ];
 
-/// Share of the span by which a signal turns.
+/// Share of the span that a reversal needs.
 pub(super) const TURN: f64 = 1.0 / 3.0;
 
 /// Measures them.
@@ -140,7 +144,7 @@ fn by_level(u: &[f64], y: &[f64]) -> [f64; 2] {
         for (i, pair) in order.windows(2).enumerate() {
             sum += all[i] - middle;
             let share = (i + 1) as f64 / n;
-            // Equal samples lie on one side.
+            // Equal samples are on one side.
             if (0.1..=0.9).contains(&share) && u[pair[0]] > u[pair[1]] {
                 let r = sum / (n * deviation * (share * (1.0 - share)).sqrt());
                 best = best.max(r.abs());
@@ -168,7 +172,7 @@ impl<'a> Legs<'a> {
         after.checked_sub(1).map(|i| self.turns[i])
     }
 
-    /// How far the OP has gone at `k` since it turned.
+    /// OP travel at `k` since its last turn.
     fn travel(&self, k: usize) -> Option<f64> {
         self.turn_before(k).map(|turn| (self.op[k] - self.op[turn]).abs())
     }
@@ -178,7 +182,7 @@ impl<'a> Legs<'a> {
         self.turn_before(k).map(|turn| self.op[k] > self.op[turn])
     }
 
-    /// How far the OP goes in each leg before the PV turns to follow it.
+    /// OP travel in each leg before the PV turns to follow it.
     fn answers(&self, pv: &Trace) -> Vec<f64> {
         let leg = |pair: &[usize]| {
             let up = self.op[pair[1]] > self.op[pair[0]];
@@ -199,9 +203,9 @@ struct Slip {
     up: bool,
 }
 
-/// What past OP and PV do not predict of the PV.
+/// The prediction error of the PV from past OP and PV.
 struct Innovations {
-    /// From sample `FIRST` on; empty if nothing but rounding is left.
+    /// From sample `FIRST` on; empty if only rounding remains.
     values: Vec<f64>,
     kurtosis: f64,
     /// Logarithm of the share that remains without the OP over that with it.
@@ -212,7 +216,7 @@ struct Innovations {
 const FIRST: usize = 4;
 
 impl Innovations {
-    /// Past OP begins a sample back: with the present one the fit would find the controller.
+    /// The past of the OP starts one sample back: with the present sample the fit would find the controller.
     fn of(op: &Trace, pv: &Trace) -> Self {
         let (u, y) = (&op.values, &pv.values);
         let alone = super::regression::autoregression(y);
@@ -225,15 +229,15 @@ impl Innovations {
         Self { values, kurtosis, of_op: of_op.unwrap_or(f64::NAN) }
     }
 
-    /// How far the OP goes in the `lag` samples before and after jumps, in their direction, over its
-    /// typical way in so many samples; jumps weigh with their squares.
+    /// OP travel in the `lag` samples before and after jumps, in their direction, over its typical travel in as
+    /// many samples; jumps are weighted by their squares.
     fn op_about_jumps(&self, op: &[f64], lag: usize) -> [f64; 2] {
         let ways: Vec<f64> =
             op.iter().zip(op.iter().skip(lag)).map(|(a, b)| (b - a).powi(2)).collect();
         let typical = mean(&ways).sqrt();
         let (mut before, mut after, mut all) = (0.0, 0.0, 0.0);
         for (i, r) in self.values.iter().enumerate() {
-            // The sample before the innovation, the last that cannot have answered it.
+            // The sample before the innovation, the last that cannot have responded to it.
             let k = i + FIRST - 1;
             if k < lag || k + lag >= op.len() {
                 continue;
@@ -246,13 +250,13 @@ impl Innovations {
         [before / (all * typical), after / (all * typical)]
     }
 
-    /// Bursts beyond what noise makes, at least `apart` samples from each other.
+    /// Bursts above the noise, at least `apart` samples from each other.
     fn slips(&self, apart: usize) -> Vec<Slip> {
         if self.values.is_empty() {
             return vec![];
         }
-        // Noise that is Gaussian exceeds the first once in 2,000 samples; between the slips of a loop
-        // without noise anything does, hence the second.
+        // Gaussian noise exceeds the first threshold once in 2,000 samples. Between the slips of a loop without
+        // noise any value does, hence the second.
         let least = (3.5 * median_absolute_deviation(&self.values)).max(0.5 * std(&self.values));
         let mut slips: Vec<Slip> = vec![];
         let mut last: Option<usize> = None;
@@ -268,8 +272,8 @@ impl Innovations {
         slips
     }
 
-    /// How much of their energy gathers at one phase of the OP's legs, 0 to 1, and how much more of it lies
-    /// in the last third of the legs than in the first, -1 to 1.
+    /// Concentration of their energy at one phase of the OP's legs, 0 to 1, and its excess in the last third of the
+    /// legs over the first, -1 to 1.
     fn over_legs(&self, legs: &Legs<'_>) -> [f64; 2] {
         let (mut cosine, mut sine, mut lean, mut all) = (0.0, 0.0, 0.0, 0.0);
         for pair in legs.turns.windows(2) {

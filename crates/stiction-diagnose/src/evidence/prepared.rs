@@ -1,4 +1,4 @@
-//! A window made ready to be measured: one resolution a period, no units, no slow part.
+//! A window prepared for measurement: one resolution per period, no units, no slow part.
 
 use crate::finding::Abstention;
 use crate::recording::Segment;
@@ -7,29 +7,28 @@ use crate::series::{
     standardised, std,
 };
 
-/// Samples that averaging leaves a period at least, where there are so many.
+/// Fewest samples per period after averaging, if there are as many.
 const SAMPLES_PER_PERIOD: f64 = 36.0;
 
-/// How many times more samples the fine resolution has. Averaging hides corners.
+/// Ratio of the fine resolution. Averaging hides corners.
 const FINE: usize = 3;
 
-/// Samples that the dense resolution has at most.
+/// Most samples of the dense resolution.
 const DENSE_SAMPLES: usize = 1200;
 
-/// How much denser it must be to be worth a look of its own.
+/// Fewest times by which it must be denser to be used.
 const DENSER: usize = 2;
 
-/// Periods that the window must hold for a frequency to count; slower ones cannot be told from drift.
+/// Fewest periods of a frequency in the window; slower ones cannot be distinguished from drift.
 const FEWEST_PERIODS: f64 = 3.0;
 
-/// Width of the moving mean that is taken for the slow part, in periods.
+/// Width of the moving mean that is the slow part, in periods.
 const SLOW_PERIODS: f64 = 2.0;
 
-/// Samples below which nothing is measured.
+/// Fewest samples for a measurement.
 const FEWEST_SAMPLES: usize = 16;
 
-/// Share of its largest sample by which a signal must move, else it is taken to be constant: what
-/// rounding can make.
+/// A signal is constant if it moves by less than this share of its largest sample, as by rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// A signal at the resolution of [`Prepared`].
@@ -45,8 +44,8 @@ pub struct Trace {
     pub span: f64,
 }
 
-/// OP and PV averaged over blocks so that at most 1,200 samples remain, each less its mean and in its
-/// standard deviations.
+/// OP and PV averaged over blocks so that at most 1,200 samples remain, each less its mean and in its standard
+/// deviations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dense {
     /// The OP.
@@ -57,22 +56,22 @@ pub struct Dense {
     pub period: f64,
 }
 
-/// A window of a recording, made ready.
+/// A prepared window of a recording.
 ///
-/// * The dominant period P is where the mean of the Hann periodograms of OP and control error, each
-///   without straight trend and of unit power, smoothed by (1/4, 1/2, 1/4), is largest, among the
-///   frequencies with three periods or more in the window; of the OP alone without a PV. The control
-///   error is PV less SP, or the PV where no SP is recorded.
-/// * Signals are averaged over blocks of `floor(P / 36)` samples and brought to mean zero and standard
-///   deviation one. A period then has 36 to 72 samples, or those that it was recorded with.
-/// * PV and error are turned over where the valve lowers the PV, so that opening it raises them. This is
-///   told from the controller, which answers the error e by `dOP = a de + b e` with a and b of the
-///   sign opposite to the process's: the sign of the correlations of dOP with de and with e, summed.
+/// * The dominant period P is at the largest value of the mean of the Hann periodograms of OP and control error, or
+///   of the OP alone without a PV. Each is computed without straight trend, at unit power and smoothed by (1/4,
+///   1/2, 1/4), over the frequencies with three periods or more in the window. The control error is PV less SP, or
+///   the PV without SP.
+/// * Signals are averaged over blocks of `floor(P / 36)` samples and brought to mean zero and standard deviation
+///   one. A period then has 36 to 72 samples, or fewer if it was recorded with fewer.
+/// * PV and error are inverted if the valve lowers the PV, so that opening it raises them. The sign follows from
+///   the controller, which answers the error e by `dOP = a de + b e` with a and b of the sign opposite to the
+///   process: it is the sign of the sum of the correlations of dOP with de and with e.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prepared<'a> {
-    /// What was recorded.
+    /// The recorded segment.
     pub segment: &'a Segment,
-    /// Recorded samples in one of a trace.
+    /// Recorded samples per sample of a trace.
     pub factor: usize,
     /// Dominant period, in samples of the traces.
     pub period: f64,
@@ -87,10 +86,10 @@ pub struct Prepared<'a> {
     pub gain_sign: f64,
     /// The OP averaged over a third of the blocks, less its mean, in its standard deviations.
     pub fine_op: Vec<f64>,
-    /// The PV in the same way, opening the valve raising it.
+    /// The PV in the same form, opening the valve raising it.
     pub fine_pv: Option<Vec<f64>>,
-    /// OP and PV at a resolution that does not follow from the period, where that is much denser: the
-    /// process may be much faster than what dominates the record, such as a drift.
+    /// OP and PV at a resolution that does not depend on the period, if it is much denser: the process may be much
+    /// faster than the dominant period of the record, for example a drift.
     pub dense: Option<Dense>,
     /// Spectrum of the recorded OP without its straight trend.
     pub op_spectrum: Periodogram,
@@ -99,7 +98,7 @@ pub struct Prepared<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    /// Makes a window ready.
+    /// Prepares a window.
     ///
     /// # Errors
     /// If it has fewer than 16 samples, a sample is not finite, or the OP never moves.
@@ -137,9 +136,7 @@ impl<'a> Prepared<'a> {
         let period = recorded_period / factor as f64;
         let trace = |signal: &Scaled| Trace::of(signal, factor, period);
         let op_trace = trace(&op).ok_or_else(|| {
-            Abstention(
-                "the OP does not move but for what is much faster than its period".to_owned(),
-            )
+            Abstention("the OP moves only much faster than its period".to_owned())
         })?;
         let (mut pv_trace, mut error_trace) =
             (pv.as_ref().and_then(trace), error.as_ref().and_then(trace));
@@ -185,7 +182,7 @@ impl<'a> Prepared<'a> {
         self.period * self.factor as f64 * self.segment.sample_time
     }
 
-    /// How many periods the window holds.
+    /// Number of periods in the window.
     pub fn cycles(&self) -> f64 {
         self.segment.len() as f64 / (self.period * self.factor as f64)
     }
@@ -196,7 +193,7 @@ impl<'a> Prepared<'a> {
     }
 }
 
-/// A recorded signal about the middle of its range, in ranges, so that no square overflows or vanishes.
+/// A recorded signal relative to the middle of its range, in ranges, so that no square overflows or vanishes.
 struct Scaled {
     values: Vec<f64>,
     range: f64,
@@ -213,10 +210,10 @@ impl Scaled {
 }
 
 impl Trace {
-    /// `None` if nothing is left of the signal after averaging.
+    /// `None` if nothing remains of the signal after averaging.
     fn of(signal: &Scaled, factor: usize, period: f64) -> Option<Self> {
         let averaged = decimated(&signal.values, factor);
-        // What rounding leaves of a signal that averages out is nothing.
+        // Rounding in a signal that averages out counts as nothing.
         let deviation = Some(std(&averaged)).filter(|std| *std > ROUNDING)?;
         let values = standardised(&averaged)?;
         let high = high_passed(&values, SLOW_PERIODS * period);
@@ -224,13 +221,13 @@ impl Trace {
         (span > ROUNDING).then_some(Self { values, scale: deviation * signal.range, high, span })
     }
 
-    /// Turns it over if `sign` is negative.
+    /// Inverts it if `sign` is negative.
     fn turn(&mut self, sign: f64) {
         self.values.iter_mut().chain(&mut self.high).for_each(|v| *v *= sign);
     }
 }
 
-/// `x` less its centred moving mean over `width` samples, or what there is of them near the ends.
+/// `x` less its centred moving mean over `width` samples, or fewer near the ends.
 pub fn high_passed(x: &[f64], width: f64) -> Vec<f64> {
     let half = (0.5 * width).round().max(0.0) as usize;
     let mut sum = 0.0;
@@ -248,8 +245,8 @@ pub fn high_passed(x: &[f64], width: f64) -> Vec<f64> {
     x.iter().enumerate().map(without).collect()
 }
 
-/// Period of the strongest frequency of some spectra of a series of `n` samples, each weighing the same, in
-/// samples; `None` without power.
+/// Period of the strongest frequency of some spectra of a series of `n` samples, with equal weights, in samples;
+/// `None` without power.
 pub(super) fn dominant_period(n: usize, spectra: &[&Periodogram]) -> Option<f64> {
     let weighed = spectra.iter().map(|p| (*p, p.power.iter().sum::<f64>()));
     let spectra: Vec<(&Periodogram, f64)> = weighed.filter(|(_, total)| *total > 0.0).collect();
@@ -261,7 +258,7 @@ pub(super) fn dominant_period(n: usize, spectra: &[&Periodogram]) -> Option<f64>
     let bins = 2.0 * last as f64;
     let first = ((FEWEST_PERIODS / n as f64 * bins).ceil() as usize).clamp(1, last);
     let best = (first..=last).fold(first, |a, b| if at(b) > at(a) { b } else { a });
-    // Between the bins, by the centre of power of the three about it, as far as the limit allows.
+    // Between the bins, by the centre of power of the three around it, as far as the limit allows.
     let (mut moment, mut power) = (0.0, 0.0);
     for i in (best - 1).max(1)..=(best + 1).min(last) {
         moment += i as f64 * joint[i];
@@ -271,7 +268,7 @@ pub(super) fn dominant_period(n: usize, spectra: &[&Periodogram]) -> Option<f64>
     Some((bins / bin).min(n as f64 / FEWEST_PERIODS))
 }
 
-/// A segment of a pair of signals of one length, for methods that look at segments.
+/// A segment of a pair of signals of one length, for methods that need segments.
 pub(super) fn of_pair(op: &[f64], pv: &[f64]) -> Segment {
     Segment {
         from: 0.0,
@@ -284,7 +281,7 @@ pub(super) fn of_pair(op: &[f64], pv: &[f64]) -> Segment {
     }
 }
 
-/// The sign of the process gain that the controller's answers to the error imply; 1 if they imply none.
+/// The sign of the process gain from the controller's response to the error; 1 if there is none.
 fn gain_sign(op: &Trace, error: &Trace) -> f64 {
     let step = |x: &[f64]| -> Vec<f64> { x.windows(2).map(|w| w[1] - w[0]).collect() };
     let between: Vec<f64> = error.high.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();

@@ -22,10 +22,10 @@ pub const FEATURES: [Feature; 16] = [
     feature("error_lateness", "whether the error's half waves peak late"),
     feature("pv_relay", "Rossi and Scali's index of the PV's half waves: 1 a relay's response"),
     feature("pv_peaked", "third harmonic of the PV: near 1 peaked waves, near -1 flat ones"),
-    feature("pv_chord", "share of the PV's variance that lines from turn to turn leave"),
+    feature("pv_chord", "share of the PV's variance that lines from turn to turn do not explain"),
     feature("pv_slope_flatness", "squared mean over mean square of the PV's slopes"),
     feature("pv_plateau", "share of the PV's slopes below a tenth of their root mean square"),
-    feature("pv_jump", "share of the PV's travel that it makes in the fastest tenth of the time"),
+    feature("pv_jump", "share of the PV's travel in the fastest tenth of the time"),
     feature("pv_kurtosis", "tails of the PV without its slow part"),
     feature("pv_step_kurtosis", "tails of the PV's steps"),
     feature(
@@ -33,8 +33,11 @@ pub const FEATURES: [Feature; 16] = [
         "tails of the PV's second differences, Yamashita's index for levels",
     ),
     feature("pv_innovation", "share of the variance that an AR(4) does not predict, logarithm"),
-    feature("pv_innovation_kurtosis", "tails of what an AR(4) does not predict"),
-    feature("pv_fine_kurtosis", "the same at three times the resolution"),
+    feature("pv_innovation_kurtosis", "tails of the error of an AR(4) prediction"),
+    feature(
+        "pv_fine_kurtosis",
+        "tails of the error of an AR(4) prediction at three times the resolution",
+    ),
     feature("error_regularity", "regularity of the error's autocorrelation, r / (1 + r)"),
 ];
 
@@ -46,7 +49,7 @@ pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
     };
     let period = prepared.period;
     let of_error = HalfWaves::of(&error.high);
-    // Where the SP stands still both are the same.
+    // If the SP is constant, both are the same.
     let of_pv = if pv.high == error.high { of_error } else { HalfWaves::of(&pv.high) };
     let first = components(&pv.high, period, 1.0);
     let third = third_harmonic(&first, &components(&pv.high, period, 3.0));
@@ -84,7 +87,7 @@ fn plateau(slopes: &[f64]) -> f64 {
     slopes.iter().filter(|s| s.abs() <= least).count() as f64 / n
 }
 
-/// Share of the travel that the largest tenth of the steps makes.
+/// Share of the travel in the largest tenth of the steps.
 fn jump(steps: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = steps.iter().map(|s| s.abs()).collect();
     let tenth = sizes.len() / 10;

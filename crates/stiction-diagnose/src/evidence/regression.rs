@@ -1,8 +1,8 @@
-//! Least squares with a few columns, and what features read off its residuals.
+//! Least squares with a few columns, and features of its residuals.
 
 use crate::series::{excess_kurtosis, std, variance};
 
-/// What keeps columns that hardly differ from being told apart by rounding, as a share of their squares.
+/// Ridge that keeps rounding from separating nearly equal columns, as a share of their squares.
 const RIDGE: f64 = 1e-9;
 
 /// Share of a signal's standard deviation below which residuals are rounding.
@@ -13,13 +13,13 @@ const NOTHING: f64 = 1e-5;
 pub(super) struct Regression<const P: usize> {
     pub coefficients: [f64; P],
     pub residuals: Vec<f64>,
-    /// Share of the variance of what is explained that is left, from 0 to 1.
+    /// Unexplained share of the variance, from 0 to 1.
     pub left: f64,
 }
 
 impl<const P: usize> Regression<P> {
-    /// Of `y(k)` on `row(k)` for all samples from `first` on; a constant, where one is wanted, is a
-    /// column. `None` if there are fewer than four samples a column, or `y` does not move.
+    /// Of `y(k)` on `row(k)` for all samples from `first` on; a constant needs a column of its own. `None` if there
+    /// are fewer than four samples a column, or `y` does not move.
     pub fn of(y: &[f64], first: usize, row: impl Fn(usize) -> [f64; P]) -> Option<Self> {
         let target = y.get(first..)?;
         if target.len() < 4 * P {
@@ -51,12 +51,12 @@ impl<const P: usize> Regression<P> {
         if self.is_exact() { f64::NAN } else { excess_kurtosis(&self.residuals) }
     }
 
-    /// Whether nothing but rounding is left.
+    /// Whether only rounding remains.
     pub fn is_exact(&self) -> bool {
         !(self.left > NOTHING * NOTHING) || !(std(&self.residuals) > 0.0)
     }
 
-    /// Logarithm of the share left, not below that of rounding.
+    /// Logarithm of the unexplained share, not below that of rounding.
     pub fn ln_left(&self) -> f64 {
         self.left.max(NOTHING * NOTHING).ln()
     }
@@ -67,7 +67,7 @@ pub(super) fn autoregression(x: &[f64]) -> Option<Regression<5>> {
     Regression::of(x, 4, |k| [1.0, x[k - 1], x[k - 2], x[k - 3], x[k - 4]])
 }
 
-/// The solution of `(a + ridge) c = b` by Cholesky; `None` if `a` is not positive definite even so.
+/// The solution of `(a + ridge) c = b` by Cholesky; `None` if `a` is not positive definite even then.
 fn solve<const P: usize>(mut a: [[f64; P]; P], mut b: [f64; P]) -> Option<[f64; P]> {
     for i in 0..P {
         a[i][i] += RIDGE * a[i][i] + f64::MIN_POSITIVE;

@@ -1,4 +1,4 @@
-//! Whether the PV answers the OP at all.
+//! Whether the PV responds to the OP at all.
 
 use super::op_shape::steps;
 use super::prepared::{Prepared, Trace, of_pair};
@@ -22,16 +22,16 @@ pub const FEATURES: [Feature; 19] = [
         "rest_share",
         "share of the time in which the OP travels and the PV stays in its noise",
     ),
-    feature("rest_travel", "largest OP travel during such a rest, in OP spans"),
-    feature("rest_travel_spread", "relative spread of that travel"),
-    feature("band_width", "dead band through which the OP explains the PV best, in OP spans"),
-    feature("band_gain", "how much better it does so than without a dead band, logarithm"),
+    feature("rest_travel", "largest OP travel during a rest of the PV, in OP spans"),
+    feature("rest_travel_spread", "relative spread of the OP travel during rests"),
+    feature("band_width", "dead band with which the OP explains the PV best, in OP spans"),
+    feature("band_gain", "gain of that dead band over none, logarithm"),
     feature("answer_r2", "share of the PV's moves that earlier moves of the OP explain"),
-    feature("answer_lag", "how much earlier, in periods"),
+    feature("answer_lag", "lead of those moves of the OP, in periods"),
     feature("gain_small_large", "gain to small moves of the OP over that to large ones"),
     feature("coherence", "squared coherence of OP and PV at the dominant frequency"),
-    feature("coherence_3", "the same at three times that frequency"),
-    feature("phase", "phase of the PV after the OP there, in half turns"),
+    feature("coherence_3", "squared coherence at three times the dominant frequency"),
+    feature("phase", "phase of the PV after the OP at the dominant frequency, in half turns"),
     feature("slow_correlation", "correlation of the slow parts of OP and PV"),
     feature(
         "way_ratio",
@@ -42,10 +42,10 @@ pub const FEATURES: [Feature; 19] = [
     feature("one_sided", "longest time on one side of the SP, in periods, logarithm of one more"),
 ];
 
-/// Place of the features that need no PV that moves.
+/// Index of the features that do not need a moving PV.
 const ENDS: usize = FEATURES.len() - 2;
 
-/// Ratios below it are as good as none.
+/// Smaller ratios count as zero.
 const LEAST_RATIO: f64 = 1e-6;
 
 /// Measures them.
@@ -58,7 +58,7 @@ pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
     let [offset, one_sided] = of_error(prepared, recorded);
     let range = span(&op.values);
     let Some(pv) = &prepared.pv else {
-        // Nothing answers: a rest from the first sample to the last.
+        // No response: a rest from the first sample to the last.
         let mut values = [f64::NAN; FEATURES.len()];
         values[..5].copy_from_slice(&[1.0, 1.0, 1.0, 1.0, range / op.span]);
         [values[ENDS], values[ENDS + 1]] = [offset, one_sided];
@@ -102,7 +102,7 @@ pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
     out.extend(values);
 }
 
-/// What the high pass takes away.
+/// The part that the high pass removes.
 fn slow(trace: &Trace) -> Vec<f64> {
     trace.values.iter().zip(&trace.high).map(|(all, high)| all - high).collect()
 }
@@ -113,8 +113,8 @@ fn typical_travel(prepared: &Prepared<'_>, x: &[f64]) -> f64 {
     travel(prepared.lag(0.5)) / travel(prepared.lag(1.0 / 24.0))
 }
 
-/// Of the times at which either signal has moved over `lag` samples, each by more than half of its
-/// typical travel for the OP and a quarter for the PV, the share at which only the OP has.
+/// Share of times at which only the OP has moved over `lag` samples, among those at which either signal has. A move
+/// is more than half of the typical travel for the OP and a quarter for the PV.
 fn silent(op: &[f64], pv: &[f64], lag: usize) -> f64 {
     let (u, y) = (steps(op, lag), steps(pv, lag));
     let (of_u, of_y) = (0.5 * std(&u), 0.25 * std(&y));
@@ -145,7 +145,7 @@ fn of_error(prepared: &Prepared<'_>, pv: &[f64]) -> [f64; 2] {
     [offset, periods.ln_1p()]
 }
 
-/// How moves of the PV follow earlier moves of the OP, all over an eighth of a period.
+/// Correlation of moves of the PV with earlier moves of the OP, all over an eighth of a period.
 struct Answers {
     r2: f64,
     lag: f64,
@@ -153,8 +153,8 @@ struct Answers {
 }
 
 impl Answers {
-    /// The delay is the one of the largest positive correlation, a sample to half a period: without a
-    /// delay, or with a negative correlation, it is the controller that answers.
+    /// The delay with the largest positive correlation, from one sample to half a period. Without a delay, or with
+    /// a negative correlation, it is the controller that responds.
     fn of(prepared: &Prepared<'_>, op: &Trace, pv: &Trace) -> Self {
         let (u, y) = (steps(&op.high, prepared.lag(0.125)), steps(&pv.high, prepared.lag(0.125)));
         let norm = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>().sqrt();

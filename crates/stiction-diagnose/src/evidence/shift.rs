@@ -1,12 +1,11 @@
-//! How far recordings are from simulated loops, feature by feature, without any label.
+//! Distance of recordings from simulated loops, feature by feature, without any label.
 //!
-//! A model that was trained on simulated loops means something on loops like them. For every feature, the
-//! *place* is the share of simulated values that a recorded one exceeds, on average over the recorded ones
-//! (ties count half): 0.5 if both are alike, 0 or 1 if they do not overlap. It is the area under the curve
-//! of a test that tells recordings from simulations by this feature (Mann and Whitney 1947, recalled, not
-//! read). The simulated loops are those of the training, known by the quantiles that the frozen model
-//! keeps of them; so a place is right to about a hundredth, and never nearer to 0 or 1 than 0.0005 for a
-//! value that none of them had.
+//! A model trained on simulated loops is valid for similar loops. For every feature, the *place* is the share of
+//! simulated values that a recorded one exceeds, averaged over the recorded values (ties count half). It is 0.5 if
+//! both are alike, and 0 or 1 if they do not overlap. It equals the area under the curve of a test that separates
+//! recordings from simulations by this feature (Mann and Whitney 1947, recalled, not read). The simulated loops are
+//! those of the training, known by the quantiles in the frozen model. So a place is accurate to about a hundredth,
+//! and at least 0.0005 from 0 or 1 for a value outside all of them.
 
 use super::{Evidence, Feature, features};
 use crate::fusion::Reference;
@@ -28,14 +27,13 @@ pub struct Shift {
 }
 
 impl Shift {
-    /// How far apart they are: 0 alike, 1 not overlapping.
+    /// Their distance: 0 alike, 1 not overlapping.
     pub fn distance(&self) -> f64 {
         self.place.map_or(0.0, |place| (2.0 * place - 1.0).abs())
     }
 }
 
-/// The shift of every feature from the loops of training, the largest first; of equal ones in the order of
-/// [`features`].
+/// The shift of every feature from the training loops, the largest first; equal ones in the order of [`features`].
 pub fn shifts(simulated: &Reference, recorded: &[Evidence]) -> Vec<Shift> {
     let quantiles = |of: &dyn Fn(f64) -> f64| [0.05, 0.5, 0.95].map(of);
     let mut all: Vec<Shift> = features()

@@ -1,7 +1,7 @@
 //! Where a signal turns, and the legs between.
 
-/// The samples at which `x` turns: extremes between which it moves by more than `least`. Its ends are no
-/// turns, nor is what follows the last of them.
+/// The samples at which `x` turns: extremes between which it moves by more than `least`. The ends of `x` are not
+/// turns, and the part after the last turn has none.
 pub(super) fn turns(x: &[f64], least: f64) -> Vec<usize> {
     let mut turns = vec![];
     let (mut low, mut high) = (0, 0);
@@ -21,7 +21,7 @@ pub(super) fn turns(x: &[f64], least: f64) -> Vec<usize> {
             (rising, low) = (Some(false), k);
         }
     }
-    // A signal that sets out at its beginning has not turned there.
+    // A signal that starts moving at its first sample has not turned there.
     if turns.first() == Some(&0) {
         turns.remove(0);
     }

@@ -9,7 +9,7 @@ use crate::recording::LoopType;
 use crate::series::{Periodogram, variance};
 use realfft::num_complex::Complex;
 
-/// What the published shapes of half waves say of a signal; NaN where they abstain.
+/// The published half-wave indices of a signal; NaN where they abstain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct HalfWaves {
     /// He's index: 0 a sine, 1 a triangle.
@@ -25,7 +25,7 @@ pub(super) struct HalfWaves {
 }
 
 impl HalfWaves {
-    /// Of a signal about its mean.
+    /// For a signal around its mean.
     pub fn of(x: &[f64]) -> Self {
         let segment = of_pair(x, x);
         let subject = Subject::new(&segment, LoopType::Unknown, None);
@@ -47,11 +47,11 @@ impl HalfWaves {
     }
 }
 
-/// Half-overlapping windows of two periods below which averages over them mean nothing.
+/// Fewest half-overlapping windows of two periods for a meaningful average.
 const FEWEST_WINDOWS: usize = 3;
 
-/// The component of a signal at `harmonic` times the frequency of `period`, in Hann windows of two
-/// periods, each half over the next; its phase is that at the first sample of the window.
+/// The component of a signal at `harmonic` times the frequency of `period`, in Hann windows of two periods, each
+/// half over the next. Its phase refers to the first sample of the window.
 pub(super) fn components(x: &[f64], period: f64, harmonic: f64) -> Vec<Complex<f64>> {
     let length = (2.0 * period).round() as usize;
     if length < 8 || 2.0 * harmonic > period {
@@ -68,10 +68,9 @@ pub(super) fn components(x: &[f64], period: f64, harmonic: f64) -> Vec<Complex<f
     windows.map(|window| window.iter().zip(&weights).map(|(x, w)| w * x).sum()).collect()
 }
 
-/// How the third harmonic rides on the fundamental, its windows weighted by their power: the coherence
-/// of the third component with the cube of the first. Its real part is near 1 if the waves are peaked, as
-/// triangles are, and -1 if they are flat, as squares are; the imaginary part is that of waves that
-/// lean. NaN for fewer than three windows.
+/// Position of the third harmonic on the fundamental, windows weighted by their power: the coherence of the third
+/// component with the cube of the first. Its real part is near 1 for peaked waves such as triangles, and -1 for
+/// flat ones such as squares. The imaginary part is that of leaning waves. NaN for fewer than three windows.
 pub(super) fn third_harmonic(first: &[Complex<f64>], third: &[Complex<f64>]) -> Complex<f64> {
     let (mut joint, mut cubes, mut thirds) = (Complex::default(), 0.0, 0.0);
     if first.len().min(third.len()) < FEWEST_WINDOWS {

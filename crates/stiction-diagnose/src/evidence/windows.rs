@@ -1,12 +1,12 @@
-//! The windows in which a long segment is looked at.
+//! The windows of a long segment.
 //!
-//! A long segment is not one experiment: sticking comes and goes, loads drift, days follow nights. What is slow
-//! would hide what the valve does, because it dominates the spectrum of the whole, so that the valve is looked for
-//! in the wrong place. It is looked at in windows that hold many cycles of the loop, and no more.
+//! A long segment is not one experiment: sticking comes and goes, loads drift, and days follow nights. Slow
+//! movement dominates the spectrum of the whole segment and would mask the valve. So the segment is divided into
+//! windows of many cycles of the loop.
 //!
-//! A window has [`WINDOW_SAMPLES`], or, where the loop cycles slowly, [`WINDOW_CYCLES`] cycles. Whether it does is
-//! asked of windows of growing length: cycles are those of the loop if windows hold [`FEWEST_CYCLES`] or more
-//! of them. Drift has no period of its own: a longer window then shows a longer one. Nor is a day a cycle of the
+//! A window has [`WINDOW_SAMPLES`] samples or, if the loop cycles slowly, [`WINDOW_CYCLES`] cycles. To detect that,
+//! windows of growing length are tried. Cycles are those of the loop if windows contain [`FEWEST_CYCLES`] or more
+//! of them. Drift has no period of its own: a longer window then shows a longer one. A day is not a cycle of the
 //! loop, hence [`SLOWEST_S`].
 
 use super::recorded_period;
@@ -14,22 +14,22 @@ use crate::parallel::*;
 use crate::recording::Segment;
 use crate::series::median;
 
-/// Windows that are looked at, at most: all of a week at 5 s.
+/// Most windows: all of a week at 5 s.
 const MOST_WINDOWS: usize = 60;
 /// Samples of a window, unless its cycles are long.
 pub const WINDOW_SAMPLES: usize = 4_000;
 /// Cycles of a window, if they are long.
 pub const WINDOW_CYCLES: f64 = 25.0;
-/// Cycles that a window must hold for its period to be that of the loop.
+/// Fewest cycles in a window for its period to be that of the loop.
 pub const FEWEST_CYCLES: f64 = 12.0;
-/// The longest period that is taken for a cycle of the loop where it takes longer windows, s.
+/// The longest period of a cycle of the loop that needs longer windows, s.
 pub const SLOWEST_S: f64 = 4.0 * 3600.0;
-/// By how much longer windows are tried.
+/// Factor between the tried lengths of windows.
 const LONGER: usize = 4;
-/// Windows whose period is asked.
+/// Number of windows whose period is computed.
 const ASKED: usize = 5;
 
-/// The windows of a segment: itself if it is short, else evenly spread ones, in order of time.
+/// The windows of a segment in order of time: the segment itself if it is short, else evenly spread ones.
 pub fn windows(segment: &Segment) -> Vec<Segment> {
     spread(segment, length(segment), MOST_WINDOWS)
 }
@@ -56,8 +56,8 @@ fn typical_period(segment: &Segment, length: usize) -> f64 {
     if periods.is_empty() { f64::INFINITY } else { median(&periods) }
 }
 
-/// Windows of `length` samples evenly spread over a segment, as many as it holds, the last one begun, and `most`
-/// at most.
+/// Windows of `length` samples evenly spread over a segment: as many as it has, including the last partial one, and
+/// at most `most`.
 fn spread(segment: &Segment, length: usize, most: usize) -> Vec<Segment> {
     let n = segment.len();
     if n <= length {

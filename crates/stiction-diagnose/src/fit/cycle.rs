@@ -1,11 +1,11 @@
-//! Whether the valve that was fitted makes the swing that was recorded.
+//! Whether the fitted valve causes the recorded swing.
 //!
-//! # What it computes
-//! Two answers, each over all loops drawn; one of them is enough:
-//! * The exact limit cycle: the loop would swing so by itself, without any disturbance. Noise and loads make a stem slip
-//!   sooner, and a recorded swing may be faster than that.
-//! * What the PV would have done behind a valve that follows ([`without`](super::without)): if a
-//!   good part of the swing were gone, the valve makes it, whatever else moves the loop.
+//! # Method
+//! Two answers, each over all drawn loops. One of them is enough:
+//! * The exact limit cycle: the loop would oscillate like this without any disturbance. Noise and loads make a stem
+//!   slip sooner, so a recorded oscillation may be faster.
+//! * The PV behind a valve that follows ([`without`](super::without)): if a good part of the swing disappears, the
+//!   valve causes it, with any other disturbance.
 
 use super::Draw;
 use super::valve::quantiles;
@@ -18,19 +18,19 @@ use crate::recording::Segment;
 use crate::spoken::{rough, time};
 use crate::valve::Model;
 
-/// By what factor the recorded period may lie above the interval of the predicted ones, and below it: noise and loads
-/// make a stem slip sooner than it would by itself.
+/// Factor by which the recorded period may lie above or below the interval of the predicted periods: noise and
+/// loads make a stem slip sooner than it would by itself.
 pub const PERIOD_WITHIN: [f64; 2] = [1.15, 1.6];
 /// The same for the OP's swing, which noise, loads and a varying S change more.
 pub const SWING_WITHIN: f64 = 1.5;
-/// Share of the loops drawn that must cycle for the recording's swing to be explained by its valve.
+/// Share of the drawn loops that must cycle for the valve to explain the recorded swing.
 pub const LEAST_CYCLING: f64 = 0.5;
 
-/// The most of the swing that may be left by a valve that follows, in the median of the draws; in hardly a draw may it
-/// grow.
+/// Largest share of the swing that may remain with a valve that follows, in the median of the draws; in hardly any
+/// draw may it grow.
 pub const MOST_LEFT: f64 = 0.7;
 
-/// A swing of a loop.
+/// An oscillation of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Swing {
@@ -42,7 +42,7 @@ pub struct Swing {
     pub pv: f64,
 }
 
-/// What the fitted loop does by itself.
+/// The behaviour of the fitted loop without disturbances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Predicted {
@@ -54,26 +54,26 @@ pub struct Predicted {
     pub pv: Estimate,
 }
 
-/// The limit cycle of the fitted loop beside what was recorded.
+/// The limit cycle of the fitted loop beside the recording.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Cycle {
-    /// What was recorded; `None` where nothing oscillates.
+    /// The recorded oscillation; `None` if nothing oscillates.
     pub recorded: Option<Swing>,
-    /// What was predicted; `None` where hardly a loop drawn cycles.
+    /// The predicted oscillation; `None` if hardly any drawn loop cycles.
     pub predicted: Option<Predicted>,
-    /// Share of the loops drawn that cycle at all.
+    /// Share of the drawn loops that cycle at all.
     pub cycling: f64,
-    /// Share of the PV's swing that would be left, had the valve followed its OP; `None` where nothing oscillates, and
-    /// where it could not be computed.
+    /// Share of the PV's swing that would remain if the valve followed its OP; `None` if nothing oscillates or it
+    /// could not be computed.
     pub pv_swing_left: Option<Estimate>,
-    /// Whether the valve explains the swing: the fitted loop cycles as the recording does, or at most
-    /// [`MOST_LEFT`] of the swing would be left without it. `None` where nothing oscillates.
+    /// Whether the valve explains the swing: the fitted loop cycles as the recording does, or at most [`MOST_LEFT`]
+    /// of the swing would remain without it. `None` if nothing oscillates.
     pub explained: Option<bool>,
     /// The same in words.
     pub sentence: String,
-    /// Of the loops drawn that cycle by themselves, and whose S, J and gain lie within their intervals, the one whose
-    /// period and OP are nearest to the recorded ones.
+    /// A drawn loop that cycles by itself and whose S, J and gain are within their intervals: the one with period
+    /// and OP nearest to the recorded ones.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub nearest: Option<Draw>,
 }
@@ -86,7 +86,7 @@ pub(super) fn tested(
     typical: impl Fn(&Draw) -> bool,
 ) -> Result<Cycle, String> {
     if draws.is_empty() {
-        return Err("no loop could be drawn from what was identified".to_owned());
+        return Err("no loop could be drawn from the identified parts".to_owned());
     }
     let recorded = recorded(diagnosis, segment);
     let follow = |draw: &Draw| -> Option<Option<Swing>> {
@@ -120,7 +120,7 @@ pub(super) fn tested(
     });
     let all: Vec<Option<Swing>> = followed.into_iter().map(|(_, cycle)| cycle).collect();
     if 2 * all.len() < draws.len() {
-        return Err("what the fitted loop does by itself could not be computed".to_owned());
+        return Err("the behaviour of the fitted loop could not be computed".to_owned());
     }
     let cycles: Vec<Swing> = all.iter().copied().flatten().collect();
     let cycling = cycles.len() as f64 / all.len() as f64;
@@ -151,7 +151,7 @@ pub(super) fn tested(
     Ok(cycle)
 }
 
-/// The oscillation that was found, as numbers.
+/// The detected oscillation as numbers.
 fn recorded(diagnosis: &Diagnosis, segment: &Segment) -> Option<Swing> {
     let (_, oscillation) = diagnosis.oscillation().filter(|(_, found)| found.found)?;
     let period_s = oscillation.period_s?;
@@ -159,8 +159,8 @@ fn recorded(diagnosis: &Diagnosis, segment: &Segment) -> Option<Swing> {
     Some(Swing { period_s, op: swing(&segment.op)?, pv: swing(segment.pv.as_deref()?)? })
 }
 
-/// Half of a signal's typical peak-to-peak value over a period: the median over its periods, smoothed over a tenth of
-/// one so that noise adds little. `None` if it lasts for less than one.
+/// Half of a signal's typical peak-to-peak value over a period: the median over its periods, smoothed over a tenth
+/// of one so that noise adds little. `None` if it is shorter than one period.
 fn swing_of(x: &[f64], period_s: f64, sample_time: f64) -> Option<f64> {
     let length = ((period_s / sample_time).round() as usize).max(3);
     let x: Vec<f64> = x.windows((length / 10).max(1)).map(crate::series::mean).collect();
@@ -169,36 +169,34 @@ fn swing_of(x: &[f64], period_s: f64, sample_time: f64) -> Option<f64> {
 }
 
 fn sentence(cycle: &Cycle) -> String {
-    let said = match (&cycle.predicted, cycle.cycling) {
+    let fitted = match (&cycle.predicted, cycle.cycling) {
         (Some(p), c) if c >= LEAST_CYCLING => format!(
-            "the loop so fitted cycles by itself every {} to {}, its OP by ±{} to ±{} %",
+            "limit cycle with a period of {} to {} and OP ±{} to ±{} %",
             time(p.period_s.low),
             time(p.period_s.high),
             rough(p.op.low),
             rough(p.op.high)
         ),
-        (_, c) if c > 0.0 => {
-            format!(
-                "the loop so fitted would cycle by itself in {:.0} % of what is possible",
-                100.0 * c
-            )
-        }
-        _ => "the loop so fitted does not cycle by itself".to_owned(),
+        (_, c) if c > 0.0 => format!("{:.0} % of the fitted loops limit-cycle", 100.0 * c),
+        _ => "no limit cycle".to_owned(),
     };
     let Some(recorded) = cycle.recorded else {
-        return format!("Nothing oscillates in the recording; {said}.");
+        return format!("Nothing oscillates in the recording. Fitted: {fitted}.");
     };
     let left = cycle.pv_swing_left.map_or(String::new(), |left| {
-        let [low, high] = [left.low, left.high].map(|share| format!("{:.0}", 100.0 * share));
-        let range = if low == high { low } else { format!("{low} to {high}") };
-        format!(", and had the valve followed its OP, {range} % of the PV's swing would be left")
+        let fall = |share: f64| 100.0 * (1.0 - share);
+        let by = match left.high <= 1.0 {
+            true => format!("fall by {:.0} to {:.0} %", fall(left.high), fall(left.low)),
+            false => format!("change by {:+.0} to {:+.0} %", -fall(left.low), -fall(left.high)),
+        };
+        format!("; with a valve that follows its OP, PV swing would {by}")
     });
     let so = match cycle.explained {
-        Some(true) => "its valve explains the swing",
-        _ => "its valve does not explain the swing",
+        Some(true) => "The valve explains the swing",
+        _ => "The valve does not explain the swing",
     };
     format!(
-        "Recorded: every {}, OP by ±{} %; {said}{left}: {so}.",
+        "Recorded: period {}, OP ±{} %. Fitted: {fitted}{left}. {so}.",
         time(recorded.period_s),
         rough(recorded.op)
     )

@@ -1,4 +1,4 @@
-//! Loops drawn from all that is possible.
+//! Loops drawn from all possible ones.
 
 use super::FitOptions;
 use super::valve::Weighed;
@@ -9,7 +9,7 @@ use crate::identify::controller::FittedController;
 use crate::limit_cycle::ContinuousLoop;
 use crate::valve::Model;
 
-/// A loop that the recording leaves possible.
+/// A loop that agrees with the recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Draw {
     /// The controller.
@@ -20,20 +20,19 @@ pub struct Draw {
     pub model: Model,
     /// Its bands, percent of span.
     pub bands: Bands,
-    /// How long the controller waits between two looks at the PV, s, or half of that between two samples where it
-    /// is not known.
+    /// Time between two executions of the controller, s, or half of that between two samples if it is not known.
     pub execution_s: f64,
 }
 
 impl Draw {
-    /// What the PV gains in the end per percent of the stem, in units of the PV; `None` of an integrating process.
+    /// Static gain from stem to PV, in units of the PV per percent; `None` for an integrating process.
     pub fn lasting_gain(&self) -> Option<f64> {
         let (above, below) = self.process.coefficients();
         let (above, below) = (above.last()?, below.last()?);
         (*below != 0.0).then(|| above / below)
     }
 
-    /// The same in continuous time; a controller that executes now and then answers half that time later.
+    /// The same in continuous time; a controller with an execution interval responds half that time later.
     pub fn continuous(&self) -> ContinuousLoop {
         let process = self.process.clone().delayed(0.5 * self.execution_s);
         ContinuousLoop::new(self.controller.clone(), process, self.model, self.bands)
@@ -46,7 +45,8 @@ fn within(of: Estimate, z: f64) -> f64 {
     of.value + z / 1.645 * reach
 }
 
-/// Draws loops; every seed gives the same ones. What is refused, such as a gain of the other sign, is drawn again.
+/// Draws loops, the same ones for the same seed. Invalid loops, such as with a gain of the other sign, are drawn
+/// again.
 pub(super) fn drawn(
     controller: &FittedController,
     valves: &[Weighed],
@@ -87,7 +87,7 @@ pub(super) fn drawn(
             if valve.model == Model::Ideal { valve.bands } else { Bands::from_s_j(s, j).ok()? };
         let process = valve.process;
         let gain = process.gain + z[3] * process.error;
-        // A third of a sample each way is what the grid of dead times leaves open.
+        // The grid of dead times leaves a third of a sample open to either side.
         let dead = (process.dead_time_s + 0.3 * step * z[4]).max(0.0);
         let process = match process.lag_s.is_finite() {
             true => Process::first_order(gain, process.lag_s * (0.06 * z[5]).exp(), dead),

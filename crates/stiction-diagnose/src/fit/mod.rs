@@ -1,19 +1,18 @@
-//! The loop behind a recording: controller, process and valve, identified; and whether that loop explains what was
-//! recorded.
+//! The identified loop of a recording: controller, process and valve, and whether that loop explains the recording.
 //!
-//! # What it computes
-//! * [`controller`]: which controller made the OP, with intervals.
-//! * The valve: its recorded position, or S and J as the [verdict](crate::diagnose) has them, each possible pair weighed
+//! # Method
+//! * [`controller`]: the controller of the OP, with intervals.
+//! * The valve: its recorded position, or S and J from the [verdict](crate::diagnose), each possible pair weighted
 //!   by how well the PV follows from it ([`valve`]).
-//! * [`process`]: gain, lag and dead time between valve and PV, with everything that the
-//!   data do not tell apart.
-//! * [`Draws`](Draw): loops drawn from all that is possible, seeded.
-//! * [`Cycle`]: the exact limit cycle of each of these loops beside the swing that was recorded, and the share of the
-//!   swing that would be left behind a valve that follows. If they cycle as the recording does, or little would be
-//!   left, a sticking valve explains it; if not, something else swings the loop, however sticky it looks.
+//! * [`process`]: gain, lag and dead time between valve and PV, with all combinations that fit the data equally
+//!   well.
+//! * [`Draws`](Draw): loops drawn from all possible ones, seeded.
+//! * [`Cycle`]: the exact limit cycle of each of these loops beside the recorded swing, and the share of the swing
+//!   that would remain with a valve that follows. If they cycle as the recording does, or little remains, a
+//!   sticking valve explains the swing; if not, something else causes it, even with clear signs of stiction.
 //!
 //! # Limits
-//! Those of the parts. What cannot be identified is said so, and then the explanation is not tested.
+//! Those of the parts. Parts that cannot be identified are reported, and the explanation is not tested.
 
 pub mod cycle;
 mod draw;
@@ -34,15 +33,15 @@ use crate::identify::process::{self, FittedProcess};
 use crate::recording::Segment;
 use crate::series::{line, mean};
 
-/// How often at most the process is fitted again behind the valve that explains the PV best.
+/// Most repetitions of the process fit behind the valve that explains the PV best.
 const ROUNDS: usize = 3;
 
-/// How many loops are drawn, and from which stream.
+/// Number of drawn loops, and their stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FitOptions {
-    /// How many loops are drawn from what is possible.
+    /// Number of loops to draw.
     pub draws: usize,
-    /// The stream they are drawn from.
+    /// Stream of random numbers.
     pub seed: u64,
 }
 
@@ -57,17 +56,17 @@ impl Default for FitOptions {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(untagged))]
 pub enum Part<T> {
-    /// It is known.
+    /// Identified.
     Identified(Box<T>),
-    /// It is not.
+    /// Not identified.
     Not {
-        /// Why, a sentence that names the remedy where there is one.
+        /// The reason: a sentence, with the remedy where there is one.
         not_identified: String,
     },
 }
 
 impl<T> Part<T> {
-    /// What was identified, if it was.
+    /// The identified part, if there is one.
     pub fn known(&self) -> Option<&T> {
         match self {
             Self::Identified(part) => Some(part),
@@ -75,7 +74,7 @@ impl<T> Part<T> {
         }
     }
 
-    /// Why it was not, if it was not.
+    /// The reason, if it was not identified.
     pub fn why_not(&self) -> Option<&str> {
         match self {
             Self::Identified(_) => None,
@@ -91,7 +90,7 @@ impl<T> Part<T> {
     }
 }
 
-/// What moves, about what.
+/// The operating point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Resting {
@@ -99,15 +98,15 @@ pub struct Resting {
     pub op: f64,
     /// Mean of the PV, in its units.
     pub pv: f64,
-    /// Slope of the OP, percent per hour: the load drifts.
+    /// Slope of the OP, percent per hour: drift of the load.
     pub op_drift_per_hour: f64,
 }
 
-/// The loop behind a recording.
+/// The identified loop of a recording.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Fit {
-    /// Time between the samples it was fitted to, s.
+    /// Time between the fitted samples, s.
     pub sample_time_s: f64,
     /// The operating point.
     pub resting: Resting,
@@ -117,20 +116,20 @@ pub struct Fit {
     pub process: Part<FittedProcess>,
     /// The valve.
     pub valve: Part<FittedValve>,
-    /// The limit cycle of that loop beside what was recorded.
+    /// The limit cycle of that loop beside the recording.
     pub cycle: Part<Cycle>,
-    /// Loops drawn from what is possible; none where a part is missing.
+    /// Loops drawn from all possible ones; none if a part is missing.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub draws: Vec<Draw>,
-    /// What it was fitted to.
+    /// The fitted segment.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub segment: Segment,
 }
 
-/// The loop behind a diagnosed recording.
+/// Identifies the loop of a diagnosed recording.
 ///
 /// # Errors
-/// In words, if no segment was judged, it has no PV, or its columns look mistaken: then there is nothing to fit.
+/// In words, if no segment was judged, it has no PV, or its columns look mistaken.
 pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
     let segment =
         diagnosis.segment().ok_or("no segment in automatic is long enough to fit a loop to")?;
@@ -162,7 +161,7 @@ pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
                     (Ok(a), Ok(b)) if b.gained > a.gained => Ok(b),
                     (Ok(a), _) => Ok(a),
                     (Err(_), Ok(found)) => Ok(found),
-                    // The reason of the valve that follows, which moves if any does.
+                    // The reason of the valve that follows, which moves if any valve does.
                     (Err(first), Err(other)) => Err(if first.is_empty() { other } else { first }),
                 };
             }
@@ -198,11 +197,11 @@ pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
     let cycle = match (&controller, &process) {
         (Ok(_), Ok(_)) => cycle::tested(diagnosis, segment, &draws, typical),
         (Err(_), _) => {
-            Err("the controller is not identified, so what the loop would do is not known"
+            Err("the controller is not identified, so the behaviour of the loop is unknown"
                 .to_owned())
         }
         (_, Err(_)) => {
-            Err("the process is not identified, so what the loop would do is not known".to_owned())
+            Err("the process is not identified, so the behaviour of the loop is unknown".to_owned())
         }
     };
     Ok(Fit {

@@ -1,24 +1,25 @@
-//! What could be done about a recorded loop, and what it would bring: with intervals, because the loop is known with
-//! intervals.
+//! Possible actions on a recorded loop and their benefit, with intervals because the loop is known with intervals.
 //!
-//! # What it computes
-//! Every action is simulated on loops drawn from all that the recording leaves possible ([`Draw`]), with noise like the
-//! recorded one if the valve explains the swing, else with all that the drawn loop leaves of the recording, through one protocol: left alone, measured, a set-point step, a load step. An action is
-//! chosen once, for the likeliest loop, as somebody would who has nothing but the recording; so it meets valves and
-//! processes it was not chosen for.
+//! # Method
+//! Every action is simulated on loops drawn from all that agree with the recording ([`Draw`]). The noise is like
+//! the recorded one if the valve explains the swing, else it is everything that the drawn loop does not explain.
+//! All actions use one protocol: undisturbed operation, a set-point step, a load step. An action is tuned once, for
+//! the likeliest loop, because a user has only the recording. So it also meets valves and processes for which it
+//! was not tuned.
 //!
 //! # The actions
 //! * *As it is*.
-//! * *Valve repaired*: S of 0.4 % and J of 0.1 %, or what it has if that is less.
-//! * *Retuned*, with the valve as it is, and *repaired and retuned*: Skogestad's PI rule (SIMC) with the closed-loop time
-//!   constant at the dead time or three executions of the controller, whichever is longer; with its `Ms`.
-//! * *Positioner*: proportional, of gain 10 at a valve as it is; see [`positioned`].
-//! * *Compensated*: methods that an ordinary controller can carry out: an integral dead zone always; pulses only where one
-//!   lasts as long as a stem needs to follow it ([`STEM_SPEED`]).
+//! * *Valve repaired*: S of 0.4 % and J of 0.1 %, or the present values if they are smaller.
+//! * *Retuned*, with the same valve, and *repaired and retuned*: Skogestad's PI rule (SIMC). The closed-loop time
+//!   constant is the dead time or three executions of the controller, the longer of the two. `Ms` is reported.
+//! * *Positioner*: proportional, with a gain of 10, on the present valve; see [`positioned`].
+//! * *Compensated*: methods that an ordinary controller can carry out. An integral dead zone is always included,
+//!   pulses only if one lasts as long as a stem needs to follow it ([`STEM_SPEED`]).
 //!
 //! # The ranking
-//! By the upper end of the interval of the control error over that of the same loop left alone: an action that may be
-//! worse is not recommended for what it may bring. Of those that are as good, the one of the least effort. The benefit of an action is *certain* if at least 95 % of the loops swing less than 0.8 times as much by it.
+//! By the upper end of the interval of the control error over that of the present loop, so that no action is
+//! recommended that may make things worse. Among equally good actions, the one with the least effort comes first.
+//! The benefit of an action is *certain* if the PV swing falls by more than 20 % in at least 95 % of the loops.
 
 use super::{Draw, Fit, without};
 use crate::bands::Bands;
@@ -33,24 +34,24 @@ use crate::spoken::{rough, set};
 use crate::valve::{Assembly, Model};
 use crate::what_if::positioned;
 
-/// How fast a stem moves that is not known, percent per second: a stroke in ten seconds.
+/// Assumed speed of an unknown stem, percent per second: a stroke in ten seconds.
 pub const STEM_SPEED: f64 = 10.0;
-/// How many of the draws are simulated.
+/// Number of draws to simulate.
 const PLAYED: usize = 20;
-/// Cycles of a part of the protocol, and the most samples of one.
+/// Cycles of a part of the protocol, and its most samples.
 const CYCLES: f64 = 8.0;
 const MOST_SAMPLES: f64 = 20_000.0;
-/// By what factor the control error of a drawn loop that is left alone may differ from the recorded one.
+/// Largest factor between the control error of a drawn loop without action and the recorded one.
 const ALIKE: f64 = 2.0;
-/// Standard deviation of the logarithm of what an action changes, that no fitted loop takes away: its process is of
+/// Standard deviation of the logarithm of an action's effect from errors of every fitted loop: its process is of
 /// first order, its stem has one S and J.
 const NEVER_KNOWN: f64 = 0.25;
-/// Actions are as good as each other if the upper ends of their error ratios differ by no more than this factor.
+/// Actions are equally good if the upper ends of their error ratios differ by at most this factor.
 const AS_GOOD: f64 = 1.15;
-/// A swing so many times the present one is a benefit.
+/// Largest swing, as a share of the present one, that counts as a benefit.
 const LESS: f64 = 0.8;
 
-/// What could be done.
+/// A possible action.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Remedy {
     /// Nothing.
@@ -59,7 +60,7 @@ pub enum Remedy {
     Repair,
     /// Another tuning.
     Retune,
-    /// Repair the valve, and then another tuning.
+    /// Repair the valve, then change the tuning.
     RepairAndRetune,
     /// A positioner.
     Positioner,
@@ -80,7 +81,7 @@ impl Remedy {
         }
     }
 
-    /// What it takes, the least first: nothing, a setting, a block of the control system, a repair, a new part.
+    /// Its effort, the least first: nothing, a setting, a block of the control system, a repair, a new part.
     fn effort(self) -> usize {
         match self {
             Self::AsItIs => 0,
@@ -92,11 +93,11 @@ impl Remedy {
         }
     }
 
-    /// What was done to a loop, by a word for it: `nothing`, `repair`, `retune`, `repair-and-retune`, `positioner`, or
-    /// the name of a compensator.
+    /// The action on a loop by its word: `nothing`, `repair`, `retune`, `repair-and-retune`, `positioner`, or the
+    /// name of a compensator.
     ///
     /// # Errors
-    /// If there is none; the message names those there are.
+    /// If there is none; the message lists the known ones.
     pub fn by_name(name: &str) -> crate::error::Result<Self> {
         let words = [
             ("nothing", Self::AsItIs),
@@ -116,7 +117,7 @@ impl Remedy {
     }
 }
 
-/// A tuning that is proposed.
+/// A proposed tuning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Proposal {
@@ -124,14 +125,14 @@ pub struct Proposal {
     pub kc: f64,
     /// Integral time, s.
     pub ti: f64,
-    /// The largest sensitivity of the loop with it, over all loops drawn; 2 and less is robust.
+    /// The largest sensitivity of the loop with it, over all drawn loops; 2 or less is robust.
     #[cfg_attr(feature = "serde", serde(rename = "Ms"))]
     pub ms: Estimate,
-    /// The rule it comes from.
+    /// Its rule.
     pub rule: &'static str,
 }
 
-/// What an action would bring.
+/// The effect of an action.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Prospect {
@@ -140,19 +141,19 @@ pub struct Prospect {
     pub action: Remedy,
     /// Half of the PV's peak-to-peak value, in its units.
     pub pv_swing: Estimate,
-    /// The same over that of the loop as it is, loop by loop.
+    /// The same over that of the present loop, loop by loop.
     pub pv_swing_ratio: Estimate,
     /// Mean absolute control error, in units of the PV.
     pub error: Estimate,
-    /// The same over that of the loop as it is, loop by loop.
+    /// The same over that of the present loop, loop by loop.
     pub error_ratio: Estimate,
     /// Valve travel, percent per hour.
     pub travel: Estimate,
-    /// Time to settle after a load step, s; `None` where half of the loops do not settle.
+    /// Time to settle after a load step, s; `None` if half of the loops do not settle.
     pub settling_s: Option<Estimate>,
-    /// Share of the loops drawn in which the PV swings less than 0.8 times as much.
+    /// Share of the drawn loops in which the PV swing falls by more than 20 %.
     pub sure: f64,
-    /// The tuning that is meant, where it is one.
+    /// The tuning of the action, if it has one.
     pub tuning: Option<Proposal>,
 }
 
@@ -168,15 +169,15 @@ impl Prospect {
     }
 }
 
-/// What could be done about a recorded loop, the best first.
+/// Possible actions on a recorded loop, the best first.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Prospects {
     /// The actions, by the upper end of the ratio of the control error, then by effort.
     pub actions: Vec<Prospect>,
-    /// How many loops were simulated.
+    /// Number of simulated loops.
     pub loops: usize,
-    /// What to do, in sentences.
+    /// The advice, in sentences.
     pub advice: Vec<String>,
 }
 
@@ -188,22 +189,22 @@ struct Played {
     settling: Option<f64>,
 }
 
-/// What could be done about the loop that was fitted.
+/// Evaluates possible actions on the fitted loop.
 ///
 /// # Errors
-/// In words: why nothing can be said.
+/// In words: why no prediction is possible.
 pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
     let missing = [fit.controller.why_not(), fit.process.why_not(), fit.valve.why_not()];
     if let Some(why) = missing.into_iter().flatten().next() {
         return Err(why.to_owned());
     }
-    // Only loops that stick can be mended by what is done to a valve.
+    // Only loops that stick can improve by an action on the valve.
     let sticks = |draw: &&Draw| draw.model != Model::Ideal;
     let mut draws: Vec<&Draw> = fit.draws.iter().filter(sticks).collect();
     if 2 * draws.len() < fit.draws.len() || draws.is_empty() {
         return Err(format!(
-            "in {} of {} loops that the recording leaves possible the valve follows its OP, and what a repair would bring \
-             is not known; look upstream, and at the tuning, too",
+            "in {} of {} possible loops the valve follows its OP, so the benefit of a repair is unknown; look \
+             upstream, and at the tuning",
             fit.draws.len() - draws.len(),
             fit.draws.len()
         ));
@@ -233,7 +234,7 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
             execution,
         )
     };
-    // Of a set point that moves, what the PV is off it.
+    // With a moving set point, the deviation of the PV from it.
     let recorded = fit.segment.pv.as_deref().map_or(0.0, |pv| {
         let off = match &fit.segment.sp {
             Some(sp) => detrended(&pv.iter().zip(sp).map(|(pv, sp)| pv - sp).collect::<Vec<_>>()),
@@ -251,14 +252,14 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
                 played(fit, draw, *remedy, tuned.as_ref(), &known, &protocol, &disturbance)
             })
             .collect();
-        // A loop that, left alone, does not do what was recorded says nothing.
+        // A drawn loop that does not reproduce the recording gives no information.
         all[0].as_ref().is_some_and(|alone| alike(alone.error)).then_some(all)
     };
     let table: Vec<Vec<Option<Played>>> = draws.par_iter().filter_map(play).collect();
     if table.len() < 3 {
         return Err(
-            "the loops that the recording leaves possible do not do, left alone, what was recorded; a set-point step in \
-             the record would tell more of the process"
+            "none of the possible loops reproduces the recording; record a set-point step to identify the process \
+             better"
                 .to_owned()
         );
     }
@@ -272,7 +273,7 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
         let of = |what: fn(&Played, &Played) -> f64| spread(pairs.iter().map(|(a, b)| what(a, b)));
         let ratio = |what: fn(&Played) -> f64| {
             let of = spread(pairs.iter().map(|(a, b)| what(a) / what(b).max(f64::MIN_POSITIVE)));
-            // The loop as it is, is known best.
+            // The present loop is known best.
             let more = if *remedy == Remedy::AsItIs { 1.0 } else { (1.645 * NEVER_KNOWN).exp() };
             Estimate { value: of.value, low: of.low / more, high: of.high * more }
         };
@@ -297,8 +298,8 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
     Ok(Prospects { actions, loops: table.len(), advice })
 }
 
-/// Sorts actions: the smaller the upper end of the error's ratio the better; of those as good as the best that is left,
-/// the one of the least effort.
+/// Sorts actions by the upper end of the error's ratio, the smallest first; among those as good as the best
+/// remaining one, by effort.
 fn ranked(actions: &mut [Prospect]) {
     for from in 0..actions.len() {
         let rest = &mut actions[from..];
@@ -358,7 +359,7 @@ fn protocol(fit: &Fit, typical: &Draw) -> CompareOptions {
     }
 }
 
-/// What a remedy does to a drawn loop; `None` where it cannot be applied or the loop runs away.
+/// The effect of a remedy on a drawn loop; `None` if it cannot be applied or the loop runs away.
 fn played(
     fit: &Fit,
     draw: &Draw,
@@ -386,7 +387,7 @@ fn played(
     let valve = Assembly::new(draw.model.build(bands).ok()?);
     let mut plant = ClosedLoop::new(controller, valve, draw.process.clone());
     plant.sample_time = draw.execution_s;
-    // Pushed once: a loop that starts at rest within its stick band stays there.
+    // One push, because a loop that starts at rest within its stick band stays there.
     let push = protocol.set_point_step;
     plant.set_point = Signal::Steps(vec![(0.0, push), (0.3 * protocol.from_s, 0.0)]);
     plant.measurement = vec![disturbance.clone()];
@@ -406,9 +407,9 @@ fn played(
     })
 }
 
-/// What disturbs the PV of a drawn loop. Where the valve explains the swing, noise of the deviation and memory that the
-/// fit leaves: of a swing that the valve makes, what it leaves at that period is its own error. Else all that was
-/// recorded and that the drawn loop does not make by itself, there and back again.
+/// The disturbance of the PV of a drawn loop. If the valve explains the swing, it is noise with the deviation and
+/// memory of the fit's residual, because a residual at the period of the swing is the fit's own error. Otherwise it
+/// is everything in the recording that the drawn loop does not explain, forwards and backwards.
 fn disturbance(fit: &Fit, draw: &Draw, seconds: f64) -> Option<Signal> {
     if fit.cycle.known().is_some_and(|cycle| cycle.explained == Some(true)) {
         let process = fit.process.known()?;
@@ -416,7 +417,7 @@ fn disturbance(fit: &Fit, draw: &Draw, seconds: f64) -> Option<Signal> {
         let share = innovation / sd.max(f64::MIN_POSITIVE);
         let keep = (1.0 - share * share).clamp(0.0, 0.999).sqrt();
         let tau_s = if keep > 0.05 { -fit.sample_time_s / keep.ln() } else { 0.0 };
-        // What is slower than that is a load, and is answered by the controller.
+        // Slower movement is a load, which the controller rejects.
         let tau_s = tau_s.min(20.0 * fit.sample_time_s);
         return Some(Signal::Noise { sd: innovation.max(0.3 * sd), tau_s, seed: 7 });
     }
@@ -442,23 +443,22 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
         && cycle.explained == Some(false)
     {
         all.push(
-            "The valve so fitted does not explain the swing: look upstream for what swings it before anything is done to \
-             the valve."
+            "The fitted valve does not explain the swing. Look upstream for the cause before any work on the valve."
                 .to_owned(),
         );
     }
     match find(Remedy::Repair) {
         Some(repair) if repair.certain() => all.push(format!(
-            "Repair the valve: the PV would swing less by {}.",
+            "Repair the valve: PV swing would fall by {}.",
             percent(&repair.pv_swing_ratio)
         )),
         Some(repair) if repair.sure > 0.5 => all.push(format!(
-            "Repairing the valve would probably help ({:.0} % of what is possible swings clearly less), but it is not \
-             certain: carry out the manual test first.",
+            "Repairing the valve would probably help (PV swing falls by more than 20 % in {:.0} % of the possible \
+             loops). Do the manual test first.",
             100.0 * repair.sure
         )),
         Some(_) => all.push(
-            "That a repair of the valve would help is not certain from this recording; carry out the manual test first."
+            "This recording does not show whether a repair would help. Do the manual test first."
                 .to_owned(),
         ),
         None => {}
@@ -467,14 +467,14 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
         && let Some(tuning) = &retune.tuning
     {
         let said = if retune.certain() {
-            format!("would swing the PV less by {}", percent(&retune.pv_swing_ratio))
+            format!("PV swing would fall by {}", percent(&retune.pv_swing_ratio))
         } else if retune.sure > 0.5 {
-            "would probably swing the PV less, which is not certain".to_owned()
+            "PV swing would probably fall".to_owned()
         } else {
-            "is not expected to end the cycle while the valve sticks".to_owned()
+            "the cycle is not expected to end while the valve sticks".to_owned()
         };
         all.push(format!(
-            "Kc {} and Ti {} s by {} (Ms {} to {}) {said}.",
+            "Retune to Kc {} and Ti {} s ({}, Ms {} to {}): {said}.",
             set(tuning.kc),
             set(tuning.ti),
             tuning.rule,
@@ -487,7 +487,7 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
     });
     if let Some(row) = interim {
         all.push(format!(
-            "Until then {} would swing the PV less by {}.",
+            "Meanwhile, use this action: {} (PV swing would fall by {}).",
             row.action.name(),
             percent(&row.pv_swing_ratio)
         ));

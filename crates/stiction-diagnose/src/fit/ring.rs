@@ -1,4 +1,4 @@
-//! Whether what was predicted of an action came.
+//! Whether the predicted effect of an action was reached.
 
 use super::prospects::{Prospects, Remedy};
 use crate::diagnose::Diagnosis;
@@ -6,32 +6,32 @@ use crate::fusion::Estimate;
 use crate::series::{median, span};
 use crate::spoken::rough;
 
-/// What was predicted of an action, and what came.
+/// The predicted and the recorded effect of an action.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Ring {
-    /// The action that was predicted.
+    /// The action.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub action: Remedy,
     /// Half of the PV's peak-to-peak value before, in its units.
     pub before: f64,
     /// The same after.
     pub after: f64,
-    /// What was predicted of it.
+    /// The prediction.
     pub predicted: Estimate,
-    /// Whether it came within the predicted interval, or better.
+    /// Whether the recorded swing is within the predicted interval, or better.
     pub as_predicted: bool,
     /// The same in words.
     pub sentence: String,
 }
 
-/// Sets what was predicted of an action beside what was recorded after it.
+/// Compares the prediction for an action with a recording after it.
 ///
-/// The swing after is measured over the period before, so that what no longer cycles is measured as well; noise is part
-/// of it, as of what was predicted.
+/// The swing after it is measured over the period before, so that a loop without a cycle is measured as well. It
+/// includes noise, as the prediction does.
 ///
 /// # Errors
-/// In words: if nothing was predicted of this action, or one of the recordings has no PV.
+/// In words: if there is no prediction for this action, or one of the recordings has no PV.
 pub fn ring(
     prospects: &Prospects,
     action: Remedy,
@@ -42,11 +42,11 @@ pub fn ring(
         .actions
         .iter()
         .find(|row| row.action == action)
-        .ok_or_else(|| format!("nothing was predicted of \"{}\"", action.name()))?;
+        .ok_or_else(|| format!("there is no prediction for \"{}\"", action.name()))?;
     let period = before
         .oscillation()
         .and_then(|(_, found)| found.period_s)
-        .ok_or("the loop did not oscillate before, so there is no swing to be less")?;
+        .ok_or("the loop did not oscillate before, so no swing can fall")?;
     let swing = |of: &Diagnosis| -> Option<f64> {
         let segment = of.segment()?;
         let length = ((period / segment.sample_time).round() as usize).max(3);
@@ -55,14 +55,16 @@ pub fn ring(
         (!swings.is_empty()).then(|| 0.5 * median(&swings))
     };
     let missing = |which: &str| {
-        format!("the recording {which} has no PV that lasts for a period of the loop before")
+        format!(
+            "the PV in the recording {which} is missing or shorter than a period of the loop before"
+        )
     };
     let was = swing(before).ok_or_else(|| missing("before"))?;
     let is = swing(after).ok_or_else(|| missing("after"))?;
     let predicted = row.pv_swing;
     let as_predicted = is <= predicted.high;
     let sentence = format!(
-        "Before: the PV swung by ±{}. Predicted for \"{}\": ±{} to ±{}. After: ±{}, {}.",
+        "PV swing before: ±{}. Predicted for \"{}\": ±{} to ±{}. After: ±{}, {}.",
         rough(was),
         action.name(),
         rough(predicted.low),
@@ -73,7 +75,7 @@ pub fn ring(
             (true, false) => "as predicted",
             (false, _) if is < 0.8 * was => "better than before, but worse than predicted",
             (false, _) =>
-                "no better than before: something else swings the loop, or it was not done",
+                "no better than before: something else causes the swing, or the action was not carried out",
         }
     );
     Ok(Ring { action, before: was, after: is, predicted, as_predicted, sentence })

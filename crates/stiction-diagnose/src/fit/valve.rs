@@ -1,4 +1,4 @@
-//! The valves that are possible, and how well the PV follows from each.
+//! The possible valves, and how well the PV follows from each.
 
 use crate::bands::Bands;
 use crate::diagnose::{Diagnosis, Weighing};
@@ -7,54 +7,54 @@ use crate::identify::process::{Candidate, FittedProcess, TEMPER};
 use crate::recording::Segment;
 use crate::valve::{Model, Start, Valve};
 
-/// S at these standard deviations of its logarithm, and how many times that of the middle.
+/// S at these standard deviations of its logarithm, and its multiples of the middle.
 const PLACES: [f64; 9] = [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0];
 /// J over S.
 const JUMPS: [f64; 6] = [0.02, 0.2, 0.4, 0.6, 0.8, 1.0];
-/// The least standard deviation of J over S, before the PV is looked at.
+/// The smallest standard deviation of J over S, before the PV is used.
 const LEAST_SPREAD: f64 = 0.2;
-/// Places at which a stem is at first, stick bands from the OP.
+/// Initial positions of a stem, stick bands from the OP.
 const STARTS: [f64; 5] = [0.0, -0.45, 0.45, -0.9, 0.9];
-/// The least weight of a valve that follows, and of one that does not, before the PV is looked at.
+/// The smallest weight of a valve that follows, and of one that does not, before the PV is used.
 const LEAST_WEIGHT: f64 = 0.03;
-/// Processes that are tried behind each valve.
+/// Processes to try behind each valve.
 const TRIED: usize = 10;
 
-/// A valve as the recording shows it.
+/// The valve of a recording.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct FittedValve {
-    /// Its model; `None` of a measured position.
+    /// Its model; `None` for a measured position.
     pub model: Option<String>,
-    /// Stick band plus dead band, percent of span; 0 of one that follows.
+    /// Stick band plus dead band, percent of span; 0 for one that follows.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Estimate,
     /// Slip jump, percent of span.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Estimate,
-    /// Weight of valves that follow the OP, among all that are possible.
+    /// Weight of valves that follow the OP, among all possible ones.
     pub follows: f64,
-    /// What S and J come from.
+    /// Source of S and J.
     pub from: &'static str,
 }
 
-/// A valve that is possible.
+/// A possible valve.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Possible {
     pub model: Model,
     pub bands: Bands,
-    /// Its weight, before the PV is looked at.
+    /// Its weight, before the PV is used.
     pub weight: f64,
-    /// Where it is, at every sample.
+    /// Its position, at every sample.
     pub path: Vec<f64>,
-    /// Standard deviations of S and J within the cell of the grid that it stands for.
+    /// Standard deviations of S and J within its cell of the grid.
     pub cell: (f64, f64),
-    /// Whether the process is looked for behind it.
+    /// Whether the process is identified behind it.
     pub first: bool,
     pub from: &'static str,
 }
 
-/// A valve before a process, and the weight of the two together; all add up to 1.
+/// A valve before a process, and the weight of the two together; all weights add up to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Weighed {
     pub model: Model,
@@ -65,8 +65,8 @@ pub(super) struct Weighed {
     pub from: &'static str,
 }
 
-/// Where a valve goes that follows this OP. Where it was at first is not recorded, and a stem that begins in the wrong
-/// place may never reach its slip: of several places, the first behind which it slips most often.
+/// The path of a valve that follows this OP. Its initial position is not recorded, and a stem with a wrong one may
+/// never slip. So the result is that of several initial positions with the most slips.
 pub(super) fn path(model: Model, bands: Bands, op: &[f64]) -> Option<Vec<f64>> {
     let first = op.first().copied()?;
     let mut best: Option<(usize, Vec<f64>)> = None;
@@ -83,7 +83,7 @@ pub(super) fn path(model: Model, bands: Bands, op: &[f64]) -> Option<Vec<f64>> {
     best.map(|(_, path)| path)
 }
 
-/// All valves that the evidence leaves possible.
+/// All valves that the evidence allows.
 pub(super) fn possible(diagnosis: &Diagnosis, segment: &Segment) -> Result<Vec<Possible>, String> {
     let op = &segment.op;
     let ideal = Bands::NONE;
@@ -98,13 +98,13 @@ pub(super) fn possible(diagnosis: &Diagnosis, segment: &Segment) -> Result<Vec<P
         return Ok(vec![Possible { model, bands, weight, path, cell, first, from }]);
     }
     let weighing =
-        diagnosis.evidence.as_ref().ok_or("no S and J: nothing could be weighed in OP and PV")?;
+        diagnosis.evidence.as_ref().ok_or("no S and J: OP and PV could not be weighed")?;
     let model = model_of(weighing);
     let (s, share) = (weighing.s, weighing.j_over_s);
     let mut all = vec![];
     let follows = path(Model::Ideal, ideal, op).unwrap_or_else(|| op.clone());
     let (from, first) = ("the evidence in OP and PV", true);
-    // What the verdict says is where the weights begin.
+    // Weights start from the verdict.
     let fault = weighing.probability.clamp(LEAST_WEIGHT, 1.0 - LEAST_WEIGHT);
     all.push(Possible {
         model: Model::Ideal,
@@ -126,7 +126,7 @@ pub(super) fn possible(diagnosis: &Diagnosis, segment: &Segment) -> Result<Vec<P
             let Ok(bands) = Bands::from_s_j(width, over * width) else { continue };
             let Some(path) = path(model, bands, op) else { continue };
             let weight = fault * bell(z) * of_jump / total;
-            // Half of the way to its neighbours.
+            // Half of the distance to its neighbours.
             let cell = (0.25 * spread * width, 0.1 * width);
             all.push(Possible { model, bands, weight, path, cell, first: false, from });
         }
@@ -153,7 +153,7 @@ pub(super) fn possible(diagnosis: &Diagnosis, segment: &Segment) -> Result<Vec<P
     Ok(all)
 }
 
-/// Model, S and J, percent, of the valves that explain the PV best, one for each way in which it was looked at.
+/// Model, S and J, percent, of the valves that explain the PV best, one for each kind of fit.
 fn found_best(weighing: &Weighing) -> Vec<(Model, f64, f64)> {
     let evidence = weighing.typical();
     let fits = [&evidence.model, &evidence.dense].into_iter().flatten().map(|fits| {
@@ -169,7 +169,7 @@ fn found_best(weighing: &Weighing) -> Vec<(Model, f64, f64)> {
     all
 }
 
-/// The model that explains the PV best, of those that the evidence tried.
+/// The model that explains the PV best, among those tried by the evidence.
 fn model_of(weighing: &Weighing) -> Model {
     let evidence = weighing.typical();
     let fits = evidence.dense.as_ref().or(evidence.model.as_ref());
@@ -207,7 +207,7 @@ pub(super) fn weighed(
     all
 }
 
-/// The valve of the greatest weight.
+/// The valve with the largest weight.
 pub(super) fn likeliest<'a>(all: &[Weighed], valves: &'a [Possible]) -> Option<&'a Possible> {
     let best = all.iter().max_by(|a, b| a.weight.total_cmp(&b.weight))?;
     valves.iter().find(|one| one.model == best.model && one.bands == best.bands)
@@ -217,9 +217,9 @@ pub(super) fn likeliest<'a>(all: &[Weighed], valves: &'a [Possible]) -> Option<&
 pub(super) fn told(all: &[Weighed]) -> FittedValve {
     let sticks: Vec<&Weighed> = all.iter().filter(|one| one.model != Model::Ideal).collect();
     let ideal = all.iter().filter(|one| one.model == Model::Ideal).map(|one| one.weight);
-    // A sum of nothing is -0.
+    // An empty sum is -0.
     let follows = 0.0 + ideal.sum::<f64>();
-    // Every value of the grid stands for its surroundings: a normal distribution of its cell, in three points.
+    // Every value of the grid represents its cell: a normal distribution, in three points.
     let of = |what: fn(&Weighed) -> (f64, f64)| {
         let around = |one: &&Weighed| {
             let (value, cell) = what(one);
@@ -240,9 +240,9 @@ pub(super) fn told(all: &[Weighed]) -> FittedValve {
     }
 }
 
-/// S and J by the evidence alone, where no process is known to weigh them by.
+/// S and J by the evidence alone, without a process to weigh them.
 pub(super) fn alone(diagnosis: &Diagnosis) -> Result<FittedValve, String> {
-    let weighing = diagnosis.evidence.as_ref().ok_or("nothing could be weighed in OP and PV")?;
+    let weighing = diagnosis.evidence.as_ref().ok_or("OP and PV could not be weighed")?;
     let (s, share) = (weighing.s, weighing.j_over_s);
     let j = |of: f64, s: f64| of.clamp(0.0, 1.0) * s;
     Ok(FittedValve {
@@ -265,7 +265,7 @@ pub(super) fn quantiles(values: &mut [(f64, f64)]) -> Estimate {
     if !(total > 0.0) {
         return Estimate { value: 0.0, low: 0.0, high: 0.0 };
     }
-    // Every value stands for its weight, half of it before and half of it after.
+    // Every value represents its weight, half of it before and half of it after.
     let mut sum = 0.0;
     let places: Vec<(f64, f64)> = values
         .iter()

@@ -1,12 +1,12 @@
-//! What the PV would have done behind a valve that follows its OP, and what disturbed it.
+//! The PV behind a valve that follows its OP, and the disturbance of the PV.
 //!
 //! # Equations
-//! What the valve failed to do, `w = OP - VP`, adds to what a valve that follows would have done. The PV without it
-//! differs from the PV that was recorded by what the loop makes of `w`, whatever disturbs it:
+//! The difference `w = OP - VP` adds to the output of a valve that follows. The PV with such a valve differs from
+//! the recorded PV by the loop's response to `w`, with any disturbance:
 //! ```text
 //! PV' - PV = P (C (PV' - PV) + w)
 //! ```
-//! So no disturbance has to be known, and where the controller acts strongly next to nothing of the process: there
+//! So no disturbance has to be known. Where the controller acts strongly, hardly anything of the process matters:
 //! the PV moves by `w / C`.
 //!
 //! # Assumptions
@@ -22,17 +22,17 @@ use crate::recording::Segment;
 use crate::series::{detrended, mean, periodogram};
 use crate::valve::{Assembly, Model};
 
-/// How many of the draws are followed.
+/// Number of draws to follow.
 const FOLLOWED: usize = 30;
-/// The swing is what lies at these multiples of its frequency.
+/// The swing consists of these multiples of its frequency.
 const BAND: [f64; 2] = [0.7, 1.4];
-/// A swing so many times the recorded one, or more, is that of a loop that runs away.
+/// A swing of this multiple of the recorded one, or more, is that of a loop that runs away.
 const RUNS_AWAY: f64 = 10.0;
-/// The most executions of the controller between two samples that are followed one by one.
+/// Most executions of the controller between two samples that are followed one by one.
 const MOST_EXECUTIONS: f64 = 20.0;
 
-/// Share of the PV's swing of this period that would be left: median, 5 and 95 % points over the draws. `None` where
-/// it cannot be told.
+/// Share of the PV's swing of this period that would remain: median, 5 and 95 % points over the draws. `None` if it
+/// cannot be computed.
 pub fn left(draws: &[Draw], segment: &Segment, period_s: f64) -> Option<Estimate> {
     let pv = segment.pv.as_deref()?;
     let swing = |pv: &[f64]| swing_at(pv, segment.sample_time / period_s);
@@ -41,7 +41,7 @@ pub fn left(draws: &[Draw], segment: &Segment, period_s: f64) -> Option<Estimate
     let one = |draw: &&Draw| -> Option<f64> {
         let without = without(draw, segment)?;
         let share = swing(&without) / recorded;
-        // A loop that runs away as soon as its valve follows is hardly the one that was run, and explains nothing.
+        // A loop that runs away as soon as its valve follows is hardly the recorded one, and explains nothing.
         Some(if share < RUNS_AWAY { share } else { RUNS_AWAY })
     };
     let followed: Vec<&Draw> = draws.iter().step_by(every).collect();
@@ -50,7 +50,7 @@ pub fn left(draws: &[Draw], segment: &Segment, period_s: f64) -> Option<Estimate
     (!shares.is_empty() && 2 * shares.len() >= followed.len()).then(|| quantiles(&mut shares))
 }
 
-/// The PV that a drawn loop would have had, had its valve followed.
+/// The PV of a drawn loop if its valve had followed.
 fn without(draw: &Draw, segment: &Segment) -> Option<Vec<f64>> {
     let (op, pv) = (&segment.op, segment.pv.as_deref()?);
     if draw.model == Model::Ideal {
@@ -70,8 +70,8 @@ fn without(draw: &Draw, segment: &Segment) -> Option<Vec<f64>> {
     Some(run.pv.iter().step_by(executions).zip(pv).map(|(more, pv)| pv + more).collect())
 }
 
-/// What disturbed the PV while it was recorded, if the loop was the one drawn: what its valve and process do not make
-/// of it, less its mean and slope.
+/// The disturbance of the PV during the recording, for a drawn loop: the part that its valve and process do not
+/// explain, less its mean and slope.
 pub(super) fn disturbance(draw: &Draw, segment: &Segment) -> Option<Vec<f64>> {
     let (pv, vp) = (segment.pv.as_deref()?, stem(draw, segment)?);
     let process = draw.process.sampled(segment.sample_time, DeadTime::default()).ok()?;
@@ -81,7 +81,7 @@ pub(super) fn disturbance(draw: &Draw, segment: &Segment) -> Option<Vec<f64>> {
     left.iter().all(|v| v.is_finite()).then(|| detrended(&left))
 }
 
-/// Where the stem was, if the valve was the one drawn.
+/// The stem position, for a drawn valve.
 fn stem(draw: &Draw, segment: &Segment) -> Option<Vec<f64>> {
     match &segment.vp {
         Some(vp) => Some(vp.clone()),
@@ -89,7 +89,7 @@ fn stem(draw: &Draw, segment: &Segment) -> Option<Vec<f64>> {
     }
 }
 
-/// Root of the power about a frequency, cycles per sample.
+/// Root of the power around a frequency, cycles per sample.
 fn swing_at(x: &[f64], frequency: f64) -> f64 {
     let found = periodogram(x);
     let near = |f: &f64| BAND[0] * frequency <= *f && *f <= BAND[1] * frequency;

@@ -1,4 +1,4 @@
-//! All that training leaves behind, and its file.
+//! The result of training, and its file.
 
 use super::bytes::{Reader, Writer, damaged};
 use super::calibration::Calibration;
@@ -17,17 +17,17 @@ use crate::evidence::Line;
 /// The first bytes of a file.
 const MAGIC: [u8; 8] = *b"STICTION";
 
-/// The version of its form.
+/// The version of its format.
 const VERSION: u32 = 4;
 
-/// Everything that is frozen: what the verdict's probabilities and intervals are computed with.
+/// All frozen parts for the probabilities and intervals of the verdict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bundle {
-    /// Where it comes from.
+    /// Its origin.
     pub provenance: Provenance,
     /// The names of the features it was trained on, in their order.
     pub features: Vec<String>,
-    /// When a valve is accused or cleared.
+    /// The thresholds to accuse or clear a valve.
     pub decision: Decision,
     /// For recordings of OP and PV.
     pub full: TrainedModel,
@@ -35,7 +35,7 @@ pub struct Bundle {
     pub op_only: TrainedModel,
 }
 
-/// Where a bundle comes from: enough to train it again.
+/// Origin of a bundle: enough to train it again.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Provenance {
     /// The command that trained it.
@@ -46,21 +46,21 @@ pub struct Provenance {
     pub seed: u64,
     /// Members it was trained on, from index 0.
     pub trained: u64,
-    /// Members after those, which calibration and intervals rest on.
+    /// Members after those, for calibration and intervals.
     pub calibrated: u64,
 }
 
-/// The sums of trees of one kind of recording.
+/// The sums of trees for one kind of recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrainedModel {
     /// The margin of a fault: the valve sticks visibly, or does not respond.
     pub fault: Ensemble,
     /// From that margin to a probability.
     pub calibration: Calibration,
-    /// From that probability to the one that is told.
+    /// From that probability to the reported one.
     pub confidence: Confidence,
-    /// What each line of evidence makes of a fault by itself, of those in [`Line::WEIGHED`] that the
-    /// recording has.
+    /// The classifier of a fault by each line of evidence alone, for those in [`Line::WEIGHED`] that the recording
+    /// has.
     pub lines: Vec<(Line, Ensemble, Calibration)>,
     /// The logit of no response, given a fault.
     pub no_response: Ensemble,
@@ -72,18 +72,18 @@ pub struct TrainedModel {
     pub j_over_s: Quantiles,
     /// An upper limit on S; `None` with the OP alone.
     pub limit: Option<Limit>,
-    /// What the loops of training looked like.
+    /// The features of the training loops.
     pub reference: Option<Reference>,
     /// Whether OP and PV are those of one loop; `None` with the OP alone.
     pub mismatch: Option<Mismatch>,
 }
 
 impl Bundle {
-    /// Refuses features other than those the bundle was trained on. Features behind them, which are newer than the
-    /// bundle, are not looked at before the next training.
+    /// Refuses features other than those the bundle was trained on. Features after them, which are newer than the
+    /// bundle, are ignored until the next training.
     ///
     /// # Errors
-    /// If one is missing or elsewhere; the error names it.
+    /// If one is missing or at another index; the error names it.
     pub fn check<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<()> {
         let mut names = names.into_iter();
         let trained = "the model of the verdict was trained on other features: train it again";
@@ -94,14 +94,16 @@ impl Bundle {
                     let what = format!("feature {k} is {name}, but was {known} ({trained})");
                     return Err(Error::Bundle(what));
                 }
-                None => return Err(Error::Bundle(format!("feature {known} is gone ({trained})"))),
+                None => {
+                    return Err(Error::Bundle(format!("feature {known} is missing ({trained})")));
+                }
             }
         }
         Ok(())
     }
 
-    /// Its file. Leaves of trees are [rounded](Ensemble::rounded) in it: what is read is what was written
-    /// if they were so before, and nearly so otherwise.
+    /// Its file. It contains [rounded](Ensemble::rounded) leaves of trees. If they were rounded before, reading
+    /// returns exactly the same bundle, otherwise nearly.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut out = Writer(MAGIC.to_vec());
         out.u32(VERSION);
@@ -120,14 +122,16 @@ impl Bundle {
     /// Reads a file.
     ///
     /// # Errors
-    /// If it is not one, is of another version, ends early, goes on after its end, or holds trees,
-    /// calibrations or intervals that are not sound.
+    /// If it is not one, is of another version, ends early, continues after its end, or has invalid trees,
+    /// calibrations or intervals.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let rest = bytes.strip_prefix(&MAGIC).ok_or_else(|| damaged("is not a model"))?;
         let mut from = Reader(rest);
         let version = from.u32()?;
         if version != VERSION {
-            return Err(damaged(&format!("has version {version}, but {VERSION} is known")));
+            return Err(damaged(&format!(
+                "has version {version}, but version {VERSION} is needed"
+            )));
         }
         let provenance = Provenance {
             command: from.text()?,
@@ -144,14 +148,14 @@ impl Bundle {
         let full = TrainedModel::read(&mut from, features.len())?;
         let op_only = TrainedModel::read(&mut from, features.len())?;
         if !from.0.is_empty() {
-            return Err(damaged("goes on after its end"));
+            return Err(damaged("continues after its end"));
         }
         Ok(Self { provenance, features, decision, full, op_only })
     }
 }
 
 impl TrainedModel {
-    /// Its sums of trees, each with a name for people.
+    /// Its sums of trees, each with a readable name.
     pub fn ensembles(&self) -> Vec<(String, &Ensemble)> {
         let mut all =
             vec![("fault".to_owned(), &self.fault), ("no response".to_owned(), &self.no_response)];
@@ -248,7 +252,7 @@ impl TrainedModel {
 pub(super) fn named(trees: Ensemble, features: usize) -> Result<Ensemble> {
     match trees.features() <= features {
         true => Ok(trees),
-        false => Err(damaged("splits by a feature that has no name")),
+        false => Err(damaged("splits by a feature without a name")),
     }
 }
 
@@ -270,7 +274,7 @@ pub(super) fn read_cause(from: &mut Reader<'_>) -> Result<Cause> {
 
 fn at_most_one<T>(mut all: Vec<T>) -> Result<Option<T>> {
     let last = all.pop();
-    if all.is_empty() { Ok(last) } else { Err(damaged("has two of what there is one of")) }
+    if all.is_empty() { Ok(last) } else { Err(damaged("has a part twice")) }
 }
 
 fn write_shifts(out: &mut Writer, shifts: &[(f64, f64)]) {
@@ -298,7 +302,7 @@ fn read_reference(from: &mut Reader<'_>, features: usize) -> Result<Reference> {
     let spreads = from.list(4 * QUANTILES, |from| {
         let (feature, missing) = (from.u16()?, from.f32()?);
         if usize::from(feature) >= features {
-            return Err(damaged("knows loops by a feature that has no name"));
+            return Err(damaged("describes loops by a feature without a name"));
         }
         let quantiles = (0..QUANTILES).map(|_| from.f32()).collect::<Result<_>>()?;
         Ok(Spread { feature, missing, quantiles })

@@ -81,8 +81,7 @@ impl<'a> Reader<'a> {
         self.take().map(f64::from_le_bytes)
     }
 
-    /// A list whose items take at least `smallest` bytes each, so that no length is believed that the
-    /// bytes cannot hold.
+    /// A list whose items need at least `smallest` bytes each, so that an impossible length is refused.
     pub fn list<T>(
         &mut self,
         smallest: usize,
@@ -90,7 +89,7 @@ impl<'a> Reader<'a> {
     ) -> Result<Vec<T>> {
         let length = self.u32()? as usize;
         if length > self.0.len() / smallest.max(1) {
-            return Err(damaged("has a list that is longer than the rest of it"));
+            return Err(damaged("has a list that is longer than its remaining bytes"));
         }
         (0..length).map(|_| each(self)).collect()
     }
@@ -101,7 +100,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The error of bytes that are no model.
+/// The error for bytes that are not a model.
 pub fn damaged(how: &str) -> Error {
     Error::Bundle(format!("its file {how}"))
 }

@@ -25,11 +25,11 @@ pub enum Calibration {
     Isotonic(Vec<(f64, f64)>),
 }
 
-/// No slope, shift or margin is larger: what is larger comes of a damaged file.
+/// Largest slope, shift and margin: a larger value comes from a damaged file.
 const LARGEST: f64 = 1e6;
 
 impl Calibration {
-    /// Leaves `1 / (1 + exp(-margin))` as it is.
+    /// Returns `1 / (1 + exp(-margin))` unchanged.
     pub const IDENTITY: Self = Self::Beta { a: 1.0, b: 1.0, c: 0.0 };
 
     /// Accepts a map that is monotone and finite.

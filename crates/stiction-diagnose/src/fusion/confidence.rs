@@ -1,27 +1,26 @@
-//! No more confidence than loops of kinds left out of training bear out.
+//! Limits the reported confidence to that confirmed on kinds of loops left out of training.
 
 use crate::error::{Error, Result};
 
-/// Probabilities between this and 1 less this are told as they are calibrated.
+/// Probabilities between this and 1 less this are reported as calibrated.
 const FREE: f64 = 0.1;
 
 /// A decision beyond this probability, or below 1 less this, is a sure one.
 pub const SURE: f64 = 0.98;
 
-/// What calibrated log-odds are told as.
+/// The reported log-odds for calibrated ones.
 ///
-/// Calibration holds on loops like those of training. On loops of a kind that was left out of it, a
-/// calibrated 0.98 is wrong more often than once in fifty, and how much more often is found by leaving
-/// out each kind in turn. So log-odds l are told as they are between probabilities of 0.1 and 0.9, and
-/// beyond, on either side, compressed by a straight line,
+/// Calibration holds on loops like those of training. On loops of a kind that was left out, a calibrated 0.98 is
+/// wrong more often than once in fifty. Leaving out each kind in turn shows how much more often. So log-odds l are
+/// reported unchanged between probabilities of 0.1 and 0.9, and compressed by a straight line beyond, on either
+/// side:
 ///
 /// ```text
-/// told = ln 9 + (|l| - ln 9) (ln 49 - ln 9) / (reached - ln 9)      |l| > ln 9
+/// reported = ln 9 + (|l| - ln 9) (ln 49 - ln 9) / (reached - ln 9)      |l| > ln 9
 /// ```
 ///
-/// so that 0.98 (or 0.02) is told at `reached`, from where on decisions on left-out kinds are right; and
-/// never beyond `most`, should there be no such place. The order of loops is kept, apart from those
-/// beyond `most`.
+/// So 0.98 (or 0.02) is reported at `reached`, from where decisions on left-out kinds are right, and nothing beyond
+/// `most` is reported if there is no such value. The order of loops is kept, except for those beyond `most`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Confidence {
     /// Below 0.1: against a fault.
@@ -33,14 +32,14 @@ pub struct Confidence {
 /// One side of a [`Confidence`], in the size of log-odds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Side {
-    /// The calibrated log-odds that are told as 0.98; at least its own.
+    /// The calibrated log-odds that are reported as 0.98; at least those of 0.98.
     pub reached: f64,
-    /// The largest log-odds that are told; infinite if there is no such bound.
+    /// The largest reported log-odds; infinite without a bound.
     pub most: f64,
 }
 
 impl Side {
-    /// Tells what is calibrated.
+    /// Reports calibrated values unchanged.
     pub const IDENTITY: Self = Self { reached: 3.891_820_298_110_627, most: f64::INFINITY };
 
     /// Reaches 0.98 at these log-odds, or at its own if that is more.
@@ -48,7 +47,7 @@ impl Side {
         Self { reached: log_odds.max(Self::IDENTITY.reached), most: f64::INFINITY }
     }
 
-    /// Never tells more than a probability, which it reaches at these log-odds at the earliest.
+    /// Never reports more than a probability, reached at these log-odds at the earliest.
     pub fn bounded(log_odds: f64, most: f64) -> Self {
         Self { most: logit(most), ..Self::reaching(log_odds) }
     }
@@ -69,21 +68,21 @@ impl Side {
 }
 
 impl Confidence {
-    /// Tells what is calibrated.
+    /// Reports calibrated values unchanged.
     pub const IDENTITY: Self = Self { clearing: Side::IDENTITY, accusing: Side::IDENTITY };
 
-    /// Accepts a map that never says more than is calibrated.
+    /// Accepts a map that never exceeds the calibrated values.
     ///
     /// # Errors
-    /// If it does, or is not finite.
+    /// If it exceeds them, or is not finite.
     pub fn checked(self) -> Result<Self> {
         match self.clearing.is_sound() && self.accusing.is_sound() {
             true => Ok(self),
-            false => Err(Error::Bundle("the confidence is more than was calibrated".into())),
+            false => Err(Error::Bundle("the confidence exceeds the calibrated one".into())),
         }
     }
 
-    /// The probability to tell of a calibrated one.
+    /// The reported probability for a calibrated one.
     pub fn told(&self, probability: f64) -> f64 {
         if (FREE..=1.0 - FREE).contains(&probability) {
             return probability;

@@ -1,12 +1,12 @@
-//! From which probability on a valve is accused, and up to which it is cleared.
+//! Probabilities from which a valve is accused, and up to which it is cleared.
 
 use crate::error::{Error, Result};
 
 /// The two thresholds of the verdict.
 ///
-/// They are chosen by the training on loops that nothing was learned from, as far apart as few wrong decisions
-/// allow and no further: see `stiction-train`, `decide.rs`, for the constraints and the order in which thresholds
-/// are tried. The [model card](https://github.com/stiction/stiction) tells what they came to.
+/// The training chooses them on loops that were not used for learning, as close to each other as few wrong
+/// decisions allow: see `stiction-train`, `decide.rs`, for the constraints and the order of the tried thresholds.
+/// The [model card](https://github.com/stiction/stiction) lists their values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
     /// The probability of a fault from which a valve is accused.
@@ -16,13 +16,13 @@ pub struct Decision {
 }
 
 impl Decision {
-    /// For models that were given none.
+    /// For models without thresholds.
     pub const CAUTIOUS: Self = Self { accuse: 0.95, clear: 0.05 };
 
-    /// Accepts thresholds between which there is room.
+    /// Accepts thresholds with a gap between them.
     ///
     /// # Errors
-    /// If they are no probabilities, or the one to accuse is not above a half and the one to clear not below.
+    /// If they are not probabilities, or the one to accuse is not above a half and the one to clear not below.
     pub fn checked(self) -> Result<Self> {
         match (0.0..0.5).contains(&self.clear) && self.accuse > 0.5 && self.accuse <= 1.0 {
             true => Ok(self),

@@ -1,4 +1,4 @@
-//! What a recording would have shown: the detection limit.
+//! The detection limit of a recording.
 
 use super::trees::Ensemble;
 use crate::error::{Error, Result};
@@ -6,21 +6,20 @@ use crate::error::{Error, Result};
 /// The share of sticking valves whose S lies at or below the limit.
 pub const LIMIT: f64 = 0.95;
 
-/// Beyond so many spans of the OP there is no limit.
+/// Beyond this many spans of the OP there is no limit.
 const LARGEST: f64 = 3.0;
 
-/// The least and the largest S that is told apart, in spans of the OP.
+/// The smallest and the largest distinguishable S, in spans of the OP.
 const RANGE: (f64, f64) = (0.005, 20.0);
 
-/// An upper limit on S: had the valve stuck by more, this recording would have shown it.
+/// An upper limit on S: a larger S would have shown in this recording.
 ///
-/// A regression of the 95 % quantile of `z = ln(clip(S / OP span, 0.005, 20))` on the evidence, over
-/// healthy valves (S = 0), sticking ones, visible or hidden, and stuck ones (no OP moves them). It is
-/// moved by a conformal shift c, the 95 % quantile of `z - q` over valves at fault that were left out of
-/// its training (only those: healthy ones, half of all, would buy the coverage). Where a fault is unlikely q
-/// is that of healthy valves, so c is found for each class of the probability apart, and is so large that of
-/// those valves at fault whose limit clears them, too, no more lie above it. So among valves at
-/// fault like the simulated ones, in at most 5 % of each class S lies above
+/// A regression of the 95 % quantile of `z = ln(clip(S / OP span, 0.005, 20))` on the evidence, over healthy valves
+/// (S = 0), sticking ones, visible or masked, and stuck ones (no OP moves them). A conformal shift c is added: the
+/// 95 % quantile of `z - q` over faulty valves left out of its training. Healthy valves, half of all, are left out
+/// of it because they would raise the coverage. Where a fault is unlikely, q is that of healthy valves, so c is
+/// found for each class of the probability. It is large enough that the coverage also holds for those faulty valves
+/// that the limit clears. So among faulty valves like the simulated ones, in at most 5 % of each class S lies above
 ///
 /// ```text
 /// limit = span exp(q + c(p))
@@ -33,12 +32,12 @@ pub struct Limit {
     /// The 95 % quantile of z.
     pub trees: Ensemble,
     /// The largest probability of a fault of each class, ascending, and its c, found on loops left out of training.
-    /// What is likelier belongs to the last one.
+    /// Higher probabilities belong to the last class.
     pub shifts: Vec<(f64, f64)>,
 }
 
 impl Limit {
-    /// `z` of a valve of this S, percent of span; 0 of a healthy one.
+    /// `z` of a valve of this S, percent of span; 0 for a healthy one.
     pub fn target(s: f64, op_span: f64) -> f64 {
         (s / op_span).clamp(RANGE.0, RANGE.1).ln()
     }
@@ -53,11 +52,12 @@ impl Limit {
             && self.shifts.windows(2).all(|two| two[0].0 < two[1].0);
         match sound {
             true => Ok(self),
-            false => Err(Error::Bundle("the shifts of the limit are not sound".into())),
+            false => Err(Error::Bundle("the shifts of the limit are invalid".into())),
         }
     }
 
-    /// The limit in spans of the OP, of a loop with that probability of a fault; `None` if it is beyond three of them.
+    /// The limit in spans of the OP, for a loop with that probability of a fault; `None` if it is beyond three
+    /// spans.
     pub fn spans(&self, row: &[f32], probability: f64) -> Option<f64> {
         let class = self.shifts.iter().find(|(up_to, _)| probability <= *up_to);
         let shift = class.or(self.shifts.last()).map_or(0.0, |(_, shift)| *shift);

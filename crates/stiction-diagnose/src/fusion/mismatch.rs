@@ -2,12 +2,12 @@
 
 use super::trees::Ensemble;
 
-/// Tells recordings whose columns belong together from mistaken ones: exchanged columns, signals of two loops, noise
-/// in the place of a signal (`Mistake` of the population).
+/// Distinguishes recordings whose columns belong together from mistaken ones: exchanged columns, signals of two
+/// loops, noise instead of a signal (`Mistake` of the population).
 ///
-/// A logistic regression by boosted trees on the evidence, of simulated loops of all kinds, stuck valves among them,
-/// against such loops with a mistake made in their columns. The threshold is the margin that so few true loops exceed that were
-/// left out of its training as the model card says, by kind.
+/// A logistic regression by boosted trees on the evidence. It separates simulated loops of all kinds, including
+/// stuck valves, from such loops with a mistake in their columns. The threshold is the margin that only a few true
+/// loops left out of its training exceed; the model card lists them by kind.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mismatch {
     /// The margin of a mistake.

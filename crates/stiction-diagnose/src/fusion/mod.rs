@@ -1,9 +1,8 @@
-//! The frozen model that makes probabilities and intervals of evidence.
+//! The frozen model from evidence to probabilities and intervals.
 //!
-//! A [`Bundle`] holds sums of trees that were trained on simulated loops (by the crate `stiction-train`;
-//! its model card says on which, and how good it is), their [calibration](Calibration) and the
-//! [shifts](Quantiles) of their intervals. [`shipped`] is the one that comes with the library.
-//! [`Bundle::weigh`] asks it:
+//! A [`Bundle`] contains sums of trees that were trained on simulated loops by the crate `stiction-train`; its
+//! model card lists the loops and the accuracy. It also contains their [calibration](Calibration) and the
+//! [shifts](Quantiles) of their intervals. [`shipped`] is the bundle in the library. [`Bundle::weigh`] applies it:
 //!
 //! ```text
 //! features ──> fault (boosted trees, monotone) ──> calibration ──> confidence ──> P(fault)
@@ -11,12 +10,12 @@
 //!          ├─> other causes, given none         ──> softmax ──> their probabilities
 //!          ├─> quantiles of ln(S / OP span), of J/S, given that it sticks ──> 90 % intervals
 //!          ├─> 95 % quantile of ln(S / OP span), of all valves ──> detection limit
-//!          ├─> reference ──> distance from the loops of training
+//!          ├─> reference ──> distance from the training loops
 //!          └─> mismatch ──> whether OP and PV are those of one loop
 //! ```
 //!
-//! What it says holds on loops like the simulated ones, and [confidence](Confidence) is no more than kinds
-//! of loops that were left out of training bear out. It has seen no real recording.
+//! Its results hold on loops like the simulated ones. The [confidence](Confidence) is limited to that confirmed on
+//! kinds of loops left out of training. Training used no real recording.
 
 mod bundle;
 mod bytes;
@@ -46,12 +45,12 @@ use crate::error::{Error, Result};
 use crate::evidence::{Line, features};
 use std::sync::OnceLock;
 
-/// What a bundle makes of evidence.
+/// The result of a bundle for evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Weighed {
     /// The probability of a fault of the valve: that it sticks, or does not respond.
     pub probability: f64,
-    /// What each line of evidence says by itself: the probability of a fault by it alone.
+    /// The probability of a fault from each line of evidence alone.
     pub lines: Vec<(Line, f64)>,
     /// The probability of every cause, in the order of [`Cause::ALL`]. They add up to one; those of
     /// [`Cause::StickingValve`] and [`Cause::NoResponse`] to `probability`.
@@ -60,14 +59,14 @@ pub struct Weighed {
     pub s: Estimate,
     /// Slip jump over S if the valve sticks, and its 90 % interval.
     pub j_over_s: Estimate,
-    /// Had the valve stuck by more, percent of span, the recording would have shown it: of valves at fault
-    /// at most 5 % have a larger S. `None` if that is more than three spans of the OP, or the OP is alone.
+    /// The detection limit, percent of span: of valves at fault at most 5 % have a larger S. `None` if it is more
+    /// than three spans of the OP, or for the OP alone.
     pub limit: Option<f64>,
-    /// How far the recording is from the loops of training: above 1 it is unlike all of them, and what
-    /// else is said means little. 0 of a model that does not know.
+    /// Distance of the recording from the training loops. Above 1 it is unlike all of them, and the other results
+    /// mean little. 0 for a model without this measure.
     pub distance: f64,
-    /// Whether OP and PV look like those of one loop: above 1 they do not, see [`Mismatch::odds`]. 0 of a
-    /// model that does not know.
+    /// Whether OP and PV look like those of one loop: above 1 they do not, see [`Mismatch::odds`]. 0 for a model
+    /// without this measure.
     pub mismatch: f64,
 }
 
@@ -78,11 +77,11 @@ impl Weighed {
     }
 }
 
-/// The bundle that comes with the library, read once.
+/// The bundle in the library, read once.
 ///
 /// # Errors
-/// If it was trained on other [`features`], as after a change of the evidence and before
-/// the next training.
+/// If it was trained on other [`features`], for example after a change of the evidence and before the next
+/// training.
 pub fn shipped() -> Result<&'static Bundle> {
     static SHIPPED: OnceLock<Result<Bundle>> = OnceLock::new();
     let read = || {
@@ -94,11 +93,11 @@ pub fn shipped() -> Result<&'static Bundle> {
 }
 
 impl Bundle {
-    /// What it makes of the values of the features, NaN where one could not be measured; `op_span` is
-    /// the [span of the OP](crate::evidence::Evidence::op_span), percent.
+    /// Applies the bundle to the values of the features, NaN where one could not be measured; `op_span` is the
+    /// [span of the OP](crate::evidence::Evidence::op_span), percent.
     ///
-    /// With `op_only` the model of the OP alone is asked, which looks at no feature of the PV. It was
-    /// trained on recordings without PV and SP, and wants the evidence of such a one.
+    /// With `op_only`, the model of the OP alone is used, which has no feature of the PV. It was trained on
+    /// recordings without PV and SP, and needs the evidence of such a recording.
     ///
     /// # Errors
     /// If there are fewer values than features, or the span is not a finite number above 0.
@@ -127,7 +126,7 @@ impl Bundle {
         let share = |cause: Cause| match cause {
             Cause::StickingValve => probability * (1.0 - no_response),
             Cause::NoResponse => probability * no_response,
-            // A model without other causes knows nothing of them but that it is none of the faults.
+            // A model without other causes only knows that it is none of the faults.
             Cause::NormalOperation if margins.is_empty() => 1.0 - probability,
             _ => {
                 let same =

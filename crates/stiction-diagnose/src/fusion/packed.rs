@@ -1,9 +1,9 @@
 //! Sums of trees in few bytes.
 //!
-//! All trees of a model split by the same few thresholds: training sorts the values of a feature into at
-//! most 255 bins. So the thresholds of each feature are written once, and splits name them by number;
-//! whether a node is a split, and where missing values go, takes a bit each; leaves are whole numbers of
-//! 16 bits times a power of two for each sum. A tree of 16 leaves takes 71 bytes.
+//! All trees of a model split by the same few thresholds: training sorts the values of a feature into at most 255
+//! bins. So the thresholds of each feature are written once, and splits refer to them by number. One bit each marks
+//! whether a node is a split and where missing values go. Leaves are integers of 16 bits times a power of two for
+//! each sum. A tree of 16 leaves takes 71 bytes.
 
 use super::bytes::{Reader, Writer, damaged};
 use super::trees::{Ensemble, Node};
@@ -13,7 +13,7 @@ use crate::error::Result;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cuts(Vec<Vec<f32>>);
 
-/// How much room the number of something takes.
+/// Number of bytes for a count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Room {
     Byte,
@@ -48,7 +48,7 @@ impl Room {
 }
 
 impl Cuts {
-    /// Those of some sums of trees.
+    /// The thresholds of some sums of trees.
     pub fn of<'a>(ensembles: impl IntoIterator<Item = &'a Ensemble>, features: usize) -> Self {
         let mut all = vec![vec![]; features];
         for node in ensembles.into_iter().flat_map(Ensemble::nodes).flatten() {
@@ -114,7 +114,7 @@ impl Cuts {
         let unit = 2f32.powi(i32::from(from.u8()? as i8));
         let (count, splits) = (from.u32()? as usize, from.u32()? as usize);
         let [of_features, of_cuts] = self.rooms();
-        // No count is believed that the bytes cannot hold.
+        // Counts that exceed the bytes are refused.
         let of_split = of_features.bytes() + of_cuts.bytes() + 2;
         let needed = splits.saturating_mul(of_split).saturating_add(count.saturating_mul(2));
         if needed > from.0.len() {
@@ -127,15 +127,17 @@ impl Cuts {
         };
         let (features, places) = (numbers(from, of_features)?, numbers(from, of_cuts)?);
         if is_split.iter().filter(|split| **split).count() != splits {
-            return Err(damaged("has other splits than it says"));
+            return Err(damaged("has a wrong number of splits"));
         }
         let mut parts = features.into_iter().zip(places).zip(missing_right);
         let mut trees: Vec<Vec<Node>> = Vec::with_capacity(count);
         let (mut tree, mut open) = (vec![], 1usize);
         for split in is_split {
             if split && let Some(((feature, place), missing_right)) = parts.next() {
-                let cuts = self.0.get(feature).ok_or_else(|| damaged("has a nameless feature"))?;
-                let threshold = *cuts.get(place).ok_or_else(|| damaged("has an odd threshold"))?;
+                let cuts =
+                    self.0.get(feature).ok_or_else(|| damaged("has a feature without a name"))?;
+                let threshold =
+                    *cuts.get(place).ok_or_else(|| damaged("has an unknown threshold"))?;
                 tree.push(Node::Split { feature: feature as u16, threshold, missing_right });
                 open += 1;
             } else {
@@ -154,7 +156,7 @@ impl Cuts {
     }
 }
 
-/// Eight to a byte, the first the lowest.
+/// Eight to a byte, the first in the lowest bit.
 fn write_bits(out: &mut Writer, bits: impl Iterator<Item = bool>) {
     let (mut byte, mut filled) = (0, 0);
     for bit in bits {

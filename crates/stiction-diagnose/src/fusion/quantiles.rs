@@ -1,20 +1,19 @@
-//! Intervals that hold what they promise.
+//! Intervals with their nominal coverage.
 
 use super::trees::Ensemble;
 use crate::error::{Error, Result};
 use crate::estimate::Estimate;
 
-/// The share of intervals that are to contain the truth.
+/// The share of intervals that should contain the truth.
 pub const COVERAGE: f64 = 0.9;
 
-/// Three regressions of quantiles, and what must be added to them so that the interval between the
-/// outer two covers as often as it says.
+/// Three regressions of quantiles, and the shift that gives the interval between the outer two its nominal
+/// coverage.
 ///
-/// Conformalised quantile regression: on loops left out of training, the error of the interval
-/// `[q_low, q_high]` is `max(q_low - y, y - q_high)`; its 90 % quantile c moves both ends, to
-/// `[q_low - c, q_high + c]`, which then covers 90 % of loops drawn alike. One c for all would hold
-/// overall, but not among the loops whose interval is narrow, which are those that get a number. So c is
-/// found for each class of predicted width `q_high - q_low` apart.
+/// Conformalised quantile regression: on loops left out of training, the error of the interval `[q_low, q_high]` is
+/// `max(q_low - y, y - q_high)`. Its 90 % quantile c moves both ends, to `[q_low - c, q_high + c]`, which then
+/// covers 90 % of similar loops. One c for all would hold overall, but not among the loops with a narrow interval,
+/// which are those that get a number. So c is found for each class of predicted width `q_high - q_low`.
 ///
 /// Source: Y. Romano, E. Patterson, E. Candès, "Conformalized quantile regression", NeurIPS 32 (2019);
 /// classes after V. Vovk, "Conditional validity of inductive conformal predictors", ACML 2012 (both
@@ -27,11 +26,10 @@ pub struct Quantiles {
     pub middle: Ensemble,
     /// The 95 % quantile.
     pub high: Ensemble,
-    /// The largest predicted width of each class, ascending, and its c. What is wider belongs to the
-    /// last one.
+    /// The largest predicted width of each class, ascending, and its c. Larger widths belong to the last class.
     pub shifts: Vec<(f64, f64)>,
-    /// How much wider, about its middle, the moved interval is made, at least 1: what loops of kinds that
-    /// were left out of training need to be covered nearly as often.
+    /// Factor that widens the moved interval around its middle, at least 1, so that it covers kinds of loops left
+    /// out of training nearly as often.
     pub stretch: f64,
 }
 
@@ -49,14 +47,14 @@ impl Quantiles {
         if sound { Ok(self) } else { Err(Error::Bundle("the widths do not ascend".into())) }
     }
 
-    /// The quantiles before they are moved, in order: low, median, high. Crossed ones are uncrossed.
+    /// The quantiles before the shift, in order: low, median, high. Crossed ones are sorted.
     pub fn raw(&self, row: &[f32]) -> [f64; 3] {
         let mut quantiles = [&self.low, &self.middle, &self.high].map(|each| each.margin(row));
         quantiles.sort_by(f64::total_cmp);
         quantiles
     }
 
-    /// The median and the moved interval. An interval never loses its median.
+    /// The median and the moved interval, which always contains the median.
     pub fn estimate(&self, row: &[f32]) -> Estimate {
         let [low, value, high] = self.raw(row);
         let shift = self.shift(high - low);
@@ -65,7 +63,7 @@ impl Quantiles {
         Estimate { value, low: (low - moved).min(value), high: (high + moved).max(value) }
     }
 
-    /// What an interval of that predicted width is moved by.
+    /// The shift of an interval of that predicted width.
     fn shift(&self, width: f64) -> f64 {
         let class = self.shifts.partition_point(|(largest, _)| *largest < width);
         self.shifts.get(class).or(self.shifts.last()).map_or(0.0, |(_, shift)| *shift)

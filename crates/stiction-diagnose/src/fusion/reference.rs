@@ -1,9 +1,9 @@
-//! What the loops of training looked like, and how far a recording is from them.
+//! The features of the training loops, and the distance of a recording from them.
 
 use super::{row, sigmoid};
 use crate::error::{Error, Result};
 
-/// Quantiles that are kept of every feature.
+/// Number of quantiles that are kept of every feature.
 pub const QUANTILES: usize = 65;
 
 /// Log-odds of the share of loops below the largest quantile: 99.95 %.
@@ -20,53 +20,51 @@ pub fn level(k: usize) -> f64 {
     OUTERMOST * (2.0 * k as f64 / (QUANTILES - 1) as f64 - 1.0)
 }
 
-/// One feature in the loops of training.
+/// One feature in the training loops.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spread {
-    /// Its place among the features.
+    /// Its index among the features.
     pub feature: u16,
     /// The share of loops in which it could not be measured.
     pub missing: f32,
-    /// Its quantiles, ascending, the share of loops below each as [`level`] says; NaN if it could never be
-    /// measured.
+    /// Its quantiles, ascending; [`level`] gives the share of loops below each. NaN if it could never be measured.
     pub quantiles: Vec<f32>,
 }
 
-/// The loops of training: the spread of every feature, and how features go together.
+/// The training loops: the spread of every feature, and the correlations of features.
 ///
-/// Every feature becomes a score of mean 0 and variance 1: the log-odds of its place among the loops of
-/// training, over pi / sqrt 3; 0 where it cannot be measured; beyond the outermost quantiles it grows
-/// with the logarithm of the excess. The *distance* of a recording is the Mahalanobis distance of its
-/// scores, `sqrt(z' (R + ridge)^-1 z)` with their correlations R, in units of a threshold that few loops
-/// of training exceed: it tells a value that none of them had, and a combination of values that none of
-/// them had. Above 1 the recording is unlike anything that the model was trained on.
+/// Every feature becomes a score of mean 0 and variance 1: the log-odds of its place among the training loops, over
+/// pi / sqrt 3. It is 0 where it cannot be measured. Beyond the outermost quantiles it grows with the logarithm of
+/// the excess. The *distance* of a recording is the Mahalanobis distance of its scores, `sqrt(z' (R + ridge)^-1 z)`
+/// with their correlations R, in units of a threshold that few training loops exceed. It shows values, and
+/// combinations of values, that no training loop had. Above 1 the recording is unlike the training loops.
 ///
 /// Source: P. C. Mahalanobis, Proc. Natl. Inst. Sci. India 2 (1936) 49-55 (recalled, not read).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
-    /// The features that are looked at.
+    /// The features in use.
     pub spreads: Vec<Spread>,
     /// The lower triangle, row by row, of the inverse of the Cholesky factor of `R + ridge`.
     pub whitening: Vec<f32>,
-    /// The distance that is 1.
+    /// The distance that corresponds to 1.
     pub threshold: f64,
 }
 
-/// A feature of a recording that few loops of training have.
+/// An unusual feature of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unlike {
-    /// Its place among the features.
+    /// Its index among the features.
     pub feature: usize,
     /// Its value.
     pub value: f64,
-    /// The range that holds 99 % of the loops of training.
+    /// The range of 99 % of the training loops.
     pub range: (f64, f64),
-    /// How far out it is: the size of its score.
+    /// The size of its score.
     pub score: f64,
 }
 
 impl Spread {
-    /// Log-odds of the place of a value: of the share of loops below it, ties counting half.
+    /// Log-odds of the share of loops below a value, ties counting half.
     fn log_odds(&self, value: f32) -> f64 {
         let below = self.quantiles.partition_point(|q| *q < value);
         let up_to = self.quantiles.partition_point(|q| *q <= value);
@@ -85,7 +83,7 @@ impl Spread {
         }
     }
 
-    /// What an excess over the outermost quantile adds: its logarithm, in widths of the whole range.
+    /// Addition for an excess over the outermost quantile: its logarithm, in widths of the whole range.
     fn beyond(&self, excess: f32) -> f64 {
         let width = f64::from(self.quantiles[QUANTILES - 1] - self.quantiles[0]);
         let width = width.max(1e-6 * f64::from(self.quantiles[0].abs())).max(1e-12);
@@ -100,14 +98,14 @@ impl Spread {
         (self.log_odds(value) / LOGISTIC).clamp(-MOST, MOST)
     }
 
-    /// The share of the loops of training, of those in which it could be measured, that a value exceeds,
-    /// ties counting half; `None` without one.
+    /// The share of the training loops with a value below this one, of those in which it could be measured, ties
+    /// counting half; `None` without one.
     pub fn place(&self, value: f64) -> Option<f64> {
         let value = value as f32;
         (value.is_finite() && !self.is_empty()).then(|| sigmoid(self.log_odds(value)))
     }
 
-    /// The value that a share of the loops lies below; NaN of none.
+    /// The value above this share of the loops; NaN without any.
     pub fn quantile(&self, share: f64) -> f64 {
         let at = (super::confidence::logit(share) / OUTERMOST + 1.0) * 0.5 * (QUANTILES - 1) as f64;
         let at = at.clamp(0.0, (QUANTILES - 1) as f64);
@@ -120,7 +118,7 @@ impl Spread {
         self.quantiles[0].is_nan()
     }
 
-    /// Whether it can be asked.
+    /// Whether it is valid.
     fn is_sound(&self) -> bool {
         let ascends = self.quantiles.windows(2).all(|two| two[0] <= two[1]);
         let finite = self.quantiles.iter().all(|q| q.is_finite());
@@ -132,11 +130,11 @@ impl Spread {
 }
 
 impl Reference {
-    /// Accepts what can be asked.
+    /// Accepts valid references.
     ///
     /// # Errors
-    /// If quantiles do not ascend, or are not as many as they should be, or the numbers of the distance
-    /// are not finite or not as many as features need.
+    /// If quantiles do not ascend, or have a wrong number, or the numbers of the distance are not finite or have a
+    /// wrong number.
     pub fn checked(self) -> Result<Self> {
         let n = self.spreads.len();
         let sound = self.spreads.iter().all(Spread::is_sound)
@@ -144,11 +142,7 @@ impl Reference {
             && self.whitening.iter().all(|v| v.is_finite())
             && self.threshold > 0.0
             && self.threshold.is_finite();
-        if sound {
-            Ok(self)
-        } else {
-            Err(Error::Bundle("the loops of training are damaged".into()))
-        }
+        if sound { Ok(self) } else { Err(Error::Bundle("the training loops are damaged".into())) }
     }
 
     /// The scores of a [`row`] of features.
@@ -157,7 +151,7 @@ impl Reference {
         self.spreads.iter().map(|s| s.score(value(s).unwrap_or(f32::NAN))).collect()
     }
 
-    /// The distance of a [`row`] of features from the loops of training; above 1 it is unlike them.
+    /// The distance of a [`row`] of features from the training loops; above 1 it is unlike them.
     pub fn distance(&self, row: &[f32]) -> f64 {
         let scores = self.scores(row);
         let mut from = &self.whitening[..];
@@ -171,13 +165,12 @@ impl Reference {
         square.sqrt() / self.threshold
     }
 
-    /// The spread of a feature; `None` if it is not looked at.
+    /// The spread of a feature; `None` if it is not in use.
     pub fn spread(&self, feature: usize) -> Option<&Spread> {
         self.spreads.iter().find(|spread| usize::from(spread.feature) == feature)
     }
 
-    /// The features of a recording that lie outside of what 99 % of the loops of training have, the
-    /// furthest first.
+    /// The features of a recording outside the range of 99 % of the training loops, the farthest first.
     pub fn unlike(&self, values: &[f64]) -> Vec<Unlike> {
         let row = row(values);
         let mut found: Vec<Unlike> = self

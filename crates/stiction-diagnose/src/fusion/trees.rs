@@ -9,37 +9,37 @@ pub enum Node {
     Split {
         /// Index of the feature.
         feature: u16,
-        /// The largest value that goes left; infinite to part missing values from all others.
+        /// The largest value that goes left; infinite to separate missing values from all others.
         threshold: f32,
         /// Whether a missing value goes right.
         missing_right: bool,
     },
-    /// What the tree adds.
+    /// The value that the tree adds.
     Leaf(f32),
 }
 
 /// A sum of trees: `f(x) = base + sum_t leaf_t(x)`.
 ///
-/// Features are compared as `f32`, as they were in training; one that is NaN or infinite counts as
-/// missing and takes the way each node has for that. The order of the sum is that of the trees, so the
-/// same values give the same bits.
+/// Features are compared as `f32`, as they were in training. A feature that is NaN or infinite counts as missing
+/// and takes the branch that each node has for missing values. The sum is in the order of the trees, so the same
+/// values give the same bits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ensemble {
     base: f64,
     /// The nodes of all trees, each tree in preorder: the left child of a node is the next one.
     steps: Vec<Step>,
-    /// The first step of each tree.
+    /// The root of each tree.
     roots: Vec<u32>,
 }
 
 /// A node in eight bytes, because a verdict visits tens of thousands of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Step {
-    /// Index of the feature, or [`LEAF`]; the highest bit says that missing values go right.
+    /// Index of the feature, or [`LEAF`]; the highest bit means that missing values go right.
     feature: u16,
-    /// From the root to the right child.
+    /// Distance from the node to its right child.
     right: u16,
-    /// The threshold, or what a leaf adds.
+    /// The threshold, or the value of a leaf.
     value: f32,
 }
 
@@ -49,10 +49,10 @@ const LEAF: u16 = 0x7fff;
 /// The bit of a feature that sends missing values right.
 const MISSING_RIGHT: u16 = 0x8000;
 
-/// The most features there can be.
+/// The largest number of features.
 pub const MOST_FEATURES: usize = LEAF as usize;
 
-/// Features as trees compare them: `f32`, and NaN for what is missing or not finite.
+/// Features as trees compare them: `f32`, and NaN for missing or infinite values.
 pub fn row(values: &[f64]) -> Vec<f32> {
     values.iter().map(|&v| v as f32).map(|v| if v.is_finite() { v } else { f32::NAN }).collect()
 }
@@ -62,7 +62,7 @@ impl Ensemble {
     /// branch, all of its right branch.
     ///
     /// # Errors
-    /// If a tree is not complete, goes on after its end or has more than 65,535 nodes, a feature is
+    /// If a tree is not complete, continues after its end or has more than 65,535 nodes, a feature is
     /// [`MOST_FEATURES`] or beyond, a threshold is NaN, or the base or a leaf is not finite.
     pub fn new(base: f64, trees: &[Vec<Node>]) -> Result<Self> {
         let mut all = Self { base, steps: vec![], roots: vec![] };
@@ -80,17 +80,17 @@ impl Ensemble {
         if tree.len() > usize::from(u16::MAX) || root + tree.len() > u32::MAX as usize {
             return Err(damaged("a tree has too many nodes"));
         }
-        // Splits whose right branch is still to come.
+        // Splits whose right branch is still missing.
         let mut open: Vec<usize> = vec![];
         let mut ended = false;
         for (k, node) in tree.iter().enumerate() {
             if ended {
-                return Err(damaged("a tree goes on after its end"));
+                return Err(damaged("a tree continues after its end"));
             }
             match *node {
                 Node::Split { feature, threshold, missing_right } => {
                     if feature >= LEAF || threshold.is_nan() {
-                        return Err(damaged("a tree splits by no feature or no number"));
+                        return Err(damaged("a tree splits without a feature or a number"));
                     }
                     let feature = feature | if missing_right { MISSING_RIGHT } else { 0 };
                     self.steps.push(Step { feature, right: 0, value: threshold });
@@ -131,8 +131,8 @@ impl Ensemble {
         mean
     }
 
-    /// The same with leaves that are whole numbers of 16 bits times a power of two, the smallest that
-    /// serves the largest leaf: as a file keeps them. What is rounded stays as it is when rounded again.
+    /// The same with leaves that are integers of 16 bits times the smallest sufficient power of two, as in a file.
+    /// Rounding again changes nothing.
     pub fn rounded(mut self) -> Self {
         let unit = 2f64.powi(self.exponent());
         for leaf in self.steps.iter_mut().filter(|step| step.feature == LEAF) {
@@ -146,7 +146,7 @@ impl Ensemble {
         let leaves = self.steps.iter().filter(|step| step.feature == LEAF);
         let largest = leaves.map(|step| f64::from(step.value.abs())).fold(0.0, f64::max);
         let exponent = (largest / f64::from(i16::MAX)).log2().ceil();
-        // Below, `f32` has no whole steps; without a leaf, or with none but 0, any serves.
+        // Below, `f32` has no whole steps. Without a leaf, or with zeros only, any exponent works.
         if exponent.is_finite() { (exponent as i32).max(-120) } else { 0 }
     }
 
@@ -169,12 +169,12 @@ impl Ensemble {
         sum
     }
 
-    /// What it starts from.
+    /// The constant before the first tree.
     pub fn base(&self) -> f64 {
         self.base
     }
 
-    /// How many trees it sums.
+    /// Number of trees.
     pub fn trees(&self) -> usize {
         self.roots.len()
     }

@@ -1,16 +1,16 @@
-//! A linear model of the PV by its own past and the input: ARX.
+//! A linear model of the PV from its own past and the input: ARX.
 //!
 //! # What it measures
-//! How the PV follows an input (OP, or a valve position) from one sample to the next, and with which delay.
+//! How the PV follows an input (OP or valve position) from one sample to the next, and with which delay.
 //!
 //! # Assumptions
-//! A linear process of at most fifth order; what disturbs it is white where it enters the equation.
+//! A linear process of at most fifth order; its disturbance is white at the equation's input.
 //!
 //! # Equations
 //! ```text
 //! y(k) = c + sum_{i=1..5} a_i y(k-i) + sum_{j=0..3} b_j x(k-d-j) + e(k)
 //! ```
-//! by least squares for every delay d up to the longest; the one that leaves least is taken.
+//! by least squares for every delay d up to the longest. The result is the one with the smallest error.
 //!
 //! # Parameters
 //! | name | unit | default | source |
@@ -19,31 +19,31 @@
 //! | `longest_delay` | samples | 40, in Python | ours |
 //!
 //! # Limits
-//! Noise on the PV that is not that of the equation biases the coefficients towards a faster process. In closed loop
-//! without anything but noise to move it, the inverse of the controller explains as much.
+//! Measurement noise of the PV biases the coefficients towards a faster process. In closed loop with noise alone,
+//! the inverse of the controller explains as much.
 //!
 //! # References
 //! L. Ljung, System Identification: Theory for the User, 2nd ed., Prentice Hall (1999), section 4.2 (recalled, not
 //! read).
 
 // Within the crate: sixteen models of one PV at a time, each with its own input, for several delays at once. All
-// columns are shifts of two series, so every product of two columns is a sum over one lag with a few samples more or
-// less at its edges: `G(l+1, i+1) = G(l, i) + first - last`. The sums over lags are formed once for an input, and
-// serve all delays. What the past of `y` explains is the same for every input and delay; its normal equations are
-// factored once, and only a system of four unknowns is left.
+// columns are shifts of two series, so every product of two columns is a sum over one lag with a few samples more
+// or less at its edges: `G(l+1, i+1) = G(l, i) + first - last`. The sums over lags are formed once for an input and
+// serve all delays. The part explained by the past of `y` is the same for every input and delay; its normal
+// equations are factored once, and only a system of four unknowns remains.
 
 use crate::finding::Abstention;
 use crate::numeric::least_squares::{RIDGE, Solution, dot, least_squares};
 use crate::series::{centred, mean, std};
 use crate::simd::{Kernel, LANES, Lane, Width};
 
-/// How many past values of the PV a model knows.
+/// Number of past values of the PV in a model.
 pub const PAST: usize = 5;
-/// How many neighbouring values of its input a model knows.
+/// Number of neighbouring values of its input in a model.
 pub const TAPS: usize = 4;
 /// A constant and the past of the PV.
 const COMMON: usize = PAST + 1;
-/// Samples whose positions stay in the first-level cache while all lags pass over them.
+/// Samples whose positions stay in the first-level cache during all lags.
 const TILE: usize = 96;
 
 /// A linear model of a PV.
@@ -57,18 +57,18 @@ pub struct Arx {
     pub taps: [f64; TAPS],
     /// Samples from input to PV, at least 1.
     pub delay: usize,
-    /// Standard deviation of what is left, in units of the PV.
+    /// Standard deviation of the residual, in units of the PV.
     pub residual_std: f64,
     /// Share of the variance of the PV that is explained from sample to sample.
     pub fit: f64,
-    /// The PV as it is expected from the samples before, in its units; the first samples, which nothing is before, are
-    /// those of the PV.
+    /// The PV predicted from the samples before, in its units; the first samples, without a past, are those of the
+    /// PV.
     pub predicted: Vec<f64>,
 }
 
 impl Arx {
-    /// What the PV moves by in the end, units of the PV per percent: `sum b / (1 - sum a)`. Infinite of a process that
-    /// integrates, and of no meaning of one that does so nearly.
+    /// Static gain, units of the PV per percent: `sum b / (1 - sum a)`. Infinite for an integrating process, and
+    /// meaningless for one that nearly integrates.
     pub fn gain(&self) -> f64 {
         self.taps.iter().sum::<f64>() / (1.0 - self.past.iter().sum::<f64>())
     }
@@ -96,7 +96,7 @@ pub fn fit(op: &[f64], pv: &[f64], longest_delay: usize) -> Result<Arx, Abstenti
     let fewest = (longest.saturating_add(TAPS - 1)).max(PAST).saturating_add(3 * (COMMON + TAPS));
     if op.len() != pv.len() || op.len() < fewest {
         return Err(Abstention(format!(
-            "a model is fitted to at least {fewest} samples of both OP and PV; there are {} and {}",
+            "a model needs at least {fewest} samples of both OP and PV; there are {} and {}",
             op.len(),
             pv.len()
         )));
@@ -137,23 +137,23 @@ pub fn fit(op: &[f64], pv: &[f64], longest_delay: usize) -> Result<Arx, Abstenti
     })
 }
 
-/// A PV to be explained: everything about it that does not depend on the input.
+/// A PV to explain: everything about it that does not depend on the input.
 pub(crate) struct Target {
-    /// The series, followed by zeros that no model sees.
+    /// The series, followed by zeros that no model uses.
     y: Vec<f64>,
     n: usize,
-    /// First sample that is predicted; the same for all delays, so that sums of squares compare.
+    /// First predicted sample; the same for all delays, so that sums of squares are comparable.
     first: usize,
     delays: Vec<usize>,
     /// Lower triangle of the factored normal equations of the common columns.
     factor: [[f64; COMMON]; COMMON],
     /// The factored product of common columns and target.
     target: [f64; COMMON],
-    /// Sum of squares that the common columns leave.
+    /// Sum of squares that the common columns do not explain.
     left: f64,
 }
 
-/// What is left unexplained with each of sixteen inputs.
+/// The unexplained part for each of sixteen inputs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fits {
     /// Sum of squares at the best delay.
@@ -207,18 +207,18 @@ impl Target {
         sound.then(|| Self { y, n, first, delays: delays.to_vec(), factor, target, left })
     }
 
-    /// Samples predicted.
+    /// Number of predicted samples.
     pub fn samples(&self) -> usize {
         self.n - self.first
     }
 
-    /// The first sample predicted.
+    /// The first predicted sample.
     pub fn first(&self) -> usize {
         self.first
     }
 
-    /// What the past of the target and these inputs, each at its delay, leave of it. Inputs are as long
-    /// as the target, delays at most the longest of the target's.
+    /// The residual of the target after its past and these inputs, each at its delay. Inputs are as long as the
+    /// target, delays at most the longest of the target's.
     pub fn explain(&self, inputs: &[(&[f64], usize)]) -> Option<Solution> {
         let (n, first) = (self.n, self.first);
         let constant = vec![1.0; n - first];
@@ -244,7 +244,7 @@ pub(super) fn lag_sums(x: &[Lane], y: &[f64], offsets: &[usize], sums: &mut [Lan
         let mut offsets = offsets.chunks_exact(3);
         let mut sums = sums.chunks_exact_mut(3);
         for (offsets, sums) in offsets.by_ref().zip(sums.by_ref()) {
-            // By name, not in an array: each stays in registers.
+            // By name, not in an array, so that each stays in registers.
             let (mut a, mut b, mut c) = (sums[0], sums[1], sums[2]);
             let row = |g: usize| &y[offsets[g]..][..x.len()];
             let rows = row(0).iter().zip(row(1)).zip(row(2));
@@ -286,7 +286,7 @@ impl Kernel for Fit<'_> {
         lag_sums(&x[first - 1..n - 1], &target.y[first - 1 - lowest..], &offsets, &mut lags);
         let (mut sum, mut squares) = own_sums(x, first - 1, n - 1);
 
-        // Of every column, what the common columns explain and what is left of its products.
+        // For every column, the part that the common columns explain and the rest of its products.
         let mut explained = vec![[Lane::splat(0.0); COMMON]; longest + 1];
         let mut onto = vec![Lane::splat(0.0); longest + 1];
         let mut products = vec![[Lane::splat(0.0); TAPS]; longest + 1];
@@ -311,7 +311,7 @@ impl Kernel for Fit<'_> {
             // In the next column every product has one sample more at its beginning, one less at its end.
             let (enters, leaves) = (first - 1 - column, n - 1 - column);
             for (lag, sums) in lags.iter_mut().enumerate() {
-                // Products with values of the target before the past belong to columns done with.
+                // Products with values of the target before the past belong to finished columns.
                 if let Some(shifted) = (enters + lag).checked_sub(lowest) {
                     sums.add_scaled(&x[enters], target.y[shifted]);
                     sums.add_scaled(&x[leaves], -target.y[leaves + lag - lowest]);
@@ -320,7 +320,7 @@ impl Kernel for Fit<'_> {
             sum.add_scaled(&x[enters], 1.0);
             sum.add_scaled(&x[leaves], -1.0);
             for (j, square) in squares.iter_mut().enumerate() {
-                // Products with values before the first sample belong to columns that nobody reads.
+                // Products with values before the first sample belong to unused columns.
                 square.add_product(&x[enters], &x[enters.saturating_sub(j)]);
                 square.subtract_product(&x[leaves], &x[leaves - j]);
             }
@@ -369,7 +369,7 @@ fn own_sums(x: &[Lane], from: usize, to: usize) -> (Lane, [Lane; TAPS]) {
     (sum, [square, one, two, three])
 }
 
-/// What four neighbouring columns leave of the sum of squares `left`.
+/// The part of the sum of squares `left` that four neighbouring columns do not explain.
 #[inline(always)]
 fn remaining(left: f64, products: &[[Lane; TAPS]], onto: &[Lane]) -> Lane {
     let mut factor: [[Lane; TAPS]; TAPS] = [[Lane::splat(0.0); TAPS]; TAPS];
@@ -388,7 +388,7 @@ fn remaining(left: f64, products: &[[Lane; TAPS]], onto: &[Lane]) -> Lane {
             value.subtract_product(&factor[i][m], &factor[i][m]);
             product.subtract_product(&factor[i][m], &solved[m]);
         }
-        // The diagonal holds its own reciprocal.
+        // The diagonal contains its own reciprocal.
         let scale = Lane::from_fn(|l| 1.0 / value[l].sqrt());
         factor[i][i] = scale;
         solved[i] = Lane::from_fn(|l| product[l] * scale[l]);

@@ -1,14 +1,14 @@
-//! Which controller made the OP: its structure, gain, integral and derivative time, from OP, PV and SP as recorded.
+//! The controller of the OP: its structure, gain, integral and derivative time, from recorded OP, PV and SP.
 //!
 //! # What it measures
-//! Whether the OP is the output of a P, PI or PID controller that saw the recorded PV and SP, and with which
-//! settings; how often it executes; where its limits are; and where none of these fits, that none does. It
-//! holds whatever the valve and the process do, for it looks at the controller alone.
+//! Whether the OP is the output of a P, PI or PID controller on the recorded PV and SP, with its settings,
+//! execution interval and limits, or whether none of these fits. It holds for any valve and process, because it
+//! only uses the controller.
 //!
 //! # Assumptions
-//! The controller sees the PV that is recorded, at the time of the sample or one sample before. It executes once a
-//! sample, every few samples, or several times within one. Without an SP the set point is taken to be constant, and is
-//! found.
+//! The controller uses the recorded PV, at the time of the sample or one sample before. It executes once a sample,
+//! every few samples, or several times within one. Without an SP the set point is assumed constant, and is
+//! estimated.
 //!
 //! # Equations
 //! Within every run of samples off the limits,
@@ -18,24 +18,24 @@
 //! D(k) = a D(k-1) + (1 - a) (w(k) - w(k-1)) / Ts              w = -pv, or e
 //! n(k) = rho n(k-1) + innovation                              Student's t with four degrees of freedom
 //! ```
-//! `kp`, `ki`, `kd`, the levels and the SP by iterated least squares; `rho`, `a`, the gap and the delay over
-//! grids, by likelihood. With `rho = 0` what is left is the rounding of the OP; with `rho = 1` it wanders, as the sum of
-//! errors of the recorded PV does, or jumps once, as where the controller tracked something: the innovations'
-//! heavy tails make that cheap. `Kc = kp`, `Ti = kp / ki`, `Td = kd / kp`, the filter from `a`. A more complex
-//! structure must be likelier by [`WORTH`] nats. Standard errors from the scores' sums over blocks of
-//! the record, so that what is left may be correlated; to the PV's rounding its share of the variance of `e` is given
-//! back. A controller that executes `m` times a sample sums what the record does not show: then `W` has but
-//! `(m + 1) / 2m` of `e(k)`, which nothing tells from a part of `kp`. It executes once where nothing is left but
-//! what rounding leaves; else `m` is unknown, `kp` is that of the middle, and its range is added to the error.
+//! `kp`, `ki`, `kd`, the levels and the SP are found by iterated least squares; `rho`, `a`, the gap and the delay
+//! over grids, by likelihood. With `rho = 0` the residual is the rounding of the OP. With `rho = 1` it wanders, as
+//! the sum of errors of the recorded PV does, or jumps once where the controller tracked a signal. The innovations'
+//! heavy tails give such jumps a low cost. `Kc = kp`, `Ti = kp / ki`, `Td = kd / kp`, the filter from `a`. A more
+//! complex structure must be likelier by [`WORTH`] nats. Standard errors come from the sums of scores over blocks
+//! of the record, so that the residual may be correlated. The variance of `e` is corrected for the PV's rounding. A
+//! controller that executes `m` times a sample sums errors that the record does not contain. Then `W` contains only
+//! `(m + 1) / 2m` of `e(k)`, which cannot be distinguished from a part of `kp`. It executes once per sample if the
+//! residual is only rounding. Otherwise `m` is unknown, `kp` is that of the middle, and its range is added to the
+//! error.
 //!
 //! # Parameters
 //! None.
 //!
 //! # Limits
-//! A PV that the historian compressed, held or rounded coarsely is not what the controller saw: gains come out too
-//! low. A filter between the recorded PV and the controller is taken for derivative action of the wrong sign, and so not
-//! accepted. What a controller of another kind does (feedforward, override, a gain that depends on the error) is told as
-//! "none fits".
+//! A PV that the historian compressed, held or rounded coarsely differs from the controller's input: gains are too
+//! low. A filter between the recorded PV and the controller looks like derivative action of the wrong sign, and is
+//! not accepted. Other controllers (feedforward, override, a gain that depends on the error) give "none fits".
 //!
 //! # References
 //! D. Cochrane, G. H. Orcutt, J. Am. Stat. Assoc. 44 (1949) 32, for `rho`; K. L. Lange, R. J. A. Little,
@@ -54,29 +54,30 @@ use crate::series::{mean, median, quantile, span, variance};
 use law::{Fit, Settings};
 use record::{Record, Shape, held};
 
-/// Samples below which no controller is fitted.
+/// Fewest samples for a fit of a controller.
 pub const FEWEST_SAMPLES: usize = 60;
-/// Samples beyond which only the middle of a segment is looked at.
+/// Number of samples above which only the middle of a segment is used.
 pub const MOST_SAMPLES: usize = 6000;
-/// By how many nats a more complex structure must be likelier.
+/// Nats by which a more complex structure must be likelier.
 pub const WORTH: f64 = 12.0;
-/// Share of the OP's innovations that a controller must explain to be one.
+/// Smallest share of the OP's innovations that a controller must explain.
 pub const LEAST_EXPLAINED: f64 = 0.5;
 /// Half width of a 90 % interval, standard errors: Student's t of the blocks.
 const WIDE: f64 = 1.72;
-/// By what standard errors are multiplied where more than rounding is left, so that intervals of simulated loops cover.
+/// Factor of standard errors if more than rounding remains, so that intervals of simulated loops have their
+/// coverage.
 const LOOSE: f64 = 2.5;
-/// The least derivative time that counts as one, samples: where only rounding is left, and otherwise.
+/// The shortest derivative time that counts, samples: if only rounding remains, and otherwise.
 const LEAST_TD: [f64; 2] = [0.03, 0.5];
-/// Times [`WORTH`] that derivative action must be likelier where more than rounding is left: what a historian does to a PV
-/// between two samples looks like a little of it.
+/// Factor of [`WORTH`] for derivative action if more than rounding remains: changes of a PV by a historian between
+/// two samples look similar.
 const SLOPE_WORTH: f64 = 4.0;
-/// What is left may remember this much of its last value.
+/// Largest autocorrelation of the residual.
 const RHO: [f64; 9] = [0.0, 0.4, 0.7, 0.85, 0.93, 0.97, 0.99, 0.997, 1.0];
-/// The derivative may keep this much of its last value, before it is searched for between two of these.
+/// Largest memory of the derivative, before the search between two of these values.
 const KEEP: [f64; 7] = [0.0, 0.2, 0.4, 0.6, 0.75, 0.88, 0.95];
 
-/// What a controller consists of.
+/// The structure of a controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Structure {
     /// Proportional only.
@@ -98,13 +99,13 @@ impl Structure {
     }
 }
 
-/// A controller as its output shows it.
+/// A controller identified from its output.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct FittedController {
-    /// What it consists of.
+    /// Its structure.
     pub structure: Structure,
-    /// Gain, percent of OP per unit of PV; negative of a direct-acting controller.
+    /// Gain, percent of OP per unit of PV; negative for a direct-acting controller.
     pub kc: Estimate,
     /// Integral time, s; `None` without integral action.
     #[cfg_attr(feature = "serde", serde(rename = "ti"))]
@@ -115,45 +116,45 @@ pub struct FittedController {
     /// Time constant of the derivative's filter, s.
     #[cfg_attr(feature = "serde", serde(rename = "filter"))]
     pub filter_s: Option<f64>,
-    /// What the derivative acts on; `None` without it, or where the set point never moves.
+    /// Input of the derivative; `None` without it, or if the set point never moves.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub derivative_on: Option<DerivativeOn>,
     /// Weight of the set point in the proportional part, where the set point moves.
     pub set_point_weight: Option<f64>,
     /// The constant set point, in units of the PV, where none is recorded.
     pub set_point: Option<Estimate>,
-    /// Half the width of the gap within which the error counts for nothing, in units of the PV; 0 for none.
+    /// Half width of the gap in which the error is ignored, in units of the PV; 0 for none.
     pub gap: f64,
-    /// Time between executions, s; `None` where it is shorter than the record can show.
+    /// Time between executions, s; `None` if it is shorter than the record can show.
     #[cfg_attr(feature = "serde", serde(rename = "execution"))]
     pub execution_s: Option<f64>,
-    /// Samples from a PV to the OP that answers it: 0 or 1.
+    /// Samples from a PV to the response of the OP: 0 or 1.
     #[cfg_attr(feature = "serde", serde(rename = "delay_samples"))]
     pub delay: usize,
     /// The lower limit of the OP, percent, where it was reached.
     pub low: Option<f64>,
     /// The upper limit of the OP, percent, where it was reached.
     pub high: Option<f64>,
-    /// The most that the OP moves, percent per second, where it was reached often.
+    /// The fastest movement of the OP, percent per second, if it was reached often.
     pub rate_limit: Option<f64>,
-    /// Resolution of the recorded OP, percent; 0 where none shows.
+    /// Resolution of the recorded OP, percent; 0 if none is visible.
     pub op_quantum: f64,
     /// Share of the OP's innovations that it explains.
     pub explained: f64,
-    /// Share of the samples at which something else moved the OP: a hand, tracking, an upset of the record.
+    /// Share of the samples at which something else moved the OP: an operator, tracking, an upset of the record.
     pub otherwise: f64,
 }
 
-/// The controller whose output the OP of a segment is.
+/// The controller whose output is the OP of a segment.
 ///
 /// # Errors
-/// In words: why there is none, or why it cannot be told.
+/// In words: why there is none, or why it cannot be identified.
 pub fn fit(segment: &Segment) -> Result<FittedController, Abstention> {
     let pv = segment.pv.as_deref().ok_or_else(|| no("without a PV no controller can be fitted"))?;
     let n = segment.len();
     if n < FEWEST_SAMPLES {
         return Err(Abstention(format!(
-            "a controller is fitted to at least {FEWEST_SAMPLES} samples; there are {n}"
+            "a controller needs at least {FEWEST_SAMPLES} samples; there are {n}"
         )));
     }
     let (from, until) = match n > MOST_SAMPLES {
@@ -182,7 +183,7 @@ fn no(why: &str) -> Abstention {
 
 impl Record<'_> {
     fn controller(&self, held: bool) -> Result<FittedController, Abstention> {
-        let nothing = || no("no controller's law fits: OP and PV do not move enough together");
+        let nothing = || no("no control law fits: OP and PV do not move enough together");
         let plain = Shape { integral: true, derivative: None, gap: 0.0, weighted: false, delay: 0 };
         let mut best = self.fitted(plain, &RHO).ok_or_else(nothing)?;
         let near = |rho: f64| -> Vec<f64> {
@@ -204,7 +205,7 @@ impl Record<'_> {
         if self.sp.is_some() && !best.shape.weighted {
             best = self.with_gap(best, &near);
         }
-        // An OP that answers the PV of the sample before is rare.
+        // An OP that responds to the PV of the sample before is rare.
         let late = Shape { delay: 1, ..best.shape };
         best = self.better(best.clone(), self.fitted(late, &RHO), WORTH);
         let on = match self.sp_moves {
@@ -239,7 +240,7 @@ impl Record<'_> {
             best =
                 self.fitted(Shape { derivative: None, ..best.shape }, &RHO).ok_or_else(nothing)?;
         }
-        // Without integral action, if that explains as much.
+        // Without integral action, if the fit is as good.
         let shape = Shape { integral: false, derivative: None, ..best.shape };
         if let Some(proportional) = self.fitted(shape, &RHO) {
             let found = self.settings(&best);
@@ -251,8 +252,8 @@ impl Record<'_> {
         let all = best.explained.max(self.level_explained(&best));
         if best.explained < LEAST_EXPLAINED && (all < 0.9 || best.explained < 0.3) {
             return Err(Abstention(format!(
-                "no controller's law fits: the best explains {:.0} % of what is new in the OP; feedforward, an override, \
-                 a controller of another kind, or a PV that is not the one it sees",
+                "no control law fits (the best explains {:.0} % of the OP's innovations). Possible reasons: \
+                 feedforward, an override, another kind of controller, or a different PV",
                 100.0 * best.explained.max(0.0)
             )));
         }
@@ -281,8 +282,8 @@ impl Record<'_> {
         found
     }
 
-    /// Why it is none of these controllers after all: its gain depends on the size of the error, or a set point
-    /// that is not recorded moves.
+    /// Why it is none of these controllers: its gain depends on the size of the error, or an unrecorded set point
+    /// moves.
     fn refuted(&self, best: &Fit) -> Option<Abstention> {
         let columns = self.columns(best.shape);
         let worse_than = |more: Vec<Vec<f64>>| {
@@ -301,7 +302,7 @@ impl Record<'_> {
             }
         };
         if self.sp.is_none() {
-            // Another set point in every sixth of the record.
+            // A separate set point in every sixth of the record.
             let n = self.op.len();
             let inside = |part: usize| -> Vec<f64> {
                 (0..n).map(|k| f64::from(u8::from(6 * k / n == part))).collect()
@@ -311,12 +312,12 @@ impl Record<'_> {
                 false => inside(part),
             };
             if worse_than((0..5).map(sixth).collect()) == Some(true) {
-                return Some(no("no SP is recorded, and it moves: export the set point"));
+                return Some(no("the SP is not recorded and moves: export the set point"));
             }
         }
         let sizes: Vec<f64> = error.iter().map(|e| e.abs()).collect();
         let typical = median(&sizes).max(f64::MIN_POSITIVE);
-        // Bounded, so that a few large errors do not speak for all.
+        // Bounded, so that a few large errors do not dominate.
         let bent = [1.0, 4.0].map(|from| -> Vec<f64> {
             error.iter().map(|e| e * (e.abs() / (from * typical)).min(1.0)).collect()
         });
@@ -357,19 +358,19 @@ impl Record<'_> {
     /// The fit with its standard errors, as settings.
     fn told(&self, best: &Fit, held: bool) -> Result<FittedController, Abstention> {
         let columns = self.columns(best.shape);
-        let lost = || no("the controller's settings could not be told apart");
+        let lost = || no("the controller's settings could not be separated");
         let fit = self.with_rho(best.shape, &columns, best.rho, true).ok_or_else(lost)?;
         let Settings { kp, of_sp, ki, slope, kd } = self.settings(&fit);
         let of_kp = 0;
         let of_ki = 1 + usize::from(fit.shape.weighted);
         let of_kd = fit.coefficients.len() - 1;
         let variance = |i: usize, j: usize| fit.covariance[(i, j)];
-        // What is left where it executes once a sample is rounding.
+        // If it executes once a sample, the residual is rounding.
         let of_pv = (kp.abs() + ki.abs() * self.step) * self.pv_quantum;
         let rounding = (self.quantum.powi(2) + of_pv.powi(2)) * (1.0 + fit.rho.powi(2)) / 12.0;
         let fine = if fit.shape.derivative.is_some() { 1e-6 } else { 1e-8 } * span(self.op);
         let executes = held || fit.scale <= fine;
-        // Rounding hides what would tell.
+        // Rounding hides the difference.
         let perhaps = fit.scale <= 1.3 * rounding.sqrt() + fine;
         let unknown = if executes { 0.0 } else { 0.5 * self.step * ki };
         let kp = if perhaps { kp } else { kp + 0.5 * unknown };
@@ -446,7 +447,7 @@ fn interval(value: f64, error: f64) -> Estimate {
     Estimate { value, low: value - reach, high: value + reach }
 }
 
-/// The interval of what is above 0 by its relative error.
+/// The interval of a positive value by its relative error.
 fn log_interval(value: f64, relative: f64) -> Estimate {
     let factor = (WIDE * relative + 1e-6).min(20.0).exp();
     Estimate { value, low: value / factor, high: value * factor }
@@ -503,7 +504,7 @@ mod tests {
     fn a_constant_set_point_is_found_and_one_that_moves_is_missed() {
         let segment = Segment { sp: None, ..recorded(Controller::pi(0.6, 9.0).unwrap(), 1.2) };
         let why = fit(&segment).unwrap_err();
-        assert!(why.0.contains("no SP is recorded, and it moves"), "{why}");
+        assert!(why.0.contains("SP is not recorded and moves"), "{why}");
         let found = fit(&segment.part(550, 650)).unwrap();
         assert!(near(found.set_point.unwrap().value, -2.0, 1e-4), "{found:?}");
     }

@@ -1,13 +1,13 @@
 //! S and J from the period and the amplitude of a cycle, in closed form.
 //!
 //! # What it measures
-//! S and J of a valve in a loop of which the process and the controller are known, from two numbers of its
-//! limit cycle: its period and the amplitude of the OP.
+//! S and J of a valve in a loop with known process and controller, from two numbers of its limit cycle: its period
+//! and the amplitude of the OP.
 //!
 //! # Assumptions
 //! A two-phase valve (equal to Kano's and Choudhury's) before a process of first order with dead time,
-//! under a PI controller whose integral time is the time constant; a cycle without noise and disturbance;
-//! samples much shorter than the dead time; `0 < q < 1`.
+//! under a PI controller whose integral time is the time constant. The cycle has no noise and no disturbance.
+//! Samples are much shorter than the dead time, and `0 < q < 1`.
 //!
 //! # Equations
 //! Those of [`CancelledLoop::cycle`], solved for S and J. With `kappa = Kp Kc / tau`, `q = kappa theta`,
@@ -20,7 +20,7 @@
 //! Any difference between integral time and time constant, and any noise, moves both. J may exceed S.
 //!
 //! # Deviations from the paper
-//! There is none; the closed form was derived for this project and confirmed by simulation.
+//! None. The closed form was derived for this project and confirmed by simulation.
 //!
 //! # References
 //! None.
@@ -45,8 +45,8 @@ pub use crate::limit_cycle::CancelledLoop;
 /// ```
 ///
 /// # Errors
-/// If a number is not positive and finite, q is not below 1, or no valve makes such a cycle: the period is
-/// too short, or S comes out negative.
+/// If a number is not positive and finite, q is not below 1, or no valve makes such a cycle: the period is too
+/// short, or S would be negative.
 pub fn bands(known: &CancelledLoop, period_s: f64, op_amplitude: f64) -> Result<Bands, Abstention> {
     let CancelledLoop { time_constant_s, dead_time_s, .. } = *known;
     let (kappa, q) = known.rate();

@@ -1,13 +1,13 @@
 //! First order plus dead time, from OP and PV in closed loop.
 //!
 //! # What it measures
-//! Gain, time constant and dead time of the process between an input (OP, or a valve position) and PV,
-//! with standard errors; or gain and dead time of one that integrates.
+//! Gain, time constant and dead time of the process between an input (OP or valve position) and PV, with standard
+//! errors; for an integrating process, gain and dead time.
 //!
 //! # Assumptions
-//! A linear process; input held between samples. A dead time of at least the one sample that a sampled
-//! controller needs: without that the fit could find the controller's inverse. Something besides the
-//! PV's own noise moves the loop: a set point, a sticking valve, a disturbance that is slow or small.
+//! A linear process, with its input held between samples. The dead time is at least the one sample of a sampled
+//! controller, otherwise the fit could find the controller's inverse. Something besides the PV's own noise moves
+//! the loop: a set point, a sticking valve, or a slow or small disturbance.
 //!
 //! # Equations
 //! ```text
@@ -15,11 +15,10 @@
 //! z(k) = z(k-1) + Ts x(k-1)                                    integrating
 //! y(k) = c + K z(k-d) + w a^k + e(k)     (integrating: w k, which balances the mean of x)
 //! ```
-//! with `x` less its mean. The output error `e` is made least: c, K and w by least squares for each `d`
-//! and tau, tau over a geometric grid and then by golden sections, d over all delays up to the longest.
-//! `dead time = d Ts - Ts`, as the hold itself is in `z`. Standard errors are those of the linearised
-//! model in K, ln tau and d, the residual's variance raised by `(1 + r)/(1 - r)` with its correlation r
-//! at lag 1.
+//! with `x` less its mean. The fit minimises the output error `e`: c, K and w by least squares for each `d` and
+//! tau, tau over a geometric grid and then by golden sections, d over all delays up to the longest. `dead time = d
+//! Ts - Ts`, because `z` already contains the hold. Standard errors are those of the linearised model in K, ln tau
+//! and d, with the residual's variance multiplied by `(1 + r)/(1 - r)` with its correlation r at lag 1.
 //!
 //! # Parameters
 //! | name | unit | default | source |
@@ -28,10 +27,10 @@
 //! | `process` | | self-regulating | ours |
 //!
 //! # Limits
-//! In closed loop output errors that the PV's past could predict find their way into the input, and bias
-//! the fit towards the inverse of the controller; the more of the PV is noise, the more. Dead time is
-//! found to a sample. A time constant far beyond the recording, or below a third of a sample, cannot be
-//! told from an integrator or from none.
+//! In closed loop, output errors that the PV's past could predict enter the input and bias the fit towards the
+//! inverse of the controller, especially if the PV is noisy. The dead time has a resolution of one sample. A time
+//! constant far beyond the recording looks like an integrator; one below a third of a sample cannot be
+//! distinguished from zero.
 //!
 //! # Deviations from the paper
 //! The model is common; the fit is ours.
@@ -47,21 +46,21 @@ use crate::numeric::least_squares::{dot, least_squares};
 use crate::series::{autocorrelation, centred, std};
 use nalgebra::Matrix3;
 
-/// Samples below which nothing is fitted.
+/// Fewest samples for a fit.
 pub const FEWEST_SAMPLES: usize = 40;
 /// Time constants of the grid, and their range, samples.
 const GRID: usize = 14;
 const SHORTEST: f64 = 0.3;
-/// Share of the variance that a fit must explain to be one.
+/// Smallest share of the variance that a valid fit explains.
 const LEAST_SHARE: f64 = 0.05;
 
-/// What the process does under a constant input.
+/// The behaviour of the process under a constant input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ProcessKind {
     /// It settles.
     #[default]
     SelfRegulating,
-    /// It goes on at a constant rate.
+    /// It continues at a constant rate.
     Integrating,
 }
 
@@ -75,12 +74,12 @@ impl ProcessKind {
     }
 }
 
-/// What is looked for.
+/// Settings of the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FopdtOptions {
-    /// What the process does.
+    /// The behaviour of the process.
     pub kind: ProcessKind,
-    /// The longest delay tried, samples.
+    /// The longest delay to try, samples.
     pub longest_delay: usize,
 }
 
@@ -102,9 +101,9 @@ pub struct Estimated {
 /// A process of first order with dead time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fopdt {
-    /// Units of PV per percent of the input; of one that integrates, per percent and second.
+    /// Units of PV per percent of the input; for an integrating process, per percent and second.
     pub gain: Estimated,
-    /// Time constant, s; `None` of a process that integrates.
+    /// Time constant, s; `None` for an integrating process.
     pub time_constant_s: Option<Estimated>,
     /// Dead time, s.
     pub dead_time_s: Estimated,
@@ -112,16 +111,16 @@ pub struct Fopdt {
     pub delay: usize,
     /// Share of the variance of PV that is explained.
     pub fit: f64,
-    /// The PV as the model has it, in its units.
+    /// The PV of the model, in its units.
     pub pv: Vec<f64>,
 }
 
 /// Fits the process between `op` and `pv`, sampled every `sample_time` seconds.
 ///
 /// # Errors
-/// If there are fewer than [`FEWEST_SAMPLES`] or three times the longest delay, a sample is not finite,
-/// one of the two does not move, or the process is not identifiable: what is found explains nothing, or
-/// its errors are larger than itself.
+/// If there are fewer than [`FEWEST_SAMPLES`] or three times the longest delay, a sample is not finite, one of the
+/// two does not move, or the process is not identifiable: the fit explains nothing, or its errors exceed the
+/// values.
 pub fn fit(
     op: &[f64],
     pv: &[f64],
@@ -132,7 +131,7 @@ pub fn fit(
     let longest = options.longest_delay.max(1);
     if n != pv.len() || n < FEWEST_SAMPLES.max(longest.saturating_mul(3)) {
         return Err(Abstention(format!(
-            "a process is fitted to at least {} samples of both OP and PV; there are {n} and {}",
+            "a process fit needs at least {} samples of both OP and PV; there are {n} and {}",
             FEWEST_SAMPLES.max(longest.saturating_mul(3)),
             pv.len()
         )));
@@ -152,8 +151,7 @@ pub fn fit(
     let (delay, ln_tau) = data.search().ok_or_else(|| {
         Abstention("not identifiable: no delay and time constant explain the PV".to_owned())
     })?;
-    let unexplained =
-        || Abstention("not identifiable: what the OP does hardly shows in the PV".to_owned());
+    let unexplained = || Abstention("not identifiable: the OP hardly affects the PV".to_owned());
     let best = data.fit(delay, ln_tau).ok_or_else(unexplained)?;
     let total = dot(&y[longest..], &y[longest..]);
     let share = 1.0 - best.sse / total;
@@ -196,7 +194,7 @@ struct Data<'a> {
 }
 
 struct Fit {
-    /// Of constant, response and beginning.
+    /// For constant, response and initial state.
     coefficients: Vec<f64>,
     residual: Vec<f64>,
     sse: f64,
@@ -210,7 +208,7 @@ impl Data<'_> {
         }
     }
 
-    /// Constant, response after `delay` samples, and what is left of the beginning.
+    /// Constant, response after `delay` samples, and the rest of the initial state.
     fn columns(&self, delay: usize, ln_tau: f64) -> [Vec<f64>; 3] {
         let n = self.x.len();
         let a = self.decay(ln_tau);
@@ -234,7 +232,7 @@ impl Data<'_> {
         [vec![1.0; n], response, beginning]
     }
 
-    /// Compared from the longest delay on, so that delays compare.
+    /// Counted from the longest delay on, so that delays are comparable.
     fn fit(&self, delay: usize, ln_tau: f64) -> Option<Fit> {
         let columns = self.columns(delay, ln_tau);
         let seen = [0, 1, 2].map(|i| &columns[i][self.longest..]);
@@ -246,7 +244,7 @@ impl Data<'_> {
         self.fit(delay, ln_tau).map_or(f64::INFINITY, |fit| fit.sse)
     }
 
-    /// Delay and logarithm of the time constant in samples that leave least.
+    /// Delay and logarithm of the time constant in samples with the smallest error.
     fn search(&self) -> Option<(usize, f64)> {
         if self.kind == ProcessKind::Integrating {
             let delays = (1..=self.longest).map(|d| (self.left(d, 0.0), d, 0.0));

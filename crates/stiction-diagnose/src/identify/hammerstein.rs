@@ -1,16 +1,15 @@
 //! How much better a sticking valve before a linear process explains a PV than a valve that follows.
 //!
 //! # What it measures
-//! Candidates of S and J are tried in two models of a valve; what each predicts of the PV one sample ahead
-//! is compared with what the OP itself predicts. Around this evidence stand its controls: the same in
-//! reversed time, under a disturbance that wanders, without the PV's past, and against rivals that have
-//! corners, too: a load that jumps, a sensor with play, and the same valve under an OP that is not the
-//! loop's.
+//! Candidates of S and J are tried in two models of a valve. Their one-step predictions of the PV are compared with
+//! that of the OP itself. Several controls accompany this evidence: the same in reversed time, under a disturbance
+//! that wanders, and without the PV's past. Rivals that also have corners are a load that jumps, a sensor with
+//! play, and the same valve under an OP of another loop.
 //!
 //! # Assumptions
-//! One valve before one linear process; an oscillation, or some other motion of the OP, that covers several
-//! times S. The samples are dense enough to see the slips: 36 to 72 a period, which is what the default
-//! grids are made for. OP and PV have mean 0 and variance 1; slow trends do not dominate.
+//! One valve before one linear process. An oscillation, or another motion of the OP, covers several times S. The
+//! samples are dense enough to show the slips: 36 to 72 a period, for which the default grids are made. OP and PV
+//! have mean 0 and variance 1; slow trends do not dominate.
 //!
 //! # Equations
 //! For each candidate, `x = valve(u; S, J)` with `x(0) = u(0)`, and by least squares
@@ -19,17 +18,17 @@
 //! gain = ln(SSE with x = u / SSE),                    each with its own best delay d
 //! information = ln(1 + max(0, m gain - 2 ln m))       over m samples (Schwarz, two parameters more)
 //! ```
-//! With `d = 0` the regression finds the controller's inverse instead of the process: it is never tried.
-//! * Reversed: OP and PV backwards. A cause lies before its effect, so a true gain gets lost.
+//! With `d = 0` the regression finds the controller's inverse instead of the process, so it is never tried.
+//! * Reversed: OP and PV backwards. A cause precedes its effect, so a true gain disappears.
 //! * Walk: both sides differenced, which whitens a disturbance that is a random walk.
 //! * Output error: `y = g z(k-d)`, where z is x through a first-order lag or an integrator, both less their
 //!   moving mean over 1.5 periods, and g has the sign of `-sum dOP dPV`; `gain = ln(1 - R2 with u) -
 //!   ln(1 - R2)`.
-//! * Load that jumps: the regression with u and, in addition, a square wave that changes sign whenever the
-//!   best model's valve reverses. It explains corners without any friction.
-//! * Placebo: valves under the OP of half a period ago, mirrored. A regular wave is the same again, so what
-//!   only its period explains, the placebo explains as well.
-//! * Sensor: the output error of u behind which the sensor has play.
+//! * Load that jumps: the regression with u plus a square wave that changes sign whenever the best model's valve
+//!   reverses. It explains corners without any friction.
+//! * Placebo: valves under the mirrored OP of half a period ago. A regular wave is the same there, so the placebo
+//!   explains everything that depends on its period only.
+//! * Sensor: the output error of u behind a sensor with play.
 //! * Slips: see [`Slips`] and [`Steadiness`].
 //!
 //! # Parameters
@@ -39,17 +38,17 @@
 //! | J | 0.05, 0.2, 0.4, 0.6, 0.8, 1 | S | ours |
 //! | delays | 1 and 2 samples; 0.05, 0.1, 0.16, 0.24 | period | ours |
 //!
-//! The grid is refined around its three best S that lie a factor 1.2 apart, along J = 0 and 0.1 S, and once
-//! more around the best of all; a parabola in ln S ends it. The span of the OP is that of its middle 98 %
-//! after a moving mean over two periods is taken off.
+//! The grid is refined around its three best S that lie a factor 1.2 apart, along J = 0 and 0.1 S, and once more
+//! around the best of all, with a final parabola in ln S. The span of the OP is that of its middle 98 % after
+//! subtraction of a moving mean over two periods.
 //!
 //! # Limits
-//! The gain compares predictions and is no probability: a wave with corners from elsewhere gains as well,
-//! which is what the controls are for. S is biased where the valve moves between samples. J is often not
-//! identifiable: see [`ValveFit::jump_gain`]. Behind a valve like He's with a large slip jump, a two-phase
-//! valve whose S is larger by the OP's overrun often wins: the valley of He's own S is narrower than the
-//! grid. Where the load wanders, the output error may speak against a valve that sticks. A dead band
-//! (J = 0) is hardly told from play in the sensor.
+//! The gain compares predictions and is not a probability: a wave with corners from elsewhere gains as well, hence
+//! the controls. S is biased if the valve moves between samples. J is often not identifiable: see
+//! [`ValveFit::jump_gain`]. For a valve by He with a large slip jump, a two-phase valve with an S larger by the
+//! OP's overrun often wins, because the valley of He's own S is narrower than the grid. If the load wanders, the
+//! output error may be evidence against a sticking valve. A dead band (J = 0) can hardly be distinguished from play
+//! in the sensor.
 //!
 //! # References
 //! Structure and search after R. Srinivasan, R. Rengaswamy, S. Narasimhan, R. Miller, Ind. Eng. Chem. Res.
@@ -71,34 +70,34 @@ use crate::simd::{LANES, Lane, Width};
 use crate::valve::lanes::{Laned, follow};
 use crate::valve::{He, Model, Start, TwoPhase};
 
-/// Samples below which nothing is weighed.
+/// Fewest samples.
 pub const FEWEST_SAMPLES: usize = 100;
-/// Samples a period below which nothing is weighed: corners cannot be seen.
+/// Fewest samples a period: with fewer, corners are invisible.
 pub const SHORTEST_PERIOD: f64 = 4.0;
 /// J/S up to which a valve counts as one without a slip jump.
 pub const NO_JUMP: f64 = 0.1;
 /// Rise of `ln SSE` within which an S explains the PV almost as well as the best.
 pub const RISE: f64 = 0.02;
 
-/// Basins that are refined, and their least distance in ln S.
+/// Number of basins to refine, and their smallest distance in ln S.
 const BASINS: usize = 3;
 const APART: f64 = 0.2;
-/// Steps in ln S and in J/S around a candidate to be refined, and around the best in the end.
+/// Steps in ln S and in J/S around a candidate to be refined, and around the best at the end.
 const STEPS: [[f64; 2]; 2] = [[0.075, 0.15], [0.025, 0.07]];
 /// Steps in ln S along a valve without slip jump.
 const STEP_WITHOUT_JUMP: f64 = 0.06;
-/// Candidates of the two-phase model that are compared side by side with those of He's, behind the valve
-/// that follows.
+/// Candidates of the two-phase model that are compared side by side with those of He's, after the valve that
+/// follows.
 const SIDE_BY_SIDE: usize = LANES / 2 - 1;
-/// Widths of the play in a sensor, steps of a share of the range of what it measures.
+/// Widths of the play in a sensor, steps of a share of the range of its input.
 const SENSOR_STEP: f64 = 0.06;
 
 /// The candidates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HammersteinOptions {
-    /// S at first, shares of the OP's span without its slow part, ascending.
+    /// First values of S, shares of the OP's span without its slow part, ascending.
     pub s_over_span: Vec<f64>,
-    /// J at first, shares of S.
+    /// First values of J, shares of S.
     pub j_over_s: Vec<f64>,
     /// Delays beside one and two samples, shares of the period, at most 1.
     pub delays: Vec<f64>,
@@ -118,7 +117,7 @@ impl Default for HammersteinOptions {
 }
 
 impl HammersteinOptions {
-    /// Whether the grids can be searched.
+    /// Whether the grids are valid.
     fn check(&self) -> Result<(), Abstention> {
         let ok = |grid: &[f64], low: f64, high: f64| {
             grid.iter().all(|v| v.is_finite() && *v >= low && *v <= high)
@@ -147,15 +146,15 @@ impl HammersteinOptions {
 /// The process behind a valve that follows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearFit {
-    /// Mean square of what one-step prediction leaves, variances of the PV.
+    /// Mean square of the one-step prediction error, variances of the PV.
     pub mse: f64,
     /// Delay, samples.
     pub delay: usize,
-    /// Excess kurtosis of the error: what strikes the PV now and then makes it large.
+    /// Excess kurtosis of the error: large if the PV jumps now and then.
     pub kurtosis: f64,
 }
 
-/// The process behind a valve of one model that sticks.
+/// The process behind a sticking valve of one model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ValveFit {
     /// The valve's model.
@@ -166,36 +165,35 @@ pub struct ValveFit {
     pub j_over_s: f64,
     /// Delay, samples.
     pub delay: usize,
-    /// Mean square of what one-step prediction leaves, variances of the PV.
+    /// Mean square of the one-step prediction error, variances of the PV.
     pub mse: f64,
     /// Evidence: `ln(SSE of the valve that follows / SSE)`.
     pub gain: f64,
-    /// The same as Schwarz's criterion has it: `ln(1 + max(0, m gain - 2 ln m))`.
+    /// The same with Schwarz's criterion: `ln(1 + max(0, m gain - 2 ln m))`.
     pub information: f64,
-    /// What the slip jump explains: `ln(SSE with J/S at most 0.1 / SSE)`. Near 0, J is not identified.
+    /// The part explained by the slip jump: `ln(SSE with J/S at most 0.1 / SSE)`. Near 0, J is not identified.
     pub jump_gain: f64,
     /// Logarithm of the ratio of the largest to the smallest S that explain the PV almost as well.
     pub width: f64,
-    /// For each S that was tried, ascending: S, as a share of the span, and the least mean square over J
-    /// and delay.
+    /// For each tried S, ascending: S, as a share of the span, and the smallest mean square over J and delay.
     pub profile: Vec<(f64, f64)>,
 }
 
 /// Without the PV's past: one lag and a delay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputError {
-    /// Share of the PV's variance that is left behind a valve that follows.
+    /// Unexplained share of the PV's variance behind a valve that follows.
     pub linear: f64,
-    /// Share that is left behind a valve that sticks, the best of those that predict best.
+    /// Unexplained share behind a valve that sticks, the best of those that predict best.
     pub sticky: f64,
-    /// Share that is left behind a valve that follows if the sensor has play.
+    /// Unexplained share behind a valve that follows if the sensor has play.
     pub sensor: f64,
     /// S of that sticking valve, share of [`ModelEvidence::op_span`].
     pub s_over_span: f64,
 }
 
 impl OutputError {
-    /// What `candidates`, whose positions are `valves`, leave.
+    /// The unexplained shares of `candidates`, whose positions are `valves`.
     fn of(
         response: &Response,
         op: &[f64],
@@ -214,7 +212,7 @@ impl OutputError {
         }
     }
 
-    /// Evidence for the valve that sticks: `ln(linear / sticky)`.
+    /// Evidence for the sticking valve: `ln(linear / sticky)`.
     pub fn gain(&self) -> f64 {
         (self.linear / self.sticky).ln()
     }
@@ -225,18 +223,18 @@ impl OutputError {
     }
 }
 
-/// What the models say of a segment.
+/// The results of the models for a segment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelEvidence {
-    /// Samples that were predicted.
+    /// Number of predicted samples.
     pub samples: usize,
-    /// Span of the OP without its slow part, in units of the OP as it was given.
+    /// Span of the OP without its slow part, in units of the given OP.
     pub op_span: f64,
     /// Behind a valve that follows.
     pub linear: LinearFit,
     /// Behind a two-phase valve.
     pub two_phase: ValveFit,
-    /// Behind a valve as He and others have it.
+    /// Behind a valve by He.
     pub he: ValveFit,
     /// Excess kurtosis of the error behind the better of the two.
     pub kurtosis: f64,
@@ -252,7 +250,7 @@ pub struct ModelEvidence {
     pub over_placebo: f64,
     /// Without the PV's past.
     pub output_error: OutputError,
-    /// What happens when the better model slips.
+    /// The PV at the slips of the better model.
     pub slips: Slips,
 }
 
@@ -263,10 +261,10 @@ impl ModelEvidence {
     }
 }
 
-/// Weighs a sticking valve against one that follows.
+/// Compares a sticking valve with one that follows.
 ///
-/// `op` and `pv` are of one length, with mean 0 and variance 1; `period` is the dominant period in
-/// samples. Everything is computed on the calling thread, and depends on nothing else.
+/// `op` and `pv` are of one length, with mean 0 and variance 1; `period` is the dominant period in samples.
+/// Everything is computed on the calling thread, and depends on nothing else.
 ///
 /// ```
 /// use stiction_model::closed_loop::NormalStream;
@@ -296,8 +294,8 @@ impl ModelEvidence {
 /// ```
 ///
 /// # Errors
-/// If there are fewer than [`FEWEST_SAMPLES`], fewer than [`SHORTEST_PERIOD`] samples a period or less than
-/// one period, if a signal does not move or is not finite, or if the candidates make no sense.
+/// If there are fewer than [`FEWEST_SAMPLES`], fewer than [`SHORTEST_PERIOD`] samples a period or less than one
+/// period, if a signal does not move or is not finite, or if the candidates are invalid.
 pub fn weigh(
     op: &[f64],
     pv: &[f64],
@@ -382,7 +380,7 @@ pub fn weigh(
     })
 }
 
-/// Whether there is enough to weigh valves on.
+/// Whether there is enough data.
 fn check(op: &[f64], pv: &[f64], period: f64) -> Result<(), Abstention> {
     let n = op.len();
     if n != pv.len() || n < FEWEST_SAMPLES {
@@ -393,8 +391,7 @@ fn check(op: &[f64], pv: &[f64], period: f64) -> Result<(), Abstention> {
     }
     if !(period >= SHORTEST_PERIOD && period <= n as f64) {
         return Err(Abstention(format!(
-            "needs a period of at least {SHORTEST_PERIOD} samples that fits in the {n} there are; it is \
-             {period:.1}"
+            "needs a period of at least {SHORTEST_PERIOD} samples that fits in the {n} samples; it is {period:.1}"
         )));
     }
     if op.iter().chain(pv).any(|v| !v.is_finite()) {
@@ -413,8 +410,7 @@ fn delays(period: f64, options: &HammersteinOptions) -> Vec<usize> {
     delays
 }
 
-/// `ln(a / b)` of two sums of squares of series of variance one, where what is below rounding and ridge
-/// counts as nothing.
+/// `ln(a / b)` of two sums of squares of series of variance one; values below rounding and ridge count as zero.
 fn gain(a: f64, b: f64, samples: usize) -> f64 {
     let floor = 10.0 * RIDGE * samples as f64;
     ((a.max(0.0) + floor) / (b.max(0.0) + floor)).ln()
@@ -425,13 +421,12 @@ fn least(x: &[f64]) -> f64 {
     x.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// Excess kurtosis; 0 where there is nothing to measure it on.
+/// Excess kurtosis; 0 without data.
 fn kurtosis(x: &[f64]) -> f64 {
     Some(excess_kurtosis(x)).filter(|v| v.is_finite()).unwrap_or(0.0)
 }
 
-/// The gain of the best valve over the one in the first lane if both sides are differenced; 0 if that
-/// leaves nothing.
+/// The gain of the best valve over the one in the first lane if both sides are differenced; 0 if nothing remains.
 fn walk_gain(pv: &[f64], valves: &[Lane], delays: &[usize], width: Width) -> f64 {
     let dy: Vec<f64> = pv.windows(2).map(|w| w[1] - w[0]).collect();
     let scale = 1.0 / std(&dy);
@@ -444,7 +439,7 @@ fn walk_gain(pv: &[f64], valves: &[Lane], delays: &[usize], width: Width) -> f64
     if walk.is_finite() { walk } else { 0.0 }
 }
 
-/// A pair of S and J that was tried.
+/// A tried pair of S and J.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Candidate {
     /// Share of the span.
@@ -468,7 +463,7 @@ fn side_by_side(
     })
 }
 
-/// Where candidates are tried.
+/// Tries candidates.
 struct Bench<'a> {
     op: &'a [f64],
     span: f64,
@@ -494,7 +489,7 @@ impl Bench<'_> {
         self.target.fit(&self.vp, self.width)
     }
 
-    /// Tries `pairs` of S and J, and adds what they leave to `tried`.
+    /// Tries `pairs` of S and J, and adds their errors to `tried`.
     fn try_all<M: Laned>(&mut self, pairs: &[(f64, f64)], tried: &mut Vec<Candidate>) {
         let op = self.op;
         for pairs in pairs.chunks(LANES) {
@@ -523,7 +518,7 @@ fn best<'a>(candidates: impl IntoIterator<Item = &'a Candidate>) -> Option<Candi
     candidates.into_iter().copied().min_by(|a, b| a.sse.total_cmp(&b.sse))
 }
 
-/// All that was tried of one model.
+/// All tried candidates of one model.
 struct Explored {
     linear: Candidate,
     /// Gain of the best of the first candidates.
@@ -533,8 +528,8 @@ struct Explored {
 }
 
 impl Explored {
-    /// Tries the first candidates, the valve that follows before all; `None` if nothing comes of it. They
-    /// come with their gain.
+    /// Tries the first candidates, the valve that follows before all; `None` without a result. They return with
+    /// their gain.
     fn first<M: Laned>(
         bench: &mut Bench<'_>,
         grid: &[(f64, f64)],
@@ -552,7 +547,7 @@ impl Explored {
         let linear = tried.remove(0);
         let coarse = tried.clone();
         let [near, nearer] = STEPS;
-        // The valley of a valve that never slides is narrow, and the widest basin not always the deepest.
+        // The valley of a valve that never slides is narrow, and the widest basin is not always the deepest.
         let mut basins: Vec<Candidate> = vec![];
         for _ in 0..BASINS {
             let apart = |c: &&Candidate| basins.iter().all(|b| (c.s / b.s).ln().abs() > APART);
@@ -596,8 +591,8 @@ impl Explored {
         }
     }
 
-    /// S at the vertex of a parabola in ln S through the best candidate and its neighbours of the same J;
-    /// that of the candidate if it lies on an edge.
+    /// S at the vertex of a parabola in ln S through the best candidate and its neighbours of the same J; that of
+    /// the candidate if it lies on an edge.
     fn vertex(&self) -> f64 {
         let best = self.ranked[0];
         let beside = |side: f64| {
@@ -613,12 +608,12 @@ impl Explored {
         let curvature = (rise - fall) / (b - a);
         let slope = fall - curvature * a;
         let vertex = -0.5 * slope / curvature;
-        // Half way to a neighbour is as far as a parabola can be believed.
+        // A parabola is reliable up to half the distance to a neighbour.
         if curvature > 0.0 { best.s * vertex.clamp(0.5 * a, 0.5 * b).exp() } else { best.s }
     }
 }
 
-/// Candidates about one: five values of S, three of J.
+/// Candidates around one: five values of S, three of J.
 fn around(c: Candidate, [in_s, in_j]: [f64; 2]) -> Vec<(f64, f64)> {
     let js = [c.j - in_j, c.j, c.j + in_j].map(|j| j.clamp(0.0, 1.0));
     let of_s = |j: f64| (-2..=2).map(move |i| (c.s * (in_s * f64::from(i)).exp(), j));

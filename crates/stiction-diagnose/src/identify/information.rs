@@ -1,45 +1,46 @@
-//! What a recording can tell of a sticking valve at all: how much better, by how many standard errors, and
-//! with which power valves of a grid of S predict the PV than a valve that follows.
+//! The information of a recording about a sticking valve: how much better, by how many standard errors, and with
+//! which power valves of a grid of S predict the PV than a valve that follows.
 //!
 //! # What it measures
-//! For each S of a grid, the worst and the best case over some J and models: whether a valve that sticks by
-//! that much predicts the PV better (z, gain), and whether it would be seen if it did (power). One S at
-//! which z is large speaks for sticking. An S whose power is small could not have been seen here.
+//! For each S of a grid, the worst and the best case over some J and models: whether a valve with this S predicts
+//! the PV better (z, gain), and whether it would have been seen (power). One S with a large z is evidence for
+//! sticking. An S with a small power could not have been seen.
 //!
 //! # Assumptions
-//! One valve before one linear process; what disturbs it is white where it enters the equation. The OP
-//! path is taken as it is: the loop is not simulated.
+//! One valve before one linear process; its disturbance is white at the equation's input. The OP path is used as
+//! recorded: the loop is not simulated.
 //!
 //! # Equations
-//! The record is brought to at most [`MOST_SAMPLES`] instants, q samples apart: `y(k)` is the PV at an
-//! instant, `u(k)` the mean of the OP over the q samples strictly before it, `m(k)` the same mean of the PV.
+//! The record is reduced to at most [`MOST_SAMPLES`] instants, q samples apart: `y(k)` is the PV at an instant,
+//! `u(k)` the mean of the OP over the q samples strictly before it, `m(k)` the same mean of the PV.
 //! ```text
 //! y(k) = c + t k + sum_{i=1..5} a_i y(k-i) [+ sum_{i=1..4} d_i m(k-i)] + sum_j b_j x(k - j) + e(k),  j = 1 2 3 4 6 8 11 15
 //! ```
-//! with `x = u` for the valve that follows, and for one that sticks the same means of its stem under the OP
-//! at full rate. The means of the PV are needed if q > 1: without them those of the OP tell, by way of the
-//! controller, what the PV did between the instants, and no stem can compete with that. Where a valve slips
-//! less than [`SELDOM`] times it matters where its stem was at first; several places are tried.
+//! with `x = u` for the valve that follows, and for a sticking valve the same means of its stem under the OP at
+//! full rate. The means of the PV are needed if q > 1. Without them, those of the OP show the PV between the
+//! instants through the controller, and no stem can compete with that. If a valve slips less than [`SELDOM`] times,
+//! the initial position of its stem matters; several positions are tried.
 //! ```text
 //! gain  = n/2 ln(SSE of x = u / SSE),  n independent samples: (1 - |r|) / (1 + |r|) of all, 500 at most
 //! d(k)  = l(e) - l(e of x = u),        l(e) = -5/2 ln(1 + e^2 / (4 s^2)): Student's t with 4 degrees of freedom
 //! z     = sum of d / (sqrt(b) sd of d over b blocks of 10 instants)                        (Vuong 1989)
 //! power = n/2 ln(1 + Q / SSE) + n/2 ln(1 + R / SSE)
 //! ```
-//! with Q the part of the stem's effect that no OP makes and R that of the OP's that no stem makes, squared
-//! and summed. Errors of the model itself are allowed for: s and both SSE hold 5 % of what the PV's own past leaves.
+//! with Q the part of the stem's effect that no OP explains and R the part of the OP's effect that no stem
+//! explains, squared and summed. Errors of the model itself are allowed for: s and both SSE contain 5 % of the
+//! residual of the PV after its own past.
 //!
 //! # Parameters
 //! | name | value | unit | source |
 //! |---|---|---|---|
 //! | S | 9 values, 0.015 to 1.8 | range of the OP (0.5 to 99.5 %) | ours |
 //! | J, model | 0.1, 0.5, 1 two-phase; 0.7 He | S | ours |
-//! | about the best of them | 16 values, S 0.79 to 1.26, J/S 0.1 to 1 | S of the best | ours |
+//! | around the best of them | 16 values, S 0.79 to 1.26, J/S 0.1 to 1 | S of the best | ours |
 //!
 //! # Limits
-//! A load that jumps, or a process whose gain changes, is predicted better by some valve, too: z speaks
-//! against clearing a valve, and accuses none. Controllers that act between recorded samples leak what the
-//! record does not hold.
+//! A load that jumps, or a process whose gain changes, is also predicted better by some valve. So z is evidence
+//! against clearing a valve, and accuses none. Controllers that act between recorded samples leak information that
+//! the record does not contain.
 //!
 //! # References
 //! Q. H. Vuong, "Likelihood ratio tests for model selection and non-nested hypotheses", Econometrica 57
@@ -59,30 +60,30 @@ use crate::valve::lanes::{LaneValve, Laned};
 use crate::valve::{He, Model, Start, TwoPhase};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Values of S that are tried, from [`SMALLEST`] to [`LARGEST`] in equal ratios.
+/// Number of values of S, from [`SMALLEST`] to [`LARGEST`] in equal ratios.
 pub const STEPS: usize = 9;
 /// The smallest S, share of the OP's range.
 pub const SMALLEST: f64 = 0.015;
 /// The largest S, share of the OP's range: a valve that never slips.
 pub const LARGEST: f64 = 1.8;
-/// Instants that are predicted, at most about.
+/// Approximate largest number of predicted instants.
 pub const MOST_SAMPLES: usize = 800;
-/// Instants below which nothing is told.
+/// Fewest instants for a result.
 pub const FEWEST_SAMPLES: usize = 60;
-/// A valve that slips less often is tried from several places.
+/// A valve with fewer slips is tried from several positions.
 pub const SELDOM: f64 = 4.0;
 
 /// J over S, and the model.
 const SHAPES: [(f64, Model); 4] =
     [(0.1, Model::TwoPhase), (0.5, Model::TwoPhase), (1.0, Model::TwoPhase), (0.7, Model::He)];
-/// Places at which a stem that slips seldom is at first, stick bands from the OP; the first for all.
+/// Initial positions of a stem that slips seldom, stick bands from the OP; the first for all.
 const PLACES: [f64; 5] = [0.0, -0.45, 0.45, -0.9, 0.9];
-/// About the valve of the largest gain: factors of its S, and J over S.
+/// Around the valve of the largest gain: factors of its S, and J over S.
 const NEARBY_S: [f64; 4] = [0.79, 0.91, 1.09, 1.26];
 const NEARBY_J: [f64; 4] = [0.1, 0.35, 0.65, 1.0];
-/// Instants over which a period is spread at least.
+/// Fewest instants per period.
 const SAMPLES_PER_PERIOD: usize = 40;
-/// Instants that are kept, whatever else asks for fewer.
+/// Instants that are always kept.
 const KEPT: usize = 150;
 /// Own past of the PV, and of its means.
 const PAST: usize = 5;
@@ -91,13 +92,13 @@ const MEANS: usize = 4;
 const LAGS: [usize; 8] = [1, 2, 3, 4, 6, 8, 11, 15];
 const TAPS: usize = LAGS.len();
 const LONGEST: usize = LAGS[TAPS - 1];
-/// Share of what the PV's own past leaves that may be the model's error.
+/// Share of the residual of the PV after its own past that may be the model's error.
 const MODEL_ERROR: f64 = 0.05;
-/// Independent samples, at most: no model is good for more.
+/// Most independent samples: no model is valid for more.
 const MOST_INDEPENDENT: f64 = 500.0;
 /// Instants of a block.
 const BLOCK: usize = 10;
-/// Positions that stay in the first-level cache while all products pass over them.
+/// Positions that stay in the first-level cache during all products.
 const TILE: usize = 32;
 
 /// The grid of S, shares of the OP's range.
@@ -106,22 +107,21 @@ pub fn grid() -> [f64; STEPS] {
     std::array::from_fn(|k| SMALLEST * ratio.powf(k as f64 / (STEPS - 1) as f64))
 }
 
-/// What the recording tells of one S.
+/// The information about one S.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct At {
     /// S, share of the OP's range.
     pub s: f64,
-    /// By how many standard errors the best of the valves with this S predicts the PV better than one
-    /// that follows.
+    /// Standard errors by which the best of the valves with this S predicts the PV better than one that follows.
     pub z: f64,
     /// The largest gain of these valves in log-likelihood, nats.
     pub gain: f64,
-    /// The least power to see one of them, nats.
+    /// The smallest power to detect one of them, nats.
     pub power: f64,
 }
 
 impl At {
-    /// What two valves with this S tell of it.
+    /// The combined information of two valves with this S.
     fn or(self, other: Self) -> Self {
         Self {
             s: self.s,
@@ -132,34 +132,34 @@ impl At {
     }
 }
 
-/// What a recording tells of all S.
+/// The information of a recording about all S.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Information {
     /// Range of the OP from its 0.5 to its 99.5 % quantile, percent of span.
     pub op_range: f64,
-    /// Instants that were predicted.
+    /// Number of predicted instants.
     pub samples: usize,
-    /// Recorded samples from one to the next.
+    /// Recorded samples per instant.
     pub factor: usize,
-    /// How many of them are independent.
+    /// Number of independent ones among them.
     pub independent: f64,
     /// Correlation of neighbouring errors behind the valve that follows.
     pub autocorrelation: f64,
-    /// Share of the PV, given its past, that the OP leaves unexplained.
+    /// Share of the PV, given its past, that the OP does not explain.
     pub unexplained: f64,
     /// For each S of [`grid`].
     pub profile: [At; STEPS],
-    /// Of the valve of the largest gain, on the grid or near it.
+    /// The valve with the largest gain, on the grid or near it: its gain, nats.
     pub refined: At,
     /// That valve: model, S as a share of the OP's range, J as a share of S, and slips.
     pub best: (Model, f64, f64, usize),
-    /// What stems say beside the OP.
+    /// The results for stems beside the OP.
     pub beside: Beside,
 }
 
 impl Information {
-    /// By how many standard errors the best sticking valve predicts the PV better than one that follows;
-    /// below zero if it predicts worse.
+    /// Standard errors by which the best sticking valve predicts the PV better than one that follows; negative if
+    /// it predicts worse.
     pub fn z(&self) -> f64 {
         self.best_at().z
     }
@@ -170,7 +170,7 @@ impl Information {
     }
 }
 
-/// What `op` (percent) and `pv` (any unit) tell; `period` is the dominant one in samples, if there is one.
+/// The information of `op` (percent) and `pv` (any unit); `period` is the dominant one in samples, if there is one.
 ///
 /// # Errors
 /// If the two differ in length, are too short, are not finite, or one of them does not move.
@@ -196,8 +196,8 @@ pub fn information(op: &[f64], pv: &[f64], period: Option<f64>) -> Result<Inform
     Ok(problem.explored(op, pv))
 }
 
-/// Recorded samples from one instant to the next: few instants are enough, a period has 40, and a PV that is
-/// held has no more samples than updates; but [`KEPT`] remain.
+/// Recorded samples per instant. The number of instants is limited, a period has at least 40, and a held PV has no
+/// more samples than updates; but [`KEPT`] remain.
 fn factor_of(pv: &[f64], period: Option<f64>) -> usize {
     let n = pv.len();
     let updates = 1 + pv.windows(2).filter(|two| two[0] != two[1]).count();
@@ -206,19 +206,19 @@ fn factor_of(pv: &[f64], period: Option<f64>) -> usize {
     n.div_ceil(MOST_SAMPLES).max(of_period).max(of_updates).min(n / KEPT).max(1)
 }
 
-/// The regression behind the valve that follows, and all that those of other valves share with it.
+/// The regression behind the valve that follows, with the parts that other valves share.
 struct Problem {
-    /// The OP about its mean, in ranges, at full rate.
+    /// The OP around its mean, in ranges, at full rate.
     op: Vec<f64>,
     op_range: f64,
     factor: usize,
     instants: usize,
     /// Columns of all regressions, then those of the OP.
     columns: Vec<Vec<f64>>,
-    /// How many columns are those of all.
+    /// Number of common columns.
     common: usize,
     target: Vec<f64>,
-    /// The square root of how much each row counts; columns and target hold it already.
+    /// The square root of each row's weight; columns and target already contain it.
     weights: Vec<f64>,
     gram: DMatrix<f64>,
     products: DVector<f64>,
@@ -241,7 +241,7 @@ struct Fit {
     factor: Cholesky<f64, Dyn>,
 }
 
-/// A valve to be tried.
+/// A valve to try.
 #[derive(Clone, Copy)]
 struct Candidate {
     /// Share of the OP's range.
@@ -249,19 +249,19 @@ struct Candidate {
     /// Share of S.
     j: f64,
     model: Model,
-    /// Where it is at first, stick bands from the OP.
+    /// Its initial position, stick bands from the OP.
     place: f64,
 }
 
 impl Candidate {
-    /// Valves of the same model with an S and a J about as large.
+    /// Valves of the same model with similar S and J.
     fn nearby(self) -> Vec<Self> {
         let with = |factor: f64| NEARBY_J.map(|j| Self { s: factor * self.s, j, ..self });
         NEARBY_S.into_iter().flat_map(with).collect()
     }
 }
 
-/// How its stem moved.
+/// The movement of its stem.
 struct Stem {
     candidate: Candidate,
     slips: f64,
@@ -275,7 +275,7 @@ struct Stem {
     path: Vec<f64>,
 }
 
-/// A stem in the place of the OP.
+/// A stem instead of the OP.
 struct Tried {
     stem: Stem,
     fit: Fit,
@@ -297,7 +297,7 @@ impl Problem {
         let samples = instants.checked_sub(LONGEST).filter(|n| *n >= FEWEST_SAMPLES)?;
         let (level, deviation) = (mean(pv), std(pv));
         let pv: Vec<f64> = pv.iter().map(|v| (v - level) / deviation).collect();
-        // The mean of the instants' means, so that the taps have none.
+        // The mean of the instants' means, so that the taps have a mean of zero.
         let level = mean(&op[..instants * factor]);
         let op: Vec<f64> = op.iter().map(|u| (u - level) / op_range).collect();
         let y: Vec<f64> = (0..instants).map(|k| pv[(k + 1) * factor]).collect();
@@ -306,7 +306,7 @@ impl Problem {
         let mut columns = vec![vec![1.0; samples], (0..samples).map(place).collect()];
         columns.extend((1..=PAST).map(|lag| shifted(&y, lag)));
         if factor > 1 {
-            // The mean over the samples before an instant ends right before the next: it is of lag one.
+            // The mean over the samples before an instant ends right before the next one, so it has a lag of one.
             let means = block_means(&pv, factor, instants);
             columns.extend((1..=MEANS).map(|lag| shifted(&means, lag - 1)));
         }
@@ -391,7 +391,7 @@ impl Problem {
                 }
             }
         }
-        // Where no candidate could be solved nothing is known.
+        // Without a solved candidate nothing is known.
         let unknown = |s: f64| At { s, z: 0.0, gain: 0.0, power: 0.0 };
         let mut profile = grid().map(unknown);
         for (step, at) in profile.iter_mut().enumerate() {
@@ -442,17 +442,17 @@ impl Problem {
         At { s: tried.stem.candidate.s, z: self.z(tried), gain: self.gain(tried), power }
     }
 
-    /// Stems in the place of the OP, in the order of the candidates; `None` where the equations cannot be solved.
+    /// Stems instead of the OP, in the order of the candidates; `None` if the equations cannot be solved.
     fn tried(&self, asked: &[Candidate]) -> Vec<Option<Tried>> {
         self.stems(asked).into_iter().map(|stem| self.in_place(stem)).collect()
     }
 
-    /// How the stems of candidates move under the OP, in their order.
+    /// The movement of the candidates' stems under the OP, in their order.
     fn stems(&self, asked: &[Candidate]) -> Vec<Stem> {
         self.stems_under(asked, &self.op, false)
     }
 
-    /// The same under another OP, whose stems may be turned back in time.
+    /// The same under another OP, whose stems may be reversed in time.
     fn stems_under(&self, asked: &[Candidate], op: &[f64], turned: bool) -> Vec<Stem> {
         let (he, others): (Vec<usize>, Vec<usize>) =
             (0..asked.len()).partition(|k| asked[*k].model == Model::He);
@@ -475,7 +475,7 @@ impl Problem {
         let bands: Vec<Bands> = (0..LANES)
             .filter_map(|l| Bands::from_s_j(lane(l).s, lane(l).j * lane(l).s).ok())
             .collect();
-        // All of them are sound.
+        // All of them are valid.
         let Ok(bands) = <[Bands; LANES]>::try_from(bands) else { return vec![] };
         let first = op[0];
         let starts = std::array::from_fn(|l| Start {
@@ -507,7 +507,7 @@ impl Problem {
         })
     }
 
-    /// What stands in a lane.
+    /// The content of a lane.
     fn stem(
         &self,
         candidate: Candidate,
@@ -533,7 +533,7 @@ impl Problem {
         Some(Tried { stem, fit })
     }
 
-    /// Sum of squares of a stem in the place of the OP.
+    /// Sum of squares with a stem instead of the OP.
     fn sse_in_place(&self, stem: &Stem) -> Option<f64> {
         self.fit_in_place(stem).map(|fit| fit.sse)
     }
@@ -560,19 +560,19 @@ impl Problem {
             * ((self.follows.sse + self.floor) / (tried.fit.sse + self.floor)).ln()
     }
 
-    /// The nats that a valve that sticks so, and one that follows, would gain over the other, together: a
-    /// stem that never moves makes nothing that no OP makes, but an OP makes what it does not.
+    /// The nats that a valve that sticks like this, and one that follows, would gain over the other, together. A
+    /// stem that never moves has no effect of its own, but the OP has one that the stem does not explain.
     fn power_to_see(&self, tried: &Tried) -> f64 {
         let common = self.common;
         let of_op: DVector<f64> = self.follows.coefficients.rows(common, TAPS).into();
         let of_stem: DVector<f64> = tried.fit.coefficients.rows(common, TAPS).into();
         let (here, there) = (self.follows.sse + self.floor, tried.fit.sse + self.floor);
-        // The effect of the stem that no OP makes: with the process found behind the better of the two.
+        // The effect of the stem that no OP explains, with the process found behind the better of the two.
         let process = if there >= here { &of_op } else { &of_stem };
         let seen = &tried.stem.across * process;
         let outside =
             process.dot(&(&tried.stem.own * process)) - seen.dot(&self.follows.factor.solve(&seen));
-        // The effect of the OP that no stem makes.
+        // The effect of the OP that no stem explains.
         let own = self.gram.view((common, common), (TAPS, TAPS));
         let mut seen = DVector::zeros(self.columns.len());
         seen.rows_mut(0, common).copy_from(&(self.gram.view((0, common), (common, TAPS)) * &of_op));
@@ -597,7 +597,7 @@ impl Problem {
         }
         let width = 4.0 * self.scale * self.scale;
         let blocks = self.target.len() / BLOCK;
-        // The logarithm of a product is one call for a block: its factors are moderate.
+        // One logarithm of a product for each block: its factors are moderate.
         let sums: Vec<f64> = (0..blocks)
             .map(|b| {
                 let of = |e: &[f64]| -> f64 {
@@ -636,13 +636,13 @@ fn residual(columns: &[Vec<f64>], coefficients: &DVector<f64>, target: &[f64]) -
     error
 }
 
-/// Means over blocks of `factor` samples, as many as asked for.
+/// Means over blocks of `factor` samples, in the requested number.
 fn block_means(x: &[f64], factor: usize, blocks: usize) -> Vec<f64> {
     let mean = |block: &[f64]| block.iter().sum::<f64>() / factor as f64;
     x.chunks_exact(factor).take(blocks).map(mean).collect()
 }
 
-/// Stems under the OP: their means over blocks, and how often they begin to move.
+/// Stems under the OP: their means over blocks, and the number of slips.
 struct Stems<'a, L> {
     valves: L,
     op: &'a [f64],

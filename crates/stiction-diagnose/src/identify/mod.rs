@@ -1,17 +1,17 @@
-//! Models identified from recorded loops: linear ones of the process, and of the valve before it.
+//! Models identified from recorded loops: linear process models, and models of the valve before the process.
 //!
-//! * [`arx`]: the PV by its past and the input.
-//! * [`controller`]: which controller made the OP.
+//! * [`arx`]: the PV from its past and the input.
+//! * [`controller`]: the controller of the OP.
 //! * [`fopdt`]: first order plus dead time.
 //! * [`hammerstein`]: how much better a sticking valve explains the PV, with its controls.
-//! * [`information`]: what a recording can tell of any S at all.
-//! * [`lagged_position`]: whether a valve sticks, by a recorded position that lags.
+//! * [`information`]: the information of a recording about S.
+//! * [`lagged_position`]: whether a valve sticks, from a recorded position that lags.
 //! * [`position`]: valve models fitted to a recorded valve position.
-//! * [`process`]: first order or integrating, under disturbances with a memory.
+//! * [`process`]: first order or integrating, under correlated disturbances.
 //! * [`physical`]: a stem with friction fitted to a recorded valve position.
-//! * [`cycle_closed_form`]: S and J from period and amplitude where the loop is known.
+//! * [`cycle_closed_form`]: S and J from period and amplitude for a known loop.
 //!
-//! The published fits of a valve before a process are among the methods.
+//! The published fits of a valve before a process are in the methods.
 
 pub mod arx;
 pub mod controller;

@@ -1,4 +1,4 @@
-//! How well sixteen inputs explain a PV through one lag and a delay, without seeing the PV's past.
+//! How well sixteen inputs explain a PV through one lag and a delay, without the PV's past.
 //!
 //! ```text
 //! z = lag(x),   z' = z - moving mean,   y'(k) = g z'(k - d)
@@ -10,14 +10,14 @@ use crate::simd::{Kernel, LANES, Lane, Width};
 
 /// Time constants of the lag, shares of the period; the integrator is tried as well.
 const TIME_CONSTANTS: [f64; 5] = [0.0, 0.04, 0.1, 0.22, 0.5];
-/// Delays beside none, shares of the period.
+/// Delays besides zero, shares of the period.
 const DELAYS: [f64; 7] = [0.02, 0.05, 0.09, 0.13, 0.18, 0.23, 0.28];
 /// Length of the moving mean, periods.
 const SLOW: f64 = 1.5;
 /// Share of the variance that counts as never explained, so that logarithms stay finite.
 const FLOOR: f64 = 1e-6;
 
-/// A PV to be explained by filtered inputs.
+/// A PV to explain by filtered inputs.
 pub(super) struct Response {
     /// Without its slow part, followed by zeros.
     y: Vec<f64>,
@@ -25,14 +25,14 @@ pub(super) struct Response {
     power: f64,
     period: f64,
     half: usize,
-    /// The sign that the gain must have.
+    /// The sign of the gain.
     sign: f64,
     delays: Vec<usize>,
 }
 
 impl Response {
-    /// Of `pv`, which follows `op` in the direction in which the controller counts on it: it moves the OP
-    /// against the PV, so the gain has the sign of `-sum dOP dPV`.
+    /// For `pv`, which follows `op` in the direction assumed by the controller. It moves the OP against the PV, so
+    /// the gain has the sign of `-sum dOP dPV`.
     pub fn new(op: &[f64], pv: &[f64], period: f64) -> Self {
         let half = (0.5 * SLOW * period).round() as usize;
         let mut y = without_slow(pv, half);
@@ -48,22 +48,19 @@ impl Response {
         Self { y, n, power, period, half, sign: if together > 0.0 { -1.0 } else { 1.0 }, delays }
     }
 
-    /// The share of the variance that each of the inputs leaves unexplained, through its best lag and
-    /// delay.
+    /// The share of the variance that each of the inputs does not explain, through its best lag and delay.
     pub fn unexplained(&self, x: &[Lane], width: Width) -> Lane {
         width.run(Filters { response: self, x, plays: None })
     }
 
-    /// The same for one input, if the sensor has plays of these widths, in shares of the range of what it
-    /// measures.
+    /// The same for one input, if the sensor has plays of these widths, in shares of the range of its input.
     pub fn unexplained_by_sensor(&self, x: &[f64], plays: &Lane, width: Width) -> Lane {
         let x: Vec<Lane> = x.iter().map(|x| Lane::splat(*x)).collect();
         width.run(Filters { response: self, x: &x, plays: Some(plays) })
     }
 }
 
-/// A series less its centred moving mean over `half` samples to either side; the mean is over what there
-/// is at the ends.
+/// A series less its centred moving mean over `half` samples to either side, or fewer at the ends.
 pub(super) fn without_slow(x: &[f64], half: usize) -> Vec<f64> {
     let lanes: Vec<Lane<1>> = x.iter().map(|v| Lane([*v])).collect();
     let mut y = vec![Lane([0.0]); x.len()];
@@ -133,7 +130,7 @@ impl Kernel for Filters<'_> {
                 }
                 None => (1.0, 1.0 / response.period),
             };
-            // A lag begins at rest, an integrator at zero.
+            // The initial state of a lag is at rest, that of an integrator is zero.
             let rest = if keep < 1.0 { 1.0 } else { 0.0 };
             let mut z: Lane = Lane::from_fn(|l| rest * (x[0][l] - mean[l]));
             for (x, out) in x.iter().zip(&mut filtered) {
@@ -167,7 +164,7 @@ impl Kernel for Filters<'_> {
     }
 }
 
-/// Play of the given widths, in shares of the range that it passes over.
+/// Play of the given widths, in shares of the range of its input.
 #[inline(always)]
 fn play(x: &mut [Lane], widths: &Lane) {
     let (mut low, mut high) = (x[0], x[0]);

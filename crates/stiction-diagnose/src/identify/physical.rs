@@ -1,14 +1,13 @@
 //! A stem with friction fitted to a recorded valve position.
 //!
 //! # What it measures
-//! From OP and recorded valve position (VP): how much static and Coulomb friction the stem has, and how
-//! slowly it moves; the S and J that follow; and whether this explains VP better than the data-driven
-//! models of [`super::position`], which move at once.
+//! From OP and recorded valve position (VP): static and Coulomb friction of the stem, and its time constant. Also
+//! the corresponding S and J, and whether this explains VP better than the data-driven models of
+//! [`super::position`], which move at once.
 //!
-//! # Assumptions
-//! OP and VP are sampled together, and each OP is held until the next sample. Friction is that of [`Classical`] with static friction at rest
-//! only. The stem weighs little: its damping ratio is [`DAMPING_RATIO`], so that it neither rings nor
-//! overshoots. The valve does not change within the recording.
+//! OP and VP are sampled together, and each OP is held until the next sample. Friction is that of [`Classical`]
+//! with static friction at rest only. The stem is light: its damping ratio is [`DAMPING_RATIO`], so that it neither
+//! rings nor overshoots. The valve does not change within the recording.
 //!
 //! # Equations
 //! ```text
@@ -19,10 +18,10 @@
 //! explained = 1 - sum e^2 / sum (VP - mean VP)^2
 //! information = m ln(mean e^2) + 3 ln m  over m samples (Schwarz)
 //! ```
-//! x(k) is the position when OP(k) has been held for its sample time, as [`StemValve`] has it. The mass is
-//! left out above; [`StemValve`] steps the stem with it. Gain g and offset o are those of least squares. fs, fc and ln T are found by the simplex of
-//! Nelder and Mead within bounds, from the best of sixty starts about the fs of the best
-//! data-driven model, five times with other simplexes.
+//! x(k) is the position after OP(k) has been held for its sample time, as in [`StemValve`]. The mass is left out
+//! above; [`StemValve`] includes it. Gain g and offset o are those of least squares. fs, fc and ln T are found
+//! within bounds by the simplex of Nelder and Mead, from the best of sixty starts around the fs of the best
+//! data-driven model, five times with different simplexes.
 //!
 //! The standard deviations are those of least squares of all five numbers, with differences of x for
 //! derivatives; errors with correlation r from sample to sample count as `(1 - r)/(1 + r)` samples each.
@@ -35,17 +34,16 @@
 //! Constants: [`MOST_SAMPLES`], [`FEWEST_SLIPS`], [`DAMPING_RATIO`], [`UNSURE`]; ours.
 //!
 //! # Limits
-//! The mass is not identified, nor is a Stribeck velocity: a stem that overshoots or moves in steps under
-//! a slow ramp is fitted badly, and He's model should then explain it better. A lag much shorter than
-//! the sample time cannot be told from none, nor one on slow ramps from Coulomb friction; a delay counts as lag.
-//! A slip is placed no better than to a sample, so that the bands are no surer than what the OP moves in
-//! it. Air lag and positioner count as lag or delay. J is at most S. Of a longer recording only the first
-//! [`MOST_SAMPLES`] are fitted. The standard deviations belong to the best fit found and know of no other.
+//! The mass is not identified, nor is a Stribeck velocity: a stem that overshoots or moves in steps under a slow
+//! ramp is fitted badly, and He's model should then explain it better. A lag much shorter than the sample time
+//! cannot be distinguished from zero, nor a lag on slow ramps from Coulomb friction. A delay counts as lag. A slip
+//! is located to a sample at best, so the uncertainty of the bands is at least the OP travel in one. Air lag and
+//! positioner count as lag or delay. J is at most S. Of a longer recording only the first [`MOST_SAMPLES`] are
+//! fitted. The standard deviations are those of the best fit and ignore other minima.
 //!
-//! # References
-//! Force balance: M. A. A. S. Choudhury, N. F. Thornhill, S. L. Shah, Modelling valve stiction, Control
-//! Engineering Practice 13 (2005) 641-658 (recalled, not read). Estimating friction from stem position:
-//! R. A. Romano and C. Garcia, IFAC DYCOPS 2007 (abstract read). The map to S and J is of this project.
+//! Force balance: M. A. A. S. Choudhury, N. F. Thornhill, S. L. Shah, Modelling valve stiction, Control Engineering
+//! Practice 13 (2005) 641-658 (recalled, not read). Friction from stem position: R. A. Romano and C. Garcia, IFAC
+//! DYCOPS 2007 (abstract read). The map to S and J is ours.
 
 use super::position::{self, Line, PositionFit, Record, Sums};
 use super::slips::Motion;
@@ -60,41 +58,41 @@ use crate::stem::{FrictionLaw, Stem, StemParameters, StemValve};
 use crate::valve::{Start, Valve};
 use nalgebra::{SMatrix, SVector};
 
-/// Samples above which only the beginning is fitted.
+/// Number of samples above which only the beginning is fitted.
 pub const MOST_SAMPLES: usize = 2_000;
-/// Slips against the last direction of motion below which nothing is fitted.
+/// Fewest slips against the last direction of motion for a fit.
 pub const FEWEST_SLIPS: usize = 3;
 /// Damping ratio `Fv / (2 sqrt(k M))`: the stem's second time constant is a hundredth of the first.
 pub const DAMPING_RATIO: f64 = 5.0;
-/// Standard deviation over value above which a number counts as not identified.
+/// Standard deviation over value above which a number is not identified.
 pub const UNSURE: f64 = 0.5;
-/// Parameters of the stem, and all numbers that are fitted.
+/// Number of parameters of the stem, and of all fitted numbers.
 const PARAMETERS: usize = 3;
 const FITTED: usize = PARAMETERS + 2;
-/// Lags at which the search may begin, samples.
+/// Starting lags of the search, samples.
 const LAGS: [f64; 5] = [0.1, 1.0, 2.5, 5.0, 10.0];
-/// fc over fs at which it may begin.
+/// Starting fc over fs.
 const RATIOS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 /// Shortest lag, samples, and longest, share of the recording.
 const SHORTEST: f64 = 0.02;
 const LONGEST: f64 = 0.1;
-/// fs at which the search may begin, shares of that of the data-driven model; its least, span of OP.
+/// Starting fs, shares of that of the data-driven model; its smallest value, span of OP.
 const ABOUT: [f64; 3] = [0.8, 1.0, 1.2];
 const LEAST: f64 = 0.005;
 /// Simplex along fs and along fc, both as a share of fs, and along ln T.
 const SIZE: [f64; PARAMETERS] = [0.15, -0.15, 0.5];
-/// Simplexes of one search after the other, shares of `SIZE`.
+/// Sizes of successive simplexes, shares of `SIZE`.
 const SIMPLEXES: [f64; 5] = [1.0, -0.7, 1.0, -0.5, 0.3];
-/// Samples by which VP is behind the end of the interval for which an OP is held.
+/// Samples between the end of an OP's hold interval and its VP.
 const DELAY: usize = 1;
-/// Slips are at samples, so that the errors have steps along fs, on which a simplex falls asleep. Before
-/// each search fs is tried from one share of itself to another, so many times.
+/// Slips occur at samples, so the errors have steps along fs, at which a simplex stops. Before each search this
+/// many values of fs are tried, from one share of itself to another.
 const SCAN: [f64; 2] = [0.7, 1.4];
 const SCANNED: usize = 15;
-/// Simplex at which a search ends, share of the first; tries in each search.
+/// Simplex at the end of a search, share of the first; tries in each search.
 const TOLERANCE: f64 = 1e-3;
 const EVALUATIONS: usize = 50;
-/// Half the difference that makes a derivative, share of the value.
+/// Half the difference for a derivative, share of the value.
 const DIFFERENCE: f64 = 0.03;
 
 /// A fitted number.
@@ -122,25 +120,25 @@ pub struct PhysicalFit {
     pub coulomb_band: StemEstimate,
     /// Viscous friction over spring constant `Fv/k`, s.
     pub lag_s: StemEstimate,
-    /// The S and J that follow, percent of span of the OP.
+    /// The corresponding S and J, percent of span of the OP.
     pub bands: Bands,
     /// Percent of VP per percent of the stem's position.
     pub gain: f64,
     /// VP where the stem's position is 0, percent.
     pub offset: f64,
-    /// Root of the mean square error, percent of VP.
+    /// Root mean square error, percent of VP.
     pub rmse: f64,
     /// Share of the variance of VP that is explained.
     pub explained: f64,
-    /// Schwarz's information; only differences mean something.
+    /// Schwarz's information; only differences are meaningful.
     pub information: f64,
-    /// How often the stem slips against its last direction.
+    /// Number of slips against the last direction.
     pub slips: usize,
-    /// VP as the stem has it, percent.
+    /// VP of the stem model, percent.
     pub vp: Vec<f64>,
     /// The best data-driven model on the same samples.
     pub data_driven: PositionFit,
-    /// What the recording does not say, and why, a sentence each.
+    /// Numbers that are not identified, and why, a sentence each.
     pub unidentified: Vec<String>,
 }
 
@@ -150,10 +148,10 @@ impl PhysicalFit {
         self.information < self.data_driven.information
     }
 
-    /// The stem that was fitted, on a spring of 1 N/m, with a stroke of 1 m for 1 Pa on 1 m2.
+    /// The fitted stem, on a spring of 1 N/m, with a stroke of 1 m for 1 Pa on 1 m2.
     ///
     /// # Errors
-    /// If a number was changed to one that no stem has.
+    /// If a number was changed to an impossible one.
     pub fn stem(&self) -> Result<Stem> {
         stem(self.static_band.value, self.coulomb_band.value, self.lag_s.value)
     }
@@ -186,7 +184,7 @@ impl PhysicalFit {
 ///
 /// # Errors
 /// As [`position::fit`]; if the sample time is not above 0; or if the fitted stem slips back fewer than
-/// [`FEWEST_SLIPS`] times, where friction is not told from gain and offset.
+/// [`FEWEST_SLIPS`] times, because friction then cannot be separated from gain and offset.
 pub fn fit(
     op: &[f64],
     vp: &[f64],
@@ -202,8 +200,8 @@ pub fn fit(
     let slips = Motion::of(&x).reversals.len();
     if slips < FEWEST_SLIPS {
         return Err(Abstention(format!(
-            "a stem is fitted where the valve reverses at least {FEWEST_SLIPS} times, and it does so \
-             {slips} times; give a longer recording, or one with larger movements of the OP"
+            "a stem fit needs at least {FEWEST_SLIPS} reversals of the valve; there are {slips}. Use a longer \
+             recording, or one with larger movements of the OP"
         )));
     }
     let [fs, fc, lag_s] = trial.estimates(&best, &x, &line);
@@ -230,7 +228,7 @@ fn no_stem() -> Abstention {
     Abstention("no stem can be fitted to the valve position".to_owned())
 }
 
-/// Why a number that is not identified is not.
+/// Why a number is not identified.
 fn unidentified(
     fs: &StemEstimate,
     fc: &StemEstimate,
@@ -240,19 +238,19 @@ fn unidentified(
     let mut reasons = vec![];
     if !fs.identified() {
         reasons.push(
-            "the static band is not told from zero: the valve sticks too little for its noise"
+            "the static band cannot be distinguished from zero: the valve sticks too little for its noise"
                 .to_owned(),
         );
     } else if !fc.identified() {
         reasons.push(
-            "the Coulomb band is not told from zero, or not from the lag: the stem slides too little \
+            "the Coulomb band cannot be distinguished from zero or from the lag: the stem slides too little \
              between its slips"
                 .to_owned(),
         );
     }
     if !lag_s.identified() {
         reasons.push(format!(
-            "the lag of the stem is not told from none: samples every {sample_time_s} s do not show it"
+            "the lag of the stem cannot be distinguished from zero with a sample time of {sample_time_s} s"
         ));
     }
     reasons
@@ -275,7 +273,7 @@ fn stem(fs: f64, fc: f64, lag_s: f64) -> Result<Stem> {
     Stem::new(parameters, FrictionLaw::Classical(friction))
 }
 
-/// A recording on which stems are tried: fs in percent, fc (at most fs), ln of the lag in samples.
+/// A recording for trying stems: fs in percent, fc (at most fs), ln of the lag in samples.
 struct Trial<'a> {
     op: &'a [f64],
     vp: &'a [f64],
@@ -295,7 +293,7 @@ impl<'a> Trial<'a> {
         Self { op, vp, record: Record::of(op, vp), sample_time_s, start, bounds }
     }
 
-    /// fs and fc in percent and the lag in s of what is tried.
+    /// fs and fc in percent and the lag in s of a trial.
     fn physical(&self, &[fs, fc, ln_lag]: &[f64; PARAMETERS]) -> [f64; PARAMETERS] {
         [fs, fc.min(fs), ln_lag.exp() * self.sample_time_s]
     }
@@ -309,7 +307,7 @@ impl<'a> Trial<'a> {
         x.iter().all(|x| x.is_finite()).then_some(x)
     }
 
-    /// The positions of what is tried, and the best line through them and VP.
+    /// The positions of a trial, and the best line through them and VP.
     fn response(&self, tried: &[f64; PARAMETERS]) -> Option<(Vec<f64>, Line)> {
         let x = self.positions(self.physical(tried))?;
         let mut sums = Sums::default();
@@ -319,12 +317,12 @@ impl<'a> Trial<'a> {
         Some((x, self.record.lines(&sums)[DELAY]))
     }
 
-    /// Share of the variance of VP that is left; infinite if there is no such stem.
+    /// Unexplained share of the variance of VP; infinite if there is no such stem.
     fn left(&self, tried: &[f64; PARAMETERS]) -> f64 {
         self.response(tried).map_or(f64::INFINITY, |(_, line)| line.left)
     }
 
-    /// The best that is found.
+    /// The best result of the search.
     fn search(&self, known: &PositionFit) -> Option<[f64; PARAMETERS]> {
         let fs = known.bands.fs().max(LEAST * span(self.op));
         let about =
@@ -361,7 +359,7 @@ impl<'a> Trial<'a> {
         let values = self.physical(best);
         let [fs, fc, lag_s] = values;
         let within = [(fc, f64::INFINITY), (0.0, fs), (0.0, f64::INFINITY)];
-        // A slip moves from sample to sample only if a band changes by what the OP moves meanwhile.
+        // A slip moves from sample to sample only if a band changes by the OP travel in between.
         let moved: f64 = self.op.windows(2).map(|w| (w[1] - w[0]).abs()).sum();
         let least = moved / self.op.len() as f64;
         let steps =
@@ -387,7 +385,7 @@ impl<'a> Trial<'a> {
             let row = SVector::from(row);
             normal += row * row.transpose();
         }
-        // Brought to unit length; a number that changes nothing is left out.
+        // Scaled to unit length; a number without an effect is left out.
         let length = normal.diagonal().map(f64::sqrt);
         let unit = SMatrix::<f64, FITTED, FITTED>::from_fn(|i, j| match length[i] * length[j] {
             product if product > 0.0 => normal[(i, j)] / product,
@@ -402,7 +400,7 @@ impl<'a> Trial<'a> {
         })
     }
 
-    /// Variance of the errors, as many times larger as they follow each other.
+    /// Variance of the errors, raised for their correlation.
     fn error_variance(&self, x: &[f64], line: &Line) -> f64 {
         let m = self.record.compared;
         let errors: Vec<f64> =

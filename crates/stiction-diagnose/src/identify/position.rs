@@ -1,8 +1,8 @@
 //! Valve models fitted to a recorded valve position.
 //!
 //! # What it measures
-//! Which of the data-driven models follows the recorded position (VP) best, with which S and J, and how
-//! sure these are.
+//! Which of the data-driven models follows the recorded position (VP) best, with which S and J, and how sure these
+//! are.
 //!
 //! # Assumptions
 //! OP and VP are sampled at the same times, densely enough to see the stem rest and slip. The valve does
@@ -15,29 +15,29 @@
 //! information = m ln(mean e^2) + p ln m            over m samples (Schwarz)
 //! ```
 //! p is 2 for models with S and J, 1 for those with one of them, 0 for the valve that follows; the lowest
-//! information ranks first. Gain g and offset o are those of least squares, so VP need not be scaled like
-//! OP; S and J are in percent of OP. A grid of fs and fd is searched, then finer ones about its best.
+//! information ranks first. Gain g and offset o are those of least squares, so VP may have another scale than OP; S
+//! and J are in percent of OP. The search uses a grid of fs and fd, then finer ones around its best point.
 //!
-//! A model that is at rest after every sample (He, He and Wang, Stenman) never forgets where it began, and
-//! gathers small errors from slip to slip. It begins anew in each of [`BLOCKS`] parts of the recording,
-//! where VP is, by the g and o of the two-phase model; each beginning counts as a parameter.
+//! A model that is at rest after every sample (He, He and Wang, Stenman) never forgets its initial position, and
+//! accumulates small errors from slip to slip. It is restarted in each of [`BLOCKS`] parts of the recording, at VP,
+//! with the g and o of the two-phase model; each start counts as a parameter.
 //!
-//! The intervals are those of a bootstrap of moving blocks: the recording is cut into blocks, which are
-//! drawn with replacement [`DRAWS`] times; each time the candidate about the best is taken that leaves
-//! least of the blocks drawn. The interval holds the middle 90 % of them and is widened by half of what
-//! the OP moves in a sample, as no slip can be timed better.
+//! The intervals are those of a bootstrap of moving blocks. The recording is cut into blocks, which are drawn with
+//! replacement [`DRAWS`] times. Each time the result is the candidate around the best with the smallest error in
+//! the drawn blocks. The interval contains the middle 90 % of the results. It is widened by half of the OP movement
+//! in a sample, because no slip can be timed better.
 //!
 //! # Parameters
 //! None. Constants: [`DRAWS`], [`BLOCKS`], [`MOST_SAMPLES`]; ours.
 //!
 //! # Limits
-//! J is at most S: slips that overshoot the input are not among the candidates, except in He and Wang's
-//! model. Kano's and Choudhury's models are the two-phase model there, and are not fitted again. A stem
-//! that lags by more than a few samples makes J small. Of a recording longer than [`MOST_SAMPLES`] only
-//! the beginning is fitted.
+//! J is at most S: slips that overshoot the input are not among the candidates, except in He and Wang's model.
+//! Kano's and Choudhury's models are equal to the two-phase model there, and are not fitted again. A stem that lags
+//! by more than a few samples makes J small. Of a recording longer than [`MOST_SAMPLES`] only the beginning is
+//! fitted.
 //!
 //! # Deviations from the paper
-//! There is none; all is ours.
+//! None; everything is ours.
 //!
 //! # References
 //! The models: see [`crate::valve`]. H. R. Künsch, The jackknife and the bootstrap for general stationary
@@ -53,26 +53,26 @@ use crate::valve::{self, Description, Direction, He, Model, Start, TwoPhase, Val
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Samples below which nothing is fitted.
+/// Fewest samples for a fit.
 pub const FEWEST_SAMPLES: usize = 50;
-/// Samples above which only the beginning is fitted.
+/// Number of samples above which only the beginning is fitted.
 pub const MOST_SAMPLES: usize = 10_000;
-/// Times that blocks are drawn.
+/// Number of draws of blocks.
 pub const DRAWS: usize = 200;
-/// Blocks into which the recording is cut.
+/// Number of blocks of the recording.
 pub const BLOCKS: usize = 20;
 /// Delays of the recorded position, samples.
 const DELAYS: usize = 4;
-/// Largest and smallest fs tried, spans of the OP.
+/// Largest and smallest fs to try, spans of the OP.
 const LARGEST: f64 = 1.0;
 const SMALLEST: f64 = 0.003;
 /// Values of fs and of fd over fs in the first grid.
 const COARSE: (usize, usize) = (40, 6);
-/// The same for models that are at rest after every sample: their errors add up from slip to slip.
+/// The same for models that are at rest after every sample: their errors accumulate from slip to slip.
 const COARSE_STAIRCASE: (usize, usize) = (16, 64);
-/// Where fs lies in that grid, shares of half the range of the distance between OP and position.
+/// Position of fs in that grid, shares of half the range of the distance between OP and position.
 const ABOUT: [f64; 2] = [0.7, 1.1];
-/// Quantiles between which that range lies.
+/// Quantiles that limit that range.
 const RANGE: [f64; 2] = [0.003, 0.997];
 /// Values of fs and of fd over fs in a finer grid.
 const FINE: usize = 8;
@@ -80,13 +80,13 @@ const FINE: usize = 8;
 const ROUNDS_AT_EACH: usize = 3;
 const ROUNDS: usize = 6;
 const NARROWER: f64 = 0.55;
-/// Share of the variance that counts as explained to rounding.
+/// Explained share of the variance at which only rounding remains.
 const FLOOR: f64 = 1e-12;
 
 /// A number with the interval of the bootstrap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
-    /// That of the fit.
+    /// The value of the fit.
     pub value: f64,
     /// Lower end; never negative.
     pub low: f64,
@@ -105,17 +105,17 @@ pub struct PositionFit {
     pub gain: f64,
     /// VP where the model's position is 0, percent.
     pub offset: f64,
-    /// Samples by which VP is behind the model.
+    /// Samples by which VP lags the model.
     pub delay: usize,
-    /// Root of the mean square error, percent of VP.
+    /// Root mean square error, percent of VP.
     pub rmse: f64,
     /// Share of the variance of VP that is explained.
     pub explained: f64,
-    /// Schwarz's information; only differences mean something.
+    /// Schwarz's information; only differences are meaningful.
     pub information: f64,
-    /// How often the model slips.
+    /// Number of slips of the model.
     pub slips: usize,
-    /// VP as the model has it, percent.
+    /// VP of the model, percent.
     pub vp: Vec<f64>,
 }
 
@@ -137,8 +137,8 @@ impl PositionFits {
     }
 }
 
-/// The models that differ from each other for J up to S, those with the fewest parameters first: of two that fit as
-/// well the first is the better.
+/// The models that differ from each other for J up to S, those with the fewest parameters first: of two equally
+/// good fits the first is the better.
 fn models() -> Vec<Model> {
     let mut models: Vec<_> =
         Model::ALL.into_iter().filter(|model| model.describe().same_as.is_none()).collect();
@@ -146,7 +146,7 @@ fn models() -> Vec<Model> {
     models
 }
 
-/// How many bands a model uses.
+/// Number of bands of a model.
 fn parameters(model: Model) -> usize {
     let Description { uses_s, uses_j, .. } = model.describe();
     usize::from(uses_s) + usize::from(uses_j)
@@ -163,7 +163,7 @@ fn parameters(model: Model) -> usize {
 /// valve.run(&op, &mut vp)?;
 /// let fits = position::fit(&op, &vp).expect("it moves");
 /// assert_eq!(fits.best().model, Model::TwoPhase);
-/// // To about a step of the OP, between two of which a slip cannot be placed.
+/// // Accurate to about a step of the OP, because a slip cannot be located better.
 /// assert!((fits.s.value - 5.0).abs() < 0.25 && (fits.j.value - 2.0).abs() < 0.25);
 /// # Ok::<(), stiction_model::Error>(())
 /// ```
@@ -174,8 +174,8 @@ fn parameters(model: Model) -> usize {
 pub fn fit(op: &[f64], vp: &[f64]) -> Result<PositionFits, Abstention> {
     if op.len() != vp.len() || op.len() < FEWEST_SAMPLES {
         return Err(Abstention(format!(
-            "a valve model is fitted to at least {FEWEST_SAMPLES} samples of both OP and valve position; \
-             there are {} and {}",
+            "a valve model needs at least {FEWEST_SAMPLES} samples of both OP and valve position; there are {} and \
+             {}",
             op.len(),
             vp.len()
         )));
@@ -189,7 +189,7 @@ pub fn fit(op: &[f64], vp: &[f64]) -> Result<PositionFits, Abstention> {
         return Err(Abstention("the OP or the valve position does not move".to_owned()));
     }
     let record = Record::of(op, vp);
-    // The two-phase model, which is not easily led astray, says where zero and full scale of VP are.
+    // The two-phase model, which is robust, gives zero and full scale of VP.
     let known = record
         .search(Model::TwoPhase, &record.unscaled())
         .and_then(|found| record.scaled(&found.line))
@@ -206,8 +206,8 @@ pub fn fit(op: &[f64], vp: &[f64]) -> Result<PositionFits, Abstention> {
     Ok(PositionFits { s, j, ranked })
 }
 
-/// Bands that were tried. In fs and fd/fs the errors have no ridge: the one
-/// decides when the stem slips, the other how far.
+/// The tried bands. In fs and fd/fs the errors have no ridge: the one determines when the stem slips, the other how
+/// far.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
     fs: f64,
@@ -216,7 +216,7 @@ struct Candidate {
     line: Line,
 }
 
-/// `VP = gain x + offset` at the best delay, and the share of the variance that it leaves.
+/// `VP = gain x + offset` at the best delay, and the unexplained share of the variance.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Line {
     pub gain: f64,
@@ -233,7 +233,7 @@ impl Line {
     }
 }
 
-/// What the recording says of the position.
+/// The recorded position.
 #[derive(Debug, Clone, Copy)]
 struct Scale {
     /// At the first sample of each block, percent of OP.
@@ -250,18 +250,18 @@ pub(super) struct Sums {
     xy: [f64; DELAYS],
 }
 
-/// What the models are fitted to.
+/// The data for the fit of models.
 pub(super) struct Record<'a> {
     op: &'a [f64],
     vp: &'a [f64],
-    /// Samples of the model that are compared: behind each, VP is known at all delays.
+    /// Compared samples of the model: after each, VP is known at all delays.
     pub compared: usize,
     /// VP less its mean.
     y: Vec<f64>,
     level: f64,
-    /// Middle of the OP, taken off positions before they are squared.
+    /// Middle of the OP, subtracted from positions before they are squared.
     middle: f64,
-    /// Sum, and sum of squares about the mean, of VP at each delay.
+    /// Sum, and sum of squares around the mean, of VP at each delay.
     target: [(f64, f64); DELAYS],
 }
 
@@ -280,7 +280,7 @@ impl<'a> Record<'a> {
         Self { op, vp, compared, y, level, middle, target }
     }
 
-    /// What the recording says of the position, if VP is on the scale of the OP but for an offset.
+    /// The recorded position, if VP has the scale of the OP except for an offset.
     fn unscaled(&self) -> Scale {
         self.scale(1.0, 0.0, 0)
     }
@@ -305,7 +305,7 @@ impl<'a> Record<'a> {
         block * self.compared / BLOCKS
     }
 
-    /// The pieces of the recording that `model` goes through, each with its first sample and start.
+    /// The pieces of the recording for `model`, each with its first sample and start.
     fn pieces(&self, model: Model, known: &Scale) -> Vec<(usize, &'a [f64], Start)> {
         let blocks = if staircase(model) { BLOCKS } else { 1 };
         let piece = |block: usize| {
@@ -318,7 +318,7 @@ impl<'a> Record<'a> {
         (0..blocks).map(piece).collect()
     }
 
-    /// The best line through what `sums` hold, at each delay.
+    /// The best line through `sums`, at each delay.
     pub fn lines(&self, sums: &Sums) -> [Line; DELAYS] {
         let m = self.compared as f64;
         let xx = sums.xx - sums.x * sums.x / m;
@@ -409,13 +409,13 @@ impl<'a> Record<'a> {
                 }
             },
         );
-        // The recording was checked, so nothing is refused.
+        // The recording was checked, so this cannot fail.
         for (sums, lane) in sums.iter_mut().zip(gathered.unwrap_or_default().concat()) {
             *sums = lane;
         }
     }
 
-    /// The best S and J of a model that has `parameters`, and what it makes of the recording.
+    /// The best S and J of a model that has `parameters`, and its fit to the recording.
     fn fit(&self, model: Model, parameters: usize, known: &Scale) -> Option<PositionFit> {
         let best = self.search(model, known)?;
         let Line { gain, offset, delay, left } = best.line;
@@ -436,12 +436,12 @@ impl<'a> Record<'a> {
         })
     }
 
-    /// Root of the mean square error that `line` leaves, percent of VP.
+    /// Root mean square error of `line`, percent of VP.
     pub fn rmse(&self, line: &Line) -> f64 {
         (line.left * self.target[line.delay].1 / self.compared as f64).sqrt()
     }
 
-    /// Schwarz's information of a model of which `line` makes VP.
+    /// Schwarz's information of a model whose VP is given by `line`.
     pub fn information(&self, line: &Line, parameters: usize) -> f64 {
         let m = self.compared as f64;
         let variance = self.target[line.delay].1 / m;
@@ -479,7 +479,7 @@ impl<'a> Record<'a> {
             [SMALLEST, LARGEST].map(|share| (share * range).ln())
         };
         let coarse = grid(spaced(count, low, high), ratios(count_ratios, 0.0, 1.0));
-        // A delay and a dead band can stand for each other, with a ridge between: climbed from each side.
+        // A delay and a dead band can replace each other, with a ridge between: both sides are searched.
         let half_ratio = 1.5 / count_ratios as f64;
         let finer = |mut best: Candidate, rounds: std::ops::Range<usize>, any_delay: bool| {
             for round in rounds {
@@ -502,8 +502,7 @@ impl<'a> Record<'a> {
         finer(at_each.reduce(better)?, ROUNDS_AT_EACH..ROUNDS_AT_EACH + ROUNDS, true)
     }
 
-    /// Intervals of S and J of the best fit; of the valve that follows, those of a play that would be
-    /// taken for it.
+    /// Intervals of S and J of the best fit; for the valve that follows, those of a play that would look like it.
     fn intervals(&self, fit: &PositionFit, known: &Scale) -> (Interval, Interval) {
         let range = span(self.op);
         let Description { motion, uses_s, uses_j, .. } = fit.model.describe();
@@ -546,7 +545,7 @@ impl<'a> Record<'a> {
             let ends = |x: &[f64]| (quantile(x, 0.05), quantile(x, 0.95));
             let ((s_low, s_high), (j_low, j_high)) = (ends(&drawn_s), ends(&drawn_j));
             (low, high) = ((s_low, j_low), (s_high, j_high));
-            // Look closer, but not closer than what is found reaches.
+            // A finer search, but not finer than the best result extends.
             let step = |reach: f64| reach / FINE as f64;
             let closer = |reach: f64, value: f64, low: f64, high: f64| {
                 reach.min((high - value).max(value - low) + step(reach))
@@ -565,7 +564,7 @@ impl<'a> Record<'a> {
         (interval(s, low.0, high.0, false), interval(j, low.1, high.1, !uses_j))
     }
 
-    /// Sum of squared errors in each block, behind a candidate with its own best line.
+    /// Sum of squared errors in each block for a candidate with its own best line.
     fn errors(&self, model: Model, s: f64, j: f64, known: &Scale) -> [f64; BLOCKS] {
         let mut blocks = [0.0; BLOCKS];
         let bands = Bands::from_s_j(s, j.min(s)).unwrap_or(Bands::NONE);
@@ -603,7 +602,7 @@ pub(super) fn spaced(count: usize, low: f64, high: f64) -> Vec<f64> {
     (0..count).map(|i| low + (high - low) * i as f64 / (count - 1) as f64).collect()
 }
 
-/// The candidate that leaves less; the first of two that leave the same.
+/// The candidate with the smaller error; the first of equals.
 fn better(a: Candidate, b: Candidate) -> Candidate {
     if b.line.left < a.line.left { b } else { a }
 }

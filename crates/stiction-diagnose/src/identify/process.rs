@@ -1,33 +1,33 @@
-//! The process between valve position and PV: gain, lag and dead time, in closed loop, under disturbances that have a
-//! memory.
+//! The process between valve position and PV: gain, lag and dead time, in closed loop, under correlated
+//! disturbances.
 //!
 //! # What it measures
-//! First order plus dead time, or an integrator plus dead time, with everything that the data do not tell apart: not
-//! one best process but all that explain the PV nearly as well, each with its weight.
+//! First order plus dead time, or an integrator plus dead time. The result is not one best process but all that
+//! explain the PV nearly as well, each with its weight.
 //!
 //! # Assumptions
-//! A linear process about one operating point. The input is known: a recorded valve position, or what a valve
-//! model makes of the OP. What disturbs the PV is an autoregression of the order [`ORDER`] of white noise, as long as
-//! it lasts.
+//! A linear process around one operating point. The input is known: a recorded valve position, or the output of a
+//! valve model under the OP. The disturbance of the PV is white noise through an autoregression of order [`ORDER`],
+//! for the whole record.
 //!
 //! # Equations
 //! ```text
 //! z(k) = a z(k-1) + (1 - a) x(k-1),  a = exp(-Ts/tau)          self-regulating
 //! z(k) = z(k-1) + Ts x(k-1)                                    integrating
-//! A(q) (y(k) - K z(k-d) - c - w a^k) = e(k)                    integrating: w k in place of w a^k
+//! A(q) (y(k) - K z(k-d) - c - w a^k) = e(k)                    integrating: w k instead of w a^k
 //! ```
-//! `A` comes from a regression of y on its own past and on past x; then from what the best process leaves, twice. For
-//! each tau and d of a grid K, c and w are those of least squares, and the grid is made finer about the likeliest.
-//! With the variance of e profiled out the log-likelihood is `-m/2 ln SSE`; a process has the weight
-//! `exp((likelihood - best) / `[`TEMPER`]`)`, because no process is of first order and no disturbance that simple.
-//! Intervals are the 5 and 95 % points of the weighted processes, K's own error included.
+//! `A` comes from a regression of y on its own past and on past x, then, twice, from the residual of the best
+//! process. For each tau and d of a grid, K, c and w are those of least squares, and the grid is refined around the
+//! likeliest. With the variance of e profiled out, the log-likelihood is `-m/2 ln SSE`. A process has the weight
+//! `exp((likelihood - best) / `[`TEMPER`]`)`, because no process is exactly of first order and no disturbance that
+//! simple. Intervals are the 5 and 95 % points of the weighted processes, including K's own error.
 //!
 //! # Limits
-//! * What moves the input must be more than what the PV's own noise makes the controller do: else the fit tends to the
+//! * The input must move more than the controller's response to the PV's own noise. Otherwise the fit tends to the
 //!   inverse of the controller, and the interval is wide.
-//! * Second lags are told as part of the dead time.
-//! * A lag beyond a third of the record is told from an integrator by nothing: then gain and lag are not identified
-//!   one by one, but their ratio is.
+//! * Second lags count as part of the dead time.
+//! * A lag beyond a third of the record cannot be distinguished from an integrator. Then only the ratio of gain and
+//!   lag is identified.
 //!
 //! # References
 //! L. Ljung, System Identification: Theory for the User, 2nd ed., Prentice Hall (1999), for direct identification in
@@ -39,38 +39,38 @@ use crate::finding::Abstention;
 use crate::numeric::least_squares::{dot, least_squares};
 use crate::series::{centred, std};
 
-/// Samples below which nothing is fitted.
+/// Fewest samples for a fit.
 pub const FEWEST_SAMPLES: usize = 80;
-/// Samples beyond which only the middle is looked at.
+/// Number of samples above which only the middle is used.
 pub const MOST_SAMPLES: usize = 4000;
 /// Order of the disturbance.
 pub const ORDER: usize = 4;
-/// By what log-likelihoods are divided.
+/// Divisor of log-likelihoods.
 pub const TEMPER: f64 = 12.0;
-/// Relative standard deviation of gain and dead time, and two thirds of that of the lag, that no record takes away: a
-/// process is linear about one point only, and its lags are more than one.
+/// Relative standard deviation of gain and dead time, and two thirds of that of the lag, in any record: a process
+/// is linear around one point only, and has more than one lag.
 pub const NEVER_KNOWN: f64 = 0.23;
-/// By how many nats the input must explain the PV better than its own past.
+/// Nats by which the input must explain the PV better than its own past.
 pub const LEAST: f64 = 20.0;
-/// Share of what is new in the input that the PV must leave unexplained: below it the controller does nothing but
-/// answer, and the process cannot be told from the controller's inverse.
+/// Smallest share of the input's innovations that the PV does not explain. Below it the controller only responds,
+/// and the process cannot be distinguished from the controller's inverse.
 pub const LEAST_EXCITED: f64 = 0.2;
-/// Ratio of the ends of an interval beyond which a number is not identified.
+/// Ratio of the ends of an interval above which a number is not identified.
 pub const WIDEST: f64 = 6.0;
-/// Past inputs of the regression from which the first noise model comes, samples.
+/// Past inputs in the regression for the first noise model, samples.
 const PAST: [usize; 9] = [1, 2, 3, 5, 8, 13, 21, 34, 55];
-/// Lags and, at most, delays of the first grid.
+/// Lags and largest number of delays of the first grid.
 const LAGS: usize = 14;
 const DELAYS: usize = 26;
 
-/// One process that explains the PV, and how well.
+/// A process that explains the PV, with its weight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
-    /// Units of PV per percent; of one that integrates, per percent and second.
+    /// Units of PV per percent; for an integrating one, per percent and second.
     pub gain: f64,
     /// Standard error of the gain.
     pub error: f64,
-    /// Time constant, s; infinite of one that integrates.
+    /// Time constant, s; infinite for an integrating one.
     pub lag_s: f64,
     /// Dead time, s.
     pub dead_time_s: f64,
@@ -79,41 +79,41 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// How fast the PV first moves after a step of one percent, units of PV per second.
+    /// Initial slope of the PV after a step of one percent, units of PV per second.
     pub fn slope(&self) -> f64 {
         if self.lag_s.is_finite() { self.gain / self.lag_s } else { self.gain }
     }
 }
 
-/// A process as OP, or valve position, and PV show it.
+/// A process identified from PV and OP or valve position.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct FittedProcess {
-    /// What it does under a constant input.
+    /// Its behaviour under a constant input.
     pub kind: ProcessKind,
-    /// Units of PV per percent; `None` of one that integrates, and where it is not known apart from the lag.
+    /// Units of PV per percent; `None` for an integrating one, and if it cannot be separated from the lag.
     pub gain: Option<Estimate>,
     /// Time constant, s; `None` likewise.
     #[cfg_attr(feature = "serde", serde(rename = "tau"))]
     pub lag_s: Option<Estimate>,
-    /// How fast the PV first moves after a step of one percent, units of PV per second: gain over lag, which is
-    /// known where the two are not.
+    /// Initial slope of the PV after a step of one percent, units of PV per second: gain over lag, which may be
+    /// known if the two are not.
     pub slope: Estimate,
     /// Dead time with all small lags, s.
     #[cfg_attr(feature = "serde", serde(rename = "delay"))]
     pub dead_time_s: Estimate,
     /// Share of the PV's innovations that the input explains.
     pub explained: f64,
-    /// What the data do not tell apart, in a sentence; `None` where they do.
+    /// What the data cannot identify, in a sentence; `None` if everything is identified.
     pub jointly: Option<String>,
-    /// Standard deviation of what disturbs the PV, in its units.
+    /// Standard deviation of the disturbance of the PV, in its units.
     pub disturbance_sd: f64,
-    /// Standard deviation of what is new in it from sample to sample.
+    /// Standard deviation of its innovations from sample to sample.
     pub innovation_sd: f64,
     /// The processes that explain the PV nearly as well, the likeliest first.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub candidates: Vec<Candidate>,
-    /// The noise model of the PV: how it follows from its own last [`ORDER`] samples.
+    /// The noise model of the PV: its coefficients on its own last [`ORDER`] samples.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub noise: Vec<f64>,
     /// Log-likelihood of the best over that of no input at all, nats.
@@ -121,11 +121,11 @@ pub struct FittedProcess {
     pub gained: f64,
 }
 
-/// Fits the process between `input`, percent, and `pv`, sampled every `step` seconds. `sign` is that of its gain, where
-/// it is known, such as from the controller's.
+/// Fits the process between `input`, percent, and `pv`, sampled every `step` seconds. `sign` is that of its gain,
+/// if it is known, for example from the controller.
 ///
 /// # Errors
-/// In words: why it cannot be told.
+/// In words: why it cannot be identified.
 pub fn fit(
     input: &[f64],
     pv: &[f64],
@@ -135,7 +135,7 @@ pub fn fit(
     let n = input.len();
     if n != pv.len() || n < FEWEST_SAMPLES {
         return Err(Abstention(format!(
-            "a process is fitted to at least {FEWEST_SAMPLES} samples of OP and PV; there are {n}"
+            "a process fit needs at least {FEWEST_SAMPLES} samples of OP and PV; there are {n}"
         )));
     }
     let still = || Abstention("the OP or the PV does not move".to_owned());
@@ -158,9 +158,9 @@ fn of_variance_one(x: &[f64]) -> Option<(Vec<f64>, f64)> {
 }
 
 impl FittedProcess {
-    /// How well the likeliest of its processes, at most so many, explain the PV behind another `input`, such as
-    /// the path of another valve: each with the gain that suits it, and its log-likelihood, nats over any constant.
-    /// None behind one that does not move.
+    /// How well the likeliest of its processes, at most this many, explain the PV behind another `input`, such as
+    /// the path of another valve. Each has its best gain; the log-likelihood is in nats over any constant. Empty
+    /// for an input that does not move.
     pub fn behind(
         &self,
         input: &[f64],
@@ -205,7 +205,7 @@ struct Point {
     sse: f64,
 }
 
-/// What was found.
+/// The result of the search.
 struct Found {
     points: Vec<Candidate>,
     kind: ProcessKind,
@@ -233,7 +233,7 @@ fn whitened(x: &[f64], a: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The answer of a process with this lag and without delay, its gain 1.
+/// The response of a process with this lag and without delay, its gain 1.
 fn answer(x: &[f64], lag: f64) -> Vec<f64> {
     let mut z = Vec::with_capacity(x.len());
     let (keep, add) = if lag.is_finite() {
@@ -251,7 +251,7 @@ fn answer(x: &[f64], lag: f64) -> Vec<f64> {
     z
 }
 
-/// Orthonormal columns, those that are nearly in the span of others left out.
+/// Orthonormal columns without those that are nearly in the span of others.
 fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = vec![];
     for mut column in columns {
@@ -277,7 +277,7 @@ impl Bench<'_> {
         (0..LAGS).map(|i| low * (high / low).powf(i as f64 / (LAGS - 1) as f64)).collect()
     }
 
-    /// Delays of a grid, samples: all of the first, then further apart.
+    /// Delays of a grid, samples: all of the first, then with larger steps.
     fn delays(&self) -> Vec<f64> {
         let longest = (self.x.len() / 8).max(4);
         let mut delays = vec![0];
@@ -288,7 +288,7 @@ impl Bench<'_> {
         delays.into_iter().map(|delay| delay as f64).collect()
     }
 
-    /// Gain and what is left for a lag, at these delays.
+    /// Gain and residual for a lag, at these delays.
     fn at(&self, lag: f64, delays: &[f64], a: &[f64]) -> Vec<Point> {
         let n = self.y.len();
         let w = whitened(self.y, a);
@@ -298,7 +298,7 @@ impl Bench<'_> {
             false => (0..n).map(|k| k as f64 / n as f64).collect(),
         };
         let basis = orthonormal(vec![whitened(&vec![1.0; n], a), whitened(&along, a)]);
-        // Of all delays the same samples.
+        // The same samples for all delays.
         let skip = (most_delay(delays) as usize).min(w.len() / 2);
         let basis: Vec<Vec<f64>> = orthonormal(basis.iter().map(|b| b[skip..].to_vec()).collect());
         let w = &w[skip..];
@@ -311,7 +311,7 @@ impl Bench<'_> {
             let share = delay - delay.floor();
             let mut z = &all[skip - whole..][..w.len()];
             if share > 0.0 && whole < skip {
-                // Between two samples the held input is that of either for its share.
+                // Between two samples the held input is a mixture of both.
                 let later = &all[skip - whole - 1..][..w.len()];
                 for (m, (now, later)) in moved.iter_mut().zip(z.iter().zip(later)) {
                     *m = (1.0 - share) * now + share * later;
@@ -332,7 +332,7 @@ impl Bench<'_> {
         delays.iter().map(one).collect()
     }
 
-    /// What a process leaves of the PV.
+    /// The residual of the PV for a process.
     fn left(&self, point: &Point) -> Vec<f64> {
         let z = answer(self.x, point.lag);
         let whole = point.delay.floor() as usize;
@@ -387,13 +387,13 @@ impl Bench<'_> {
         let gained = top + 0.5 * m * without.ln();
         if gained < LEAST {
             return Err(Abstention(
-                "OP, or valve, explain nothing of the PV that its own past does not; a \
-                 set-point step, or a record in which more happens, would tell"
+                "the OP or valve position explains nothing of the PV beyond its own past; record a set-point step, \
+                 or a period with more movement"
                     .to_owned(),
             ));
         }
         let weigh = |point: &Point| ((likelihood(point.sse) - top) / TEMPER).exp();
-        // On a grid even in the logarithm of the lag, an integrator stands for all that are slower.
+        // On a grid even in the logarithm of the lag, an integrator represents all slower processes.
         let mut points: Vec<Candidate> = all
             .iter()
             .map(|point| Candidate {
@@ -412,8 +412,8 @@ impl Bench<'_> {
             points.iter().filter(|p| p.lag_s.is_infinite()).map(|p| p.weight).sum();
         if self.excited() < LEAST_EXCITED {
             return Err(Abstention(
-                "OP, or valve, do nothing but answer the PV, so that process and \
-                 controller cannot be told apart; a set-point step would tell"
+                "the OP or valve position only responds to the PV, so process and controller cannot be separated; \
+                 record a set-point step"
                     .to_owned(),
             ));
         }
@@ -432,7 +432,7 @@ impl Bench<'_> {
         })
     }
 
-    /// The grid about a point: between the lags, and delays near by.
+    /// The grid around a point: intermediate lags, and neighbouring delays.
     fn finer(&self, point: &Point, lags: &[f64], delays: &[f64], a: &[f64]) -> Vec<Point> {
         let near: Vec<f64> = match point.lag.is_finite() {
             true => (-14..=14).map(|i| point.lag * 1.14_f64.powi(i)).collect(),
@@ -442,7 +442,7 @@ impl Bench<'_> {
         let near = near.into_iter().filter(|lag| (0.25..longest).contains(lag));
         let reach = 2.0 + 0.5 * point.delay;
         let apart = (reach / 10.0).max(0.25);
-        // The samples compared are those of the coarse grid.
+        // The compared samples are those of the coarse grid.
         let last = delays[delays.len() - 1];
         let mut around: Vec<f64> = (-10..=10)
             .map(|i| point.delay + f64::from(i) * apart)
@@ -452,8 +452,8 @@ impl Bench<'_> {
         near.chain([f64::INFINITY]).flat_map(|lag| self.at(lag, &around, a)).collect()
     }
 
-    /// How much of what is new in the input the PV does not explain: where a linear controller answers nothing but
-    /// the PV, next to nothing.
+    /// Share of the input's innovations that the PV does not explain: nearly zero if a linear controller only
+    /// responds to the PV.
     fn excited(&self) -> f64 {
         let from = ORDER;
         let n = self.x.len();
@@ -474,7 +474,7 @@ fn most_delay(delays: &[f64]) -> f64 {
 }
 
 impl Found {
-    /// From samples and standard deviations to seconds and units.
+    /// Converts samples and standard deviations to seconds and units.
     fn scale(&mut self, gain: f64, of_y: f64, step: f64) {
         for point in &mut self.points {
             let per = if point.lag_s.is_finite() { 1.0 } else { step };
@@ -507,8 +507,8 @@ impl Found {
             };
             if share < 0.95 || wide(&of_gain) || wide(&of_lag) {
                 jointly = Some(
-                    "gain and lag are known together only: the PV's first slope after a step is, where it would end is \
-                     not; the record shows no settled step"
+                    "only the initial slope of the PV after a step (gain/lag) can be identified, not its final \
+                     value; the record has no settled step"
                         .to_owned(),
                 );
             }
@@ -536,7 +536,7 @@ impl Found {
     }
 }
 
-/// Median and the 5 and 95 % points of what candidates say, each a normal distribution of this mean and standard
+/// Median and the 5 and 95 % points of the candidates, each a normal distribution of this mean and standard
 /// deviation.
 fn weighted(points: &[Candidate], of: impl Fn(&Candidate) -> (f64, f64)) -> Estimate {
     let all: Vec<(f64, f64, f64)> = points
@@ -631,7 +631,7 @@ mod tests {
         let (x, _) = recorded(&Process::first_order(1.0, 5.0, 1.0).unwrap(), 0.1);
         let mut stream = NormalStream::new(12);
         let noise: Vec<f64> = x.iter().map(|_| stream.draw()).collect();
-        assert!(fit(&x, &noise, 1.0, None).unwrap_err().0.contains("would tell"));
+        assert!(fit(&x, &noise, 1.0, None).unwrap_err().0.contains("explains nothing"));
         assert!(fit(&x[..40], &noise[..40], 1.0, None).unwrap_err().0.contains("at least"));
         assert!(fit(&vec![1.0; 200], &noise[..200], 1.0, None).is_err());
     }

@@ -1,28 +1,26 @@
-//! Whether the PV is struck when the valve of a model slips, and whether the OP then always has the same
-//! way behind it.
+//! Whether the PV jumps when the valve of a model slips, and whether the OP travel before each slip is the same.
 
 use crate::series::{mean, std};
 
-/// What happens to the PV when the valve of the best model slips.
+/// The PV at the slips of the best model's valve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slips {
     /// Slips a period.
     pub rate: f64,
-    /// How much the error of the linear process gathers in the three samples at which each slip arrives:
-    /// logarithm of their share of its energy over their share of all samples.
+    /// Concentration of the linear process's error in the three samples at which each slip arrives: logarithm of
+    /// their share of its energy over their share of all samples.
     pub concentration: f64,
     /// Share of the energy there that the sticking valve explains; negative if it makes it worse.
     pub removed: f64,
-    /// How steadily the PV is struck; none for fewer than four reversals of the valve.
+    /// Steadiness of the PV's jumps; none for fewer than four reversals of the valve.
     pub steadiness: Option<Steadiness>,
 }
 
-/// How alike the moments are at which the PV is struck after the valve's direction reversed.
+/// Similarity of the moments at which the PV jumps after a reversal of the valve.
 ///
-/// What strikes is found without the valve's model: it is the largest error of the linear process within
-/// an eighth of a period of where the model has the slip arrive. A sticking valve slips when the OP has
-/// travelled S, however long that takes; a load from elsewhere comes when it comes, however far the OP has
-/// travelled.
+/// A jump is found without the valve's model: it is the largest error of the linear process within an eighth of a
+/// period of the slip in the model. A sticking valve slips when the OP has travelled S, after any time. A load from
+/// elsewhere comes at its own time, after any OP travel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Steadiness {
     /// Coefficient of variation of the OP's travel since its last extreme.
@@ -34,34 +32,34 @@ pub struct Steadiness {
 }
 
 impl Steadiness {
-    /// How much steadier travel is than time: the logarithm of the ratio of their variations, each with
-    /// one percent more, below which neither is measured.
+    /// Logarithm of the ratio of the variations of time and travel, each plus one percent, the limit of
+    /// measurement. Large if travel is steadier.
     pub fn of_travel_over_time(&self) -> f64 {
         ((self.time + 0.01) / (self.travel + 0.01)).ln()
     }
 }
 
-/// Reversals below which nothing is said of their steadiness.
+/// Fewest reversals for a steadiness.
 const FEWEST_REVERSALS: usize = 4;
 /// Samples at which a slip arrives.
 const ARRIVAL: usize = 3;
-/// How far from the slip of the model what strikes may lie, periods.
+/// Largest distance of a jump from the slip of the model, periods.
 const REACH: f64 = 0.125;
-/// How far back the last extreme of the OP is looked for, periods.
+/// Distance back to the last extreme of the OP, periods.
 const BACK: f64 = 0.75;
 
 /// The motion of a valve.
 pub(crate) struct Motion {
     /// Samples at which it began to move.
     pub slips: Vec<usize>,
-    /// Those at which it began to move the other way than before.
+    /// Those at which it began to move in the other direction.
     pub reversals: Vec<usize>,
-    /// Where it moved last, `+1` or `-1`, at every sample; before the first motion against it.
+    /// Its last direction, `+1` or `-1`, at every sample; before the first motion the opposite of it.
     pub direction: Vec<f64>,
 }
 
 impl Motion {
-    /// Of a valve at these positions.
+    /// For a valve at these positions.
     pub fn of(vp: &[f64]) -> Self {
         let (mut slips, mut reversals) = (vec![], vec![]);
         let mut direction = vec![0.0; vp.len()];
@@ -90,8 +88,8 @@ impl Motion {
 }
 
 impl Slips {
-    /// Of a valve in `motion`, whose position acts after `delay` samples. `linear` and `sticky` are the
-    /// errors of both processes from the sample `first` on.
+    /// For a valve in `motion`, whose position acts after `delay` samples. `linear` and `sticky` are the errors of
+    /// both processes from the sample `first` on.
     pub(super) fn of(
         motion: &Motion,
         op: &[f64],
@@ -113,7 +111,7 @@ impl Slips {
         let all: f64 = linear.iter().map(|e| e * e).sum();
         let (before, after) = (energy(linear), energy(sticky));
         let share = arrives.iter().filter(|a| **a).count() as f64 / arrives.len() as f64;
-        // Nothing arrives, or nothing is left to explain: then nothing is gathered or removed.
+        // If nothing arrives, or nothing remains to explain, both values are zero.
         let (concentration, removed) = if before > 0.0 {
             ((before / all / share).ln(), (1.0 - after / before).max(-1.0))
         } else {

@@ -1,18 +1,18 @@
-//! Decisions counted.
+//! Counts of decisions.
 
 use crate::finding::Decision;
 
-/// How a method, or a verdict, decided on some loops.
+/// Decisions of a method, or of verdicts, on some loops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Counts {
-    /// It said that the valve sticks, or that the loop is not linear.
+    /// The valve sticks, or the loop is not linear.
     pub positive: usize,
-    /// It said that it does not, or that the loop is linear.
+    /// The valve does not stick, or the loop is linear.
     pub negative: usize,
-    /// It applied and was undecided.
+    /// Undecided, although applicable.
     pub undecided: usize,
-    /// It abstained.
+    /// Abstained.
     pub abstains: usize,
 }
 
@@ -32,8 +32,8 @@ impl Counts {
         self.positive + self.negative + self.undecided + self.abstains
     }
 
-    /// What most of some decisions come to, as for the windows of one valve: undecided if positive
-    /// and negative ones are equally many, abstaining if all abstain.
+    /// The majority of some decisions, as for the windows of one valve: undecided if positive and negative ones are
+    /// equally many, abstaining if all abstain.
     pub fn majority(&self) -> Decision {
         match self.positive.cmp(&self.negative) {
             std::cmp::Ordering::Greater => Decision::Sticks,

@@ -1,20 +1,20 @@
-//! What every method of the registry can do.
+//! The common functions of all methods in the registry.
 
 use super::subject::Subject;
 use crate::finding::{Abstention, Decision, Finding, Method, Number};
 
 /// A method with its parameters.
 pub trait Detector: Send + Sync {
-    /// What it is.
+    /// Its description.
     fn method(&self) -> &'static Method;
-    /// Its parameters as they are set.
+    /// Its present settings.
     fn parameters(&self) -> Vec<Number>;
-    /// What it says of a segment and what it looked at; [`judge`](Self::judge) adds the parameters.
+    /// The finding for a segment and the result behind it; [`judge`](Self::judge) adds the parameters.
     ///
     /// # Errors
     /// If it does not apply, or the data do not suffice.
     fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention>;
-    /// What it says of a segment. It never fails: what it cannot judge, it abstains from.
+    /// The finding for a segment. It never fails: without a judgement, it abstains.
     fn judge(&self, subject: &Subject<'_>) -> Finding {
         let found = self.look(subject);
         let finding = found.unwrap_or_else(|why| Finding::abstains(self.method(), why));
@@ -22,17 +22,16 @@ pub trait Detector: Send + Sync {
     }
 }
 
-/// What a detector says of a segment, the published precondition of its method included.
+/// The finding of a detector for a segment, including the published precondition of its method.
 ///
-/// Methods that tell the cause of an oscillation are applied, in their publications, to loops in which
-/// one was found before. Where none was found (the subject has no period) such a method abstains; the
-/// statistic stays, for whoever wants to see it.
+/// In their publications, methods that explain an oscillation are applied only to loops with a detected one. If
+/// none was found (the subject has no period), such a method abstains; the statistic is kept.
 pub fn judge(detector: &dyn Detector, subject: &Subject<'_>) -> Finding {
     let mut finding = detector.judge(subject);
     let judged = finding.decision != Decision::Abstains;
     if judged && detector.method().explains_oscillation && subject.period.is_none() {
         finding.reason = format!(
-            "tells the cause of an oscillation, and none was found (it would say: {})",
+            "explains an oscillation, and none was found (otherwise: {})",
             finding.decision.name()
         );
         finding.decision = Decision::Abstains;

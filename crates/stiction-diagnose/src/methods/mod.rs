@@ -1,15 +1,15 @@
 //! The published methods, a folder each, behind one trait and one registry.
 //!
-//! A detector is given a [`Subject`]: one segment of a recording with what is known about its loop.
-//! It answers with a [`Finding`](crate::finding::Finding): its statistic, its threshold, its decision, the numbers
-//! between, and, where it does not apply, why it abstains. Each also has its own method that returns a typed
-//! result with all that a plot of its evidence needs.
+//! A detector gets a [`Subject`]: one segment of a recording and the information about its loop. It returns a
+//! [`Finding`](crate::finding::Finding): its statistic, its threshold, its decision and intermediate numbers, or
+//! the reason for abstaining. Each also has its own method that returns a typed result with the data for a plot of
+//! its evidence.
 //!
-//! Detectors differ in what they assume, need and mean; none is right on all loops. Thresholds are the
-//! published ones; where those could only be recalled, the documentation of the detector says so.
+//! Detectors differ in their assumptions, needs and meaning; none is right on all loops. Thresholds are the
+//! published ones. If those could only be recalled, the documentation of the detector states it.
 //!
-//! A folder holds the computation (`mod.rs`) and the figure of its evidence (`figure.rs`, with the feature `figure`);
-//! `shared` is what several methods have in common.
+//! A folder contains the computation (`mod.rs`) and the figure of its evidence (`figure.rs`, with the feature
+//! `figure`); `shared` contains the common parts of several methods.
 
 pub mod area_ratio;
 pub mod bicoherence;

@@ -12,8 +12,8 @@ use std::str::FromStr;
 #[cfg(feature = "figure")]
 use stiction_figure::figure::Figure;
 
-/// Declares the methods of the registry, a line each: what it is called here, its folder, in which `figure.rs` draws what
-/// it looked at, and the detector with its published parameters.
+/// Declares the methods of the registry, a line each: its name here, its folder, whose `figure.rs` draws its
+/// evidence, and the detector with its published parameters.
 macro_rules! methods {
     ($($id:ident of $folder:ident: $detector:expr,)*) => {
         /// The methods of the registry, in the order of reports.
@@ -36,7 +36,7 @@ macro_rules! methods {
                 }
             }
 
-            /// The figure of what it looked at: `None` where too little was seen.
+            /// The figure of its evidence; `None` if there is too little to draw.
             #[cfg(feature = "figure")]
             fn draw(
                 self,
@@ -53,12 +53,12 @@ macro_rules! methods {
 pub(super) use methods;
 
 impl MethodId {
-    /// That of a method; `None` if it is not in the registry.
+    /// The entry of a method; `None` if it is not in the registry.
     pub fn of(method: &Method) -> Option<Self> {
         Self::ALL.iter().copied().find(|id| id.method() == method)
     }
 
-    /// What it is.
+    /// Its description.
     pub fn method(self) -> &'static Method {
         self.detector().method()
     }
@@ -75,7 +75,7 @@ impl fmt::Display for MethodId {
     }
 }
 
-/// By its name, in any case. There may be none of that name; the error names those there are.
+/// By its name, in any case. The error for an unknown name lists the known ones.
 impl FromStr for MethodId {
     type Err = Error;
 
@@ -100,13 +100,13 @@ pub fn all() -> Vec<Box<dyn Detector>> {
 /// The detector called `name`, in any case.
 ///
 /// # Errors
-/// If there is none; the message names those there are.
+/// If there is none; the message lists the known ones.
 pub fn by_name(name: &str) -> Result<Box<dyn Detector>> {
     name.parse().map(MethodId::detector)
 }
 
-/// What the method of a finding looked at in `subject`. Where it was not kept, the method of the registry looks again;
-/// `None` if it cannot, or this is the finding of one with other parameters.
+/// The result behind a finding for `subject`. If it was not kept, the method of the registry runs again; `None` if
+/// it cannot, or if the finding is from a method with other parameters.
 pub fn looked_at(finding: &Finding, subject: &Subject<'_>) -> Option<LookedAt> {
     if finding.looked_at.is_some() {
         return finding.looked_at.clone();
@@ -116,8 +116,8 @@ pub fn looked_at(finding: &Finding, subject: &Subject<'_>) -> Option<LookedAt> {
     same.then(|| detector.judge(subject).looked_at).flatten()
 }
 
-/// The figure of what the method of a finding looked at in `subject`; `None` if it abstains, has seen too little to draw
-/// or values beyond what can be drawn.
+/// The figure of a finding's evidence in `subject`; `None` if the method abstains, has too little to draw, or
+/// values too large to draw.
 #[cfg(feature = "figure")]
 pub fn figure(finding: &Finding, subject: &Subject<'_>, context: &Context<'_>) -> Option<Figure> {
     let (segment, period, group) = (subject.segment, subject.period, finding.method.name);

@@ -1,4 +1,4 @@
-//! What detectors look at.
+//! The input of detectors.
 
 use crate::finding::{Abstention, Applies, Method, Needs};
 use crate::identify::lagged_position::{self, Judgement};
@@ -6,31 +6,30 @@ use crate::recording::{Dynamics, LoopType, Segment};
 use crate::series::{HalfWave, centred, half_waves, span};
 use std::cell::OnceCell;
 
-/// Where the control error comes from.
+/// Source of the control error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ErrorSource {
     /// SP less PV.
     SetPoint,
-    /// There is no SP: the mean of the PV less the PV. A set point that moved is then in the error.
+    /// Mean of the PV less the PV, without an SP. The error then includes movements of the set point.
     MeanPv,
 }
 
 /// The control error of a segment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ControlError {
-    /// SP less PV, or what stands for it, in units of the PV. Its mean is kept with an SP, else zero.
+    /// SP less PV, or its replacement, in units of the PV. Its mean is kept with an SP, else zero.
     pub values: Vec<f64>,
-    /// Where it comes from.
+    /// Its source.
     pub source: ErrorSource,
 }
 
-/// One segment of a recording with what is known about its loop; what several methods need is computed
-/// once.
+/// One segment of a recording with information about its loop; common intermediate results are computed once.
 #[derive(Debug)]
 pub struct Subject<'a> {
     /// The signals.
     pub segment: &'a Segment,
-    /// What the loop controls.
+    /// The controlled quantity.
     pub loop_type: LoopType,
     /// Period of the dominant oscillation, in samples, if there is one.
     pub period: Option<f64>,
@@ -40,7 +39,7 @@ pub struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    /// A segment to be judged; `period` is in samples.
+    /// A segment to judge; `period` is in samples.
     pub fn new(segment: &'a Segment, loop_type: LoopType, period: Option<f64>) -> Self {
         Self {
             segment,
@@ -52,8 +51,8 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Why a method cannot be used here: a signal is missing or constant, or the loop is of another
-    /// kind. Otherwise, the assumptions that could not be checked.
+    /// Why a method cannot be used here: a signal is missing or constant, or the loop is of another kind.
+    /// Otherwise, the assumptions that could not be checked.
     pub fn check(&self, method: &Method) -> Result<Vec<String>, Abstention> {
         let abstain = |why: String| Err(Abstention(why));
         match (method.applies, self.loop_type.dynamics()) {
@@ -71,7 +70,7 @@ impl<'a> Subject<'a> {
             }
             (Applies::Integrating, Dynamics::Unknown) => {
                 return abstain(
-                    "made for integrating loops; what this one controls is not known: tell it"
+                    "made for integrating loops; the type of this loop is not known: specify it"
                         .to_owned(),
                 );
             }
@@ -98,13 +97,12 @@ impl<'a> Subject<'a> {
         if method.applies == Applies::SelfRegulating
             && self.loop_type.dynamics() == Dynamics::Unknown
         {
-            caveats
-                .push("the loop's type is not known; it is taken to be self-regulating".to_owned());
+            caveats.push("the loop's type is not known; it is assumed self-regulating".to_owned());
         }
         if method.needs == Needs::Error
             && self.error().is_some_and(|error| error.source == ErrorSource::MeanPv)
         {
-            caveats.push("no SP is recorded; the mean of the PV stands for it".to_owned());
+            caveats.push("no SP is recorded; the mean of the PV replaces it".to_owned());
         }
         Ok(caveats)
     }
@@ -128,14 +126,14 @@ impl<'a> Subject<'a> {
             .as_ref()
     }
 
-    /// The half waves of the control error about its mean; none without a PV.
+    /// The half waves of the control error around its mean; none without a PV.
     pub fn error_half_waves(&self) -> &[HalfWave] {
         self.error_half_waves.get_or_init(|| {
             self.error().map_or(vec![], |error| half_waves(&centred(&error.values)))
         })
     }
 
-    /// What OP and measured valve position say.
+    /// The judgement from OP and measured valve position.
     ///
     /// # Errors
     /// As [`lagged_position::judge`]; and if no position is recorded.

@@ -1,18 +1,18 @@
-//! How slowly the autocorrelation of a signal decays.
+//! The decay of a signal's autocorrelation.
 
 use crate::series::{autocorrelation, max, min, zero_crossings};
 
-/// The decay ratio from which a signal counts as oscillating too much: Miao & Seborg 1999.
+/// The decay ratio from which a signal oscillates excessively: Miao & Seborg 1999.
 pub const OSCILLATES: f64 = 0.5;
 
-/// The decay ratio of the autocorrelation: near 1 for a lasting oscillation, near 0 for one that is gone
-/// after a period.
+/// The decay ratio of the autocorrelation: near 1 for a lasting oscillation, near 0 for one that ends after a
+/// period.
 ///
-/// `R = a / b`: a is the height of the first maximum over the line through the minima beside it, b the
-/// depth of the first minimum under the line from lag zero to the first maximum, both measured
-/// vertically. For a damped sine it is the decay over half a period. `None` if the autocorrelation has no two minima below zero with a maximum above zero
-/// between. The extremes are those between zero crossings, so that noise on the autocorrelation is not
-/// taken for its waves.
+/// `R = a / b`: a is the height of the first maximum over the line through the minima beside it, b the depth of the
+/// first minimum under the line from lag zero to the first maximum, both measured vertically. For a damped sine it
+/// is the decay over half a period. `None` if the autocorrelation has no two minima below zero with a maximum above
+/// zero between. The extremes are those between zero crossings, so that noise on the autocorrelation does not count
+/// as waves.
 ///
 /// Miao & Seborg 1999, "Automatic detection of excessively oscillatory feedback control loops", IEEE
 /// Conference on Control Applications (recalled, not read).
@@ -23,7 +23,7 @@ pub fn decay_ratio(x: &[f64]) -> Option<f64> {
 /// The same, of an autocorrelation from lag zero on.
 pub fn of_autocorrelation(lags: &[f64]) -> Option<f64> {
     let crossings = zero_crossings(lags);
-    // A fourth half wave that is not complete would end before its minimum.
+    // An incomplete fourth half wave would end before its minimum.
     let [first, second, third, fourth] = crossings.get(..4)? else { return None };
     let lowest = |from: usize, to: usize| extreme(lags, from, to, min);
     let (low, low_value) = lowest(first.next, second.next)?;
@@ -37,7 +37,7 @@ pub fn of_autocorrelation(lags: &[f64]) -> Option<f64> {
     (b > 0.0).then(|| a / b)
 }
 
-/// Place and value of an extreme.
+/// Lag and value of an extreme.
 fn extreme(x: &[f64], from: usize, to: usize, of: fn(&[f64]) -> f64) -> Option<(f64, f64)> {
     let part = x.get(from..to)?;
     let value = of(part);

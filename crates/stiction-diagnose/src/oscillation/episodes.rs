@@ -1,18 +1,17 @@
-//! When a signal oscillates.
+//! Episodes of a signal's oscillation.
 
 use crate::series::{half_waves, max, median, quantile};
 
-/// Half waves this much shorter or longer than half a period still belong to the oscillation, as a
-/// share.
+/// Largest deviation of a half wave from half a period, as a share.
 pub const TOLERATED: f64 = 0.5;
 
-/// Half waves belong to the oscillation whose peak is at least this share of the large ones'.
+/// Smallest peak of a half wave, as a share of that of the large ones.
 pub const LEAST_PEAK: f64 = 0.4;
 
-/// An episode has at least this many half waves: three periods, fewer are a disturbance that rings out.
+/// Fewest half waves of an episode: three periods; fewer are a decaying disturbance.
 pub const FEWEST_HALF_WAVES: usize = 6;
 
-/// A time in which a signal oscillates.
+/// A time of oscillation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Episode {
@@ -26,12 +25,12 @@ pub struct Episode {
     pub amplitude: f64,
 }
 
-/// The episodes of an oscillation of that period, in samples, in a series that holds no other
-/// frequencies, such as a band-passed one.
+/// The episodes of an oscillation of that period, in samples, in a series without other frequencies, such as a
+/// band-passed one.
 ///
-/// A half wave belongs to the oscillation if its length is within 50 % of half the period and its
-/// height at least 40 % of the large ones' (their 0.9 quantile). Half waves that belong make an episode
-/// if no more than two in a row do not, and if there are six or more. The shares are ours.
+/// A half wave belongs to the oscillation if its length is within 50 % of half the period and its height at least
+/// 40 % of that of the large ones (their 0.9 quantile). Six or more of them make an episode, with at most two other
+/// consecutive half waves in between. The shares are ours.
 pub fn episodes(x: &[f64], period: f64, sample_time: f64) -> Vec<Episode> {
     let waves = half_waves(x);
     let heights: Vec<f64> = waves

@@ -1,17 +1,16 @@
-//! Oscillation as load disturbances that follow one another: Hägglund's supervision.
+//! Oscillation as frequent load disturbances: Hägglund's supervision.
 
 use crate::series::{half_waves, zero_crossings};
 use std::f64::consts::PI;
 
-/// How a control error is supervised.
+/// Settings of the supervision of a control error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Supervision {
-    /// Amplitude of an oscillation that is just not acceptable, a, in units of the error.
+    /// Smallest unacceptable amplitude of an oscillation, a, in units of the error.
     pub amplitude: f64,
-    /// Ultimate period of the loop, s: `2 pi / w_i`; the integral time stands for `1 / w_i` where it is
-    /// not known.
+    /// Ultimate period of the loop, s: `2 pi / w_i`. If it is not known, the integral time replaces `1 / w_i`.
     pub ultimate_period: f64,
-    /// From how many disturbances within the supervision time the loop oscillates.
+    /// Number of disturbances within the supervision time from which the loop oscillates.
     pub limit: f64,
     /// Supervision time, in half periods.
     pub half_periods: f64,
@@ -24,7 +23,7 @@ impl Supervision {
     }
 }
 
-/// What the supervision found.
+/// The result of the supervision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Supervised {
@@ -45,10 +44,9 @@ pub struct Supervised {
 
 /// Supervises a control error.
 ///
-/// A half wave whose integral of the absolute error exceeds `2 a / w_i`, that of half a sine of
-/// amplitude a at the ultimate frequency, is a load disturbance. A counter, one more at each and
-/// forgotten with the supervision time `T_s` by `exp(-t / T_s)` between, raises the alarm when it
-/// passes the limit.
+/// A half wave is a load disturbance if its integral of the absolute error exceeds `2 a / w_i`, that of half a sine
+/// of amplitude a at the ultimate frequency. A counter increases by one at each and decays with the supervision
+/// time `T_s` by `exp(-t / T_s)` in between. It raises the alarm when it exceeds the limit.
 ///
 /// Hägglund 1995, Control Engineering Practice 3, 1543-1551 (recalled, not read): a is 1 % of the range.
 pub fn supervise(error: &[f64], sample_time: f64, supervision: &Supervision) -> Supervised {

@@ -1,6 +1,6 @@
-//! Whether a loop cycles, how regularly, with what period and amplitude, and when.
+//! Whether a loop cycles, its regularity, period and amplitude, and the times of oscillation.
 //!
-//! One published method a file; [`analyse`] asks them all.
+//! One published method a file; [`analyse`] runs them all.
 
 pub mod decay_ratio;
 pub mod episodes;
@@ -16,14 +16,15 @@ pub use separate::Peak;
 use crate::series::{
     Spectrum, detrended, fft_length, max, mean, median, min, noise_std, span, std,
 };
+use crate::spoken::time;
 use iae::{Supervised, Supervision};
 use std::f64::consts::SQRT_2;
 
-/// The fewest intervals between zero crossings of the autocorrelation for `r > 1` to count: five span
-/// three periods; the spread of fewer is small by chance too often.
+/// The fewest intervals between zero crossings of the autocorrelation for `r > 1` to count. Five span three
+/// periods; the spread of fewer is often small by chance.
 pub const FEWEST_INTERVALS: usize = 5;
 
-/// What an oscillation was found by.
+/// The method that found an oscillation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OscillationBasis {
     /// The autocorrelation of the signal crosses zero regularly.
@@ -42,42 +43,42 @@ impl OscillationBasis {
     }
 }
 
-/// What is known about the oscillation of one signal.
+/// The oscillation of one signal.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Oscillation {
     /// Whether an oscillation was found; the rule is at [`analyse`].
     pub found: bool,
-    /// What it was found by.
+    /// The method that found it.
     pub basis: Option<OscillationBasis>,
     /// Period of the dominant oscillation, s; `None` if none was found.
     pub period_s: Option<f64>,
     /// Half of the typical peak-to-peak value of that oscillation, in the signal's units: the median
     /// over its periods, the signal smoothed over a tenth of a period so that noise adds little.
     pub amplitude: Option<f64>,
-    /// How many periods the signal spans.
+    /// Number of periods in the signal.
     pub cycles: Option<f64>,
     /// Regularity r of the signal's autocorrelation, whether above 1 or not; see [`Regularity`].
     pub regularity: Option<f64>,
-    /// Intervals between zero crossings that the regularity rests on; 0 without one.
+    /// Number of intervals between zero crossings for the regularity; 0 without one.
     pub intervals: usize,
     /// Decay ratio of the signal's autocorrelation; see [`decay_ratio::decay_ratio`].
     pub decay_ratio: Option<f64>,
-    /// Hägglund's supervision with the period found as the ultimate period and three standard deviations
-    /// of the noise as the amplitude; `None` if nothing was found or a period has under 8 samples, when
-    /// noise cannot be told from signal.
+    /// Hägglund's supervision with the detected period as the ultimate period and three standard deviations of the
+    /// noise as the amplitude. `None` if nothing was found or a period has fewer than 8 samples, because noise then
+    /// looks like signal.
     #[cfg_attr(feature = "serde", serde(rename = "supervision"))]
     pub supervised: Option<Supervised>,
-    /// All oscillations that stand out of the spectrum, by their share of the variance.
+    /// All significant oscillations in the spectrum, by their share of the variance.
     pub peaks: Vec<Peak>,
-    /// When the dominant oscillation was there.
+    /// Times of the dominant oscillation.
     pub episodes: Vec<Episode>,
-    /// What led to the result, sentences with the numbers.
+    /// Reasons for the result, sentences with the numbers.
     pub reasons: Vec<String>,
 }
 
 impl Oscillation {
-    /// The same with times that count from elsewhere: the first sample is at `from_s`.
+    /// The same with times from another origin: the first sample is at `from_s`.
     pub fn since(mut self, from_s: f64) -> Self {
         for episode in &mut self.episodes {
             episode.from_s += from_s;
@@ -90,28 +91,27 @@ impl Oscillation {
     }
 }
 
-/// Whether and how `signal` oscillates; its mean and straight trend are removed first. Samples are
-/// `sample_time` s apart.
+/// Analyses the oscillation of `signal`; its mean and straight trend are removed first. Samples are `sample_time` s
+/// apart.
 ///
-/// An oscillation is found if either
-/// * the autocorrelation crosses zero regularly: r > 1 (Thornhill, Huang & Zhang 2003) over at least
-///   [`FEWEST_INTERVALS`] intervals; or
-/// * a peak of the spectrum stands out of the background with a chance of one in a thousand to be noise,
-///   has a tenth of the variance, and its band has r > 1 and a decay ratio above 0.5 (Miao & Seborg
-///   1999). This finds an oscillation under drift or beside others.
+/// An oscillation is found if one of these holds:
+/// * The autocorrelation crosses zero regularly: r > 1 (Thornhill, Huang & Zhang 2003) over at least
+///   [`FEWEST_INTERVALS`] intervals.
+/// * A peak of the spectrum exceeds the background with a chance of at most one in a thousand to be noise. It has a
+///   tenth of the variance, and its band has r > 1 and a decay ratio above 0.5 (Miao & Seborg 1999). This finds an
+///   oscillation under drift or beside others.
 ///
-/// A signal with samples that are not finite, or with fewer than 8, oscillates nowhere as far as anyone
-/// can tell.
+/// A signal with samples that are not finite, or with fewer than 8, gives no oscillation.
 pub fn analyse(signal: &[f64], sample_time: f64) -> Oscillation {
     let nothing = |reason: String| Oscillation { reasons: vec![reason], ..Oscillation::default() };
     let n = signal.len();
     if n < 8 {
-        return nothing(format!("{n} samples are too few to oscillate"));
+        return nothing(format!("{n} samples are too few for an oscillation"));
     }
     if signal.iter().any(|v| !v.is_finite()) || !(sample_time > 0.0 && sample_time.is_finite()) {
         return nothing("a sample or the sample time is not a number".to_owned());
     }
-    // The scale is taken out so that squares neither overflow nor vanish.
+    // Scaled so that squares neither overflow nor vanish.
     let largest = signal.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     let range = span(&signal.iter().map(|v| v / 2.0).collect::<Vec<_>>()) * 2.0;
     if !(range > 1e-12 * largest) || !range.is_finite() {
@@ -147,9 +147,9 @@ pub fn analyse(signal: &[f64], sample_time: f64) -> Oscillation {
         }
         (None, Some(peak)) => {
             found.reasons.push(format!(
-                "a peak of the spectrum at {:.4} s stands {:.0} times above the background and holds \
-                 {:.0} % of the variance; in its band r = {:.2}",
-                peak.period_s,
+                "a peak of the spectrum at a period of {} is {:.0} times above the background and has {:.0} % of the \
+                 variance; in its band r = {:.2}",
+                time(peak.period_s),
                 peak.over_background,
                 100.0 * peak.share,
                 peak.regularity.unwrap_or(f64::NAN)
@@ -189,7 +189,7 @@ pub fn analyse(signal: &[f64], sample_time: f64) -> Oscillation {
             found.supervised = Some(supervised);
         } else if period < 4.0 {
             found.reasons.push(format!(
-                "a period has {period:.1} samples: what is seen may be an alias of something faster"
+                "a period has {period:.1} samples: the oscillation may be an alias of a faster one"
             ));
         }
     }

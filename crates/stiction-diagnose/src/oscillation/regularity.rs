@@ -1,11 +1,11 @@
-//! How regularly a signal oscillates, by the zero crossings of its autocorrelation.
+//! The regularity of an oscillation, by the zero crossings of its autocorrelation.
 
 use crate::series::{autocorrelation, mean, sample_std, zero_crossings};
 
-/// The most crossings that are used; later ones of a decaying autocorrelation are noise.
+/// The most crossings in use; later ones of a decaying autocorrelation are noise.
 const MOST_CROSSINGS: usize = 11;
 
-/// The fewest crossings that give a regularity: three intervals, fewer have no spread to speak of.
+/// The fewest crossings for a regularity: three intervals, because fewer have no meaningful spread.
 const FEWEST_CROSSINGS: usize = 4;
 
 /// The regularity of an oscillation.
@@ -44,7 +44,7 @@ impl Regularity {
         Some(Self { index, period: 2.0 * mean, crossings })
     }
 
-    /// Number of intervals the index rests on.
+    /// Number of intervals of the index.
     pub fn intervals(&self) -> usize {
         self.crossings.len().saturating_sub(1)
     }

@@ -5,50 +5,48 @@ use super::regularity::Regularity;
 use super::spectral_peak::{APART, FEWEST_PERIODS, SpectralPeak, significant_peaks};
 use crate::series::{Spectrum, fft_length};
 
-/// The smallest share of the variance that a band must hold to be an oscillation of its own.
+/// The smallest share of the variance in the band of a separate oscillation.
 pub const LEAST_SHARE: f64 = 0.01;
 
-/// One of several oscillations of a signal: a significant peak of its spectrum and the band about it.
+/// One of several oscillations of a signal: a significant peak of its spectrum and the band around it.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Peak {
-    /// Period, s: from the autocorrelation of the band, or from the peak where that has too few
-    /// crossings.
+    /// Period, s: from the autocorrelation of the band, or from the peak if that has too few crossings.
     pub period_s: f64,
     /// Amplitude of a sine with the power of the band, in the signal's units.
     pub amplitude: f64,
-    /// Share of the band in the signal's variance, without drift: what is slower than
-    /// [`FEWEST_PERIODS`] in the signal is left out.
+    /// Share of the band in the signal's variance, without drift: oscillations with fewer than [`FEWEST_PERIODS`]
+    /// periods in the signal are left out.
     pub share: f64,
-    /// Regularity of the band ([`Regularity::index`]). A band-pass makes noise look regular, so it
-    /// counts only together with the peak's significance.
+    /// Regularity of the band ([`Regularity::index`]). A band-pass makes noise look regular, so it counts only
+    /// together with the peak's significance.
     pub regularity: Option<f64>,
-    /// Decay ratio of the band; noise that went through such a band has one below a half.
+    /// Decay ratio of the band; noise in such a band has one below a half.
     pub decay_ratio: Option<f64>,
-    /// The chance that the peak is one of noise.
+    /// The chance that the peak is noise.
     pub chance: f64,
     /// Power of the peak over that of the background.
     pub over_background: f64,
-    /// Which multiple of the frequency of a stronger peak it is; then it is part of that oscillation's
-    /// shape.
+    /// Which harmonic of a stronger peak it is; then it is part of that oscillation's shape.
     pub harmonic: Option<usize>,
     /// The band, cycles per sample.
     #[cfg_attr(feature = "serde", schemars(with = "[f64; 2]"))]
     pub band: (f64, f64),
-    /// Whether it is an oscillation of its own: regular (r > 1), lasting (R > 0.5), at least a tenth of
-    /// the signal's variance, and no harmonic of another.
+    /// Whether it is a separate oscillation: regular (r > 1), lasting (R > 0.5), with at least a tenth of the
+    /// signal's variance, and no harmonic of another.
     ///
-    /// A tenth is ours: an oscillation with less is a third of the rest's amplitude and not what the
-    /// loop suffers from.
+    /// A tenth is ours: a weaker oscillation has a third of the rest's amplitude and is not the loop's main
+    /// problem.
     pub is_oscillation: bool,
 }
 
 /// The oscillations of `x`, which has no mean, by power; none if there are no significant peaks.
 ///
-/// Each peak is given the band from its frequency over the square root of two to its frequency times
-/// that, less where a neighbour is nearer: then they share at the geometric mean. Other frequencies are
-/// set to zero in the transform of the series, padded to twice its length (Thornhill, Huang & Zhang
-/// 2003, J. Process Control 13, 91-100, filter in the frequency domain; their widths were not read).
+/// The band of each peak extends from its frequency over the square root of two to its frequency times that, or to
+/// the geometric mean with a nearer neighbour. Other frequencies are set to zero in the transform of the series,
+/// padded to twice its length (Thornhill, Huang & Zhang 2003, J. Process Control 13, 91-100, filter in the
+/// frequency domain; their widths were not read).
 pub fn separate(x: &[f64], sample_time: f64) -> Vec<Peak> {
     let spectrum = Spectrum::of(x, fft_length(2 * x.len()));
     separate_spectrum(x, &spectrum, sample_time)
@@ -137,7 +135,7 @@ fn band_of(peaks: &[SpectralPeak], i: usize) -> (f64, f64) {
     (low, high)
 }
 
-/// The multiple of a stronger peak's frequency, if it is one to the resolution of the data.
+/// The multiple of a stronger peak's frequency, if it is one within the resolution of the data.
 fn harmonic(stronger: &[SpectralPeak], frequency: f64, n: usize) -> Option<usize> {
     stronger.iter().find_map(|peak| {
         let multiple = frequency / peak.frequency;

@@ -1,18 +1,18 @@
-//! Peaks of the spectrum that stand out of its background.
+//! Peaks of the spectrum above its background.
 
 use crate::series::{median, periodogram};
 use std::f64::consts::{LN_2, SQRT_2};
 
-/// The chance of a false peak anywhere in a spectrum of noise from which a peak counts as one.
+/// Largest chance of a false peak anywhere in a spectrum of noise.
 pub const SIGNIFICANT: f64 = 1e-3;
 
-/// The fewest periods a peak must have in the data; slower ones cannot be told from drift.
+/// The fewest periods of a peak in the data; slower ones cannot be distinguished from drift.
 pub const FEWEST_PERIODS: f64 = 3.0;
 
-/// The most peaks that are looked for.
+/// The most peaks.
 pub const MOST_PEAKS: usize = 5;
 
-/// Two peaks are told apart if their frequencies differ by more than this factor.
+/// Smallest frequency ratio of two separate peaks.
 pub const APART: f64 = SQRT_2;
 
 /// A peak of a spectrum.
@@ -20,7 +20,7 @@ pub const APART: f64 = SQRT_2;
 pub struct SpectralPeak {
     /// Frequency, cycles per sample.
     pub frequency: f64,
-    /// Power there over the background's.
+    /// Power of the peak over that of the background.
     pub over_background: f64,
     /// The chance that noise with this background has such a peak anywhere: at most [`SIGNIFICANT`].
     pub chance: f64,
@@ -28,14 +28,13 @@ pub struct SpectralPeak {
 
 /// The significant peaks of a series less its mean, strongest first.
 ///
-/// The background at a frequency is the median of the periodogram (Hann window) from half to twice that
-/// frequency, over ln 2, which is its mean if there is only noise: power of noise is distributed
-/// exponentially about the background. With z the ratio of a peak to the background, and N = n / 2
-/// independent frequencies, the chance of a false peak is `1 - (1 - exp(-z))^N`, as in Fisher's test
-/// (Fisher 1929, Proc. Royal Society A 125, 54-59) but against a coloured background; the robust
-/// background by a running median is that of Mann & Lees 1996, Climatic Change 33, 409-445 (both
-/// recalled, not read). From the strongest on, each significant peak covers those within a factor of
-/// [`APART`] in frequency.
+/// The background at a frequency is the median of the periodogram (Hann window) from half to twice that frequency,
+/// over ln 2. For pure noise this is its mean, because the power of noise is distributed exponentially around the
+/// background. With z the ratio of a peak to the background, and N = n / 2 independent frequencies, the chance of a
+/// false peak is `1 - (1 - exp(-z))^N`, as in Fisher's test (Fisher 1929, Proc. Royal Society A 125, 54-59), but
+/// against a coloured background. The robust background by a running median is that of Mann & Lees 1996, Climatic
+/// Change 33, 409-445 (both recalled, not read). From the strongest on, each significant peak covers those within a
+/// factor of [`APART`] in frequency.
 pub fn significant_peaks(x: &[f64]) -> Vec<SpectralPeak> {
     let n = x.len() as f64;
     if x.len() < 8 {
@@ -69,7 +68,7 @@ pub fn significant_peaks(x: &[f64]) -> Vec<SpectralPeak> {
     };
     let last = spectrum.power.len() - 1;
     let lowest = background.iter().fold(f64::INFINITY, |m: f64, b| m.min(*b));
-    // ln(N / chance) is what a ratio must exceed for the chance to be that small.
+    // A ratio must exceed ln(N / chance) for the chance to be that small.
     let ratio = (n / 2.0 / SIGNIFICANT).ln();
     let power = |i: usize| spectrum.power[i];
     let mut candidates: Vec<usize> = (first..=last)
@@ -99,7 +98,7 @@ pub fn significant_peaks(x: &[f64]) -> Vec<SpectralPeak> {
     peaks
 }
 
-/// The place of a maximum between the bins, by a parabola through the logarithms beside it.
+/// The position of a maximum between the bins, by a parabola through the logarithms beside it.
 fn refined(power: &[f64], i: usize) -> f64 {
     let at = |i: usize| power.get(i).map_or(f64::NAN, |p| p.ln());
     let (a, b, c) = (at(i.wrapping_sub(1)), at(i), at(i + 1));

@@ -1,50 +1,50 @@
-//! Times in which somebody sets the OP by hand, as in a test of the valve.
+//! Times in which an operator sets the OP, as in a test of the valve.
 //!
-//! # How they are found
+//! # Method
 //! By the mode, if it is recorded: each time in manual in which the OP is set at least twice.
 //!
-//! Else by what the OP does: at least [`FEWEST_TURNS`] levels in a row, each held for four samples or more without the
-//! smallest change, of at least four different sizes, seven of ten turns the other way than the last, about a value that
-//! moves little from turn to turn. Other times in which levels go to and fro are taken with it. A controller hardly does
-//! that, for its OP follows the error. Steps one way and back are not found without a mode.
+//! Otherwise by the OP: at least [`FEWEST_TURNS`] consecutive levels, each held for four samples or more without
+//! any change, with at least four different sizes. Seven of ten steps reverse the last one, and the levels lie
+//! around a value that moves little. Other times with alternating levels are included. A controller hardly does
+//! that, because its OP follows the error. Without a mode, steps up and back down are not found.
 
 use super::{Channel, Mode, Recording};
 use crate::series::median;
 
-/// Turns below which no test is recognised by what the OP does.
+/// Fewest reversals for a test recognised by its OP.
 pub const FEWEST_TURNS: usize = 8;
-/// Samples for which a level is held at least.
+/// Fewest samples of a held level.
 const HELD: usize = 4;
-/// How far the middle of a turn lies from that of so many on either side, parts of the turn.
+/// Largest distance of a step's middle from that of this many on either side, as a share of the step.
 const ASKEW: f64 = 0.35;
 const BESIDE: usize = 4;
 /// Samples between two levels.
 const NEAR: usize = 2;
-/// Share of turns the other way than the last.
+/// Share of steps that reverse the last one.
 const TO_AND_FRO: f64 = 0.7;
-/// Turns of another time in manual beside a test.
+/// Fewest reversals of another time in manual beside a test.
 const FEWEST_BESIDE: usize = 3;
-/// Different sizes, and by how much they differ.
+/// Number of different sizes, and their smallest difference.
 const SIZES: usize = 4;
 const DIFFERENT: f64 = 0.05;
 
-/// The OP that somebody set.
+/// An OP set by the operator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Set {
-    /// When, s on the recording's clock.
+    /// Its time, s on the recording's clock.
     pub at_s: f64,
-    /// To what, percent; `None` where the controller took over.
+    /// Its value, percent; `None` when the controller took over.
     pub op: Option<f64>,
 }
 
-/// By what it is known that the OP was set by hand.
+/// How the manual setting was recognised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KnownBy {
-    /// A sheet on which somebody wrote what was done.
+    /// A sheet with notes on the test.
     Sheet,
-    /// The mode that is recorded.
+    /// The recorded mode.
     Mode,
-    /// What the OP does.
+    /// The pattern of the OP.
     Output,
 }
 
@@ -62,17 +62,17 @@ impl KnownBy {
     }
 }
 
-/// What was set by hand, in order of time; each time in manual ends with a [`Set`] without an OP.
+/// The manual settings in order of time; each time in manual ends with a [`Set`] without an OP.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ByHand {
-    /// What was set.
+    /// The settings.
     pub sets: Vec<Set>,
-    /// How it is known.
+    /// How they were recognised.
     pub known_by: KnownBy,
 }
 
 impl ByHand {
-    /// What was set by hand in a recording; `None` if nothing was.
+    /// The manual settings in a recording; `None` if there are none.
     pub fn of(recording: &Recording) -> Option<Self> {
         let (sets, known_by) = match &recording.mode {
             Some(_) => (by_mode(recording), KnownBy::Mode),
@@ -81,27 +81,27 @@ impl ByHand {
         (!sets.is_empty()).then_some(Self { sets, known_by })
     }
 
-    /// How often the OP was set.
+    /// Number of settings.
     pub fn turns(&self) -> usize {
         self.sets.iter().filter(|set| set.op.is_some()).count()
     }
 
-    /// Whether it looks like a test: [`FEWEST_TURNS`] or more, nearly all the other way than the last. Somebody who runs a
-    /// loop by hand goes one way for long.
+    /// Whether it looks like a test: [`FEWEST_TURNS`] or more steps, nearly all reversing the last one. An operator
+    /// who runs a loop by hand moves in one direction for long.
     pub fn is_test(&self) -> bool {
         let op: Vec<f64> = self.sets.iter().filter_map(|set| set.op).collect();
         let turned = op.windows(3).filter(|o| (o[1] - o[0]) * (o[2] - o[1]) < 0.0).count();
         op.len() >= FEWEST_TURNS && 4 * turned >= 3 * (op.len() - 2)
     }
 
-    /// When the first was set and the last ended, s on the recording's clock.
+    /// Time of the first setting and end of the last one, s on the recording's clock.
     pub fn span_s(&self) -> (f64, f64) {
         let at = |set: Option<&Set>| set.map_or(0.0, |set| set.at_s);
         (at(self.sets.first()), at(self.sets.last()))
     }
 }
 
-/// Times and values of the samples that are used, percent, in order of time.
+/// Times and values of the usable samples, percent, in order of time.
 fn usable(op: &Channel) -> Vec<(f64, f64)> {
     let percent = |v: f64| op.range.map_or(v, |range| range.percent(v));
     let all = op.time.iter().zip(&op.values).zip(&op.quality);
@@ -122,7 +122,7 @@ fn by_mode(recording: &Recording) -> Vec<Set> {
         if *mode != Mode::Manual {
             continue;
         }
-        // What is manual goes on where the next is, too.
+        // Manual continues if the next time is manual, too.
         if k > 0 && modes.modes[k - 1] == Mode::Manual {
             continue;
         }
@@ -140,7 +140,7 @@ fn by_mode(recording: &Recording) -> Vec<Set> {
     all
 }
 
-/// The levels that an OP takes, with the time from which on: a change that goes on in the next sample is one.
+/// The levels of an OP, with their start times: a change that continues in the next sample is one.
 fn levels(op: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut all: Vec<(f64, f64)> = vec![];
     let mut moving = false;
@@ -156,7 +156,7 @@ fn levels(op: &[(f64, f64)]) -> Vec<(f64, f64)> {
     all
 }
 
-/// A level that the OP holds.
+/// A level of the OP.
 #[derive(Debug, Clone, Copy)]
 struct Level {
     from: usize,
@@ -188,19 +188,19 @@ fn by_output(op: &Channel) -> Vec<Set> {
     sets
 }
 
-/// Turns of a chain, percent.
+/// Steps of a chain, percent.
 fn turns(chain: &[Level]) -> Vec<f64> {
     chain.windows(2).map(|two| two[1].op - two[0].op).collect()
 }
 
-/// Whether levels go up and down in turn, but for a few with which the PV was brought back.
+/// Whether levels alternate, except for a few that brought the PV back.
 fn goes_to_and_fro(chain: &[Level]) -> bool {
     let turns = turns(chain);
     let back = turns.windows(2).filter(|two| two[0] * two[1] < 0.0).count();
     turns.len() >= FEWEST_BESIDE && back as f64 >= TO_AND_FRO * (turns.len() - 1) as f64
 }
 
-/// Whether levels go to and fro, lie about a value that moves little from turn to turn, and differ in size.
+/// Whether levels alternate, lie around a value that moves little from step to step, and differ in size.
 fn is_test(chain: &[Level]) -> bool {
     if chain.len() <= FEWEST_TURNS || !goes_to_and_fro(chain) {
         return false;

@@ -2,14 +2,14 @@
 
 use crate::error::{Error, Result};
 
-/// How far a sample can be trusted, by what the historian said of it.
+/// Quality of a sample, from the historian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quality {
-    /// It is said to be good, or nothing is said.
+    /// Good, or without a quality.
     Good,
-    /// It is said to be doubtful; its value is used, and counted as doubtful.
+    /// Doubtful; its value is used, and counted as doubtful.
     Uncertain,
-    /// It is said to be bad; its value is not used.
+    /// Bad; its value is not used.
     Bad,
     /// There is no value.
     Missing,
@@ -22,12 +22,12 @@ impl Quality {
     }
 }
 
-/// Where a range comes from.
+/// Source of a range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RangeSource {
-    /// The user gave it.
+    /// The user.
     Given,
-    /// The file says so.
+    /// The file.
     Metadata,
     /// Guessed from the values.
     Estimated,
@@ -36,11 +36,11 @@ pub enum RangeSource {
 /// The instrument range of a signal: which values are 0 % and 100 %.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
-    /// The value that is 0 %.
+    /// The value at 0 %.
     pub low: f64,
-    /// The value that is 100 %.
+    /// The value at 100 %.
     pub high: f64,
-    /// Who says so.
+    /// Its source.
     pub source: RangeSource,
 }
 
@@ -54,7 +54,7 @@ impl Range {
 
     /// A value as percent of the range.
     pub fn percent(&self, value: f64) -> f64 {
-        // Values already in percent are kept to the bit.
+        // Values already in percent are returned bit for bit.
         if self.low == 0.0 && self.high == 100.0 {
             return value;
         }
@@ -69,7 +69,7 @@ pub struct Channel {
     pub time: Vec<f64>,
     /// Values; NaN where the quality is not usable.
     pub values: Vec<f64>,
-    /// What is said of each.
+    /// Their qualities.
     pub quality: Vec<Quality>,
     /// Unit, where the file names one.
     pub unit: Option<String>,
@@ -91,8 +91,7 @@ impl Channel {
         Self::with_quality(signal, time, values, quality)
     }
 
-    /// A channel whose samples are of the given qualities; the value of a sample that is not usable is
-    /// forgotten.
+    /// A channel with samples of the given qualities; values of unusable samples are dropped.
     ///
     /// # Errors
     /// As for [`Channel::new`], and if a usable sample is not a number.
@@ -121,7 +120,7 @@ impl Channel {
         Ok(Self { time, values, quality, unit: None, range: None })
     }
 
-    /// Share of the samples whose value is used.
+    /// Share of the samples with a usable value.
     pub fn usable_share(&self) -> f64 {
         let usable = self.quality.iter().filter(|q| q.is_usable()).count();
         usable as f64 / self.quality.len() as f64

@@ -1,19 +1,19 @@
 //! Whether a recording can answer.
 //!
-//! [`assess`] measures what stands between the data and an answer. A measure makes the data unfit only
-//! where no method can be believed; whatever weakens some methods is a caveat. The thresholds are ours
-//! unless a source is named; each says why at its rule.
+//! [`assess`] measures the quality of the data. A measure makes the data unfit only if no method is reliable; a
+//! weakness of some methods is a caveat. The thresholds are ours unless a source is named; each rule gives its
+//! reason.
 
 use super::{Channel, Grid, Quality, Recording, Segment};
 use crate::series::{max, mean, min, quantile, span, variance};
-use crate::spoken::counted;
+use crate::spoken::{counted, set};
 
-/// How well a recording, or one measure of it, suits the question.
+/// Fitness of a recording, or of one measure of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
-    /// Nothing stands against it.
+    /// No objection.
     Fit,
-    /// Results must be read with a caveat.
+    /// Results need a caveat.
     Caveats,
     /// The data cannot answer.
     Unfit,
@@ -32,7 +32,7 @@ impl Class {
 
 macro_rules! measures {
     ($($id:ident = $name:literal,)*) => {
-        /// What is measured.
+        /// The measured quantity.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum MeasureId {
             $(#[doc = concat!("Called `", $name, "`.")] $id,)*
@@ -71,22 +71,22 @@ measures! {
     FitWindows = "fit windows",
 }
 
-/// One thing that was measured about the data.
+/// One measure of the data.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Measure {
     /// A short name, such as `samples per cycle`.
     #[cfg_attr(feature = "serde", serde(rename = "name"))]
     pub id: MeasureId,
-    /// What was found; `None` where it could not be measured.
+    /// Its value; `None` where it could not be measured.
     pub value: Option<f64>,
     /// Unit of value and thresholds; empty for a ratio.
     pub unit: &'static str,
-    /// Where caveats begin, by the measure's own sense (less or more is worse).
+    /// Threshold of a caveat; whether less or more is worse depends on the measure.
     pub caveat_at: Option<f64>,
-    /// Where the data become unfit.
+    /// Threshold of unfit data.
     pub unfit_at: Option<f64>,
-    /// What it means here.
+    /// Its class.
     pub class: Class,
     /// A sentence with the numbers, for any class.
     pub reason: String,
@@ -98,14 +98,14 @@ pub struct Measure {
 pub struct Fitness {
     /// The worst class of the measures.
     pub class: Class,
-    /// Why it is not fit: the sentences of the measures that are worse, worst first.
+    /// Why it is not fit: the sentences of the bad measures, the worst first.
     pub reasons: Vec<String>,
-    /// All that was measured.
+    /// All measures.
     pub measures: Vec<Measure>,
 }
 
 impl Fitness {
-    /// The verdict over some measures.
+    /// The combined fitness of some measures.
     pub fn of(measures: Vec<Measure>) -> Self {
         let class = measures.iter().map(|m| m.class).max().unwrap_or(Class::Unfit);
         let mut worse: Vec<&Measure> = measures.iter().filter(|m| m.class != Class::Fit).collect();
@@ -115,7 +115,7 @@ impl Fitness {
     }
 }
 
-/// Which way a measure gets worse.
+/// The direction in which a measure gets worse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Worse {
     Less,
@@ -173,50 +173,47 @@ impl Rule {
     }
 }
 
-/// Fewer usable samples than nine in ten: what is missing may hide what is sought. What is left may
-/// still be good, so they never make the data unfit.
+/// Usable samples: fewer than nine in ten may hide the pattern. The rest may still be good, so they never make the
+/// data unfit.
 const GOOD: Rule = Rule::less(MeasureId::GoodValues, 90.0, None).percent();
-/// One bridged sample in fifty is too few to shape waves; one in five is a recording half invented.
+/// Bridged samples: one in fifty does not shape waves; with one in five the recording is half invented.
 const BRIDGED: Rule = Rule::more(MeasureId::BridgedSamples, 2.0, Some(20.0)).percent();
-/// One doubtful sample in twenty: the historian says so itself.
+/// Doubtful samples: one in twenty, by the historian itself.
 const DOUBTFUL: Rule = Rule::more(MeasureId::DoubtfulSamples, 5.0, None).percent();
-/// Below 200 samples statistics of third and fourth order scatter too much; 30 are not three cycles of
-/// ten samples.
+/// Below 200 samples, statistics of third and fourth order scatter too much; 30 are not three cycles of ten
+/// samples.
 const SAMPLES: Rule = Rule::less(MeasureId::Samples, 200.0, Some(30.0));
-/// Ten cycles are what Thornhill, Huang & Zhang 2003 ask for (recalled, not read); with fewer than three
-/// a cycle cannot be told from chance.
+/// Thornhill, Huang & Zhang 2003 require ten cycles (recalled, not read). Fewer than three cycles may be chance.
 const CYCLES: Rule = Rule::less(MeasureId::Cycles, 10.0, Some(3.0));
-/// Eight samples show whether a wave is round or has corners; below four its shape is lost, and
-/// frequencies may be aliases.
+/// Eight samples show whether a wave is round or has corners. Below four its shape is lost, and frequencies may be
+/// aliases.
 const SAMPLES_PER_CYCLE: Rule = Rule::less(MeasureId::SamplesPerCycle, 8.0, Some(4.0));
-/// Where the PV changes less than eight times a cycle, more samples do not tell more. Legitimate for a
-/// PV that follows a square wave, so never unfit.
+/// If the PV changes less than eight times a cycle, more samples add nothing. A PV that follows a square wave does
+/// that, so it never makes data unfit.
 const UPDATES_PER_CYCLE: Rule = Rule::less(MeasureId::PvUpdatesPerCycle, 8.0, None);
-/// With fewer than ten levels the shape is that of stairs; with two there is no shape.
+/// With fewer than ten levels the shape has stairs; with two there is no shape.
 const PV_LEVELS: Rule = Rule::less(MeasureId::PvLevels, 10.0, Some(3.0));
-/// As for the PV; an OP that switches between two values still tells when it does.
+/// As for the PV; an OP that switches between two values still shows when it switches.
 const OP_LEVELS: Rule = Rule::less(MeasureId::OpLevels, 10.0, None);
-/// A compression factor of 3 is where Thornhill, Choudhury & Shah 2004, J. Process Control 14, 389-398,
-/// found shapes and indices to suffer (recalled, not read).
+/// From a compression factor of 3, shapes and indices suffer: Thornhill, Choudhury & Shah 2004, J. Process Control
+/// 14, 389-398 (recalled, not read).
 const COMPRESSION: Rule = Rule::more(MeasureId::CompressionFactor, 3.0, None);
-/// A PV of fewer straight lines than this shows how its historian draws, and nothing of the loop.
+/// A PV of fewer straight lines than this shows only the interpolation of its historian.
 const FEWEST_LINES: f64 = 4.0;
-/// A PV that stands still for a tenth of the time may be a frozen signal; for more than half of it, it
-/// is one.
+/// A PV without change for a tenth of the time may be a frozen signal; for more than half of it, it is one.
 const FROZEN: Rule = Rule::more(MeasureId::LongestFrozenPv, 10.0, Some(50.0)).percent();
-/// One twentieth of the time at a limit bends the waves; for half of it the loop is open.
+/// A twentieth of the time at a limit bends the waves; with half of the time the loop is open.
 const SATURATED: Rule = Rule::more(MeasureId::OpAtLimit, 5.0, Some(50.0)).percent();
-/// As for the OP: a transmitter at its end does not measure.
+/// As for the OP: a transmitter at its limit does not measure.
 const CLIPPED: Rule = Rule::more(MeasureId::ClippedPv, 5.0, Some(50.0)).percent();
-/// A third of the PV's variance explained by the set point: most methods assume that it stands still.
+/// A third of the PV's variance explained by the set point: most methods assume a constant set point.
 const SET_POINT: Rule = Rule::more(MeasureId::SetPoint, 33.0, None).percent();
-/// Less than half of the time in automatic: what was recorded may not be how the loop mostly runs.
+/// Less than half of the time in automatic: the recording may be untypical of the loop.
 const CLOSED: Rule = Rule::less(MeasureId::InCommand, 50.0, None).percent();
-/// A signal that never moves tells nothing.
+/// A signal that never moves contains no information.
 const MOVES: f64 = 0.0;
 
-/// Whether a segment of a recording can answer. `period` is that of its dominant oscillation, in
-/// samples, if there is one.
+/// Assesses a segment of a recording. `period` is that of its dominant oscillation, in samples, if there is one.
 pub fn assess(
     recording: &Recording,
     grid: &Grid,
@@ -266,7 +263,7 @@ fn bridged(segment: &Segment) -> Measure {
     let share = 100.0 * segment.bridged as f64 / segment.len().max(1) as f64;
     BRIDGED.measure(
         Some(share),
-        format!("{} samples, {share:.1} %, were missing and are bridged", segment.bridged),
+        format!("{} samples ({share:.1} %) were missing and are bridged", segment.bridged),
     )
 }
 
@@ -279,7 +276,10 @@ fn doubtful(recording: &Recording) -> Measure {
             100.0 * doubtful as f64 / channel.quality.len().max(1) as f64
         })
         .fold(0.0, f64::max);
-    DOUBTFUL.measure(Some(share), format!("the historian doubts {share:.1} % of the samples"))
+    DOUBTFUL.measure(
+        Some(share),
+        format!("the historian marks {share:.1} % of the samples as doubtful"),
+    )
 }
 
 fn closed(grid: &Grid) -> Measure {
@@ -302,18 +302,18 @@ fn cycles(n: usize, period: Option<f64>) -> [Measure; 2] {
         return [
             CYCLES.measure(
                 None,
-                "no regular cycle is found; methods that look at cycles cannot judge".to_owned(),
+                "no regular cycle was found, so methods that need cycles cannot judge".to_owned(),
             ),
-            // Without cycles this does not matter.
+            // Irrelevant without cycles.
             Measure {
                 class: Class::Fit,
-                ..SAMPLES_PER_CYCLE.measure(None, "no regular cycle is found".to_owned())
+                ..SAMPLES_PER_CYCLE.measure(None, "no regular cycle was found".to_owned())
             },
         ];
     };
     let cycles = n as f64 / period;
     [
-        CYCLES.measure(Some(cycles), format!("there are {cycles:.1} cycles")),
+        CYCLES.measure(Some(cycles), format!("the segment has {cycles:.1} cycles")),
         SAMPLES_PER_CYCLE.measure(Some(period), format!("a cycle has {period:.1} samples")),
     ]
 }
@@ -325,19 +325,19 @@ fn moves(id: MeasureId, signal: &str, x: &[f64]) -> Measure {
     let reason = if still {
         format!("the {signal} never moves")
     } else {
-        format!("the {signal} moves over a range of {moved:.4}")
+        format!("the {signal} moves over a range of {}", set(moved))
     };
     let class = if still { Class::Unfit } else { Class::Fit };
     Measure { class, unfit_at: Some(MOVES), ..rule.measure(Some(moved), reason) }
 }
 
-/// Into how many levels the smallest step divides the range; `None` for a signal that does not move.
+/// Number of levels: the range over the smallest step; `None` for a signal that does not move.
 ///
-/// The smallest step is the 5 % quantile of the steps there are, so that a few interpolated samples do
-/// not hide the stairs of the others.
+/// The smallest step is the 5 % quantile of the steps, so that a few interpolated samples do not hide the
+/// resolution of the others.
 pub(crate) fn levels(x: &[f64]) -> Option<f64> {
     let range = span(x);
-    // What rounding makes of a standing signal is no step.
+    // Rounding of a constant signal is not a step.
     let steps: Vec<f64> =
         x.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 1e-9 * range).collect();
     (range > 0.0 && !steps.is_empty()).then(|| range / quantile(&steps, 0.05) + 1.0)
@@ -351,11 +351,11 @@ fn saturated(op: &[f64]) -> Measure {
     )
 }
 
-/// Share of the samples in which the OP rests at a limit: runs of three or more samples at 0 %, at 100
-/// %, or at the highest or lowest value there is.
+/// Share of the samples in which the OP rests at a limit: runs of three or more samples at 0 %, at 100 %, or at the
+/// highest or lowest value.
 ///
-/// Being beyond 0 or 100 is not enough: some systems let the OP go there, and some recordings hold
-/// deviations from a mean.
+/// A value beyond 0 or 100 is not enough: some systems allow it, and some recordings contain deviations from a
+/// mean.
 pub(crate) fn share_at_limit(op: &[f64]) -> f64 {
     let at_end: usize = op
         .chunk_by(|a, b| a == b)
@@ -365,8 +365,8 @@ pub(crate) fn share_at_limit(op: &[f64]) -> f64 {
     at_end.max(resting(op)) as f64 / op.len().max(1) as f64
 }
 
-/// Samples in runs of three or more at the largest or at the smallest value; none if the signal has so
-/// few levels that it must rest at them.
+/// Samples in runs of three or more at the largest or at the smallest value; none if the signal has too few levels
+/// to avoid them.
 fn resting(x: &[f64]) -> usize {
     if levels(x).is_none_or(|levels| levels < 10.0) {
         return 0;
@@ -393,7 +393,7 @@ fn of_pv(pv: &[f64], period: Option<f64>) -> Vec<Measure> {
     measures.push(FROZEN.measure(
         Some(frozen),
         format!(
-            "the PV stands still for {} at most{in_cycles}, {frozen:.1} % of the segment",
+            "the PV does not change for up to {}{in_cycles}, {frozen:.1} % of the segment",
             counted(run, "sample")
         ),
     ));
@@ -406,7 +406,7 @@ fn of_pv(pv: &[f64], period: Option<f64>) -> Vec<Measure> {
         let lines = Rule { unfit: Some(n / FEWEST_LINES), ..COMPRESSION };
         measures.push(lines.measure(
             Some(factor),
-            format!("where the PV moves, {factor:.1} samples lie on one straight line"),
+            format!("{factor:.1} samples lie on one straight line while the PV moves"),
         ));
     }
     if let Some(period) = period {
@@ -420,11 +420,11 @@ fn of_pv(pv: &[f64], period: Option<f64>) -> Vec<Measure> {
     measures
 }
 
-/// Samples a straight line, where the signal moves: 1 for data as they were measured, more after a
-/// historian's interpolation. `None` if it hardly moves.
+/// Samples per straight line while the signal moves: 1 for measured data, more after a historian's interpolation.
+/// `None` if it hardly moves.
 ///
-/// A sample lies on a line with its neighbours if the second difference there is below 1e-9 of the
-/// range; samples about which the signal stands still are left out, they are stairs.
+/// A sample lies on a line with its neighbours if the second difference there is below 1e-9 of the range. Samples
+/// within a constant part are left out; they are stairs.
 pub(crate) fn compression_factor(x: &[f64]) -> Option<f64> {
     let flat = 1e-9 * span(x);
     let (mut moving, mut bent) = (0usize, 0usize);
@@ -438,7 +438,7 @@ pub(crate) fn compression_factor(x: &[f64]) -> Option<f64> {
     (moving >= 10).then(|| moving as f64 / bent.max(1) as f64)
 }
 
-/// Squared correlation of PV and SP, and how often the SP changes.
+/// Squared correlation of PV and SP, and number of changes of the SP.
 fn set_point(pv: &[f64], sp: &[f64]) -> Measure {
     let changes = sp.windows(2).filter(|w| w[0] != w[1]).count();
     let (of_pv, of_sp) = (mean(pv), mean(sp));

@@ -1,21 +1,19 @@
 //! From samples at any times to segments on a regular grid.
 //!
-//! * **Sample time**: the commonest time between samples of the reference channel, which is PV's, else
-//!   OP's; unless it is given. A grid coarser than the samples takes samples as they are: nothing is
-//!   averaged.
-//! * **Order**: samples are sorted by time. If the clock went back (daylight saving time written
-//!   without its zone, a corrected clock), the rows go on in the order of the file, and all later times
-//!   are moved so that one sample time passes at the step. Rows that merely are in another order are
-//!   told from this by their density: where the clock went back, times are used twice.
-//! * **Duplicates**: of several samples at one time the last usable one in the file counts. A mean
-//!   would be a value that nobody measured.
-//! * **Values between samples**: a straight line for PV and VP, the last value for OP, SP, mode and for
-//!   any channel that is stored on change. A sample within 1e-6 sample times of a point of the grid is
-//!   passed on to the bit.
-//! * **Missing samples**: up to [`LONGEST_BRIDGE`] in a row are bridged; where more of OP or PV are
-//!   missing, the recording is cut. Two samples of a regular channel more than 1.5 of its steps apart
-//!   have missing ones between them. A missing SP holds. VP is bridged if it is known in
-//!   [`LEAST_KNOWN_VP`] of a segment, and left out of the segment otherwise.
+//! * **Sample time**: given, or else the most frequent time between samples of the reference channel, which is
+//!   PV's, else OP's. A grid coarser than the samples picks samples: nothing is averaged.
+//! * **Order**: samples are sorted by time. If the clock went back (daylight saving time written without its zone,
+//!   a corrected clock), the rows stay in the order of the file, and all later times are moved so that one sample
+//!   time passes at the step. Rows in another order differ by their density: if the clock went back, times occur
+//!   twice.
+//! * **Duplicates**: of several samples at one time the last usable one in the file counts. A mean would be a value
+//!   that was never measured.
+//! * **Values between samples**: a straight line for PV and VP, the last value for OP, SP, mode and any channel
+//!   that is stored on change. A sample within 1e-6 sample times of a point of the grid is kept bit for bit.
+//! * **Missing samples**: up to [`LONGEST_BRIDGE`] consecutive samples are bridged; where more of OP or PV are
+//!   missing, the recording is cut. Two samples of a regular channel more than 1.5 of its steps apart have missing
+//!   ones between them. A missing SP holds. VP is bridged if it is known in [`LEAST_KNOWN_VP`] of a segment, and
+//!   left out of the segment otherwise.
 //! * **Mode**: the recording is cut where the controller was not in command.
 
 mod clock;
@@ -31,32 +29,31 @@ use clock::{Clock, SAME};
 use log::Log;
 use track::{Run, State, Track};
 
-/// The most missing samples in a row that are bridged. Three: a line over more of them shapes the
-/// wave of a loop that cycles in a dozen samples.
+/// The most consecutive missing samples that are bridged. Three: a line over more of them shapes the wave of a loop
+/// that cycles in a dozen samples.
 pub const LONGEST_BRIDGE: usize = 3;
 
 /// The share of a segment in which VP must be known to be kept.
 pub const LEAST_KNOWN_VP: f64 = 0.95;
 
-/// How values between samples are found.
+/// Interpolation between samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interpolation {
-    /// The last value holds: right for SP, mode and OP, which change in steps, and for whatever a
-    /// historian stores on change.
+    /// The last value holds: right for SP, mode and OP, which change in steps, and for signals stored on change.
     Hold,
     /// A straight line between neighbours: right for PV and VP.
     Linear,
 }
 
-/// How a recording is brought onto a grid.
+/// Settings of the grid.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct GridOptions {
-    /// Time between the samples of the grid, s; by default the commonest one of the recording.
+    /// Time between the samples of the grid, s; by default the most frequent one of the recording.
     pub sample_time: Option<f64>,
 }
 
-/// Part of a recording in which the controller was in command and every sample is known, on a
-/// regular grid. All signals have one length.
+/// Part of a recording in which the controller was in command and every sample is known, on a regular grid. All
+/// signals have one length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
     /// Time of its first sample, s on the recording's clock.
@@ -71,7 +68,7 @@ pub struct Segment {
     pub sp: Option<Vec<f64>>,
     /// Measured valve position, percent of its range.
     pub vp: Option<Vec<f64>>,
-    /// How many of its samples were bridged, in OP or PV.
+    /// Number of bridged samples, in OP or PV.
     pub bridged: usize,
 }
 
@@ -81,8 +78,8 @@ impl Segment {
         self.op.len()
     }
 
-    /// `length` samples of it from number `from` on, or what there is of them. Which samples were bridged is
-    /// not known of a part.
+    /// `length` samples of it from number `from` on, or fewer at its end. The number of bridged samples is unknown
+    /// for a part.
     pub fn part(&self, from: usize, length: usize) -> Self {
         let from = from.min(self.len());
         let until = (from + length).min(self.len());
@@ -98,12 +95,12 @@ impl Segment {
         }
     }
 
-    /// Whether there is no sample.
+    /// Whether it has no samples.
     pub fn is_empty(&self) -> bool {
         self.op.is_empty()
     }
 
-    /// How long it lasts, s, with the last sample held.
+    /// Its duration, s, with the last sample held.
     pub fn duration(&self) -> f64 {
         self.len() as f64 * self.sample_time
     }
@@ -121,7 +118,7 @@ pub struct Grid {
     pub sample_time: f64,
     /// The segments, in order of time. None if the loop never was in automatic, or had no samples.
     pub segments: Vec<Segment>,
-    /// What was mended, in order of [`RepairKind`]; within one kind PV, OP, VP, SP, all.
+    /// The repairs, in order of [`RepairKind`]; within one kind PV, OP, VP, SP, all.
     pub repairs: Vec<GridRepair>,
     /// From the first sample to the last, s.
     pub duration: f64,
@@ -135,19 +132,18 @@ impl Grid {
         self.segments.iter().rev().max_by_key(|segment| segment.len())
     }
 
-    /// Brings a recording onto a grid; see the [module](self) for how. Segments have two samples or
-    /// more.
+    /// Brings a recording onto a grid; see the [module](self). Segments have two samples or more.
     ///
     /// # Errors
-    /// If the given sample time is not above 0, if none is given and the reference channel has not two
-    /// usable samples at different times, or if the grid would have more than twenty million points.
+    /// If the given sample time is not above 0, if none is given and the reference channel has not two usable
+    /// samples at different times, or if the grid would have more than twenty million points.
     pub fn of(recording: &Recording, options: &GridOptions) -> Result<Self> {
         let mut repairs = vec![];
         let tracks = Tracks::of(recording, options, &mut repairs)?;
         let (step, (signal, reference)) = (tracks.step, tracks.reference());
         let (first, last) = (reference.first(), reference.last());
         let runs = reference.runs(step)?;
-        // Between the runs the reference channel says nothing for long.
+        // Between the runs the reference channel has a long gap.
         let mut log = Log::default();
         for pair in runs.windows(2) {
             log.gap(signal, pair[0].to, ((pair[1].from - pair[0].to) / step).round() as usize - 1);
@@ -174,12 +170,12 @@ struct Tracks {
     pv: Option<Track>,
     vp: Option<Track>,
     sp: Option<Track>,
-    /// When the controller was in command.
+    /// Times in which the controller was in command.
     modes: Option<Vec<(f64, bool)>>,
 }
 
 impl Tracks {
-    /// Puts the signals on the clock of the PV or, where that is of no use, of the OP.
+    /// Puts the signals on the clock of the PV or, if it is unusable, of the OP.
     fn of(
         recording: &Recording,
         options: &GridOptions,
@@ -235,12 +231,12 @@ impl Tracks {
         Ok(Self { step, op, pv, vp, sp, modes })
     }
 
-    /// The signal whose samples tell where the recording is whole.
+    /// The signal whose samples show where the recording is complete.
     fn reference(&self) -> (&'static str, &Track) {
         self.pv.as_ref().map_or(("OP", &self.op), |pv| ("PV", pv))
     }
 
-    /// The segments of a run: what is known of it, in automatic.
+    /// The segments of a run: its known parts in automatic.
     fn segments(&self, run: &Run, recording: &Recording, log: &mut Log) -> Vec<Segment> {
         let step = self.step;
         let on = |track: &Track, rule| track.resample(run, step, rule);
@@ -290,7 +286,7 @@ impl Tracks {
     }
 }
 
-/// Channels have public fields: what their constructors promise is checked again.
+/// Channels have public fields, so the conditions of their constructors are checked again.
 fn sound(signal: &'static str, channel: &Channel) -> Result<()> {
     let expected = channel.values.len();
     for found in [channel.time.len(), channel.quality.len()] {
@@ -306,7 +302,7 @@ fn sound(signal: &'static str, channel: &Channel) -> Result<()> {
     }
 }
 
-/// Where a signal comes in the list of repairs.
+/// Position of a signal in the list of repairs.
 fn rank(signal: &str) -> usize {
     ["PV", "OP", "VP", "SP"].iter().position(|s| *s == signal).unwrap_or(4)
 }

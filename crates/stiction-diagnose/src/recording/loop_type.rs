@@ -1,8 +1,8 @@
-//! What a loop controls.
+//! The quantity that a loop controls.
 
 use crate::error::{Error, Result};
 
-/// What a loop controls.
+/// The quantity that a loop controls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum LoopType {
     /// Flow.
@@ -13,25 +13,25 @@ pub enum LoopType {
     Pressure,
     /// Temperature.
     Temperature,
-    /// Composition, pH, any quality an analyser measures.
+    /// Composition, pH, or any quality from an analyser.
     Analysis,
     /// Something else that is self-regulating.
     OtherSelfRegulating,
     /// Something else that integrates.
     OtherIntegrating,
-    /// Not told.
+    /// Unknown.
     #[default]
     Unknown,
 }
 
-/// Whether a process settles by itself when its input stays where it is.
+/// Whether a process settles by itself under a constant input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dynamics {
     /// It settles.
     SelfRegulating,
-    /// It goes on rising or falling.
+    /// It continues to rise or fall.
     Integrating,
-    /// Not told.
+    /// Unknown.
     Unknown,
 }
 
@@ -71,11 +71,11 @@ impl LoopType {
         Self::NAMES.iter().find(|(_, each)| *each == self).map_or("unknown", |(name, _)| name)
     }
 
-    /// The type that the letters of a tag tell by ISA-5.1, such as flow for `10FIC101`; unknown if
-    /// they tell none.
+    /// The type by the letters of a tag after ISA-5.1, such as flow for `10FIC101`; unknown if the letters give
+    /// none.
     ///
-    /// The letters are those before the number of the loop: the first says what is measured, and the
-    /// ones after it include a C.
+    /// The letters are those before the number of the loop: the first is the measured quantity, and the others
+    /// include a C.
     pub fn of_tag(tag: &str) -> Self {
         let words = tag.split(|c: char| !c.is_ascii_alphabetic()).filter(|word| word.len() >= 2);
         for word in words {
@@ -97,8 +97,8 @@ impl LoopType {
         Self::Unknown
     }
 
-    /// Whether such a process settles by itself. Most levels integrate; a pressure is taken to be
-    /// self-regulating, which a large gas volume is not.
+    /// Whether such a process settles by itself. Most levels integrate. A pressure counts as self-regulating,
+    /// although a large gas volume is not.
     pub fn dynamics(self) -> Dynamics {
         match self {
             Self::Level | Self::OtherIntegrating => Dynamics::Integrating,

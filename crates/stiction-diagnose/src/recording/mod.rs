@@ -1,8 +1,8 @@
-//! A loop's OP, PV, SP, VP and mode over time, as a plant recorded them, and what can be made of it.
+//! OP, PV, SP, VP and mode of a loop over time, as recorded by a plant, and their processing.
 //!
 //! * [`Recording`]: the signals as they were exported, each with its own times and qualities;
-//! * [`ByHand`]: times in which somebody set the OP by hand;
-//! * [`Grid`]: its automatic segments on a regular grid, with everything that was mended on the way;
+//! * [`ByHand`]: times in which an operator set the OP;
+//! * [`Grid`]: its automatic segments on a regular grid, with all repairs;
 //! * [`fitness`]: whether the data can answer.
 
 mod by_hand;
@@ -22,7 +22,7 @@ pub use plant_time::PlantTime;
 
 use crate::error::{Error, Result};
 
-/// What the controller was doing.
+/// The controller's mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
     /// It controls to a set point of the operator.
@@ -45,20 +45,20 @@ impl Mode {
 /// The mode over time; each holds until the next.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Modes {
-    /// When, s on the recording's clock.
+    /// Its time, s on the recording's clock.
     pub time: Vec<f64>,
-    /// What, from then on.
+    /// The mode from then on.
     pub modes: Vec<Mode>,
 }
 
-/// A loop as a plant recorded it.
+/// A loop recorded by a plant.
 ///
-/// Every channel has its own times, because historians that store changes only give each tag its own.
+/// Every channel has its own times, because historians that store only changes give each tag its own.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     /// Tag of the loop.
     pub name: String,
-    /// What it controls.
+    /// The controlled quantity.
     pub loop_type: LoopType,
     /// Time zero of the clock as seconds since 1970-01-01 UTC, if it is known.
     pub start: Option<f64>,
@@ -72,9 +72,9 @@ pub struct Recording {
     pub sp: Option<Channel>,
     /// Measured valve position, percent unless its range says otherwise.
     pub vp: Option<Channel>,
-    /// The controller's mode; without it the loop is taken to be in automatic throughout.
+    /// The controller's mode; without it the loop counts as always in automatic.
     pub mode: Option<Modes>,
-    /// What the reader of the file wants the user to know.
+    /// Remarks of the file's reader to the user.
     pub notes: Vec<String>,
 }
 

@@ -1,13 +1,13 @@
-//! The clock on the plant's wall.
+//! The plant's clock.
 
-/// How the instants of a recording are written: by the clock of the plant, as it went at the beginning. A recording that
-/// lasts beyond a change to or from summer time keeps it, so that its times have one order.
+/// The clock for the instants of a recording: that of the plant at the beginning. A recording across a change to or
+/// from summer time keeps it, so that its times have one order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct PlantTime {
-    /// What the clock is called, such as `CET`, `+05:30` or `UTC`; empty where it was not recorded.
+    /// Name of the clock, such as `CET`, `+05:30` or `UTC`; empty if it was not recorded.
     pub name: String,
-    /// How far it goes before UTC, s; where its name is not known, times were taken as if it were UTC.
+    /// Its offset from UTC, s; if its name is not known, times were interpreted as UTC.
     pub offset_s: i32,
 }
 
@@ -18,12 +18,12 @@ impl Default for PlantTime {
 }
 
 impl PlantTime {
-    /// A clock that nobody named.
+    /// A clock without a name.
     pub fn unnamed() -> Self {
         Self { name: String::new(), offset_s: 0 }
     }
 
-    /// What the clock shows at an instant, s since 1970-01-01 UTC: that many s after 1970-01-01 on it.
+    /// The clock's time at an instant, s since 1970-01-01 UTC, as s since 1970-01-01 on the clock.
     pub fn shows(&self, instant: f64) -> f64 {
         instant + f64::from(self.offset_s)
     }

@@ -1,14 +1,14 @@
-//! A long recording as several shorter ones.
+//! Splits a long recording into shorter ones.
 
 use super::{Channel, Modes, Recording};
 
 impl Recording {
-    /// The recording in windows of `window` s that begin at its first sample; the last takes the rest, so
-    /// that none is shorter than half a window, and a recording of less than one and a half windows stays
-    /// whole. Times keep their clock. Windows without a sample of the OP are left out.
+    /// The recording in windows of `window` s that begin at its first sample. The last window takes the rest, so
+    /// that none is shorter than half a window, and a recording shorter than one and a half windows stays whole.
+    /// Times keep their clock. Windows without a sample of the OP are left out.
     ///
-    /// Where a channel has no sample at the beginning of a window, as in a historian that stores changes
-    /// only, the value before it is repeated there.
+    /// If a channel has no sample at the beginning of a window, as in a historian that stores only changes, its
+    /// previous value is repeated there.
     ///
     /// # Errors
     /// If `window` is not a finite number above 0.
@@ -23,7 +23,7 @@ impl Recording {
         if !duration.is_finite() || count < 2.0 {
             return Ok(vec![self.clone()]);
         }
-        // Of more windows than samples some would be empty.
+        // With more windows than samples, some would be empty.
         let count = count.min(times().count() as f64) as usize;
         let part = |k: usize| {
             let from = first + k as f64 * window;
@@ -33,9 +33,9 @@ impl Recording {
         Ok((0..count).filter_map(part).collect())
     }
 
-    /// The samples from `from` up to `to`, s on the recording's clock, from the first of any channel on. Where a channel
-    /// has none there, its last value before is repeated, if that is no older than `held_s` before `from`. `None` without a
-    /// value of the OP.
+    /// The samples from `from` up to `to`, s on the recording's clock, from the first of any channel on. If a
+    /// channel has none there, its last value before is repeated, unless it is older than `held_s` before `from`.
+    /// `None` without a value of the OP.
     pub fn part(&self, from: f64, to: f64, held_s: f64) -> Option<Self> {
         let channels = [Some(&self.op), self.pv.as_ref(), self.sp.as_ref(), self.vp.as_ref()];
         let times = channels.into_iter().flatten().flat_map(|channel| &channel.time);
@@ -61,8 +61,8 @@ impl Recording {
     }
 }
 
-/// The samples of a channel from `from` up to `to`, and at `from` the last before, if it is none before `earliest`; `None` if
-/// there are none.
+/// The samples of a channel from `from` up to `to`, and at `from` the last one before, if it is not before
+/// `earliest`; `None` if there are none.
 fn cut(channel: &Channel, from: f64, to: f64, earliest: f64) -> Option<Channel> {
     let mut chosen: Vec<(usize, f64)> = channel
         .time

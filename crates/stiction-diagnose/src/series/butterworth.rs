@@ -1,9 +1,8 @@
 //! A low pass of the third order.
 
-/// A Butterworth low pass of the third order by the bilinear transform, run forwards and backwards so
-/// that nothing is delayed (its effective order is six). `cutoff` is a share of the Nyquist frequency,
-/// between 0 and 1; outside, the series is returned as it is. The series is continued by its first and
-/// last sample.
+/// A Butterworth low pass of the third order by the bilinear transform, run forwards and backwards so that it has
+/// no delay (its effective order is six). `cutoff` is a share of the Nyquist frequency, between 0 and 1; otherwise
+/// the series is returned unchanged. The series is continued by its first and last sample.
 pub fn low_passed(x: &[f64], cutoff: f64) -> Vec<f64> {
     if !(cutoff > 0.0 && cutoff < 1.0) || x.is_empty() {
         return x.to_vec();

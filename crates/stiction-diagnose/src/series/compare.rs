@@ -3,14 +3,14 @@
 use super::trend::two_sided_t;
 use super::{mean, variance};
 
-/// Up to how many values together all ways to part them are tried out.
+/// The largest number of values for which all partitions are tried.
 const MOST_TO_PERMUTE: usize = 20;
 
 /// The p-value, two-sided, of a difference of the means of two groups; `None` if one has fewer than two.
 ///
-/// Of up to 20 values all ways are counted to part them into groups of these sizes: p is the share of
-/// those whose means differ as much or more (Fisher's exact permutation test, which assumes no more than
-/// that the values could have come in any order). Of more values p is that of [`welch`].
+/// For up to 20 values, all partitions into groups of these sizes are counted. Then p is the share of those whose
+/// means differ at least as much (Fisher's exact permutation test, which only assumes that the values could have
+/// come in any order). For more values p is that of [`welch`].
 pub fn difference_of_means(a: &[f64], b: &[f64]) -> Option<f64> {
     if a.len() < 2 || b.len() < 2 {
         return None;

@@ -14,7 +14,7 @@ pub fn autocorrelation(x: &[f64], max_lag: usize) -> Option<Vec<f64>> {
     }
     let mut lags = spectrum.inverse();
     lags.truncate(max_lag + 1);
-    // Rounding leaves a constant series some power.
+    // Rounding gives a constant series some power.
     let scale = x.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     let power = lags[0];
     if !(power > x.len() as f64 * (1e-14 * scale).powi(2)) {

@@ -1,6 +1,6 @@
-//! Where a series crosses zero, and the half waves between.
+//! Crossings of zero, and the half waves between.
 
-/// Which way a series crosses.
+/// The direction of a crossing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
     /// From below zero to above.
@@ -12,16 +12,16 @@ pub enum Direction {
 /// A crossing of zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ZeroCrossing {
-    /// Where, in samples, interpolated between the samples about it.
+    /// Its position, in samples, interpolated between its neighbours.
     pub place: f64,
     /// The first sample beyond it.
     pub next: usize,
-    /// Which way.
+    /// Its direction.
     pub direction: Direction,
 }
 
-/// All changes of sign of `x`. Samples of exactly zero belong to the side the series came from, so a
-/// series that touches zero and turns back does not cross it.
+/// All changes of sign of `x`. Samples of exactly zero belong to the side of the sample before, so a series that
+/// touches zero and turns back does not cross it.
 pub fn zero_crossings(x: &[f64]) -> Vec<ZeroCrossing> {
     let mut crossings = vec![];
     // The last sample that was not zero.
@@ -47,9 +47,9 @@ pub fn zero_crossings(x: &[f64]) -> Vec<ZeroCrossing> {
 /// The samples between two neighbouring crossings of zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfWave {
-    /// Where it begins, in samples.
+    /// Its beginning, in samples.
     pub from: f64,
-    /// Where it ends, in samples.
+    /// Its end, in samples.
     pub to: f64,
     /// Its first sample.
     pub first: usize,

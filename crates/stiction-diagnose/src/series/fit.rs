@@ -1,11 +1,11 @@
-//! Straight lines of least squares.
+//! Least-squares lines.
 
 /// A straight line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
     /// Its value at zero.
     pub intercept: f64,
-    /// What it gains per unit.
+    /// Its slope.
     pub slope: f64,
 }
 
@@ -16,7 +16,7 @@ impl Line {
     }
 }
 
-/// The line of least squares through the points (`x`, `y`); flat if all `x` are equal.
+/// The least-squares line through the points (`x`, `y`); flat if all `x` are equal.
 pub fn line(x: &[f64], y: &[f64]) -> Line {
     let n = x.len().min(y.len()) as f64;
     let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);

@@ -1,7 +1,7 @@
-//! What every method needs of a series of samples: moments, correlation, crossings, spectra, lines, trends.
+//! Common functions of sample series: moments, correlation, crossings, spectra, lines, trends.
 //!
-//! Lags and places are in samples; slices are taken as they are, so whoever wants the mean removed
-//! removes it, unless a function says that it does.
+//! Lags and positions are in samples. Slices are used unchanged: the caller removes the mean, unless a function
+//! states that it does.
 
 mod butterworth;
 mod compare;

@@ -1,16 +1,16 @@
-//! Plans of Fourier transforms, kept: making one takes longer than the transform of a short series.
+//! Cached plans of Fourier transforms: making one takes longer than the transform of a short series.
 //!
-//! Windows of a recording have one length, and so have their spectra. Each thread keeps the plans that it has made,
-//! because passing them down would put a planner into the signature of everything that looks at a spectrum. It is no
-//! state that a result could depend on: a plan follows from its length alone. For that each comes from a planner of its
-//! own; one that has planned other lengths builds upon their parts, and adds up in another order.
+//! Windows of a recording have one length, and so have their spectra. Each thread keeps its plans, because passing
+//! them down would put a planner into the signature of every function with a spectrum. Results cannot depend on
+//! this cache: a plan follows from its length alone. To ensure that, each plan comes from its own planner; one that
+//! has planned other lengths reuses their parts, and adds up in another order.
 
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Samples of all plans that a thread keeps, at most: about 32 MB.
+/// Most samples of all plans that a thread keeps: about 32 MB.
 const MOST: usize = 1 << 20;
 
 /// Plans of one direction, by the length of the series.

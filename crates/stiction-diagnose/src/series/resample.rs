@@ -1,8 +1,8 @@
 //! Fewer samples.
 
-/// The means of every `factor` neighbouring samples; what is left at the end is dropped. A factor of 0
-/// or 1 keeps the series. Averaging is a low pass: what is faster than the new samples can carry is
-/// damped before it can be taken for something slow.
+/// The means of every `factor` neighbouring samples; the rest at the end is dropped. A factor of 0 or 1 keeps the
+/// series. Averaging is a low pass: it damps frequencies above the new Nyquist frequency before they become
+/// aliases.
 pub fn decimated(x: &[f64], factor: usize) -> Vec<f64> {
     if factor <= 1 {
         return x.to_vec();

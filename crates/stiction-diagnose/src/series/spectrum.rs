@@ -13,7 +13,7 @@ pub struct Spectrum {
     pub length: usize,
 }
 
-/// A length not below `n` that transforms fast.
+/// A fast transform length, at least `n`.
 pub fn fft_length(n: usize) -> usize {
     n.max(1).next_power_of_two()
 }
@@ -26,17 +26,17 @@ impl Spectrum {
         let mut padded = x.to_vec();
         padded.resize(length, 0.0);
         let mut bins = transform.make_output_vec();
-        // Buffers are of the planned lengths, the only thing that can be refused.
+        // Buffers have the planned lengths, the only possible error.
         let done = transform.process(&mut padded, &mut bins);
         debug_assert!(done.is_ok());
         Self { bins, length }
     }
 
-    /// The real series of which this is the transform, all of its `length` samples.
+    /// The real series with this transform, all of its `length` samples.
     pub fn inverse(mut self) -> Vec<f64> {
         let transform = plans::inverse(self.length);
         let mut x = transform.make_output_vec();
-        // What is not real at zero and Nyquist cannot come from a real series.
+        // An imaginary part at zero and Nyquist cannot come from a real series.
         if let Some(first) = self.bins.first_mut() {
             first.im = 0.0;
         }
@@ -72,7 +72,7 @@ pub fn periodogram(x: &[f64]) -> Periodogram {
         *v *= w;
         weight += w * w;
     }
-    // The window lets some of the mean back in.
+    // The window restores part of the mean.
     let rest = mean(&y);
     y.iter_mut().for_each(|v| *v -= rest);
     let spectrum = Spectrum::of(&y, fft_length(n));

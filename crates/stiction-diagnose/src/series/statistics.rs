@@ -21,8 +21,8 @@ pub fn excess_kurtosis(x: &[f64]) -> f64 {
     x.iter().map(|v| (v - m).powi(4)).sum::<f64>() / (x.len() as f64 * s2 * s2) - 3.0
 }
 
-/// The value below which the share `p` of the samples lies, interpolated between neighbours in
-/// order (type 7 of Hyndman & Fan); NaN for none.
+/// The value above the share `p` of the samples, interpolated between neighbours in order (type 7 of Hyndman &
+/// Fan); NaN for none.
 pub fn quantile(x: &[f64], p: f64) -> f64 {
     if x.is_empty() {
         return f64::NAN;
@@ -36,7 +36,7 @@ pub fn quantile(x: &[f64], p: f64) -> f64 {
     if share == 0.0 { low } else { low + share * (high - low) }
 }
 
-/// The value in the middle; NaN for none.
+/// The median; NaN for none.
 pub fn median(x: &[f64]) -> f64 {
     quantile(x, 0.5)
 }
@@ -49,9 +49,9 @@ pub fn median_absolute_deviation(x: &[f64]) -> f64 {
     1.4826 * median(&distances)
 }
 
-/// Standard deviation of the noise on a slower signal, by `1.4826 median |d| / sqrt(6)` of the second
-/// differences d, which a signal of many samples a period hardly has and which white noise has with six
-/// times its variance; 0 for fewer than three samples.
+/// Standard deviation of the noise on a slower signal, by `1.4826 median |d| / sqrt(6)` of the second differences
+/// d. A signal of many samples a period has hardly any, and white noise has them with six times its variance. 0 for
+/// fewer than three samples.
 pub fn noise_std(x: &[f64]) -> f64 {
     let second: Vec<f64> = x.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
     if second.is_empty() { 0.0 } else { 1.4826 * median(&second) / 6f64.sqrt() }
@@ -63,7 +63,7 @@ pub fn centred(x: &[f64]) -> Vec<f64> {
     x.iter().map(|v| v - m).collect()
 }
 
-/// The samples less their straight line of least squares.
+/// The samples less their least-squares line.
 pub fn detrended(x: &[f64]) -> Vec<f64> {
     let k: Vec<f64> = (0..x.len()).map(|k| k as f64).collect();
     let trend = line(&k, x);

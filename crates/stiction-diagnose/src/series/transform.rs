@@ -26,12 +26,12 @@ impl Transform {
         }
     }
 
-    /// Samples a series has.
+    /// Number of samples of a series.
     pub fn length(&self) -> usize {
         self.samples.len()
     }
 
-    /// Bins a transform has, from zero to the Nyquist frequency.
+    /// Number of bins of a transform, from zero to the Nyquist frequency.
     pub fn bins(&self) -> usize {
         self.length() / 2 + 1
     }
@@ -39,12 +39,12 @@ impl Transform {
     /// Transforms `x`, of the planned length, into `bins`.
     pub fn forward(&mut self, x: &[f64], bins: &mut [Complex<f64>]) {
         self.samples.copy_from_slice(x);
-        // Buffers are of the planned lengths, the only thing that can be refused.
+        // Buffers have the planned lengths, the only possible error.
         let done = self.forward.process_with_scratch(&mut self.samples, bins, &mut self.scratch);
         debug_assert!(done.is_ok());
     }
 
-    /// The series whose transform `bins` are, into `x`; `bins` are spoiled.
+    /// The series with the transform `bins`, into `x`; `bins` are overwritten.
     pub fn inverse(&mut self, bins: &mut [Complex<f64>], x: &mut [f64]) {
         bins[0].im = 0.0;
         if self.length().is_multiple_of(2)
@@ -59,8 +59,8 @@ impl Transform {
     }
 }
 
-/// What of `x` lies between the frequencies `low` and `high`, in cycles per sample, without its mean:
-/// all other bins of its transform are set to zero.
+/// The part of `x` between the frequencies `low` and `high`, in cycles per sample, without its mean: all other bins
+/// of its transform are set to zero.
 pub fn band_passed(x: &[f64], low: f64, high: f64) -> Vec<f64> {
     if x.is_empty() {
         return vec![];

@@ -1,27 +1,27 @@
-//! Whether a few values rise or fall: a weighted line with its interval, and two checks that do not mind
+//! Whether a few values rise or fall: a weighted line with its interval, and two checks that are robust to
 //! outliers.
 
 use super::statistics::median;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// A straight line of weighted least squares, with what is known of its slope.
+/// A weighted least-squares line, with the uncertainty of its slope.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trend {
-    /// What y gains per unit of x.
+    /// Slope: y per unit of x.
     pub slope: f64,
     /// Lower end of the 95 % interval of the slope.
     pub low: f64,
     /// Upper end of the 95 % interval of the slope.
     pub high: f64,
-    /// Probability of a slope as far from zero if there were none, two-sided.
+    /// Probability of a slope at least as far from zero without a trend, two-sided.
     pub p_value: f64,
 }
 
-/// The line of weighted least squares through the points (`x`, `y`): weights tell the ratios of the
-/// variances, their common size is estimated from the residuals, so that with `n` points
-/// `(b - beta)/se(b)` follows Student's t with `n - 2` degrees of freedom.
+/// The weighted least-squares line through the points (`x`, `y`). Weights give the ratios of the variances; their
+/// common size is estimated from the residuals, so that with `n` points `(b - beta)/se(b)` follows Student's t with
+/// `n - 2` degrees of freedom.
 ///
-/// `None` for fewer than three points of positive weight, or if they have one `x` only.
+/// `None` for fewer than three points of positive weight, or if they have only one `x`.
 ///
 /// Source: any textbook, such as N. R. Draper, H. Smith, "Applied Regression Analysis", 3rd ed., Wiley,
 /// 1998 (recalled, not read).
@@ -51,8 +51,8 @@ pub fn weighted_trend(x: &[f64], y: &[f64], weights: &[f64]) -> Option<Trend> {
     Some(Trend { slope, low: slope - half, high: slope + half, p_value })
 }
 
-/// Two-sided p-value of a difference with its standard error, by Student's t. Where nothing scatters, no
-/// difference has p = 1, and any other p = 0.
+/// Two-sided p-value of a difference with its standard error, by Student's t. Without scatter, p = 1 for no
+/// difference and p = 0 for any other.
 pub(super) fn two_sided_t(difference: f64, error: f64, freedom: f64) -> Option<f64> {
     if error == 0.0 {
         return Some(if difference == 0.0 { 1.0 } else { 0.0 });
@@ -75,9 +75,9 @@ pub fn theil_sen(x: &[f64], y: &[f64]) -> Option<f64> {
     (!slopes.is_empty()).then(|| median(&slopes))
 }
 
-/// The p-value, two-sided, of Mann and Kendall's test for a trend of values in order of time: the number
-/// of pairs that rise less those that fall, by the normal approximation with its correction for
-/// continuity and for ties. 1 where there is nothing to see.
+/// The p-value, two-sided, of Mann and Kendall's test for a trend of values in order of time: the number of pairs
+/// that rise less those that fall, by the normal approximation with its correction for continuity and for ties. 1
+/// without data.
 ///
 /// Source: H. B. Mann, "Nonparametric tests against trend", Econometrica 13 (1945) 245-259; M. G.
 /// Kendall, "Rank Correlation Methods" (recalled, not read).

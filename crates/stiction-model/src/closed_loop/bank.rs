@@ -25,15 +25,15 @@ impl<V: Valve + Clone, const N: usize> ValveBank for Each<V, N> {
     }
 }
 
-/// A sum of signals for each of `N` loops, drawn a few samples ahead.
+/// A sum of signals for each of `N` loops, computed a few samples ahead.
 pub(super) struct Feed<const N: usize> {
     constant: Lane<N>,
     moving: Vec<(usize, SignalSource)>,
     ahead: Vec<Lane<N>>,
 }
 
-/// Samples drawn ahead, played in a row, and then recorded. Sixteen lanes of them fit the
-/// first-level cache.
+/// Samples computed ahead, simulated in a row, and then recorded. Sixteen lanes of them fit into the first-level
+/// cache.
 pub(super) const AHEAD: usize = 32;
 
 impl<const N: usize> Feed<N> {
@@ -56,14 +56,14 @@ impl<const N: usize> Feed<N> {
     }
 }
 
-/// Takes what happens in `N` loops.
+/// Records `N` loops.
 pub(super) trait Recorder<const N: usize> {
-    /// The first sample it wants to see.
+    /// The first sample to record.
     fn from(&self) -> usize {
         0
     }
 
-    /// Takes some samples in a row, the first of which is number `k`.
+    /// Records some consecutive samples, the first of which is number `k`.
     fn take(&mut self, k: usize, samples: &[Sample<N>]);
 }
 
@@ -81,12 +81,12 @@ pub(super) struct Sample<const N: usize> {
 pub(super) struct LoopBank<V, const N: usize, const M: usize> {
     state: LoopState<V, N, M>,
     line: DelayLine<N>,
-    /// What goes beyond PI control without quantisation, if any lane does.
+    /// Parts beyond PI control without quantisation, if any lane has them.
     extras: Option<Extras<N>>,
 }
 
-/// The part of the loops that changes at every sample. It is copied before a segment and then stays
-/// in registers; nothing may be in it that is rarely used or indexed at run time.
+/// The part of the loops that changes at every sample. It is copied before a segment and then stays in registers,
+/// so it must not contain anything that is rarely used or indexed at run time.
 #[derive(Debug, Clone)]
 struct LoopState<V, const N: usize, const M: usize> {
     controller: PiBank<N>,
@@ -98,13 +98,13 @@ struct LoopState<V, const N: usize, const M: usize> {
 
 #[derive(Debug, Clone)]
 struct Extras<const N: usize> {
-    /// In place of the PI controllers.
+    /// Instead of the PI controllers.
     controller: PidBank<N>,
     op_quantum: Lane<N>,
     pv_quantum: Lane<N>,
 }
 
-/// `value` in whole multiples of `quantum`, or as it is for a quantum of 0.
+/// `value` in whole multiples of `quantum`, or unchanged for a quantum of 0.
 #[inline(always)]
 pub fn quantised(value: f64, quantum: f64) -> f64 {
     if quantum > 0.0 { (value / quantum).round_ties_even() * quantum } else { value }
@@ -120,7 +120,7 @@ impl<V: ValveBank, const N: usize, const M: usize> LoopBank<V, N, M> {
         Self::with_extras(loops, valve, extras)
     }
 
-    /// Loops whose controllers are of every kind if there are to be `extras`.
+    /// Loops whose controllers are of every kind if there are `extras`.
     pub(super) fn with_extras(loops: [&Prepared<'_>; N], valve: V, extras: bool) -> Self {
         let of = |get: fn(&ClosedLoop) -> f64| Lane(loops.map(|l| get(l.settings)));
         let controllers = loops.map(|l| {
@@ -145,18 +145,18 @@ impl<V: ValveBank, const N: usize, const M: usize> LoopBank<V, N, M> {
         }
     }
 
-    /// Whether these loops can be played as `PLAIN`: PI control, no quantisation, and dead times
-    /// that are the same in all lanes.
+    /// Whether these loops can be simulated as `PLAIN`: PI control, no quantisation, and the same dead time in all
+    /// lanes.
     pub(super) fn is_plain(&self) -> bool {
         self.extras.is_none() && self.line.is_common()
     }
 
-    /// The PV in lane `l` as the process gives it, before measurement.
+    /// The PV of the process in lane `l`, before measurement.
     pub(super) fn process_value(&self, l: usize) -> f64 {
         self.state.process.output(l) + self.state.pv_rest[l]
     }
 
-    /// Plays one sample of any loops.
+    /// Simulates one sample of any loops.
     pub(super) fn step(
         &mut self,
         sp: &Lane<N>,
@@ -166,7 +166,7 @@ impl<V: ValveBank, const N: usize, const M: usize> LoopBank<V, N, M> {
         self.step_between(&mut Wire, sp, load, measurement)
     }
 
-    /// Plays one sample of any loops with something between; see [`LoopState::step`].
+    /// Simulates one sample of any loops with something between; see [`LoopState::step`].
     pub(super) fn step_between(
         &mut self,
         between: &mut (impl Between + ?Sized),
@@ -189,7 +189,7 @@ impl<V, const M: usize> LoopBank<Each<V, 1>, 1, M> {
         &mut self.state.valve.0[0]
     }
 
-    /// Goes on from where another loop is, but for the valve.
+    /// Continues from the state of another loop, except for the valve.
     pub(super) fn take_over(&mut self, other: &Self) {
         match (&mut self.extras, &other.extras) {
             (Some(own), Some(other)) => own.controller.recall(other.controller.memory()),
@@ -204,7 +204,7 @@ impl<V, const M: usize> LoopBank<Each<V, 1>, 1, M> {
         self.line.recall(&mut line.into_iter().chain(std::iter::repeat(oldest)));
     }
 
-    /// Appends what controller, process and dead time remember.
+    /// Appends the memory of controller, process and dead time.
     pub(super) fn remember(&self, memory: &mut Vec<f64>) {
         match &self.extras {
             None => memory.push(self.state.controller.integral()),
@@ -214,7 +214,7 @@ impl<V, const M: usize> LoopBank<Each<V, 1>, 1, M> {
         self.line.remember(memory);
     }
 
-    /// Takes it back.
+    /// Restores it.
     pub(super) fn recall(&mut self, memory: &mut impl Iterator<Item = f64>) {
         let mut next = || memory.next().unwrap_or(0.0);
         match &mut self.extras {
@@ -227,11 +227,11 @@ impl<V, const M: usize> LoopBank<Each<V, 1>, 1, M> {
 }
 
 impl<V: ValveBank, const N: usize, const M: usize> LoopState<V, N, M> {
-    /// Plays one sample: `load` adds to the valve position, `measurement` to the PV.
+    /// Simulates one sample: `load` adds to the valve position, `measurement` to the PV.
     ///
-    /// `PLAIN`, which only [plain](LoopBank::is_plain) banks may claim, leaves out all else. Asking
-    /// at every sample would cost more than the sample. What is `between` controller and valve can
-    /// act on the controller only where there are extras.
+    /// `PLAIN` leaves out everything else, and is only for [plain](LoopBank::is_plain) banks, because a check at
+    /// every sample would cost more than the sample. The element `between` controller and valve can act on the
+    /// controller only if there are extras.
     #[inline(always)]
     fn step<const PLAIN: bool, B: Between + ?Sized>(
         &mut self,
@@ -270,7 +270,7 @@ impl<V: ValveBank, const N: usize, const M: usize> LoopState<V, N, M> {
     }
 }
 
-/// What drives `N` loops from outside.
+/// External signals of `N` loops.
 pub(super) struct Feeds<const N: usize> {
     sp: Feed<N>,
     load: Feed<N>,
@@ -292,8 +292,8 @@ impl<const N: usize> Feeds<N> {
     }
 }
 
-/// Some samples in a row: the inner loop. It is compiled by itself, so that the registers need hold
-/// nothing but the state of the loops.
+/// Some consecutive samples: the inner loop. It is compiled by itself, so that registers only hold the state of the
+/// loops.
 struct Segment<'a, const PLAIN: bool, V, B: ?Sized, const N: usize, const M: usize> {
     bank: &'a mut LoopBank<V, N, M>,
     between: &'a mut B,
@@ -315,14 +315,14 @@ impl<const PLAIN: bool, V: ValveBank, B: Between + ?Sized, const N: usize, const
         for (sample, ((sp, load), measurement)) in self.played.iter_mut().zip(driven) {
             let Sample { pv, op, vp, .. } =
                 state.step::<PLAIN, B>(line, extras, self.between, sp, load, measurement);
-            // The arrays alone: a single lane would drag its padding along.
+            // The arrays alone: a single lane would copy its padding, too.
             (sample.sp.0, sample.pv.0, sample.op.0, sample.vp.0) = (sp.0, pv.0, op.0, vp.0);
         }
         *kept = state;
     }
 }
 
-/// Shows some samples in a row to a recorder.
+/// Passes some consecutive samples to a recorder.
 struct Record<'a, R, const N: usize> {
     recorder: &'a mut R,
     k: usize,
@@ -337,8 +337,8 @@ impl<R: Recorder<N>, const N: usize> Kernel for Record<'_, R, N> {
     }
 }
 
-/// Plays `samples` samples of `bank` and shows `recorder` those it wants to see. Only
-/// [plain](LoopBank::is_plain) banks may be played as `PLAIN`.
+/// Simulates `samples` samples of `bank` and passes the requested ones to `recorder`. Only
+/// [plain](LoopBank::is_plain) banks may be simulated as `PLAIN`.
 pub(super) fn play<
     const PLAIN: bool,
     V: ValveBank,
@@ -419,20 +419,20 @@ macro_rules! with_order {
 }
 pub(super) use with_order;
 
-/// Plays one loop and shows its samples to `recorder`.
+/// Simulates one loop and passes its samples to `recorder`.
 pub(super) fn play_one<R: Recorder<1>>(prepared: &Prepared<'_>, recorder: R) -> R {
     let settings = prepared.settings;
     let mut valve = settings.valve.clone();
     valve.restart(Start::at_rest(settings.op_rest));
     with_order!(prepared.process.order(), M => match valve.into_bare_model() {
-        // The commonest valve without a dispatch at every sample.
+        // The most common valve without a dispatch at every sample.
         Ok(AnyModel::TwoPhase(valve)) => play_with::<_, _, M>(prepared, valve, recorder),
         Ok(model) => play_with::<_, _, M>(prepared, model, recorder),
         Err(valve) => play_with::<_, _, M>(prepared, *valve, recorder),
     })
 }
 
-/// Plays one loop with `between` controller and valve, and shows its samples to `recorder`.
+/// Simulates one loop with `between` controller and valve, and passes its samples to `recorder`.
 pub(super) fn play_one_between<R: Recorder<1>>(
     prepared: &Prepared<'_>,
     between: &mut dyn Between,

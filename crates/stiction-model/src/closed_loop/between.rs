@@ -1,14 +1,13 @@
-//! What may stand between controller and valve.
+//! An element between controller and valve.
 
-/// What the integral action of the controller may do at a sample.
+/// Permission of the controller's integral action at a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum IntegralAction {
     /// It acts as usual.
     Acts,
-    /// It stands still.
+    /// It is frozen.
     Stops,
-    /// It acts, but the output that the controller would give without a control error stays within
-    /// these limits, percent of span.
+    /// It acts, but the controller output at zero control error stays within these limits, percent of span.
     Within {
         /// Lower limit.
         low: f64,
@@ -17,38 +16,38 @@ pub enum IntegralAction {
     },
 }
 
-/// What goes to the valve.
+/// The signal for the valve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sent {
     /// The signal that the valve receives, percent of span.
     pub signal: f64,
-    /// Whether the controller follows it, as one in manual mode does: its next output starts from the
-    /// signal. A controller without integral action has nothing to follow with and goes on as it is.
+    /// Whether the controller follows it, as in manual mode: its next output then starts from the signal. A
+    /// controller without integral action cannot follow and continues unchanged.
     pub tracked: bool,
 }
 
 impl Sent {
-    /// `signal`, with the controller unaware of it.
+    /// `signal`, without the controller following.
     pub fn added(signal: f64) -> Self {
         Self { signal, tracked: false }
     }
 
-    /// `signal`, with the controller following it.
+    /// `signal`, with the controller following.
     pub fn held(signal: f64) -> Self {
         Self { signal, tracked: true }
     }
 }
 
-/// Stands between the controller and the valve of a loop.
+/// An element between the controller and the valve of a loop.
 pub trait Between {
-    /// What the integral action may do at this sample. Asked before the controller answers.
+    /// Permission of the integral action at this sample. Called before the controller computes its output.
     fn integral(&mut self, sp: f64, pv: f64) -> IntegralAction;
 
-    /// What goes to the valve now that the controller has answered `op`.
+    /// The signal for the valve after the controller output `op`.
     fn send(&mut self, sp: f64, pv: f64, op: f64) -> Sent;
 }
 
-/// Nothing at all: the controller output is what the valve receives.
+/// No element: the valve receives the controller output.
 pub(super) struct Wire;
 
 impl Between for Wire {

@@ -9,23 +9,22 @@ use crate::error::{Error, Result, finite};
 use crate::simd::Lane;
 use crate::valve::{Assembly, Start, Valve};
 
-/// A slave loop under a master, such as a flow loop that serves a temperature.
+/// A slave loop under a master, such as a flow loop under a temperature loop.
 ///
 /// ```text
 /// master sp ──> master ──(+)── slave sp ──> slave loop ── slave PV ──> master process ──> master PV
 ///                 ^    slave.set_point                                                  │
 ///                 └─────────────────────────────────────────────────────────────────────┘
 /// ```
-/// The master's output is in units of the slave's PV. It adds to [`ClosedLoop::set_point`] of the
-/// slave, which is then the set point at the operating point. Both loops start at rest there.
+/// The master's output is in units of the slave's PV. It adds to [`ClosedLoop::set_point`] of the slave, which is
+/// then the set point at the operating point. Both loops start at rest there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cascade {
     /// The slave loop; its sample time and number of samples are those of the whole.
     pub slave: ClosedLoop,
     /// The master's controller: slave PV units per master PV unit.
     pub controller: Controller,
-    /// From the slave's PV to the master's, about the operating point. The slave's PV is taken to
-    /// hold over each sample.
+    /// From the slave's PV to the master's, around the operating point. The slave's PV is held over each sample.
     pub process: Process,
     /// Set point of the master, in its PV units.
     pub set_point: Signal,
@@ -33,14 +32,14 @@ pub struct Cascade {
     pub measurement: Vec<Signal>,
     /// The master's PV at the operating point.
     pub pv_rest: f64,
-    /// The master acts at every so many samples of the slave.
+    /// Samples of the slave per sample of the master.
     pub every: usize,
 }
 
-/// What a simulated cascade did, sample by sample of the slave.
+/// The result of a simulated cascade, sample by sample of the slave.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CascadeRun {
-    /// The slave loop; its set point is what the master asked for.
+    /// The slave loop; its set point is the output of the master.
     pub slave: Run,
     /// Set point of the master.
     pub sp: Vec<f64>,

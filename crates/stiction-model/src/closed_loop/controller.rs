@@ -4,10 +4,10 @@ use super::IntegralAction;
 use crate::error::{Error, Result, finite, non_negative, positive};
 use crate::simd::Lane;
 
-/// What keeps the integral from running away while the output is at a limit.
+/// Protection against integral windup at a limit of the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AntiWindup {
-    /// Nothing.
+    /// None.
     None,
     /// The integral stops while it would drive the output further past its limit.
     Clamping,
@@ -15,35 +15,34 @@ pub enum AntiWindup {
     BackCalculation(f64),
 }
 
-/// How the output is formed.
+/// Form of the algorithm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Form {
-    /// From the whole of error and integral.
+    /// From the whole error and integral.
     #[default]
     Positional,
-    /// From their changes, added to the last output. At a limit the last output is the limit
-    /// itself, so the integral cannot wind up.
+    /// From their changes, added to the last output. At a limit the last output is the limit itself, so the
+    /// integral cannot wind up.
     Velocity,
 }
 
-/// What the derivative acts on.
+/// Input of the derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DerivativeOn {
-    /// On the PV, so that set-point steps do not kick.
+    /// The PV, so that set-point steps do not kick.
     #[default]
     Pv,
-    /// On the control error.
+    /// The control error.
     Error,
 }
 
-/// How the controller begins.
+/// Initial state of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Handover {
-    /// With an empty integral: a control error that is there at the beginning kicks the output.
+    /// An empty integral: an initial control error kicks the output.
     #[default]
     Cold,
-    /// Without a bump: the integral is set so that the first output is the operating point, but
-    /// for one sample's integral action.
+    /// Bumpless: the first output is the operating point, except for one sample's integral action.
     Bumpless,
 }
 
@@ -83,7 +82,7 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// Filter factor of the derivative unless told otherwise: `Tf = Td / 10`.
+    /// Default filter factor of the derivative: `Tf = Td / 10`.
     pub const FILTER_FACTOR: f64 = 10.0;
 
     /// Proportional only: `kc` in percent per PV unit.
@@ -152,13 +151,13 @@ impl Controller {
         Ok(self)
     }
 
-    /// Chooses what the derivative acts on.
+    /// Sets the input of the derivative.
     pub fn with_derivative_on(mut self, what: DerivativeOn) -> Self {
         self.derivative_on = what;
         self
     }
 
-    /// Chooses how the output is formed.
+    /// Sets the form of the algorithm.
     pub fn with_form(mut self, form: Form) -> Self {
         self.form = form;
         self
@@ -183,13 +182,13 @@ impl Controller {
         Ok(self)
     }
 
-    /// Chooses how the controller begins.
+    /// Sets the initial state.
     pub fn with_handover(mut self, handover: Handover) -> Self {
         self.handover = handover;
         self
     }
 
-    /// The same controller with other gains, as in [`Controller::parallel`].
+    /// The same controller with different gains, as in [`Controller::parallel`].
     ///
     /// # Errors
     /// If a gain is not finite.
@@ -215,7 +214,7 @@ impl Controller {
         self.set_point_weight
     }
 
-    /// Whether nothing but proportional and integral action is asked of it.
+    /// Whether it has only proportional and integral action.
     pub(super) fn is_plain_pi(&self) -> bool {
         self.kd == 0.0
             && self.set_point_weight == 1.0
@@ -224,7 +223,7 @@ impl Controller {
     }
 }
 
-/// A controller about to take over: its settings, its sample time, and its first state.
+/// A controller at its start: its settings, its sample time, and its initial state.
 pub struct Engaged<'a> {
     settings: &'a Controller,
     sample_time: f64,
@@ -235,7 +234,7 @@ pub struct Engaged<'a> {
 }
 
 impl<'a> Engaged<'a> {
-    /// `settings` taking over at output `op`, set point `sp` and `pv`.
+    /// `settings` starting at output `op`, set point `sp` and `pv`.
     pub fn new(settings: &'a Controller, sample_time: f64, op: f64, sp: f64, pv: f64) -> Self {
         let proportional = match settings.handover {
             Handover::Cold => 0.0,
@@ -304,13 +303,13 @@ struct Pid {
     integral: f64,
     derivative: f64,
     proportional: f64,
-    /// What the derivative acted on last, if there was a sample.
+    /// Last input of the derivative, if there was a sample.
     slope_of: Option<f64>,
     output: f64,
 }
 
 impl<const N: usize> PidBank<N> {
-    /// So many controllers side by side.
+    /// This many controllers side by side.
     pub fn new(controllers: &[Engaged<'_>; N]) -> Self {
         Self(controllers.each_ref().map(Pid::new))
     }
@@ -321,7 +320,7 @@ impl<const N: usize> PidBank<N> {
         self.step_with(l, sp, pv, IntegralAction::Acts)
     }
 
-    /// The same, with the integral action acting as it may.
+    /// The same, with this permission of the integral action.
     #[inline(always)]
     pub(super) fn step_with(
         &mut self,
@@ -333,14 +332,14 @@ impl<const N: usize> PidBank<N> {
         self.0[l].step(sp, pv, integral)
     }
 
-    /// Lets the controller in lane `l` go on from `output` instead of its own last output.
+    /// Lets the controller in lane `l` continue from `output` instead of its own last output.
     pub fn track(&mut self, l: usize, output: f64) {
         self.0[l].track(output);
     }
 }
 
 impl PidBank<1> {
-    /// All that changes from sample to sample. What the derivative acted on is NaN before the first.
+    /// The part that changes from sample to sample. The input of the derivative is NaN before the first.
     pub(super) fn memory(&self) -> [f64; 5] {
         let [pid] = &self.0;
         let slope_of = pid.slope_of.unwrap_or(f64::NAN);
@@ -371,7 +370,7 @@ impl Pid {
             high,
             clamping: c.anti_windup == AntiWindup::Clamping,
             tracking: match c.anti_windup {
-                // Without integral action the integral is the operating point, which stays.
+                // Without integral action the integral is the operating point, which is constant.
                 AntiWindup::BackCalculation(time) if c.ki != 0.0 => ts / time,
                 _ => 0.0,
             },
@@ -396,7 +395,7 @@ impl Pid {
         let increment = match integral {
             IntegralAction::Acts => self.ki_ts * e,
             IntegralAction::Within { low, high } if self.ki_ts != 0.0 => {
-                // What is left of the output without an error.
+                // The output without an error.
                 let rest = self.integral + self.kp * (self.weight - 1.0) * sp;
                 (rest + self.ki_ts * e).max(low).min(high) - rest
             }
@@ -422,7 +421,7 @@ impl Pid {
         self.output
     }
 
-    /// Goes on from `output`, within its limits, if there is an integral to do it with.
+    /// Continues from `output`, within its limits, if there is integral action.
     fn track(&mut self, output: f64) {
         if self.ki_ts != 0.0 {
             let output = output.max(self.low).min(self.high);

@@ -5,8 +5,8 @@ use crate::simd::Lane;
 
 /// Counts the upward crossings of a level, in `N` signals side by side.
 ///
-/// A crossing counts once the signal rises above `level + band` after it was at or below
-/// `level - band`; its time is interpolated between the two samples about the threshold.
+/// A crossing counts once the signal rises above `level + band` after it was at or below `level - band`. Its time
+/// is interpolated between the two samples around the threshold.
 #[derive(Debug, Clone)]
 pub(super) struct Crossings<const N: usize> {
     low: Lane<N>,
@@ -40,7 +40,7 @@ impl<const N: usize> Crossings<N> {
         }
     }
 
-    /// Takes some samples in a row, the first of which is number `k`; `value` is that of a lane.
+    /// Records some consecutive samples, the first of which is number `k`; `value` is that of a lane.
     #[inline(always)]
     pub(super) fn take<S>(&mut self, k: usize, samples: &[S], value: impl Fn(&S, usize) -> f64) {
         let (mut armed, mut previous) = (self.armed, self.previous);
@@ -102,7 +102,7 @@ pub(super) fn range(signal: &[f64]) -> (f64, f64) {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)))
 }
 
-/// Half the peak-to-peak value of `signal` over its last half; NaN if it has one there.
+/// Half the peak-to-peak value of `signal` over its last half; NaN if it contains one there.
 pub(super) fn half_pp_of_last_half(signal: &[f64]) -> f64 {
     let (low, high) = range(&signal[signal.len() / 2..]);
     if signal.is_empty() { 0.0 } else { (high - low) / 2.0 }
@@ -111,9 +111,8 @@ pub(super) fn half_pp_of_last_half(signal: &[f64]) -> f64 {
 /// The mean period of `signal`, sampled every `sample_time` seconds: the mean time between upward
 /// crossings of the middle of its range. `None` if there are fewer than three.
 ///
-/// `noise_band` (in the signal's units, 0 for a clean signal) is how far the signal must fall below
-/// and rise above the middle for a crossing to count; three standard deviations of the noise is a
-/// good choice.
+/// `noise_band` (in the signal's units, 0 for a clean signal) is the distance by which the signal must fall below
+/// and rise above the middle for a crossing to count. Three standard deviations of the noise are a good choice.
 ///
 /// # Errors
 /// If the signal is empty or not finite, `sample_time` not positive, or `noise_band` negative.

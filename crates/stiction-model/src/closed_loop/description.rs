@@ -1,10 +1,10 @@
-//! A loop as it is described, before it runs.
+//! The description of a loop, before it runs.
 
 use super::{Controller, DeadTime, Process, SampledProcess, Signal, SignalSource};
 use crate::error::{Result, finite, non_negative};
 use crate::valve::Assembly;
 
-/// A control loop and what happens to it. Plain data; [`ClosedLoop::run`] simulates it.
+/// A control loop with its signals. Plain data; [`ClosedLoop::run`] simulates it.
 ///
 /// ```
 /// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};
@@ -30,9 +30,9 @@ pub struct ClosedLoop {
     pub controller: Controller,
     /// The valve; it starts at rest at [`ClosedLoop::op_rest`].
     pub valve: Assembly,
-    /// The process, about its operating point.
+    /// The process, around its operating point.
     pub process: Process,
-    /// What to do with a dead time that is not a whole number of samples.
+    /// Treatment of a dead time that is not a whole number of samples.
     pub dead_time: DeadTime,
     /// Time between samples, s.
     pub sample_time: f64,
@@ -131,7 +131,7 @@ impl ClosedLoop {
         })
     }
 
-    /// Standard deviation of the noise that is measured with the PV, in its units.
+    /// Standard deviation of the measurement noise of the PV, in its units.
     pub fn noise_sd(&self) -> f64 {
         let variance: f64 = self
             .measurement
@@ -141,8 +141,7 @@ impl ClosedLoop {
         variance.sqrt()
     }
 
-    /// Three standard deviations of what the measurement noise adds, and half a PV quantum: how
-    /// far the PV wanders without meaning it.
+    /// Noise amplitude of the PV: three standard deviations of the measurement noise, and half a PV quantum.
     pub(super) fn noise_band(&self) -> f64 {
         3.0 * self.noise_sd() + self.pv_quantum / 2.0
     }

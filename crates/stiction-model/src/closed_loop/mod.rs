@@ -5,9 +5,9 @@
 //!            ^                               load                measurement    │
 //!            └──────────────────────────────────────────────────────────────────┘
 //! ```
-//! One sample: the PV is read, the controller answers, the valve moves, and the process advances to
-//! the next sample with the valve position held. So with a PI controller, a first-order process and
-//! no disturbance the loop is
+//! One sample: the PV is read, the controller computes its output, the valve moves, and the process advances to the
+//! next sample with the valve position held. With a PI controller, a first-order process and no disturbance the
+//! loop is
 //! ```text
 //! e = sp - pv,  I = I + Kc/Ti Ts e,  op = Kc e + I,  vp = valve(op)
 //! pv(k+1) = a pv(k) + Kp (1 - a) vp(k - n),   a = exp(-Ts/tau),  n = theta/Ts

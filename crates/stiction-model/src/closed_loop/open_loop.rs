@@ -11,8 +11,7 @@ pub struct OpenLoop {
     pub valve: Assembly,
     /// Controller output, percent of span.
     pub input: Signal,
-    /// Where the valve starts at rest, percent of span; at the first value of the input if not
-    /// given.
+    /// Initial position of the valve at rest, percent of span; by default the first value of the input.
     pub start: Option<f64>,
     /// Time between samples, s.
     pub sample_time: f64,
@@ -20,7 +19,7 @@ pub struct OpenLoop {
     pub samples: usize,
 }
 
-/// What the valve of an [`OpenLoop`] did, sample by sample.
+/// The result of an [`OpenLoop`], sample by sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OpenLoopRun {
     /// Time between samples, s.

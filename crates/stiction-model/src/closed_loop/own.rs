@@ -1,4 +1,4 @@
-//! A loop with parts of one's own: any valve, controller or process.
+//! A loop with custom parts: any valve, controller or process.
 
 use super::bank::{AHEAD, Feeds, quantised, with_order};
 use super::controller::{Engaged, PidBank};
@@ -8,18 +8,18 @@ use crate::error::{Error, Result};
 use crate::simd::Lane;
 use crate::valve::{Start, Valve};
 
-/// A controller of one's own.
+/// A custom controller.
 pub trait OwnController {
-    /// Takes over at output `op`, set point `sp` and `pv`, to be asked every `sample_time` seconds.
+    /// Starts at output `op`, set point `sp` and `pv`, with `sample_time` seconds between executions.
     fn restart(&mut self, sample_time: f64, op: f64, sp: f64, pv: f64);
 
     /// The controller output (OP), percent of span, for the present set point and PV.
     fn step(&mut self, sp: f64, pv: f64) -> f64;
 }
 
-/// A process of one's own, about its operating point.
+/// A custom process, around its operating point.
 pub trait OwnProcess {
-    /// Begins at rest, to be advanced by `sample_time` seconds at a time.
+    /// Starts at rest; each step then advances by `sample_time` seconds.
     fn restart(&mut self, sample_time: f64);
 
     /// The PV, before the input of the present sample acts.
@@ -29,11 +29,11 @@ pub trait OwnProcess {
     fn advance(&mut self, input: f64);
 }
 
-/// Parts of one's own for a [`ClosedLoop`]; those that are `None` are the loop's.
+/// Custom parts for a [`ClosedLoop`]; `None` keeps the loop's own part.
 ///
-/// They are stepped one sample at a time, in the order and with the arithmetic of the loop's own parts: one that
-/// repeats a part of this library gives the same bits, only slower. A valve of one's own is any [`Valve`]; a
-/// physical one is [`StemValve`](crate::stem::StemValve).
+/// They are stepped one sample at a time, in the order and with the arithmetic of the loop's own parts. A part that
+/// repeats one of this library gives the same bits, but slower. A custom valve is any [`Valve`]; a physical one is
+/// [`StemValve`](crate::stem::StemValve).
 ///
 /// ```
 /// use stiction_model::closed_loop::{ClosedLoop, Controller, Own, Process};
@@ -63,11 +63,11 @@ pub trait OwnProcess {
 /// ```
 #[derive(Default)]
 pub struct Own<'a> {
-    /// In place of the controller.
+    /// Instead of the controller.
     pub controller: Option<&'a mut dyn OwnController>,
-    /// In place of the valve. It is restarted at rest at [`ClosedLoop::op_rest`].
+    /// Instead of the valve. It is restarted at rest at [`ClosedLoop::op_rest`].
     pub valve: Option<&'a mut dyn Valve>,
-    /// In place of the process with its dead time.
+    /// Instead of the process with its dead time.
     pub process: Option<&'a mut dyn OwnProcess>,
 }
 
@@ -117,15 +117,15 @@ impl<const M: usize> OwnProcess for Sampled<M> {
 }
 
 impl ClosedLoop {
-    /// Simulates the loop with parts of one's `own` in place of its parts, and keeps every sample.
+    /// Simulates the loop with the custom parts in `own`, and keeps every sample.
     ///
     /// # Errors
-    /// As [`ClosedLoop::run`]; also of the settings of a part that is replaced.
+    /// As [`ClosedLoop::run`]; also for the settings of a replaced part.
     pub fn run_with(&self, own: Own<'_>) -> Result<Run> {
         self.run_with_progress(own, || true)
     }
 
-    /// As [`ClosedLoop::run_with`], asking `goes_on` every few samples.
+    /// As [`ClosedLoop::run_with`], calling `goes_on` every few samples.
     ///
     /// # Errors
     /// As [`ClosedLoop::run_with`], and [`Error::Cancelled`].
@@ -164,7 +164,7 @@ impl ClosedLoop {
             }
             let [sp, load, measurement] = feeds.draw(AHEAD.min(self.samples - from));
             for ((sp, load), measurement) in sp.iter().zip(load).zip(measurement) {
-                // As `LoopState::step` of the bank has it.
+                // As in `LoopState::step` of the bank.
                 let pv = (process.output() + self.pv_rest) + measurement[0];
                 let pv = quantised(pv, self.pv_quantum);
                 let op = quantised(controller.step(sp[0], pv), self.op_quantum);

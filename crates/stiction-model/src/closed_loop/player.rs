@@ -1,4 +1,4 @@
-//! One closed loop, played sample by sample from outside.
+//! One closed loop, driven sample by sample from outside.
 
 use super::bank::{Each, LoopBank, with_order};
 use super::between::{Between, Wire};
@@ -8,7 +8,7 @@ use crate::error::{Error, Result, finite};
 use crate::simd::Lane;
 use crate::valve::{Assembly, Start, Valve};
 
-/// A closed loop that waits for what drives it, one sample at a time.
+/// A closed loop whose external signals are given one sample at a time.
 ///
 /// It gives the bits of [`ClosedLoop::run`], which runs the same code.
 ///
@@ -30,11 +30,11 @@ use crate::valve::{Assembly, Start, Valve};
 /// }
 /// # Ok::<(), stiction_model::Error>(())
 /// ```
-/// Its valve is a data-driven one, or any other that [`ClosedLoop::player_of`] was given.
+/// Its valve is a data-driven one, or any other given to [`ClosedLoop::player_of`].
 #[derive(Debug, Clone)]
 pub struct Player<V = Assembly>(Bank<V>);
 
-/// What a [`Player`] did at one sample.
+/// The result of a [`Player`] at one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Played {
     /// Measured process value.
@@ -47,7 +47,7 @@ pub struct Played {
 
 type One<V, const M: usize> = LoopBank<Each<V, 1>, 1, M>;
 
-/// A loop with room for the states of its process.
+/// A loop for the states of its process.
 #[derive(Debug, Clone)]
 enum Bank<V> {
     Of1(Box<One<V, 1>>),
@@ -89,8 +89,8 @@ impl<V> From<One<V, 8>> for Bank<V> {
 }
 
 impl ClosedLoop {
-    /// This loop before its first sample. Its signals are left out, but for the first set point, which
-    /// a bumpless controller starts from: [`Player::step`] is told what they are.
+    /// This loop before its first sample. Its signals are left out, except for the first set point, from which a
+    /// bumpless controller starts: [`Player::step`] gets them.
     ///
     /// # Errors
     /// As [`ClosedLoop::run`].
@@ -103,8 +103,8 @@ impl ClosedLoop {
         })))
     }
 
-    /// As [`player`](Self::player) with `valve` in place of the loop's own, from rest at [`ClosedLoop::op_rest`]; what
-    /// stands between controller and valve may act on the controller ([`Player::step_between`]).
+    /// As [`player`](Self::player) with `valve` instead of the loop's own, from rest at [`ClosedLoop::op_rest`]. An
+    /// element between controller and valve may act on the controller ([`Player::step_between`]).
     ///
     /// # Errors
     /// As [`ClosedLoop::run`].
@@ -118,16 +118,16 @@ impl ClosedLoop {
 }
 
 impl<V: Valve + Clone> Player<V> {
-    /// Plays one sample: `load` adds to the valve position, `measurement` to the PV.
+    /// Simulates one sample: `load` adds to the valve position, `measurement` to the PV.
     ///
     /// # Errors
-    /// If one of them is not finite; then nothing has happened.
+    /// If one of them is not finite; the state is then unchanged.
     pub fn step(&mut self, sp: f64, load: f64, measurement: f64) -> Result<Played> {
         self.step_between(sp, load, measurement, &mut Wire)
     }
 
-    /// Plays one sample with something between controller and valve, such as a compensator, or a hand. It can act on the
-    /// controller of a player of [`ClosedLoop::player_of`] only.
+    /// Simulates one sample with an element between controller and valve, such as a compensator, or manual control.
+    /// It can act on the controller only of a player from [`ClosedLoop::player_of`].
     ///
     /// # Errors
     /// As [`step`](Self::step).
@@ -151,14 +151,14 @@ impl<V: Valve + Clone> Player<V> {
         with_bank!(&self.0, one => one.valve())
     }
 
-    /// The valve, to go on with another in its place.
+    /// The valve, for replacing it.
     pub fn valve_mut(&mut self) -> &mut V {
         with_bank!(&mut self.0, one => one.valve_mut())
     }
 
-    /// Goes on from where a loop with other settings is, but for the valve: the integral of its controller, the states of
-    /// its process, what is under way in the dead time. False, and nothing is taken, from a process with another number
-    /// of states.
+    /// Continues from the state of a loop with other settings, except for the valve: the integral of its
+    /// controller, the states of its process, the contents of the dead time. Returns false, and changes nothing, if
+    /// the process has a different number of states.
     pub fn take_over(&mut self, other: &Self) -> bool {
         match (&mut self.0, &other.0) {
             (Bank::Of1(own), Bank::Of1(other)) => own.take_over(other),
@@ -172,17 +172,17 @@ impl<V: Valve + Clone> Player<V> {
 }
 
 impl Player {
-    /// What the loop remembers between samples, as plain numbers.
+    /// The memory of the loop between samples, as plain numbers.
     pub fn memory(&self) -> Vec<f64> {
         let mut memory = self.valve().memory().to_vec();
         with_bank!(&self.0, one => one.remember(&mut memory));
         memory
     }
 
-    /// Goes on from what a loop with the same settings remembered.
+    /// Continues from the memory of a loop with the same settings.
     ///
     /// # Errors
-    /// If that was another kind of loop.
+    /// If that was a different kind of loop.
     pub fn recall(&mut self, memory: &[f64]) -> Result<()> {
         let expected = self.memory().len();
         let Some((valve, rest)) =

@@ -29,7 +29,7 @@ enum Dynamics {
     },
 }
 
-/// What to do with a dead time that is not a whole number of samples.
+/// Treatment of a dead time that is not a whole number of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DeadTime {
     /// Sample it exactly: within a sample the process first still sees the older input.
@@ -40,8 +40,8 @@ pub enum DeadTime {
 }
 
 impl Process {
-    /// The highest order a process may have. Above it a transfer function no longer determines its
-    /// dynamics in floating point.
+    /// The highest order of a process. Above it a transfer function no longer determines its dynamics in floating
+    /// point.
     pub const MAX_ORDER: usize = 8;
 
     /// First order plus dead time: `gain exp(-dead_time s) / (tau s + 1)`; times in s.
@@ -115,7 +115,7 @@ impl Process {
         Ok(Self { dynamics, dead_time: non_negative("process dead time", dead_time)? })
     }
 
-    /// The same with so much more dead time, s; what is not above 0 adds none.
+    /// The same with additional dead time, s; values not above 0 add none.
     #[must_use]
     pub fn delayed(mut self, by: f64) -> Self {
         self.dead_time += by.max(0.0);
@@ -167,7 +167,7 @@ impl Process {
             )));
         }
         let nearest = samples.round();
-        // A quotient such as 1.07 / 0.01 is a whole number but for rounding.
+        // A quotient such as 1.07 / 0.01 is a whole number except for rounding.
         let whole = dead_time == DeadTime::Nearest || (samples - nearest).abs() < 1e-9;
         let delay = if whole { nearest } else { samples.floor() };
         let (a, newer, older) = if whole {
@@ -191,7 +191,7 @@ impl Process {
         Ok(SampledProcess { a, newer, older, through, delay: delay as usize })
     }
 
-    /// What of the input appears in the output at once, but for the dead time.
+    /// Direct feedthrough from input to output, apart from the dead time.
     fn through(&self) -> f64 {
         match &self.dynamics {
             Dynamics::TransferFunction { num, .. } => num[0],
@@ -199,8 +199,8 @@ impl Process {
         }
     }
 
-    /// Rows of the state transition over `duration`, and the response to a unit input held so
-    /// long, both in the observable form: the output is the first state.
+    /// Rows of the state transition over `duration`, and the response to a unit input held as long, both in the
+    /// observable form: the output is the first state.
     fn flow(&self, duration: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
         match &self.dynamics {
             Dynamics::FirstOrder { gain, tau } => {
@@ -254,7 +254,7 @@ impl SampledProcess {
         self.delay
     }
 
-    /// What it makes of an input, sample by sample, from rest at zero on.
+    /// Its response to an input, sample by sample, from rest at zero on.
     pub fn answer(&self, input: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let mut process = ProcessBank::<1, { Process::MAX_ORDER }>::new([self]);
         let mut late = DelayLine::new([self.delay]);
@@ -306,7 +306,7 @@ impl<const N: usize, const M: usize> ProcessBank<N, M> {
         self.state[0][l] + self.through[l] * self.input[l]
     }
 
-    /// All that changes from sample to sample.
+    /// The part that changes from sample to sample.
     pub(super) fn states(&self) -> impl Iterator<Item = &Lane<N>> {
         self.state.iter().chain([&self.input])
     }
@@ -346,7 +346,7 @@ pub struct DelayLine<const N: usize> {
 }
 
 impl<const N: usize> DelayLine<N> {
-    /// A delay of so many samples in each lane.
+    /// A delay of this many samples in each lane.
     pub fn new(delay: [usize; N]) -> Self {
         let longest = delay.iter().copied().max().unwrap_or(0);
         let ring = vec![Lane::splat(0.0); (longest + 1).next_power_of_two()];
@@ -364,7 +364,7 @@ impl<const N: usize> DelayLine<N> {
         (1..=self.ring.len()).map(move |age| &self.ring[self.head.wrapping_sub(age) & mask])
     }
 
-    /// Puts other inputs in their place, the newest first.
+    /// Replaces the inputs, the newest first.
     pub(super) fn refill(&mut self, mut input: impl FnMut() -> Lane<N>) {
         self.head = 0;
         self.ring.iter_mut().rev().for_each(|v| *v = input());
@@ -376,7 +376,7 @@ impl<const N: usize> DelayLine<N> {
         let mask = self.ring.len() - 1;
         let head = self.head;
         self.head = head.wrapping_add(1);
-        // The arrays alone: a single lane would drag its padding along.
+        // The arrays alone: a single lane would copy its padding, too.
         self.ring[head & mask].0 = v.0;
         let row = |delay: usize| head.wrapping_sub(delay) & mask;
         if COMMON {

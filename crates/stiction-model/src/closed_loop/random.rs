@@ -6,8 +6,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// A stream of standard normal numbers that depends on its seed only.
 ///
-/// Version 1: xoshiro256++ seeded by SplitMix64, normal numbers by the ziggurat method. A change
-/// of either is a new version and is named in the change log.
+/// Version 1: xoshiro256++ seeded by SplitMix64, normal numbers by the ziggurat method. A change of either is a new
+/// version and is listed in the change log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalStream(Xoshiro256PlusPlus);
 

@@ -18,7 +18,7 @@ impl Wave {
     /// The value at `phase`, counted in periods.
     fn at(self, mut phase: f64) -> f64 {
         if self == Self::Square {
-            // An edge at a whole number of samples must not slip by rounding.
+            // An edge at a whole number of samples must not shift by rounding.
             phase += phase.abs() * 1e-12;
         }
         let p = phase - phase.floor();
@@ -33,7 +33,7 @@ impl Wave {
     }
 }
 
-/// What a signal does over time. Values are in the units of whatever the signal drives.
+/// A signal over time. Values are in the units of the driven quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Signal {
     /// Always the same value.
@@ -42,7 +42,7 @@ pub enum Signal {
     Periodic {
         /// Shape of one period.
         wave: Wave,
-        /// Value about which it swings.
+        /// Mean value.
         mean: f64,
         /// Half its peak-to-peak value.
         amplitude: f64,
@@ -73,7 +73,7 @@ pub enum Signal {
         /// Number of stairs up.
         steps: u32,
     },
-    /// Gaussian noise about zero: white, or of the first order.
+    /// Gaussian noise around zero: white, or of the first order.
     Noise {
         /// Standard deviation.
         sd: f64,
@@ -108,7 +108,7 @@ impl Signal {
         Ok((0..n).map(|_| source.draw()).collect())
     }
 
-    /// The signal as a stream of samples, one every `sample_time` seconds, good for `n` of them.
+    /// The signal as a stream of samples, one every `sample_time` seconds, for `n` of them.
     ///
     /// # Errors
     /// If a number is not finite, a duration or a standard deviation is negative, a period or a
@@ -190,7 +190,7 @@ impl Signal {
 #[derive(Debug, Clone, PartialEq)]
 enum State {
     None,
-    /// The step that comes next.
+    /// The next step.
     Next(usize),
     /// The present value of a first-order noise: `value = keep value + fresh N(0, 1)`.
     Noise {
@@ -201,7 +201,7 @@ enum State {
     },
 }
 
-/// A [`Signal`] being sampled.
+/// A [`Signal`] during sampling.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignalSource {
     signal: Signal,
@@ -230,7 +230,7 @@ impl SignalSource {
             }
             (Signal::Steps(steps), state) => {
                 let State::Next(next) = state else { return 0.0 };
-                // A step given at a whole number of samples must not slip by rounding.
+                // A step at a whole number of samples must not shift by rounding.
                 while steps.get(*next).is_some_and(|(at, _)| *at <= t * (1.0 + 1e-12)) {
                     *next += 1;
                 }

@@ -1,4 +1,4 @@
-//! Simulating a loop, and what it did.
+//! Simulation of a loop, and its result.
 
 use super::bank::{Recorder, Sample, play_one, play_one_between};
 use super::between::Between;
@@ -15,13 +15,13 @@ impl ClosedLoop {
         Ok(play_one(&self.prepare()?, self.empty_run()))
     }
 
-    /// Simulates the loop with something between its controller and its valve. [`Run::op`] is then
-    /// what the controller gives, not what the valve receives.
+    /// Simulates the loop with an element between its controller and its valve. [`Run::op`] is then the controller
+    /// output, not the signal for the valve.
     pub(crate) fn run_between(&self, between: &mut dyn Between) -> Result<Run> {
         Ok(play_one_between(&self.prepare()?, between, self.empty_run()))
     }
 
-    /// A run with room for all samples.
+    /// A run with storage for all samples.
     pub(super) fn empty_run(&self) -> Run {
         let column = || Vec::with_capacity(self.samples);
         Run {
@@ -35,12 +35,12 @@ impl ClosedLoop {
     }
 }
 
-/// What a simulated loop did, sample by sample; sample `k` is at time `k sample_time`.
+/// The result of a simulated loop, sample by sample; sample `k` is at time `k sample_time`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
     /// Time between samples, s.
     pub sample_time: f64,
-    /// How far the PV wanders by noise and quantisation alone, in its units.
+    /// Noise amplitude of the PV, including quantisation, in its units.
     pub noise_band: f64,
     /// Set point.
     pub sp: Vec<f64>,
@@ -79,8 +79,8 @@ impl Run {
         cycle::half_pp_of_last_half(signal)
     }
 
-    /// Peak-to-peak value of the PV in the last quarter of the run over that in the quarter before:
-    /// 1 for a sustained cycle, less for one that dies out. `None` if the PV does not move.
+    /// Peak-to-peak value of the PV in the last quarter of the run over that in the quarter before: 1 for a
+    /// sustained cycle, less for a decaying one. `None` if the PV does not move.
     pub fn growth(&self) -> Option<f64> {
         let n = self.pv.len();
         let width = |from: usize, to: usize| {

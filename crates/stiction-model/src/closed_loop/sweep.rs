@@ -10,7 +10,7 @@ use crate::simd::{LANES, Lane, Width};
 use crate::valve::lanes::{HeLanes, LaneValve, TwoPhaseLanes};
 use crate::valve::{AnyModel, Assembly, Start, Valve};
 
-/// What a loop did over the last half of its samples.
+/// The statistics of a loop over the last half of its samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statistics {
     /// Mean time between upward crossings of the set point by the PV, s; `None` if there are fewer
@@ -28,7 +28,7 @@ pub struct Statistics {
     pub error_rms: f64,
     /// Mean absolute control error: IAE per second.
     pub error_abs: f64,
-    /// Way travelled by the valve, percent per second.
+    /// Valve travel, percent per second.
     pub travel_per_s: f64,
 }
 
@@ -52,7 +52,7 @@ impl<const N: usize> Gather<N> {
         let empty = [Lane::splat(f64::INFINITY), Lane::splat(f64::NEG_INFINITY)];
         Self {
             from: loops[0].settings.samples / 2,
-            // The control error is crossed downwards where the PV crosses the set point upwards.
+            // The control error crosses downwards where the PV crosses the set point upwards.
             crossings: Crossings::new(
                 Lane::splat(0.0),
                 Lane(loops.map(|l| l.settings.noise_band())),
@@ -95,7 +95,7 @@ impl<const N: usize> Recorder<N> for Gather<N> {
 
     #[inline(always)]
     fn take(&mut self, k: usize, samples: &[Sample<N>]) {
-        // Copies of their own: they stay in registers.
+        // Local copies stay in registers.
         let (mut op, mut vp, mut pv) = (self.op, self.vp, self.pv);
         let (mut sum, mut sum_sq, mut sum_abs) = (self.sum, self.sum_sq, self.sum_abs);
         let (mut travel, mut previous) = (self.travel, self.previous);
@@ -109,7 +109,7 @@ impl<const N: usize> Recorder<N> for Gather<N> {
                 sum_sq[l] += e * e;
                 sum_abs[l] += e.abs();
                 let step = (sample.vp[l] - previous[l]).abs();
-                // Nothing was before the first sample.
+                // The first sample has no predecessor.
                 travel[l] += if step >= 0.0 { step } else { 0.0 };
                 previous[l] = sample.vp[l];
             }
@@ -141,7 +141,7 @@ impl ClosedLoop {
     }
 }
 
-/// Which kind of valve bank a loop needs, so that loops of one kind can share a block.
+/// Kind of valve bank that a loop needs, so that loops of one kind can share a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     TwoPhase,
@@ -164,7 +164,7 @@ impl<L: LaneValve> ValveBank for L {
     }
 }
 
-/// Plays a block of loops with these valves.
+/// Simulates a block of loops with these valves.
 fn play_with<V: ValveBank, const M: usize>(
     width: Width,
     loops: [&Prepared<'_>; LANES],
@@ -180,19 +180,16 @@ fn play_with<V: ValveBank, const M: usize>(
     }
 }
 
-/// Simulates all `loops`, which may differ in everything but their number of samples, and returns
-/// their statistics in the same order. The results are those of [`ClosedLoop::statistics`], bit for
-/// bit, on any number of threads.
+/// Simulates all `loops`, which may differ in everything except their number of samples, and returns their
+/// statistics in the same order. The results are those of [`ClosedLoop::statistics`], bit for bit, on any number of
+/// threads.
 ///
-/// Sixteen loops at a time share a processor core. Loops with a bare [`TwoPhase`] or [`He`] valve
-/// are the fastest; a load or noise that differs from sample to sample costs the time to draw it.
-///
-/// [`TwoPhase`]: crate::valve::TwoPhase
-/// [`He`]: crate::valve::He
+/// Sixteen loops at a time share a processor core. Loops with a bare [`TwoPhase`](crate::valve::TwoPhase) or
+/// [`He`](crate::valve::He) valve are the fastest. A load or noise that differs from sample to sample needs the time to
+/// compute it.
 ///
 /// # Errors
-/// If a loop has a setting out of range ([`Error::InLoop`] tells which), or their numbers of
-/// samples differ.
+/// If a loop has a setting out of range ([`Error::InLoop`] names it), or their numbers of samples differ.
 pub fn sweep(loops: &[ClosedLoop]) -> Result<Vec<Statistics>> {
     let in_loop = |index: usize| move |source| Error::InLoop { index, source: Box::new(source) };
     if let Some(index) = loops.iter().position(|l| l.samples != loops[0].samples) {
@@ -208,8 +205,7 @@ pub fn sweep(loops: &[ClosedLoop]) -> Result<Vec<Statistics>> {
         .map(|(index, settings)| settings.prepare().map_err(in_loop(index)))
         .collect::<Result<_>>()?;
 
-    // Blocks of loops alike: in valve and order because they must be, in delay because equal
-    // delays are read fastest.
+    // Blocks of similar loops: in valve and order by necessity, in delay because equal delays are read fastest.
     let mut order: Vec<usize> = (0..loops.len()).collect();
     let alike = |i: &usize| {
         let process = &prepared[*i].process;
@@ -233,7 +229,7 @@ pub fn sweep(loops: &[ClosedLoop]) -> Result<Vec<Statistics>> {
     Ok(statistics.into_iter().map(|(_, statistics)| statistics).collect())
 }
 
-/// Plays up to sixteen loops of one kind. Lanes without a loop of their own repeat the last.
+/// Simulates up to sixteen loops of one kind. Lanes without a loop repeat the last one.
 fn play_block(width: Width, block: &[usize], prepared: &[Prepared<'_>]) -> Vec<Statistics> {
     let loops: [&Prepared<'_>; LANES] =
         std::array::from_fn(|l| &prepared[block[l.min(block.len() - 1)]]);

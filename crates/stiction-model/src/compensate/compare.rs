@@ -9,24 +9,24 @@ use crate::parallel::*;
 /// The longest run, samples: several of this length together take gigabytes.
 const MOST_SAMPLES: f64 = 1e7;
 
-/// What every method goes through.
+/// The protocol for every method.
 ///
 /// ```text
 /// 0         from_s        from_s + settle_s   + window_s          + step_s        + step_s
-/// |  OP as it is  | compensated, settling |  measured  | set-point step | load step |
+/// | OP unchanged  | compensated, settling |  measured  | set-point step | load step |
 /// ```
-/// Set point and loads are those of the loop until the steps, which add to them.
+/// Set point and loads are those of the loop, plus the steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct CompareOptions {
     /// When the compensator is switched on, s.
     #[cfg_attr(feature = "serde", serde(rename = "on_s"))]
     pub from_s: f64,
-    /// How long it is left alone before it is measured, s.
+    /// Time between switching on and the measurement, s.
     pub settle_s: f64,
-    /// Length of the window in which it is measured, s.
+    /// Length of the measurement window, s.
     pub window_s: f64,
-    /// Time given to each step, s.
+    /// Time after each step, s.
     pub step_s: f64,
     /// Height of the set-point step, in PV units.
     pub set_point_step: f64,
@@ -44,8 +44,8 @@ pub struct CompareOptions {
 }
 
 impl Default for CompareOptions {
-    /// On at 200 s, left alone for 200 s, measured for 200 s; steps of 2 PV units and 2 %, each given
-    /// 200 s to settle within 0.5 PV units; S and J wrong by 50 %; noise of 0.1.
+    /// On at 200 s, undisturbed for 200 s, measured for 200 s. Steps of 2 PV units and 2 %, each with 200 s to
+    /// settle within 0.5 PV units. S and J wrong by 50 %, noise of 0.1.
     fn default() -> Self {
         Self {
             from_s: 200.0,
@@ -73,7 +73,7 @@ impl CompareOptions {
             non_negative(name, time)?;
         }
         positive("length of the window", self.window_s)?;
-        positive("time given to a step", self.step_s)?;
+        positive("time after a step", self.step_s)?;
         finite("set-point step", self.set_point_step)?;
         finite("load step", self.load_step)?;
         if !(0.0..1.0).contains(&self.error) {
@@ -86,7 +86,7 @@ impl CompareOptions {
         Ok(())
     }
 
-    /// When the window, the set-point step and the load step begin, and when all ends, s.
+    /// Start times of the window, the set-point step and the load step, and the end of the run, s.
     pub fn times(&self) -> [f64; 4] {
         let window = self.from_s + self.settle_s;
         let set_point = window + self.window_s;
@@ -108,7 +108,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// What is known is right, and nothing added.
+    /// Correct S and J, without noise.
     pub const NOMINAL: Self = Self { s_factor: 1.0, j_factor: 1.0, noise: false };
 
     /// The cases of a comparison.
@@ -126,7 +126,7 @@ impl Case {
     }
 }
 
-/// What came of a case.
+/// The result of a case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct CompensatorOutcome {
@@ -136,10 +136,10 @@ pub struct CompensatorOutcome {
     /// Measures in the window.
     #[cfg_attr(feature = "serde", serde(flatten))]
     pub measures: Measures,
-    /// Mean absolute control error in the time given to the set-point step, in PV units.
+    /// Mean absolute control error during the time after the set-point step, in PV units.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub set_point_iae_per_s: f64,
-    /// The same in the time given to the load step.
+    /// The same during the time after the load step.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub load_iae_per_s: f64,
     /// Time to settle after the set-point step, s; `None` if it did not.
@@ -151,16 +151,16 @@ pub struct CompensatorOutcome {
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// The method; `None` for the loop as it is.
+    /// The method; `None` for the uncompensated loop.
     pub method: Option<Method>,
-    /// The parameters it was given, in the nominal case.
+    /// Its parameters in the nominal case.
     pub parameters: Vec<Number>,
-    /// The nominal case first, then S and J less and more than what is known by the relative error
-    /// (less, less), (less, more), (more, less), (more, more), then with noise.
+    /// The nominal case first, then S and J below and above their estimates by the relative error (below, below),
+    /// (below, above), (above, below), (above, above), then with noise.
     pub outcomes: Vec<CompensatorOutcome>,
 }
 
-/// A [`Row`] in a document: beside an action that its reader names.
+/// A [`Row`] in a document, beside its action.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 struct RowDocument {
@@ -197,14 +197,14 @@ impl Row {
         &self.outcomes[0]
     }
 
-    /// The largest value of a quantity in the cases without noise: what wrong S and J can cost. Infinite if it
+    /// The largest value of a quantity in the cases without noise: the cost of wrong S and J. Infinite if it
     /// overflows in one of them.
     pub fn worst(&self, quantity: impl Fn(&CompensatorOutcome) -> f64) -> f64 {
         let values = self.quiet().map(quantity);
         values.map(|value| if value.is_nan() { f64::INFINITY } else { value }).fold(0.0, f64::max)
     }
 
-    /// The largest mean control error of the cases without noise: what actions are ranked by.
+    /// The largest mean control error of the cases without noise, by which actions are ranked.
     pub fn worst_iae_per_s(&self) -> f64 {
         self.worst(|outcome| outcome.measures.iae_per_s)
     }
@@ -228,21 +228,20 @@ impl Row {
 /// A table of methods.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// The loop as it is first, then the methods in the order asked for.
+    /// The uncompensated loop first, then the methods in the given order.
     pub rows: Vec<Row>,
 }
 
 impl Comparison {
-    /// By how much `row` divides the PV standard deviation of the loop as it is; infinite if nothing is
-    /// left of it.
+    /// Factor by which `row` lowers the PV standard deviation of the uncompensated loop; infinite if it becomes
+    /// zero.
     pub fn reduction(&self, row: &Row) -> f64 {
         self.rows[0].nominal().measures.pv_std / row.nominal().measures.pv_std
     }
 }
 
-/// Runs `methods` on `plant`, with parameters chosen from what is `known`, nominally, with wrong S and J,
-/// and with noise. The number of samples of the loop is that of the options; its controller and sample
-/// time are its own, whatever is known of them.
+/// Runs `methods` on `plant`, with parameters from `known`, nominally, with wrong S and J, and with noise. The
+/// number of samples comes from the options. Controller and sample time are those of `plant`, not those in `known`.
 ///
 /// ```
 /// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};
@@ -263,7 +262,7 @@ impl Comparison {
 /// ```
 ///
 /// # Errors
-/// If the loop, what is known, or an option is out of range; the message names it.
+/// If the loop, `known`, or an option is out of range; the message names it.
 pub fn compare(
     plant: &ClosedLoop,
     known: &Knowledge,
@@ -273,8 +272,8 @@ pub fn compare(
     compare_with_progress(plant, known, methods, options, || true)
 }
 
-/// [`compare`], watched: `done` is called after every simulation, and gives up the rest by `false`. There are six
-/// for each method, and two for the loop as it is.
+/// [`compare`] with progress: `done` is called after every simulation, and `false` cancels the rest. There are six
+/// for each method, and two for the uncompensated loop.
 ///
 /// # Errors
 /// As [`compare`]; and [`Error::Cancelled`].
@@ -288,12 +287,12 @@ pub fn compare_with_progress(
     options.check()?;
     let [_, set_point_at, load_at, end] = options.times();
     let mut plant = plant.clone();
-    // All of the last part, whatever is rounded.
+    // All of the last part, including rounding.
     let samples = (end / plant.sample_time - 1e-9).ceil();
     if !(samples <= MOST_SAMPLES) {
         return Err(Error::Inconsistent(format!(
-            "a run of {end} s is {samples:e} samples, more than {MOST_SAMPLES:e}; shorten the parts of the run, or \
-             take a longer sample time"
+            "a run of {end} s has {samples:e} samples, more than {MOST_SAMPLES:e}; shorten the parts of the run, \
+             or increase the sample time"
         )));
     }
     plant.samples = samples as usize;
@@ -311,7 +310,7 @@ pub fn compare_with_progress(
     let cases = Case::all(options);
     let rows: Vec<Option<Method>> =
         std::iter::once(None).chain(methods.iter().copied().map(Some)).collect();
-    // What is known makes no difference to the loop as it is: that is run once without noise.
+    // The estimates do not affect the uncompensated loop, so it runs once without noise.
     let jobs: Vec<(Option<Method>, Case)> = rows
         .iter()
         .flat_map(|method| cases.map(|case| (*method, case)))
@@ -338,7 +337,7 @@ pub fn compare_with_progress(
     Ok(Comparison { rows: rows.into_iter().filter_map(row).collect() })
 }
 
-/// Runs one case; the parameters are those that the method was given.
+/// Runs one case with the parameters of the method.
 fn outcome(
     plant: &ClosedLoop,
     known: &Knowledge,
@@ -352,7 +351,7 @@ fn outcome(
         noise_sd: known.noise_sd.hypot(if case.noise { options.noise_sd } else { 0.0 }),
         ..known.clone()
     };
-    // Never switched on, any method leaves the loop as it is.
+    // Without being switched on, any method leaves the loop unchanged.
     let mut compensator = method.unwrap_or(Method::Knocker).automatic(&assumed)?;
     let parameters = method.map_or_else(Vec::new, |_| compensator.parameters());
     let from_s = if method.is_some() { options.from_s } else { f64::INFINITY };

@@ -4,8 +4,8 @@ use super::{Compensator, Instant, Method, Sent, sign};
 use crate::Number;
 use crate::error::{Result, non_negative};
 
-/// Ivan and Lakshminarayanan's constant reinforcement: a constant added to the OP, in the direction in
-/// which the OP moves.
+/// Ivan and Lakshminarayanan's constant reinforcement: a constant added to the OP, in the direction of its
+/// movement.
 ///
 /// # What it does
 /// At every reversal of the OP the signal jumps across part of the band, so the stem waits less.
@@ -15,24 +15,24 @@ use crate::error::{Result, non_negative};
 /// ```text
 /// signal = u_c + a sgn(u_c(t) - u_c(t - 1))        sgn(0) = 0
 /// ```
-/// The sample before the first is the last at which the OP went to the valve as it is.
+/// The sample before the first one is the last at which the OP went to the valve unchanged.
 ///
 /// # Assumptions
 /// The OP is free of noise, or its noise is smaller than its movement from sample to sample.
 ///
 /// # Limits
-/// Noise turns the constant into a rattle of `2 a`; the stem travels several times as far as without
-/// compensation even where there is none.
+/// Noise turns the constant into a rattle of `2 a`. The stem then travels several times as far as without
+/// compensation, even without stiction.
 ///
 /// # Deviations from the paper
-/// The form is recalled, not read. That `a` follows from the estimated band is theirs, the factor in
+/// The form is recalled, not read. The dependence of `a` on the estimated band is theirs, the factor in
 /// [`Method::automatic`] is ours.
 ///
 /// # References
 /// L. Z. X. Ivan, S. Lakshminarayanan (2009).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConstantReinforcement {
-    /// What is added `a`, percent of span.
+    /// The added constant `a`, percent of span.
     pub amplitude: f64,
 }
 

@@ -4,30 +4,29 @@ use super::{Compensator, Instant, IntegralAction, Method, Sent};
 use crate::Number;
 use crate::error::{Result, non_negative};
 
-/// Integral action that stands still while the control error is small: an option of many industrial
-/// controllers.
+/// Integral action that is frozen while the control error is small: an option of many industrial controllers.
 ///
 /// # What it does
-/// In a stiction cycle it is the integral that pushes the stem off its place. If it rests while the PV
-/// is near enough to the set point, a stem that happens to stop there is left there.
+/// In a stiction cycle the integral pushes the stem away. If the integral is frozen while the PV is near its set
+/// point, a stem that happens to stop there stays there.
 ///
 /// # Equations
 /// ```text
-/// |sp - pv| <= zone:   the integral stands still
+/// |sp - pv| <= zone:   the integral is frozen
 /// otherwise:           it acts
 /// signal = op
 /// ```
 ///
 /// # Assumptions
-/// Some position that the stem can stop at holds the PV within the zone: the zone must be wider than
-/// the process gain times half a slip.
+/// Some possible rest position of the stem holds the PV within the zone: the zone must be wider than the process
+/// gain times half a slip.
 ///
 /// # Limits
-/// A control error up to the zone stays. An integrating process drifts across the zone as long as stem
-/// and load do not balance, so there the cycle goes on, slower.
+/// A control error up to the zone stays. An integrating process drifts across the zone as long as stem and load do
+/// not balance, so its cycle continues, but slower.
 ///
 /// # Deviations from the paper
-/// It is practice without a paper; the choice of the zone in [`Method::automatic`] is ours.
+/// It is common practice without a paper; the choice of the zone in [`Method::automatic`] is ours.
 ///
 /// # References
 /// None.

@@ -5,29 +5,29 @@ use super::{Compensator, Instant, IntegralAction, Method, Sent};
 use crate::Number;
 use crate::error::{Result, finite, non_negative, positive};
 
-/// Integral action limited to a range about the steady OP: a reset limit as some controllers offer it.
+/// Integral action limited to a range around the steady OP: a reset limit, as some controllers have it.
 ///
 /// # What it does
-/// The integral may not push further than the range. If that is less than what breaks the stem away,
-/// the stem stays, and with it the cycle.
+/// The integral cannot push beyond the range. If that is too little to break the stem away, the stem stays and the
+/// cycle ends.
 ///
 /// # Equations
 /// ```text
 /// steady OP - half_width <= OP without control error <= steady OP + half_width
 /// signal = op
 /// ```
-/// While the steady OP is not known, the integral acts freely.
+/// The integral acts freely until the steady OP is known.
 ///
 /// # Assumptions
 /// The load stays within what the range can balance.
 ///
 /// # Limits
-/// Once the stem rests, the control error that is there stays; a change of set point or load beyond the
-/// range is not followed to the end. It buys quiet with an offset.
+/// Once the stem rests, the remaining control error stays, and a change of set point or load beyond the range
+/// leaves an error. The cost of the calm is an offset.
 ///
 /// # Deviations from the paper
-/// It is practice without a paper. The steady OP is the mean OP over whole periods of the cycle seen
-/// before, two of which must agree within `agree`.
+/// It is common practice without a paper. The steady OP is the mean OP over whole periods of the previous cycle,
+/// two of which must agree within `agree`.
 ///
 /// # References
 /// None.
@@ -37,21 +37,21 @@ pub struct IntegralLimit {
     pub half_width: f64,
     /// The steady OP, percent of span; `None` to estimate it.
     pub steady_op: Option<f64>,
-    /// How far the means of two periods may differ in an estimate, percent of span.
+    /// Largest difference between the means of two periods in an estimate, percent of span.
     pub agree: f64,
-    /// How long a large control error is remembered in finding the periods, s.
+    /// Memory of large control errors for finding the periods, s.
     pub memory_s: f64,
 }
 
 impl Default for IntegralLimit {
-    /// 1 % about an estimate good to 1 %, with a memory of 60 s.
+    /// 1 % around an estimate accurate to 1 %, with a memory of 60 s.
     fn default() -> Self {
         Self { half_width: 1.0, steady_op: None, agree: 1.0, memory_s: 60.0 }
     }
 }
 
 impl IntegralLimit {
-    /// A half-width that limits nothing, percent of span.
+    /// A half-width without effect, percent of span.
     pub const SPAN: f64 = 100.0;
 
     /// An integral limit with these parameters.
@@ -110,7 +110,7 @@ impl Compensator for Limiting {
     }
 
     fn step(&mut self, now: &Instant) -> Sent {
-        // Once it limits, the OP says nothing about where it would like to be.
+        // At its limit, the OP no longer shows the steady value.
         if self.steady_op().is_none() {
             self.steady.take(now);
         }

@@ -4,11 +4,11 @@ use super::{Compensator, Instant, Method, Sent, sign};
 use crate::Number;
 use crate::error::{Error, Result, non_negative};
 
-/// Hägglund's knocker: short pulses added to the OP, in the direction in which the controller is going.
+/// Hägglund's knocker: short pulses added to the OP, in the direction of its movement.
 ///
 /// # What it does
-/// Every pulse knocks on the stem; when the OP has come near enough to the breakaway, a pulse pushes
-/// the stem over, and the slip comes earlier and oftener than it would by integral action alone.
+/// Every pulse knocks on the stem. When the OP is close enough to the breakaway, a pulse moves the stem, and slips
+/// occur earlier and more often than with integral action alone.
 ///
 /// # Equations
 /// Pulses begin at samples `t_0, t_0 + h, t_0 + 2h, ...`, where `t_0` is the sample at which the knocker
@@ -16,21 +16,20 @@ use crate::error::{Error, Result, non_negative};
 /// ```text
 /// signal = u_c + a sgn(u_c(t_p) - u_c(t_p - h))        sgn(0) = 0
 /// ```
-/// and `signal = u_c` between pulses. The sign is taken once, at the onset, and kept for the pulse. For
-/// the first pulse, which has no onset before it, `u_c(t_0 - h) = 0`: its sign is that of the OP.
+/// The sign is computed once, at the onset, and kept for the pulse. The first pulse has no onset before it, so
+/// `u_c(t_0 - h) = 0`: its sign is that of the OP.
 ///
 /// # Assumptions
 /// The stem follows within the width of a pulse.
 ///
 /// # Limits
-/// It knocks for ever, also where the loop is in order; the stem travels more than without it. See
+/// It knocks for ever, even if the loop is in order, and the stem travels more than without it. See
 /// [`Supervised`](super::Supervised).
 ///
 /// # Deviations from the paper
-/// The form is recalled, not read; of the claims (pulse train, sign of the derivative of the OP) the
-/// patent was read. Amplitudes of 1 to 4 %, widths of 1 to 2 samples and periods of 2 to 5 widths are
-/// recalled as the published ranges. Taking the sign at the onset is ours; for widths of one or two
-/// samples it makes no difference.
+/// The form is recalled, not read; of the patent, the claims (pulse train, sign of the derivative of the OP) were
+/// read. Amplitudes of 1 to 4 %, widths of 1 to 2 samples and periods of 2 to 5 widths are recalled as the
+/// published ranges. Using the sign at the onset is ours; for widths of one or two samples it makes no difference.
 ///
 /// # References
 /// T. Hägglund, "A friction compensator for pneumatic control valves", J. Process Control 12 (2002) 507
@@ -41,7 +40,7 @@ pub struct Knocker {
     pub amplitude: f64,
     /// Width of a pulse `w`, samples.
     pub width: usize,
-    /// From the onset of one pulse to that of the next `h`, samples.
+    /// Time between the onsets of two pulses `h`, samples.
     pub period: usize,
 }
 

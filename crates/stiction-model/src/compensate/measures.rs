@@ -1,4 +1,4 @@
-//! What a compensator does to a loop, in numbers that can be compared.
+//! Comparable measures of a compensator's effect on a loop.
 
 use super::CompensatedRun;
 use crate::error::{Error, Result, finite, non_negative};
@@ -14,10 +14,10 @@ pub struct Measures {
     /// Integral of the absolute control error per second, in PV units: its mean.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub iae_per_s: f64,
-    /// Way of the signal that the valve receives, percent per second.
+    /// Travel of the signal for the valve, percent per second.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub op_travel_per_s: f64,
-    /// Way of the stem, percent per second: what wears packing and seat.
+    /// Travel of the stem, percent per second: it wears packing and seat.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub vp_travel_per_s: f64,
     /// Reversals of the stem per hour.
@@ -26,7 +26,7 @@ pub struct Measures {
     /// Half the peak-to-peak value of the PV, in its units.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub pv_half_pp: f64,
-    /// Half the peak-to-peak value of the signal that the valve receives, percent.
+    /// Half the peak-to-peak value of the signal for the valve, percent.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub op_half_pp: f64,
     /// Half the peak-to-peak value of the valve position, percent.
@@ -60,8 +60,8 @@ impl Measures {
     }
 }
 
-/// How long after `from_s` the control error comes to stay within `band` until `to_s`, s; `None` if it
-/// has not come to stay a tenth of the time before.
+/// Time after `from_s` from which the control error stays within `band` until `to_s`, s; `None` if it has not
+/// stayed there for the last tenth of the time.
 ///
 /// # Errors
 /// If the window is not within the run, or `band` is negative.
@@ -84,7 +84,7 @@ pub fn settling_s(
 fn window(samples: usize, ts: f64, from_s: f64, to_s: f64) -> Result<std::ops::Range<usize>> {
     finite("beginning of the window", from_s)?;
     finite("end of the window", to_s)?;
-    // A time given at a whole number of samples must not slip by rounding.
+    // A time at a whole number of samples must not shift by rounding.
     let index = |time: f64| (time / ts - 1e-9).ceil();
     let (from, to) = (index(from_s), index(to_s));
     if !(from >= 0.0 && to <= samples as f64 && to >= from + 2.0) {

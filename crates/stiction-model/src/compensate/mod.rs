@@ -1,4 +1,4 @@
-//! Compensators: what can be put between a controller and a sticking valve until the valve is repaired.
+//! Compensators: elements between a controller and a sticking valve until the valve is repaired.
 //!
 //! ```text
 //! sp ──> controller ── op ──> compensator ── signal ──> valve ── vp ──> process ──> pv
@@ -6,14 +6,13 @@
 //!            │  └── tracks, stops ─┘                                             │
 //!            └───────────────────────────────────────────────────────────────────┘
 //! ```
-//! At every sample a [`Compensator`] gets set point, PV and OP and gives the signal that the valve
-//! receives. Some add to the OP, some take over and let the controller follow, some only hold its
-//! integral action. One compensator is one file; [`Method`] names them all and chooses their
-//! parameters from what is known of valve and loop ([`Knowledge`]). [`run`] puts one into a
-//! simulated loop, [`Measures`] judge what it did, [`compare`] sets all of them side by side.
+//! At every sample a [`Compensator`] gets set point, PV and OP and gives the signal for the valve. Some add to the
+//! OP, some take over and let the controller follow, some only freeze its integral action. One compensator is one
+//! file; [`Method`] lists them all and chooses their parameters from the known valve and loop ([`Knowledge`]).
+//! [`run`] puts one into a simulated loop, [`Measures`] quantify its effect, [`compare`] compares all of them.
 //!
-//! Compensation treats a symptom. It mostly trades the swing of the PV for travel of the stem, and so
-//! for wear; what repairs the valve is maintenance.
+//! Compensation treats a symptom. It mostly reduces the swing of the PV at the cost of stem travel, and so of wear.
+//! Only maintenance repairs the valve.
 
 mod compare;
 mod constant_reinforcement;
@@ -54,7 +53,7 @@ pub use two_move::TwoMove;
 
 use crate::Number;
 
-/// One sample as a compensator sees it.
+/// The input of a compensator at one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instant {
     /// Time, s.
@@ -63,7 +62,7 @@ pub struct Instant {
     pub sp: f64,
     /// Measured PV.
     pub pv: f64,
-    /// What the controller gives, percent of span.
+    /// Controller output, percent of span.
     pub op: f64,
 }
 
@@ -74,29 +73,29 @@ impl Instant {
     }
 }
 
-/// Gives the valve its signal, sample by sample.
+/// Computes the valve's signal, sample by sample.
 ///
-/// Instants must be finite and come in the order of time.
+/// Instants must be finite and in order of time.
 pub trait Compensator: std::fmt::Debug + Send {
-    /// Which method this is.
+    /// Its method.
     fn method(&self) -> Method;
 
-    /// The parameters it works with.
+    /// Its parameters.
     fn parameters(&self) -> Vec<Number>;
 
-    /// Forgets all it has seen.
+    /// Resets its memory.
     fn reset(&mut self);
 
-    /// Sees a sample while it is off and the OP goes to the valve as it is.
+    /// Processes a sample while it is off and the OP goes to the valve unchanged.
     fn watch(&mut self, _now: &Instant) {}
 
-    /// What the integral action of the controller may do at this sample. Asked before the controller
-    /// answers; `error` is `sp - pv`.
+    /// Permission of the controller's integral action at this sample. Called before the controller computes its
+    /// output; `error` is `sp - pv`.
     fn integral(&mut self, _error: f64) -> IntegralAction {
         IntegralAction::Acts
     }
 
-    /// What goes to the valve.
+    /// The signal for the valve.
     fn step(&mut self, now: &Instant) -> Sent;
 }
 

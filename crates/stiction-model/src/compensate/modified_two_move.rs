@@ -4,33 +4,33 @@ use super::moves::{Correction, Mover, Plan};
 use super::{Compensator, Method, Moves};
 use crate::error::Result;
 
-/// Two moves over and over, after Farenzena and Trierweiler: the loop stays closed from one pair to the
-/// next.
+/// Repeated two-move compensation after Farenzena and Trierweiler: the loop stays closed from one pair of moves to
+/// the next.
 ///
 /// # What it does
-/// Each pair of moves puts the stem to a target, from the same side every time; the PV is given time to
-/// answer, and what is left of the control error corrects the target. The friction then adds a constant
-/// to the signal, and a constant is what a correction takes away: neither S nor J need be known well.
-/// Changes of set point and load are followed. While the error is within the zone nothing moves.
+/// Each pair of moves brings the stem to a target, always from the same side. The PV gets time to settle, and the
+/// remaining control error corrects the target. The friction then adds a constant to the signal, which the
+/// correction removes, so neither S nor J need be known well. Changes of set point and load are followed. While the
+/// error is within the zone nothing moves.
 ///
 /// # Equations
 /// Those of [`Moves`], in two moves, and of [`Correction`], at the end of every interval.
 ///
 /// # Assumptions
-/// The reach breaks the stem away; the gain of the process is known to better than a factor of 2.
+/// The reach breaks the stem away; the process gain is known to better than a factor of 2.
 ///
 /// # Limits
-/// With the parameters of [`Method::automatic`] on the paper's loop (S = 5, J = 1, 3 and 5; two-phase and
-/// He valve), S, J and the gain of the process each wrong by 30 % either way, or J unknown, the standard
-/// deviation of the PV falls to nothing within 200 s, and the mean absolute error, of which the zone
-/// leaves a part, to a sixth or less (He with J = 1: to less than a third).
+/// Tested with the parameters of [`Method::automatic`] on the paper's loop (S = 5, J = 1, 3 and 5; two-phase and He
+/// valve), with S, J and the process gain each wrong by 30 % either way, or J unknown. The standard deviation of
+/// the PV falls to zero within 200 s, and the mean absolute error, which keeps a part due to the zone, to a sixth
+/// or less (He with J = 1: to less than a third).
 ///
-/// It answers once an interval, so more slowly than a controller whose valve is in order. An error
-/// within the zone stays. Every correction costs two strokes of about the reach.
+/// It acts once an interval, so more slowly than a controller with a healthy valve. An error within the zone stays.
+/// Every correction costs two strokes of about the reach.
 ///
 /// # Deviations from the paper
-/// That the performance of the closed loop is kept between moves is known of the paper; how is not. The
-/// correction of the target in place of the controller, and landing always from the same side, are ours.
+/// The paper is known to keep the performance of the closed loop between moves; its method is not known. The
+/// correction of the target instead of the controller, and the approach always from the same side, are ours.
 ///
 /// # References
 /// M. Farenzena, J. O. Trierweiler (2010).
@@ -38,12 +38,12 @@ use crate::error::Result;
 pub struct ModifiedTwoMove {
     /// The moves.
     pub moves: Moves,
-    /// How the error corrects the target.
+    /// The correction of the target by the error.
     pub correction: Correction,
 }
 
 impl ModifiedTwoMove {
-    /// Two moves over and over with these parameters.
+    /// Repeated two moves with these parameters.
     ///
     /// # Errors
     /// If a parameter of the moves or the correction is out of its range; the message names it.

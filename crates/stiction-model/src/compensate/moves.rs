@@ -1,5 +1,5 @@
-//! Moves that bring the stem to a place and leave it there: what the two-, three- and six-move methods
-//! share.
+//! Moves that bring the stem to a position and leave it there: the common part of the two-, three- and six-move
+//! methods.
 
 use super::steady_op::SteadyOp;
 use super::{Compensator, Instant, Method, Sent};
@@ -12,49 +12,49 @@ use crate::error::{Error, Result, finite, non_negative, positive};
 /// # Equations
 /// To bring the stem to `target` in two moves, from the side `d` (+1 from above):
 /// ```text
-/// signal = target + d reach    for hold_s      off its place, over the target
+/// signal = target + d reach    for hold_s      away, beyond the target
 /// signal = target - d fd       from then on    back: a stem that moves trails its input by fd
 /// ```
-/// In three moves `target - d reach` comes first. The last move breaks the stem away if `reach > fs`;
-/// the move before it does so from wherever a cycle can have left the stem if `reach >= 2 fs = S + J`.
-/// From then on the place of the stem does not depend on its history.
+/// In three moves `target - d reach` comes first. The last move breaks the stem away if `reach > fs`; the move
+/// before it does so from any position that a cycle can leave if `reach >= 2 fs = S + J`. From then on the position
+/// of the stem does not depend on its history.
 ///
-/// The target is the valve position that holds the set point: the steady OP, which is given, or estimated
-/// while the OP still goes to the valve as it is: the mean OP over whole periods of the cycle, once two
-/// periods in a row agree. Until then the compensator waits.
+/// The target is the valve position that holds the set point: the steady OP. It is given, or estimated while the OP
+/// still goes to the valve unchanged: the mean OP over whole periods of the cycle, once two consecutive periods
+/// agree. Until then the compensator waits.
 ///
 /// # Limits
-/// While the signal is held the loop is open. So if, averaged over the last quarter of each `settle_s`,
-/// the control error exceeds `release`, or at any sample four times as much, the controller, which has
-/// followed the signal, takes over again, and the steady OP is estimated anew. Where the error goes on
-/// correcting the target, the loop is closed and nothing is given up.
+/// While the signal is held the loop is open. The controller, which has followed the signal, takes over again if
+/// the control error, averaged over the last quarter of each `settle_s`, exceeds `release`, or at any sample four
+/// times as much. Then the steady OP is estimated again. If the error continues to correct the target, the loop is
+/// closed and no release is needed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moves {
-    /// How much the valve is thought to stick. Without any friction nothing is moved.
+    /// Estimated stiction of the valve. Without friction nothing is moved.
     pub bands: Bands,
     /// The steady OP, percent of span; `None` to estimate it.
     pub steady_op: Option<f64>,
-    /// How far a move goes beyond the target, percent of span; 0 for no moves at all.
+    /// Distance of a move beyond the target, percent of span; 0 for no moves at all.
     pub reach: f64,
-    /// How long each move but the last is held, s: what the stem needs to get there.
+    /// Hold time of each move except the last, s: the time that the stem needs.
     pub hold_s: f64,
     /// Time after the first move at which the PV has settled enough to be judged, s.
     pub settle_s: f64,
-    /// Control error at which the controller takes over again, in PV units; `None` for half the largest
-    /// error seen before the moves.
+    /// Control error at which the controller takes over again, in PV units; `None` for half the largest error
+    /// before the moves.
     pub release: Option<f64>,
-    /// How far the means of two periods may differ in an estimate of the steady OP, percent of span.
+    /// Largest difference between the means of two periods in an estimate of the steady OP, percent of span.
     pub agree: f64,
-    /// How long a large control error is remembered in finding the periods, s.
+    /// Memory of large control errors for finding the periods, s.
     pub memory_s: f64,
 }
 
 impl Moves {
-    /// Reach over `S + J` unless told otherwise: enough for bands estimated a third too small.
+    /// Default reach over `S + J`: enough for bands estimated a third too small.
     pub const REACH: f64 = 1.5;
 
-    /// Moves for a valve with these bands: a reach of 1.5 (S + J), held for 0.1 s, judged after 30 s, a
-    /// steady OP good to S / 5, errors remembered for 60 s.
+    /// Moves for a valve with these bands: a reach of 1.5 (S + J), held for 0.1 s, judged after 30 s, a steady OP
+    /// accurate to S / 5, errors remembered for 60 s.
     pub fn new(bands: Bands) -> Self {
         Self {
             bands,
@@ -90,7 +90,7 @@ impl Moves {
     }
 }
 
-/// How the target is corrected from the PV.
+/// The correction of the target by the PV.
 ///
 /// # Equations
 /// At the end of each interval `W = settle_s`, with the mean `pv` over its last quarter:
@@ -98,19 +98,19 @@ impl Moves {
 /// |sp - pv| > zone or memory |pv_before - pv| > zone:
 ///     target = target + (memory (pv_before - pv) + pace (sp - pv)) / gain
 /// ```
-/// This is an integral controller at the sample time `W` for a self-regulating process that settles
-/// within it (`memory = 0`), and a PI controller where the process remembers. `gain` is the response of
-/// the process to a unit step after `W`; `memory` is how much of a deviation is still there one interval
-/// later, `(response after 2W) / (response after W) - 1`, which is 1 for an integrator.
+/// This is an integral controller at the sample time `W` for a self-regulating process that settles within it
+/// (`memory = 0`), and a PI controller for a process with memory. `gain` is the response of the process to a unit
+/// step after `W`. `memory` is the share of a deviation that remains one interval later, `(response after 2W) /
+/// (response after W) - 1`, which is 1 for an integrator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Correction {
     /// Response of the process to a unit step after one interval; PV units per percent.
     pub gain: f64,
-    /// Share of a deviation that is left after one interval, 0 to 1.
+    /// Share of a deviation that remains after one interval, 0 to 1.
     pub memory: f64,
-    /// Share of the control error to be taken away by one correction, above 0 and at most 1.
+    /// Share of the control error that one correction removes, above 0 and at most 1.
     pub pace: f64,
-    /// Control error that is left alone, in PV units.
+    /// Control error without correction, in PV units.
     pub zone: f64,
 }
 
@@ -135,19 +135,19 @@ impl Correction {
     }
 }
 
-/// What tells the methods apart.
+/// The difference between the methods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Plan {
     pub method: Method,
     /// 2 or 3.
     pub moves: usize,
-    /// How the target is corrected, and how often at most.
+    /// The correction of the target, and its largest number.
     pub correction: Option<(Correction, usize)>,
-    /// Whether to begin at once, with the present OP for want of an estimate.
+    /// Whether to begin at once with the present OP, without an estimate.
     pub eager: bool,
 }
 
-/// Moves the stem, holds the signal, corrects it, gives up.
+/// Moves the stem, holds the signal, corrects it, and releases it.
 #[derive(Debug)]
 pub(super) struct Mover {
     settings: Moves,
@@ -156,15 +156,15 @@ pub(super) struct Mover {
     held: Option<Held>,
 }
 
-/// A signal being held.
+/// A held signal.
 #[derive(Debug, Clone, Copy)]
 struct Held {
     target: f64,
-    /// Side from which the stem comes to its place: +1 from above.
+    /// Side of the approach: +1 from above.
     side: f64,
-    /// When the moves began, s.
+    /// Start of the moves, s.
     since: f64,
-    /// When the interval began at the end of which the PV is judged, s.
+    /// Start of the interval at whose end the PV is judged, s.
     interval: f64,
     /// Sum and number of the PV in its last quarter.
     sum: f64,
@@ -185,7 +185,7 @@ impl Mover {
         Ok(Box::new(Self { settings, plan, steady, held: None }))
     }
 
-    /// The signal to begin to hold, if it is known where the stem should be.
+    /// The first held signal, if the target is known.
     fn begin(&self, now: &Instant) -> Option<Held> {
         let known = self.settings.steady_op.or(self.steady.value());
         let target = known.or(self.plan.eager.then_some(now.op))?;
@@ -204,7 +204,7 @@ impl Mover {
         })
     }
 
-    /// Judges the PV at the end of an interval; `None` to give up.
+    /// Judges the PV at the end of an interval; `None` to release.
     fn judged(&self, mut held: Held, now: &Instant) -> Option<Held> {
         if !self.plan.eager && now.error().abs() > 4.0 * held.release {
             return None;
@@ -214,7 +214,7 @@ impl Mover {
             held.sum += now.pv;
             held.count += 1.0;
         }
-        // Sample times add up with rounding.
+        // Sums of sample times have rounding errors.
         if passed < self.settings.settle_s * (1.0 - 1e-9) {
             return Some(held);
         }

@@ -1,4 +1,4 @@
-//! The compensators by name, with parameters chosen from what is known.
+//! The compensators by name, with parameters from the known valve and loop.
 
 use super::tuning::Figures;
 use super::{
@@ -26,18 +26,18 @@ pub enum Method {
     IntegralDeadZone,
     /// [`IntegralLimit`]
     IntegralLimit,
-    /// [`Supervised`]; chosen automatically, it supervises a knocker.
+    /// [`Supervised`]; the automatic choice supervises a knocker.
     Supervised,
 }
 
-/// What a [`Method`] is, in words.
+/// The description of a [`Method`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Description {
-    /// The name by which the method is asked for.
+    /// Its name in commands.
     pub name: &'static str,
-    /// What it does, in one line.
+    /// Its principle, in one line.
     pub summary: &'static str,
-    /// Where it comes from.
+    /// Its source.
     pub citation: &'static str,
 }
 
@@ -55,27 +55,27 @@ impl Method {
         Self::Supervised,
     ];
 
-    /// What this method is.
+    /// The description of this method.
     pub fn describe(self) -> Description {
         let (name, summary, citation) = match self {
             Self::Knocker => (
                 "knocker",
-                "short pulses added in the direction in which the OP goes",
+                "short pulses added in the direction of OP movement",
                 "Hägglund, J. Process Control 12 (2002) 507",
             ),
             Self::ConstantReinforcement => (
                 "constant-reinforcement",
-                "a constant added in the direction in which the OP moves",
+                "a constant added in the direction of OP movement",
                 "Ivan, Lakshminarayanan (2009)",
             ),
             Self::TwoMove => (
                 "two-move",
-                "off the stuck position, then to the steady one, and hold",
+                "away from the stuck position, then to the steady one, and hold",
                 "Srinivasan, Rengaswamy, Comput. Chem. Eng. (2008)",
             ),
             Self::ModifiedTwoMove => (
                 "modified-two-move",
-                "two moves over and over, the target corrected by the control error",
+                "repeated two moves, the target corrected by the control error",
                 "Farenzena, Trierweiler (2010); the form is ours",
             ),
             Self::ThreeMove => (
@@ -85,17 +85,17 @@ impl Method {
             ),
             Self::SixMove => (
                 "six-move",
-                "three moves, a look at the offset, three more, and hold",
+                "three moves, a check of the offset, three more, and hold",
                 "Wang (2013), Arifin (2018); the form is ours",
             ),
             Self::IntegralDeadZone => (
                 "integral-dead-zone",
-                "integral action stands still while the control error is small",
+                "integral action frozen while the control error is small",
                 "practice",
             ),
             Self::IntegralLimit => (
                 "integral-limit",
-                "integral action stays within a range about the steady OP",
+                "integral action within a range around the steady OP",
                 "practice",
             ),
             Self::Supervised => (
@@ -110,7 +110,7 @@ impl Method {
     /// The method called `name`, in any case.
     ///
     /// # Errors
-    /// If no method has that name; the error lists those there are.
+    /// If no method has that name; the error lists the known ones.
     pub fn by_name(name: &str) -> Result<Self> {
         let wanted = name.trim().to_ascii_lowercase();
         Self::ALL.into_iter().find(|method| method.describe().name == wanted).ok_or_else(|| {
@@ -122,22 +122,22 @@ impl Method {
         })
     }
 
-    /// A compensator of this method with parameters that follow from what is known of valve and loop.
+    /// A compensator of this method with parameters from the known valve and loop.
     ///
-    /// All rules are ours but for the ranges given. `W` is the dead time and three time constants of the
-    /// process (one where it integrates and an error only grows), `K` its response to a unit step after `W`. An integrating or unknown process takes the
-    /// integral time of the controller for its time constant; for an unknown process `K = 1/Kc`, because
-    /// the gains of process and controller multiply to about 1 in a tuned loop.
+    /// All rules are ours except for the published ranges. `W` is the dead time plus three time constants of the
+    /// process (one if it integrates, because an error then only grows), `K` its response to a unit step after `W`.
+    /// For an integrating or unknown process the time constant is the integral time of the controller. For an
+    /// unknown process `K = 1/Kc`, because the gains of process and controller multiply to about 1 in a tuned loop.
     ///
     /// | method | rule | reason |
     /// |---|---|---|
-    /// | knocker | `a = S/2`, 2 samples every 5 | from the middle of the band half of S reaches its edge; width and period lie in the published ranges |
-    /// | constant reinforcement | `a = S/2` | a reversal then crosses half of the band at once; more would throw a stem with `J = 0` across |
-    /// | moves | reach `1.5 (S + J)`, each held for one sample | `S + J = 2 fs` breaks the stem away wherever it was; half as much again for bands estimated a third too small. Raise the hold to the stroke time where it is known |
+    /// | knocker | `a = S/2`, 2 samples every 5 | from the middle of the band, half of S reaches its edge; width and period are in the published ranges |
+    /// | constant reinforcement | `a = S/2` | a reversal then crosses half of the band at once; more would move a stem with `J = 0` too far |
+    /// | moves | reach `1.5 (S + J)`, each held for one sample | `S + J = 2 fs` breaks the stem away from any position; half more allows for bands estimated a third too small. Raise the hold to the stroke time if it is known |
     /// | two-, three-, six-move | judged after `W`; periods must agree to `S/5` in the mean OP | a stem still wrong by `S/5` is better than the cycle, of about `0.6 S` |
     /// | six-, modified two-move | pace 0.5, zone `0.01 S K` and three deviations of the noise in the mean | stable for a gain wrong by a factor of up to 2 |
-    /// | integral dead zone | `K max(J/2, S/10)` and three deviations of the noise | the stem stops in places about J apart, one of which is within J/2 of the right one |
-    /// | integral limit | `fs - (1 + Kc K) J/2` about the steady OP, but between `S/20` and `S/4`; the whole span if `S = 0` | a stem stuck `J/2` off its place meets an OP that the proportional part has moved by `Kc K J/2`; what is left to the breakaway is the integral's |
+    /// | integral dead zone | `K max(J/2, S/10)` and three deviations of the noise | the stem stops at positions about J apart, one of which is within J/2 of the right one |
+    /// | integral limit | `fs - (1 + Kc K) J/2` around the steady OP, but between `S/20` and `S/4`; the whole span if `S = 0` | a stem stuck `J/2` off its target meets an OP that the proportional part has moved by `Kc K J/2`; the rest up to the breakaway is left to the integral |
     /// | supervised knocker | wakes at `0.1 S K`, rests at three quarters of it after a fifth of the time constant, both with three deviations of the filtered noise | a tenth of S is far below the cycle's swing of the PV |
     ///
     /// # Errors
@@ -146,8 +146,8 @@ impl Method {
         self.with(known, &[])
     }
 
-    /// As [`automatic`](Self::automatic), but for the parameters that are given by the names under which
-    /// [`Compensator::parameters`] tells them.
+    /// As [`automatic`](Self::automatic), except for the given parameters, by their names in
+    /// [`Compensator::parameters`].
     ///
     /// ```
     /// use stiction_model::closed_loop::Controller;
@@ -160,7 +160,7 @@ impl Method {
     /// ```
     ///
     /// # Errors
-    /// As [`automatic`](Self::automatic), or if the method has no such parameter, or not with that value.
+    /// As [`automatic`](Self::automatic), or if the method has no such parameter, or the value is invalid.
     pub fn with(self, known: &Knowledge, given: &[(&str, f64)]) -> Result<Box<dyn Compensator>> {
         let mut given = Given { given, asked: vec![] };
         let compensator = self.chosen(known, &mut given)?;
@@ -233,10 +233,10 @@ impl Method {
                 .start()
             }
             Self::Supervised => {
-                // Where nothing sticks, a knocker that does nothing, almost never at rest.
+                // Without stiction, a knocker without effect, which hardly ever rests.
                 let wake = (0.1 * bands.s() * gain).max(f64::MIN_POSITIVE);
                 let filter_s = given.or("filter", 5.0 * sample_time);
-                // White noise of standard deviation 1 leaves about sqrt(Ts / 2 Tf) behind the filter.
+                // White noise of standard deviation 1 has about sqrt(Ts / 2 Tf) behind the filter.
                 let left = (0.5 * sample_time / filter_s).sqrt().min(1.0);
                 let noise = 3.0 * known.noise_sd * left;
                 Supervised {
@@ -252,7 +252,7 @@ impl Method {
     }
 }
 
-/// Parameters that were given, and those that a method has.
+/// Given parameters, and those of a method.
 struct Given<'a> {
     given: &'a [(&'a str, f64)],
     asked: Vec<&'static str>,

@@ -4,17 +4,17 @@ use super::{Compensator, Instant, IntegralAction, Sent};
 use crate::closed_loop::{Between, ClosedLoop, Run};
 use crate::error::{Error, Result};
 
-/// What a compensated loop did.
+/// The result of a compensated loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompensatedRun {
-    /// The loop; [`Run::op`] is what the controller gave.
+    /// The loop; [`Run::op`] is the controller output.
     pub run: Run,
-    /// What the valve received, percent of span, sample by sample.
+    /// The signal for the valve, percent of span, sample by sample.
     pub signal: Vec<f64>,
 }
 
-/// Simulates `plant` with `compensator` between its controller and its valve, switched on at the first
-/// sample at or after `from_s` (infinite for never). The compensator begins anew.
+/// Simulates `plant` with `compensator` between its controller and its valve, switched on at the first sample at or
+/// after `from_s` (infinite for never). The compensator is reset.
 ///
 /// The signal is not limited to the range of the OP; a valve with end stops limits it by itself
 /// ([`Assembly::with_limits`](crate::valve::Assembly::with_limits)).
@@ -54,14 +54,14 @@ pub fn run(
     }
     compensator.reset();
     let signal = Vec::with_capacity(plant.samples);
-    // A time given at a whole number of samples must not slip by rounding.
+    // A time at a whole number of samples must not shift by rounding.
     let from = (from_s / plant.sample_time - 1e-9).ceil();
     let mut switched = Switched { compensator, sample_time: plant.sample_time, from, signal };
     let run = plant.run_between(&mut switched)?;
     Ok(CompensatedRun { run, signal: switched.signal })
 }
 
-/// A compensator in a loop that is played sample by sample: at one of them.
+/// A compensator in a loop that is driven sample by sample, at one of them.
 ///
 /// It acts as in [`run`] when it is switched on from the beginning.
 pub struct At<'a> {
@@ -81,7 +81,7 @@ impl Between for At<'_> {
     }
 }
 
-/// A compensator that is switched on at a sample.
+/// A compensator that is switched on at a given sample.
 struct Switched<'a> {
     compensator: &'a mut dyn Compensator,
     sample_time: f64,

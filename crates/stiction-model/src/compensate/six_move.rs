@@ -4,27 +4,26 @@ use super::moves::{Correction, Mover, Plan};
 use super::{Compensator, Method, Moves};
 use crate::error::Result;
 
-/// Six moves after Wang and Arifin: three, a look at where the PV settles, and three more.
+/// Six moves after Wang and Arifin: three, a check of the settled PV, and three more.
 ///
 /// # What it does
-/// The first three moves put the stem where it should be as far as known. The offset at which the PV
-/// then settles tells by how much that was wrong (an error in the steady OP, or in fd), and three more
-/// moves, which land from the same side, put it right.
+/// The first three moves bring the stem to the estimated target. The offset of the settled PV shows the error of
+/// the estimate (in the steady OP, or in fd). Three more moves, which approach from the same side, correct it.
 ///
 /// # Equations
 /// Those of [`Moves`], in three moves, and of [`Correction`], applied once.
 ///
 /// # Assumptions
-/// As for the two moves; and the process settles within `settle_s`, with a gain known well enough.
+/// As for the two moves. The process settles within `settle_s`, with a gain known well enough.
 ///
 /// # Limits
-/// As for the two moves, but for what the correction takes away: an offset is left of the share by which
-/// the gain is wrong. Of an integrating process the correction sees the error but not yet its growth:
-/// there, with wrong bands, the method can make a worse cycle than the one it ends.
+/// As for the two moves, less the correction: the remaining offset is the share by which the gain is wrong. For an
+/// integrating process the correction sees the error but not yet its growth. With wrong bands, the method can then
+/// make a worse cycle than the one it ends.
 ///
 /// # Deviations from the paper
-/// Of the paper only the name of the method is known to us; that moves are followed by an estimate of
-/// the steady position is known of the family. The form is ours.
+/// Only the name of the method in the paper is known to us. Methods of this family are known to estimate the steady
+/// position after the moves. The form is ours.
 ///
 /// # References
 /// Wang (2013); Arifin (2018).

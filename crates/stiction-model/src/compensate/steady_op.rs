@@ -1,19 +1,19 @@
-//! The steady OP, from the cycle that a sticking valve makes.
+//! The steady OP, from the cycle of a sticking valve.
 
 use super::Instant;
 
 /// Estimates the OP at which the loop would rest.
 ///
-/// In a cycle under integral action the mean control error is 0, so the mean valve position is the one
-/// that holds the set point; over whole periods the OP has the same mean as the valve position where
-/// the cycle is as long above as below. A period lasts from one upward crossing of the control error to
-/// the next; a crossing counts when the error goes from below a quarter of its recent peak to above it.
-/// The estimate stands once the means of two periods in a row agree.
+/// In a cycle under integral action the mean control error is 0, so the mean valve position is the one that holds
+/// the set point. Over whole periods the OP has the same mean as the valve position if the cycle is as long above
+/// as below. A period lasts from one upward crossing of the control error to the next. A crossing counts when the
+/// error rises from below a quarter of its recent peak to above it. The estimate is valid once the means of two
+/// consecutive periods agree.
 #[derive(Debug, Clone)]
 pub(super) struct SteadyOp {
-    /// How far the means of two periods may differ, percent of span.
+    /// Largest difference between the means of two periods, percent of span.
     agree: f64,
-    /// Time in which the peak is forgotten, s.
+    /// Memory of the peak, s.
     memory_s: f64,
     /// Time of the last sample.
     time_s: Option<f64>,
@@ -28,7 +28,7 @@ pub(super) struct SteadyOp {
 }
 
 impl SteadyOp {
-    /// Nothing seen yet.
+    /// Without any sample.
     pub(super) fn new(agree: f64, memory_s: f64) -> Self {
         Self {
             agree,
@@ -46,7 +46,7 @@ impl SteadyOp {
         *self = Self::new(self.agree, self.memory_s);
     }
 
-    /// Takes a sample at which the OP went to the valve.
+    /// Processes a sample at which the OP went to the valve.
     pub(super) fn take(&mut self, now: &Instant) {
         let e = now.error();
         let passed = self.time_s.map_or(0.0, |before| now.time_s - before);
@@ -67,12 +67,12 @@ impl SteadyOp {
         }
     }
 
-    /// The estimate, if it stands.
+    /// The estimate, if it is valid.
     pub(super) fn value(&self) -> Option<f64> {
         self.value
     }
 
-    /// The largest control error of late.
+    /// The largest recent control error.
     pub(super) fn peak(&self) -> f64 {
         self.peak
     }

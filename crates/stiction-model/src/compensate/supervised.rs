@@ -4,42 +4,42 @@ use super::{Compensator, Instant, IntegralAction, Method, Sent};
 use crate::Number;
 use crate::error::{Error, Result, non_negative, positive};
 
-/// Supervision after Cuadros: another compensator works while the control error is large; once it has
-/// been small for a while, compensator and integral action rest.
+/// Supervision after Cuadros: another compensator works while the control error is large. Once the error has been
+/// small for a while, compensator and integral action are frozen.
 ///
 /// # What it does
-/// A knocker alone never stops knocking. Under supervision it knocks until the stem has stopped where
-/// the PV is near its set point; then nothing moves the stem until the error has grown.
+/// A knocker alone never stops. Under supervision it knocks until the stem has stopped where the PV is near its set
+/// point; then nothing moves the stem until the error has grown.
 ///
 /// # Equations
 /// With the control error `e` filtered by `filter_s` (first order):
 /// ```text
 /// at work:   |e| <= quiet for dwell_s      -> rests
 /// resting:   |e| >  wake                   -> at work
-/// resting:   signal = op, the integral stands still
+/// resting:   signal = op, the integral is frozen
 /// ```
 ///
 /// # Assumptions
-/// The inner compensator brings the stem to where the PV is within `quiet` now and then.
+/// The inner compensator sometimes brings the stem to a position with the PV within `quiet`.
 ///
 /// # Limits
-/// A control error up to `wake` stays. An integrating process does not stay: it wakes over and over.
+/// A control error up to `wake` stays. An integrating process does not stay, so it wakes again and again.
 ///
 /// # Deviations from the paper
-/// That the PV error triggers the compensator is known of the paper; the filter, the two thresholds and
-/// the dwell are ours, and so is that the integral rests with it.
+/// In the paper, the PV error is known to trigger the compensator. The filter, the two thresholds, the dwell and
+/// the frozen integral are ours.
 ///
 /// # References
 /// M. A. D. S. L. Cuadros et al. (2012).
 #[derive(Debug)]
 pub struct Supervised {
-    /// What is supervised.
+    /// The supervised compensator.
     pub inner: Box<dyn Compensator>,
     /// Control error above which it goes to work, in PV units.
     pub wake: f64,
     /// Control error below which it may rest, in PV units; at most `wake`.
     pub quiet: f64,
-    /// How long the error must be small, s.
+    /// Time for which the error must be small, s.
     pub dwell_s: f64,
     /// Time constant of the filter of the error, s; 0 for none.
     pub filter_s: f64,
@@ -80,12 +80,12 @@ struct Supervising {
     error: Option<f64>,
     /// Time of the last sample, s.
     time_s: f64,
-    /// Since when the error has been small, s.
+    /// Start of the small error, s.
     small_since: Option<f64>,
 }
 
 impl Supervising {
-    /// Filters the error; gives its present size.
+    /// Filters the error and returns its present size.
     fn filtered(&mut self, now: &Instant) -> f64 {
         let passed = now.time_s - self.time_s;
         let keep = if self.settings.filter_s > 0.0 {

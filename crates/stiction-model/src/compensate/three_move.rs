@@ -7,8 +7,8 @@ use crate::error::Result;
 /// Wang's three moves: to the far side of the steady position, to the near side, and onto it.
 ///
 /// # What it does
-/// As [`TwoMove`](super::TwoMove). The first move makes the second sure to find the stem on the other
-/// side: one of the two breaks it away wherever it was stuck, and their pushes on the PV nearly cancel.
+/// As [`TwoMove`](super::TwoMove). The first move makes sure that the second finds the stem on the other side: one
+/// of the two breaks it away from any position, and their pushes on the PV nearly cancel.
 ///
 /// # Equations
 /// Those of [`Moves`], in three moves.
@@ -20,8 +20,8 @@ use crate::error::Result;
 /// As for the two moves; it travels one reach further.
 ///
 /// # Deviations from the paper
-/// Of the paper only the name of the method is known to us. The form of the moves, the estimate of the
-/// steady OP and the release are ours.
+/// Only the name of the method in the paper is known to us. The form of the moves, the estimate of the steady OP
+/// and the release are ours.
 ///
 /// # References
 /// Wang (2013).

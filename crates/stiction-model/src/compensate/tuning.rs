@@ -1,16 +1,16 @@
-//! What is known of a loop, and what follows from it for every method.
+//! The known valve and loop, and the quantities derived from them for every method.
 
 use crate::bands::Bands;
 use crate::closed_loop::{Controller, Process};
 use crate::error::{Result, non_negative, positive};
 
-/// What is known of valve and loop when a compensator is to be chosen. It may be wrong.
+/// The known valve and loop for the choice of a compensator. It may be wrong.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Knowledge {
     /// Estimate of S, percent of span.
     pub s: f64,
-    /// Estimate of J, percent of span; `None` if there is none. Then S / 2 is taken, the middle of what it
-    /// can be without overshoot.
+    /// Estimate of J, percent of span; `None` if there is none. Then it is S / 2, the middle of its range without
+    /// overshoot.
     pub j: Option<f64>,
     /// The controller.
     pub controller: Controller,
@@ -23,13 +23,13 @@ pub struct Knowledge {
 }
 
 impl Knowledge {
-    /// S and J, a controller and its sample time; of the process nothing, and no noise.
+    /// S and J, a controller and its sample time, without a process and without noise.
     pub fn new(s: f64, j: Option<f64>, controller: Controller, sample_time: f64) -> Self {
         Self { s, j, controller, process: None, sample_time, noise_sd: 0.0 }
     }
 }
 
-/// The numbers that the rules of all methods are made of.
+/// The quantities in the rules of all methods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
     /// S and J.
@@ -40,26 +40,26 @@ pub struct Figures {
     pub noise_sd: f64,
     /// Dead time, s.
     pub dead_time_s: f64,
-    /// Time constant: the mean residence time of the process without its dead time where it regulates
-    /// itself; else, or if it is not known, that of the controller, which is tuned to it.
+    /// Time constant: the mean residence time of a self-regulating process without its dead time. Otherwise the
+    /// integral time of the controller, which is tuned to the process.
     pub lag_s: f64,
-    /// Dead time and three time constants, 95 % of a first-order response; or dead time and one where the
-    /// process never settles and an error only grows.
+    /// Dead time plus three time constants, 95 % of a first-order response; or plus one, if the process never
+    /// settles and an error only grows.
     pub settle_s: f64,
     /// Response of the process to a unit step after `settle_s`; PV units per percent.
     pub gain: f64,
-    /// Share of a deviation left after another `settle_s`.
+    /// Share of a deviation that remains after another `settle_s`.
     pub memory: f64,
 }
 
 impl Figures {
-    /// Sample times taken for the time constant of a controller without integral action.
+    /// Time constant of a controller without integral action, in sample times.
     const SAMPLES_WITHOUT_INTEGRAL: f64 = 50.0;
 
-    /// Those of what is known.
+    /// From the known valve and loop.
     ///
     /// # Errors
-    /// If a number of it is not possible.
+    /// If one of its numbers is invalid.
     pub fn of(known: &Knowledge) -> Result<Self> {
         let sample_time = positive("sample time", known.sample_time)?;
         let noise_sd = non_negative("standard deviation of the noise", known.noise_sd)?;
@@ -76,8 +76,7 @@ impl Figures {
         let settles = known.process.is_none() || residence.is_some();
         let lags = if settles { 3.0 } else { 1.0 };
         let settle_s = (dead_time_s + lags * lag_s).max(10.0 * sample_time);
-        // Where the process is unknown: the gains of process and controller multiply to about 1 in a
-        // loop that was tuned.
+        // Unknown process: the gains of process and controller multiply to about 1 in a tuned loop.
         let tuned = if kp != 0.0 { 1.0 / kp } else { 1.0 };
         let (gain, memory) = match &known.process {
             Some(process) => {
@@ -92,8 +91,7 @@ impl Figures {
         Ok(Self { bands, sample_time, noise_sd, dead_time_s, lag_s, settle_s, gain, memory })
     }
 
-    /// How far the mean of the PV over a quarter of `settle_s` wanders by noise alone: three standard
-    /// deviations.
+    /// Noise of the mean PV over a quarter of `settle_s`: three standard deviations.
     pub(super) fn noise_of_mean(&self) -> f64 {
         3.0 * self.noise_sd / (0.25 * self.settle_s / self.sample_time).sqrt().max(1.0)
     }

@@ -4,11 +4,11 @@ use super::moves::{Mover, Plan};
 use super::{Compensator, Method, Moves};
 use crate::error::Result;
 
-/// Srinivasan and Rengaswamy's two moves: off the stuck position, then to the steady one, and hold.
+/// Srinivasan and Rengaswamy's two moves: away from the stuck position, then to the steady one, and hold.
 ///
 /// # What it does
-/// It ends the cycle instead of shortening it: the stem is put where it holds the PV at its set point,
-/// and stays there.
+/// It ends the cycle instead of shortening it: the stem is brought to the position that holds the PV at its set
+/// point, and stays there.
 ///
 /// # Equations
 /// Those of [`Moves`], in two moves; the first goes to the side of the steady OP on which the OP is.
@@ -17,14 +17,14 @@ use crate::error::Result;
 /// The steady OP is known or can be estimated from a cycle; set point and load do not change.
 ///
 /// # Limits
-/// From the second move on the loop is open until the error has grown to `release`. An error in the
-/// steady OP or in fd stays as an offset of the process gain times that error. An integrating process
-/// drifts away from any offset, so there moves and cycles take turns.
+/// From the second move on the loop is open until the error has grown to `release`. An error in the steady OP or in
+/// fd remains as an offset of the process gain times that error. An integrating process drifts away from any
+/// offset, so moves and cycles alternate.
 ///
 /// # Deviations from the paper
-/// Its idea is recalled, not read: a first move that drives the stem off, a second that brings it to
-/// the steady position. There the second move makes the signal the steady OP itself; the allowance for
-/// fd is ours, and so are the estimate of the steady OP, the reach, and the release.
+/// Its idea is recalled, not read: a first move that drives the stem away, a second that brings it to the steady
+/// position. In the paper the second move sets the signal to the steady OP itself. The allowance for fd, the
+/// estimate of the steady OP, the reach, and the release are ours.
 ///
 /// # References
 /// R. Srinivasan, R. Rengaswamy, Comput. Chem. Eng. (2008).

@@ -1,16 +1,16 @@
-//! The cycle in which a loop ends, whichever way it is looked for.
+//! The final cycle of a loop, by either method.
 
 use super::exact::{self, CycleOutcome};
 use super::harmonic_balance::{Balance, harmonic_balance};
 use super::{ContinuousLoop, Cycle, Method};
 use crate::error::{Error, Result};
 
-/// The cycle in which a loop ends that starts near its equilibrium; or, in words, why there is none.
+/// The final cycle of a loop that starts near its equilibrium; or, in words, why there is none.
 ///
-/// Exactly: the end of one motion ([`exact::cycle`]). By describing function: the stable cycle of the largest OP.
+/// Exactly: the end of one motion ([`exact::cycle`]). By describing function: the stable cycle with the largest OP.
 ///
 /// # Errors
-/// If the loop cannot be computed that way, or its end was not found.
+/// If the method cannot treat the loop, or its final motion was not found.
 pub fn attractor(l: &ContinuousLoop, method: Method) -> Result<std::result::Result<Cycle, String>> {
     let stable = |cycles: Vec<Cycle>| {
         cycles.into_iter().find(|cycle| cycle.stable).ok_or("its cycles do not attract".to_owned())

@@ -1,4 +1,4 @@
-//! The cycle in closed form, where the controller cancels the process.
+//! The cycle in closed form, if the controller cancels the process.
 //!
 //! # What it computes
 //! Period and amplitudes of the limit cycle of a two-phase valve, and of the symmetric cycle of
@@ -6,17 +6,15 @@
 //! time is the time constant.
 //!
 //! # Equations
-//! The zero of the controller cancels the pole of the process. Once the cancelled mode has died
-//! away, with `kappa = Kp Kc / tau`, `q = kappa theta`, and positions counted from the one at which
-//! the PV would rest at its set point,
+//! The zero of the controller cancels the pole of the process. Once the cancelled mode has decayed, with `kappa =
+//! Kp Kc / tau`, `q = kappa theta`, and positions relative to the one that holds the PV at its set point,
 //! ```text
 //! du/dt = -kappa x(t - theta)
 //! ```
-//! Let the stem be stuck at `-a`, for longer than theta. The OP rises at the rate `kappa a` until
-//! `u = fs - a`. The stem jumps to `J - a` and follows; the process still sees `-a`, so the OP goes
-//! on rising at that rate for one theta, and the stem with it, by `q a`. Then the jump reaches the
-//! process. If `J - a > 0`, which the fixed point below satisfies for `q < 1`, the OP turns at once,
-//! and the stem sticks at `J - (1 - q) a`. From stroke to stroke
+//! Let the stem be stuck at `-a`, for longer than theta. The OP rises at the rate `kappa a` until `u = fs - a`. The
+//! stem jumps to `J - a` and follows. The process still sees `-a`, so the OP rises at the same rate for another
+//! theta, and the stem with it, by `q a`. Then the jump reaches the process. If `J - a > 0`, which the fixed point
+//! below satisfies for `q < 1`, the OP turns at once, and the stem sticks at `J - (1 - q) a`. From stroke to stroke
 //! ```text
 //! a(n+1) = J - (1 - q) a(n)
 //! ```
@@ -34,8 +32,8 @@
 //! ```
 //!
 //! # Limits
-//! For `q >= 1` strokes alternate or grow, and the flow has to say what happens. The PV has no form as
-//! short: between slips it is a sum of exponentials.
+//! For `q >= 1` strokes alternate or grow, and only the flow gives the result. The PV has no form as short: between
+//! slips it is a sum of exponentials.
 //!
 //! # References
 //! None; derived for this project and confirmed by simulation and by the flow of
@@ -117,8 +115,8 @@ impl CancelledLoop {
         })
     }
 
-    /// The symmetric cycle of He's valve; `None` unless `0 < q < 2`, beyond which the stem slips
-    /// more than once on its way, and `J > 0`.
+    /// The symmetric cycle of He's valve; `None` unless `J > 0` and `0 < q < 2`, beyond which the stem slips more
+    /// than once a stroke.
     pub fn relay_cycle(&self, bands: Bands) -> Option<CancelledCycle> {
         let (kappa, q) = self.rate();
         let (s, j) = (bands.s(), bands.j());

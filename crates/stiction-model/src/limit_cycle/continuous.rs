@@ -14,16 +14,16 @@ use crate::valve::Model;
 /// vp = valve(op)
 /// pv = num(s) / den(s) exp(-theta s) (vp + load)
 /// ```
-/// Limits of the OP, anti-windup and handover of the controller are not part of it.
+/// Limits of the OP, anti-windup and the start of the controller are left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContinuousLoop {
     /// The controller.
     pub controller: Controller,
-    /// The process, about its operating point.
+    /// The process, around its operating point.
     pub process: Process,
-    /// How the valve sticks.
+    /// The valve model.
     pub model: Model,
-    /// How much.
+    /// Its bands.
     pub bands: Bands,
     /// Set point, PV units from the operating point.
     pub set_point: f64,
@@ -47,10 +47,10 @@ impl ContinuousLoop {
         Ok(())
     }
 
-    /// Where the loop would rest if the valve followed the OP: the middle of a cycle that is symmetric.
+    /// Rest position of the loop if the valve followed the OP: the middle of a symmetric cycle.
     ///
     /// # Errors
-    /// If there is no such place, or set point or load is not a number.
+    /// If there is none, or set point or load is not a number.
     pub fn operating_point(&self) -> Result<Swing> {
         self.check()?;
         let (num, den) = self.process.coefficients();
@@ -75,16 +75,16 @@ impl ContinuousLoop {
         }
     }
 
-    /// What a simulated loop tends to as its sample time goes to 0, about its operating point.
+    /// The limit of a simulated loop as its sample time goes to 0, around its operating point.
     ///
     /// # Errors
-    /// If its set point or a load goes on moving: a cycle is of a loop that is left alone.
+    /// If its set point or a load does not settle: a limit cycle needs constant inputs.
     pub fn of(simulated: &ClosedLoop, model: Model, bands: Bands) -> Result<Self> {
         let settled = |name: &str, signal: &Signal| match signal {
             Signal::Constant(value) => Ok(*value),
             Signal::Steps(steps) => Ok(steps.last().map_or(0.0, |step| step.1)),
             _ => Err(Error::Inconsistent(format!(
-                "the {name} goes on moving; a limit cycle is of a loop whose {name} is constant or settles"
+                "the {name} does not settle; a limit cycle needs a constant {name}"
             ))),
         };
         let mut load = 0.0;

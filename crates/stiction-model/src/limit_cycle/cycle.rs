@@ -1,13 +1,13 @@
-//! A periodic motion of a loop, however it was found.
+//! A periodic motion of a loop, from either method.
 
 use nalgebra::Complex;
 
-/// How a cycle was found.
+/// The method that found a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Method {
-    /// By harmonic balance with the describing function: as if OP and VP were sines.
+    /// Harmonic balance with the describing function: OP and VP are treated as sines.
     DescribingFunction,
-    /// By the exact flow of the loop from slip to slip.
+    /// The exact flow of the loop from slip to slip.
     Exact,
 }
 
@@ -39,7 +39,7 @@ pub struct Swing {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Cycle {
-    /// How it was found.
+    /// The method that found it.
     pub method: Method,
     /// Its period, s.
     pub period_s: f64,
@@ -47,15 +47,15 @@ pub struct Cycle {
     pub half_pp: Swing,
     /// The middle between the extremes.
     pub middle: Swing,
-    /// Whether a motion beside it approaches it. A member of a continuous family attracts, at best,
-    /// towards the family: then this is `true`, and a multiplier of 1 stands in [`Cycle::multipliers`].
+    /// Whether a nearby motion approaches it. A member of a continuous family can only attract towards the family:
+    /// then this is `true`, and [`Cycle::multipliers`] contain a 1.
     pub stable: bool,
-    /// The Floquet multipliers of a small deviation over one period, the largest first: how much of it is
-    /// left. Empty where the method knows none.
+    /// The Floquet multipliers, the largest first: the share of a small deviation that remains after one period.
+    /// Empty if the method gives none.
     #[cfg_attr(feature = "serde", serde(serialize_with = "as_pairs"))]
     #[cfg_attr(feature = "serde", schemars(with = "Vec<[f64; 2]>"))]
     pub multipliers: Vec<Complex<f64>>,
-    /// How often the stem begins to move in a period.
+    /// Slips of the stem in a period.
     pub slips: usize,
 }
 

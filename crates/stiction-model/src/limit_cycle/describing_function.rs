@@ -1,14 +1,14 @@
-//! What a sticking valve makes of a sine: the describing function of every model.
+//! The response of a sticking valve to a sine: the describing function of every model.
 //!
 //! # What it computes
-//! The complex gain `N(X)` from the OP, a sine of amplitude `X`, to the fundamental of the VP, in the
-//! steady motion whose middle is the middle of the OP: in closed form by [`DescribingFunction`], and for any
-//! valve by following it over a period, [`by_integration`].
+//! The complex gain `N(X)` from the OP, a sine of amplitude `X`, to the fundamental of the VP, in the steady motion
+//! with the same middle as the OP: in closed form by [`DescribingFunction`], and for any valve by simulation over a
+//! period, [`by_integration`].
 //!
 //! # Assumptions
-//! The valve answers in continuous time: the limit of its model as the sample time goes to 0. It was moving
-//! before; a valve at rest in the middle begins to move only once the OP exceeds `fs`, but goes on moving
-//! above the smaller [`DescribingFunction::least_amplitude`].
+//! The valve responds in continuous time: the limit of its model as the sample time goes to 0. It was moving
+//! before. A valve at rest in the middle starts to move only once the OP exceeds `fs`, but continues to move above
+//! the smaller [`DescribingFunction::least_amplitude`].
 //!
 //! # Equations
 //! With `u = X cos q`, the VP `x`, and `N = 1 / (pi X) * integral of x exp(-jq) dq` over a period:
@@ -19,24 +19,24 @@
 //! Re N = [pi - a + 2 (1 - 2 fd/X) sin a - sin a cos a] / pi
 //! Im N = -[R^2 + 4 fd (X - R)] / (pi X^2)
 //! ```
-//! `R = S` for the two-phase model, for Kano's, Chen's and play (`J = 0`), and Choudhury's with `J <= S`;
-//! `R = J` for Choudhury's with `J > S`, whose chart asks for `J` at a reversal.
+//! `R = S` for the two-phase model, for Kano's, Chen's and play (`J = 0`), and Choudhury's with `J <= S`; `R = J`
+//! for Choudhury's with `J > S`, whose flow chart uses `J` at a reversal.
 //!
 //! A valve that climbs **stairs** of height `J` is a sum of relays with hysteresis. With `n` slips a stroke,
 //! the `k`-th at `h = (S - (n-1) J) / 2 + k J`, for `(S + (n-1) J) / 2 < X <= (S + (n+1) J) / 2`:
 //! ```text
 //! N = 2 J / (pi X) * sum over k = 0 .. n-1 of [sqrt(1 - (h/X)^2) - j h/X],    Im N = -n J S / (pi X^2)
 //! ```
-//! So it is for He's model; for He and Wang's with the overshoot `K`, with `K J` for `J` and `S - (K-1) J`
-//! for `S`; and for Stenman's, with `S = J = d`. The ranges of `n` and `n + 1` overlap: which it is depends
-//! on where the stairs stand, and both are steady.
+//! The same holds for He's model. He and Wang's with the overshoot `K` has `K J` for `J` and `S - (K-1) J` for `S`,
+//! and Stenman's has `S = J = d`. The ranges of `n` and `n + 1` overlap: the position of the stairs decides, and
+//! both are steady.
 //!
 //! In both, `Im N = -A / (pi X^2)` with the area `A` that the path of `x` over `u` encloses.
 //!
 //! # Limits
-//! Only motions whose VP has the same middle as the OP. For a valve that slides there is no other; He's
-//! stairs may stand anywhere between, and have a mean VP beside the mean OP then. A sine between is an
-//! assumption: the cycle of a real loop is none.
+//! Only motions whose VP has the same middle as the OP. A valve that slides has no other. He's stairs may have any
+//! position in between, with a mean VP that differs from the mean OP. A sine is an assumption: the cycle of a real
+//! loop is not one.
 //!
 //! # References
 //! M. A. A. S. Choudhury, N. F. Thornhill, S. L. Shah, "Modelling valve stiction", Control Engineering
@@ -50,7 +50,7 @@ use crate::valve::{Direction, HeWang, Model, Start, Valve};
 use nalgebra::Complex;
 use std::f64::consts::PI;
 
-/// What a valve does under a sine of the OP.
+/// The response of a valve to a sine of the OP.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Response {
     /// It does not move: the sine is too small.
@@ -74,14 +74,14 @@ impl Response {
     }
 }
 
-/// A range of amplitudes over which a valve slips equally often.
+/// A range of amplitudes with the same number of slips.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Branch {
     /// Slips in one direction.
     pub slips: usize,
-    /// The amplitude above which it moves so, percent.
+    /// The amplitude above which this motion exists, percent.
     pub from: f64,
-    /// The largest amplitude at which it moves so, percent; may be infinite.
+    /// The largest amplitude of this motion, percent; may be infinite.
     pub to: f64,
 }
 
@@ -99,10 +99,10 @@ pub struct Branch {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DescribingFunction(Motion);
 
-/// How a valve answers a sine.
+/// Kind of response to a sine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Motion {
-    /// As if it were not there.
+    /// The identity.
     Follows,
     /// It rests until the OP has returned by `turn`, then trails it by `drag`.
     Slides { turn: f64, drag: f64 },
@@ -111,10 +111,10 @@ enum Motion {
 }
 
 impl DescribingFunction {
-    /// The most slips a stroke that are summed.
+    /// The most slips a stroke in the sum.
     pub const MAX_SLIPS: usize = 1_000_000;
 
-    /// That of `model` with these bands.
+    /// The describing function of `model` with these bands.
     ///
     /// # Errors
     /// If the model does not allow these bands.
@@ -159,7 +159,7 @@ impl DescribingFunction {
         Some(Branch { slips, from, to })
     }
 
-    /// The response to a sine of amplitude `x`, percent; with the fewest slips where there are several.
+    /// The response to a sine of amplitude `x`, percent; with the fewest slips if there are several.
     ///
     /// # Errors
     /// If `x` is not positive, or there would be more than [`DescribingFunction::MAX_SLIPS`] slips.
@@ -175,10 +175,10 @@ impl DescribingFunction {
         Ok(Response::Moves { n: self.on_branch(slips, x).0, slips })
     }
 
-    /// The response to a sine of amplitude `x`, percent, with just so many slips a stroke.
+    /// The response to a sine of amplitude `x`, percent, with exactly this many slips a stroke.
     ///
     /// # Errors
-    /// If the valve does not slip so often under that sine; the message says under which it does.
+    /// If the valve does not slip this often under that sine; the message states the range in which it does.
     pub fn with_slips(&self, slips: usize, x: f64) -> Result<Complex<f64>> {
         positive("amplitude of the OP", x)?;
         match self.branch(slips) {
@@ -195,8 +195,8 @@ impl DescribingFunction {
         }
     }
 
-    /// The valve at the peak of a sine of amplitude `x`, in the motion of [`DescribingFunction::at`]: there
-    /// a model can be set off to take part in it. `None` if the valve is stuck.
+    /// The valve at the peak of a sine of amplitude `x`, in the motion of [`DescribingFunction::at`], for starting
+    /// a model in it. `None` if the valve is stuck.
     ///
     /// # Errors
     /// As [`DescribingFunction::at`].
@@ -218,14 +218,14 @@ impl DescribingFunction {
             Ok(slips as usize)
         } else {
             Err(Error::Inconsistent(format!(
-                "slips of {step} % under an OP of amplitude {x} % are more than {} a stroke; without slip \
-                 jump the valve is play",
+                "slips of {step} % under an OP of amplitude {x} % are more than {} a stroke; without slip jump the \
+                 valve is a play",
                 Self::MAX_SLIPS
             )))
         }
     }
 
-    /// By how much the VP trails the OP of a valve that slides, percent; 0 for others.
+    /// Lag of the VP behind the OP for a valve that slides, percent; 0 for others.
     pub(super) fn trail(&self) -> f64 {
         if let Motion::Slides { drag, .. } = self.0 { drag.abs() } else { 0.0 }
     }
@@ -240,7 +240,7 @@ impl DescribingFunction {
                 let (mut n, mut slope) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
                 for k in 0..slips {
                     let h = lowest + k as f64 * step;
-                    // Not by the square of X, of which the difference would keep nothing at X = h.
+                    // Without the square of X, whose difference would lose all digits at X = h.
                     let root = ((x - h) * (x + h)).max(0.0).sqrt();
                     n += Complex::new(root, -h);
                     slope += Complex::new(x / root - 2.0 * root / x, 2.0 * h / x);
@@ -270,20 +270,19 @@ fn sliding(turn: f64, drag: f64, x: f64) -> (Complex<f64>, Complex<f64>) {
     (Complex::new(re, im) / PI, slope / PI)
 }
 
-/// The response of any valve to a sine of amplitude `x`, percent, by following it.
+/// The response of any valve to a sine of amplitude `x`, percent, by simulation.
 ///
-/// The OP begins at its peak, with the valve in the state in which it is given, and goes on until the motion
-/// repeats itself. Where `valve` neither rests nor moves in proportion to the OP, the step is halved until
-/// slips are located to rounding; between, the integral is exact. So `N` comes out to about 1e-9 for a model
-/// whose VP depends on the course of the OP but not on its speed, as all of [`Model`] do.
+/// The OP begins at its peak, with the valve in its given state, and continues until the motion repeats itself.
+/// Where `valve` neither rests nor moves in proportion to the OP, the step is halved until slips are located to
+/// rounding. In between, the integral is exact. So `N` is accurate to about 1e-9 for a model whose VP depends on
+/// the path of the OP but not on its speed, as all of [`Model`] do.
 ///
-/// Two are out of reach: `S = 0` with a slip jump, for the valve then stands at its threshold whenever it
-/// stops, and rounding decides; and He and Wang's model with `J = 0` and an overshoot, which jumps at every step.
+/// Two cases fail. With `S = 0` and a slip jump, the valve is at its threshold whenever it stops, and rounding
+/// decides. He and Wang's model with `J = 0` and an overshoot jumps at every step.
 ///
 /// # Errors
-/// If `x` is not positive, the valve jumps however small the step is, the motion does not repeat itself within
-/// 100 periods, or two successive numbers
-/// of steps do not agree.
+/// If `x` is not positive, the valve jumps at any step size, the motion does not repeat itself within 100 periods,
+/// or two successive numbers of steps do not agree.
 pub fn by_integration<V: Valve + Clone>(valve: &V, x: f64) -> Result<Response> {
     const STEPS: [usize; 5] = [500, 1_000, 2_000, 4_000, 8_000];
     positive("amplitude of the OP", x)?;
@@ -321,9 +320,9 @@ struct Follower<V> {
 }
 
 impl<V: Valve + Clone> Follower<V> {
-    /// The steepest that the VP follows the OP other than by a slip.
+    /// The largest slope of VP over OP apart from slips.
     const STEEP: f64 = 8.0;
-    /// The most steps in a period. No valve that slips some thousand times needs so many.
+    /// The most steps in a period; enough for thousands of slips.
     const MOST_STEPS: usize = 1_000_000;
     /// The narrowest step, in radians.
     const NARROW: f64 = 1e-13;
@@ -346,7 +345,7 @@ impl<V: Valve + Clone> Follower<V> {
             }
             if self.steps >= Self::MOST_STEPS {
                 return Err(Error::Inconsistent(format!(
-                    "under an OP of amplitude {} % the valve jumps however small the step is",
+                    "under an OP of amplitude {} % the valve jumps at any step size",
                     self.x
                 )));
             }
@@ -377,7 +376,7 @@ impl<V: Valve + Clone> Follower<V> {
         let change = end - begin;
         let share = if to == from { 0.5 } else { (middle - from) / (to - from) };
         let rounding = 1e-13 * self.x.max(end.abs());
-        // A slip where the OP hardly changes, near its peak, is no steep line.
+        // A slip where the OP hardly changes, near its peak, is not a steep line.
         let straight = change.abs() <= Self::STEEP * (to - from).abs() + rounding
             && (half_way - begin - share * change).abs() <= rounding;
         self.steps += 1;

@@ -1,24 +1,24 @@
-//! What a method says of the cycles of a loop, in one form for both.
+//! The cycles of a loop by either method, in one form.
 
 use super::exact::{self, CycleOutcome};
 use super::harmonic_balance::{Balance, harmonic_balance};
 use super::{ContinuousLoop, Cycle, Method};
 use crate::error::Result;
 
-/// What a search for cycles has found.
+/// The result of a search for cycles.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Found {
-    /// How it was searched.
+    /// The method.
     pub method: Method,
     /// Whether there is a cycle.
     pub state: State,
-    /// Why there is no cycle, why that is not known, or what other motions do.
+    /// Why there is no cycle, why that is not known, or the ends of other motions.
     pub notes: Vec<String>,
-    /// The cycles; those of all methods stand together in a document.
+    /// The cycles; in a document, those of all methods are together.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub cycles: Vec<Cycle>,
-    /// How many cycles there are that do not attract and were not asked for.
+    /// Number of cycles that do not attract and were not requested.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub passed_over: usize,
 }
@@ -48,7 +48,7 @@ impl State {
 }
 
 impl Found {
-    /// The cycle in which a loop ends, or, of `all`, every one that is found, also those that do not attract.
+    /// The final cycle of a loop or, with `all`, every cycle found, also those that do not attract.
     ///
     /// # Errors
     /// If the method cannot treat such a loop.
@@ -79,7 +79,7 @@ impl Found {
         }
     }
 
-    /// Nothing, because the method cannot treat such a loop.
+    /// An empty result, because the method cannot treat such a loop.
     pub fn refused(method: Method, reason: String) -> Self {
         Self { method, state: State::Unknown, notes: vec![reason], cycles: vec![], passed_over: 0 }
     }

@@ -1,17 +1,16 @@
 //! The linear part of a loop over frequency: margins, sensitivity, stability.
 //!
 //! # What it computes
-//! `L(jw) = C(jw) G(jw)` of a [`ContinuousLoop`], the loop cut open where the valve is, with its unwrapped
-//! phase, gain and phase margin, ultimate frequency and `Ms`; and whether the loop would be stable if the
-//! valve followed the OP.
+//! `L(jw) = C(jw) G(jw)` of a [`ContinuousLoop`], the loop opened at the valve, with its unwrapped phase, gain and
+//! phase margin, ultimate frequency and `Ms`; and whether the loop would be stable if the valve followed the OP.
 //!
 //! # Equations
 //! ```text
 //! C(s) = kp + ki / s + kd s / (Tf s + 1)        G(s) = num(s) / den(s) exp(-theta s)
 //! L(s) = N(s) / D(s) exp(-theta s)              Ms = max |1 / (1 + L(jw))|
 //! ```
-//! Where the magnitude of L is `g` is a root of `|N|^2 - g^2 |D|^2`, a polynomial in `w^2` that knows no
-//! dead time; so gain crossovers are found exactly, and all of them.
+//! The magnitude of L equals `g` at the roots of `|N|^2 - g^2 |D|^2`, a polynomial in `w^2` without dead time. So
+//! gain crossovers are found exactly and completely.
 //!
 //! **Stability.** The poles of the closed loop are the zeros of `D(s) + N(s) exp(-theta s)`. Without dead
 //! time they are counted as eigenvalues. As the dead time grows from 0 to theta, one pair crosses the
@@ -20,11 +19,11 @@
 //! Nyquist's criterion without following the curve.
 //!
 //! # Assumptions
-//! Set-point weight, what the derivative acts on, limits and anti-windup do not matter here.
+//! Set-point weight, input of the derivative, limits and anti-windup do not matter here.
 //!
 //! # Limits
-//! `Ms` and phase crossovers are sought on a grid of 1 % in frequency (finer where dead time or a resonance
-//! turns the phase faster) and polished: two crossovers within one step are missed.
+//! `Ms` and phase crossovers are found on a grid of 1 % in frequency (finer where dead time or a resonance turns
+//! the phase faster) and refined: two crossovers within one step are missed.
 //!
 //! # References
 //! K. J. Åström, T. Hägglund, "Advanced PID Control", ISA, 2006. K. Walton, J. E. Marshall, "Direct method
@@ -51,21 +50,21 @@ pub enum Stability {
     Unstable,
 }
 
-/// How far a loop is from instability.
+/// Stability margins of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Margins {
-    /// Where `|L| = 1` and the phase is nearest to -180 degrees, rad/s; `None` if the gain never is 1.
+    /// Frequency with `|L| = 1` and the phase nearest to -180 degrees, rad/s; `None` if the gain never is 1.
     pub gain_crossover: Option<f64>,
-    /// How far the phase is from -180 degrees there, rad; negative beyond.
+    /// Distance of the phase from -180 degrees there, rad; negative beyond.
     pub phase_margin: Option<f64>,
-    /// Where the loop would oscillate if its gain were raised, or, if it is unstable, lowered to the
-    /// stability limit, rad/s; `None` if the phase never is -180 degrees.
+    /// Frequency of oscillation at the stability limit, after raising the gain (or lowering it, if the loop is
+    /// unstable), rad/s; `None` if the phase never is -180 degrees.
     pub ultimate_frequency: Option<f64>,
-    /// The factor by which the gain may be raised (below 1: must be lowered) to get there.
+    /// The factor of the gain at that limit (below 1: the gain must be lowered).
     pub gain_margin: Option<f64>,
     /// `Ms`, the largest sensitivity; infinite if `L` goes through -1.
     pub peak_sensitivity: f64,
-    /// Where it is, rad/s.
+    /// Its frequency, rad/s.
     pub peak_frequency: f64,
 }
 
@@ -104,11 +103,11 @@ pub struct FrequencyResponse {
 }
 
 impl FrequencyResponse {
-    /// That of the controller and the process of `continuous`.
+    /// The response of the controller and the process of `continuous`.
     ///
     /// # Errors
-    /// If the loop gain is zero, or its numerator is of higher degree than its denominator: a derivative
-    /// without filter before a process that passes its input through.
+    /// If the loop gain is zero, or its numerator is of higher degree than its denominator: a derivative without
+    /// filter before a process with direct feedthrough.
     pub fn of(continuous: &ContinuousLoop) -> Result<Self> {
         let (kp, ki, kd) = continuous.controller.gains();
         let filter = trimmed(&[continuous.controller.filter_s(), 1.0]);
@@ -123,8 +122,7 @@ impl FrequencyResponse {
         let (num, den) = (trimmed(&product(&num, &process.0)), product(&den, &process.1));
         if num.is_empty() {
             return Err(Error::Inconsistent(
-                "the gain of the loop is 0: neither a cycle nor a margin can be asked of it"
-                    .to_owned(),
+                "the gain of the loop is 0, so it has neither a cycle nor margins".to_owned(),
             ));
         }
         if num.len() > den.len() {
@@ -149,8 +147,8 @@ impl FrequencyResponse {
         Complex::from_polar(1.0, -w * self.dead_time)
     }
 
-    /// `L(jw)`: what a VP of unit amplitude becomes on its way through process and controller, with the sign
-    /// that makes `L N = -1` the condition of a cycle.
+    /// `L(jw)`: the response of process and controller to a VP of unit amplitude, with the sign that makes `L N =
+    /// -1` the condition of a cycle.
     pub fn at(&self, w: f64) -> Complex<f64> {
         at_frequency(&self.num, w) / at_frequency(&self.den, w) * self.delay(w)
     }
@@ -169,13 +167,13 @@ impl FrequencyResponse {
                 - self.dead_time)
     }
 
-    /// The phase of `L(jw)` for `w > 0` without jumps by a turn, rad: near `w = 0` it is -90 degrees for
-    /// each integrator (and -180 for a negative gain).
+    /// The phase of `L(jw)` for `w > 0` without jumps by a full turn, rad: near `w = 0` it is -90 degrees for each
+    /// integrator (and -180 for a negative gain).
     pub fn phase(&self, w: f64) -> f64 {
-        // Sums of angles of roots say which turn it is; the value itself says the rest exactly.
+        // Sums of angles of roots give the number of turns; the value itself gives the rest exactly.
         let angle = |root: &Complex<f64>| {
             if root.re > 0.0 {
-                // A pair of complex roots turns by nothing at w = 0.
+                // A pair of complex roots contributes nothing at w = 0.
                 let begin = if root.im < 0.0 { -PI } else { PI };
                 begin - (w - root.im).atan2(root.re)
             } else if root.norm() == 0.0 {
@@ -193,7 +191,7 @@ impl FrequencyResponse {
         fine + 2.0 * PI * ((rough - fine) / (2.0 * PI)).round() - w * self.dead_time
     }
 
-    /// Where `|L|` goes through `gain`, ascending.
+    /// Frequencies at which `|L|` crosses `gain`, ascending.
     ///
     /// # Errors
     /// If `gain` is not positive.
@@ -214,11 +212,11 @@ impl FrequencyResponse {
 
     /// Whether the loop would be stable if the valve followed the OP.
     pub fn stability(&self) -> Stability {
-        /// How near to the imaginary axis is on it, as a share of the distance from 0.
+        /// Largest distance from the imaginary axis that counts as on it, as a share of the distance from 0.
         const ON_AXIS: f64 = 1e-9;
         let direct = (self.num.len() == self.den.len()).then(|| (self.num[0] / self.den[0]).abs());
         if self.dead_time > 0.0 && direct.is_some_and(|gain| gain >= 1.0) {
-            // A difference equation that does not contract: poles without number to the right.
+            // A difference equation that does not contract: infinitely many poles to the right.
             return Stability::Unstable;
         }
         let closed = sum(&self.den, 1.0, &self.num);
@@ -249,7 +247,7 @@ impl FrequencyResponse {
             let ratio = -at_frequency(&self.num, w) / at_frequency(&self.den, w);
             let angle = ratio.arg().rem_euclid(2.0 * PI);
             let at_once = angle.min(2.0 * PI - angle) <= ON_AXIS;
-            // A pair that is on the axis without dead time was not counted; it leaves it at once.
+            // A pair on the axis without dead time was not counted; it leaves the axis at once.
             let first = if at_once { 0.0 } else { angle };
             let turns = (w * self.dead_time - first) / (2.0 * PI);
             marginal |= (turns - turns.round()).abs() <= ON_AXIS && turns.round() >= 0.0;
@@ -265,7 +263,7 @@ impl FrequencyResponse {
         }
     }
 
-    /// The lowest frequency at which L does something, or its gain is 1, rad/s.
+    /// The lowest frequency of a corner of L, or of gain 1, rad/s.
     pub(super) fn lowest(&self) -> f64 {
         let corners = self.zeros.iter().chain(&self.poles).map(|root| root.norm());
         let dead = (self.dead_time > 0.0).then(|| 1.0 / self.dead_time);
@@ -274,11 +272,11 @@ impl FrequencyResponse {
         if least.is_finite() { least } else { 1.0 }
     }
 
-    /// Frequencies from `low` to `high` close enough together that nothing happens between two.
+    /// Frequencies from `low` to `high`, close enough together that L is smooth between two.
     pub(super) fn grid(&self, low: f64, high: f64) -> Vec<f64> {
         const SHARE: f64 = 0.01;
         const TURN: f64 = 0.05;
-        /// A dead time of thousands of lags turns too often for all of it to be looked at.
+        /// A dead time of thousands of lags turns too often to cover all of it.
         const MOST: f64 = 2e5;
         let turn = (TURN / self.dead_time).max((high - low) / MOST);
         let mut grid = vec![low];
@@ -287,7 +285,7 @@ impl FrequencyResponse {
             w = (w + (SHARE * w).min(turn)).min(high);
             grid.push(w);
         }
-        // About a resonance the phase turns within its width.
+        // Around a resonance the phase turns within its width.
         for root in self.zeros.iter().chain(&self.poles) {
             let width = root.re.abs();
             if root.im > 0.0 && width < 0.3 * root.im && width > 0.0 {
@@ -307,7 +305,7 @@ impl FrequencyResponse {
 
     /// Margins and the largest sensitivity.
     pub fn margins(&self) -> Margins {
-        /// Below this gain nothing is a margin any more.
+        /// Smallest gain with a margin.
         const FAINT: f64 = 1e-3;
         let (peak_sensitivity, peak_frequency) = self.peak();
         let from_180 = |w: f64| (-self.at(w)).arg();
@@ -318,7 +316,7 @@ impl FrequencyResponse {
 
         let low = 1e-3 * self.lowest();
         let limit = self.last_crossover(FAINT).unwrap_or(1e3 * self.lowest()).max(1e3 * low);
-        // The first crossing beyond all frequencies of larger gain settles it: so look in segments.
+        // The first crossing beyond all frequencies of larger gain decides, so the search is in segments.
         let unstable = self.stability() == Stability::Unstable;
         let (mut begin, mut end) = (low, 10.0 * self.last_crossover(1.0).unwrap_or(self.lowest()));
         let mut ultimate: Option<f64> = None;
@@ -350,14 +348,14 @@ impl FrequencyResponse {
         }
     }
 
-    /// Where the phase goes through -180 degrees between two frequencies.
+    /// Where the phase crosses -180 degrees between two frequencies.
     fn phase_crossovers(&self, low: f64, high: f64) -> Vec<f64> {
         let grid = self.grid(low, high);
         let values: Vec<_> = grid.iter().map(|w| self.at(*w)).collect();
         let mut found = vec![];
         for k in 1..grid.len() {
             let (a, b) = (values[k - 1], values[k]);
-            // The phase moves little in one step, so that a change of sign of Im L is through the axis.
+            // The phase moves little in one step, so that a change of sign of Im L is a crossing of the axis.
             if (a.im > 0.0) != (b.im > 0.0) && a.re < 0.0 && b.re < 0.0 {
                 found.push(bracketed(|w| self.at(w).im, grid[k - 1], grid[k]));
             }
@@ -371,7 +369,7 @@ impl FrequencyResponse {
         let low = 1e-3 * self.lowest();
         let (mut best, mut at) = (sensitivity(low), low);
         let mut begin = low;
-        // Beyond the last place where |L| = g no sensitivity exceeds 1 / (1 - g).
+        // Beyond the last point with |L| = g no sensitivity exceeds 1 / (1 - g).
         let mut gain = 0.5;
         loop {
             let end = self.last_crossover(gain).unwrap_or(begin).max(begin);

@@ -5,9 +5,9 @@
 //! [`Cycle`]s with [`Method::DescribingFunction`], and whether each attracts; or that there is none, and why.
 //!
 //! # Assumptions
-//! OP and VP are taken for sines: the process passes the fundamental of the VP and suppresses the rest. For
-//! stiction it holds poorly: against exact cycles of the paper's loop the period is 5 to 7 % too long, and
-//! where dead time dominates up to 55 %.
+//! OP and VP are treated as sines: the process passes the fundamental of the VP and suppresses the rest. For
+//! stiction this is inaccurate: against exact cycles of the paper's loop the period is 5 to 7 % too long, and up to
+//! 55 % if dead time dominates.
 //!
 //! # Equations
 //! ```text
@@ -21,23 +21,23 @@
 //! ```text
 //! r = -Re[ j (d ln N / dX) / (d ln L / dw) ] dX,    so the cycle is stable if the real part is positive,
 //! ```
-//! which says that `-1/N` leaves to the left of L as X grows.
+//! which means that `-1/N` leaves to the left of L as X grows.
 //!
 //! # How it is computed
-//! Both curves are drawn as polygons in the plane of phase and logarithm of the magnitude, crossings of
-//! edges are found, and each is polished by Newton's method on `ln(L N) = -j pi` to `|L N + 1| < 1e-10`.
+//! Both curves are polygons in the plane of phase and logarithm of the magnitude. Crossings of edges are found, and
+//! each is refined by Newton's method on `ln(L N) = -j pi` to `|L N + 1| < 1e-10`.
 //!
 //! # Limits
 //! * Two crossings within one edge of both polygons (1 % in frequency and about as much in amplitude) may be
-//!   missed: that is where a cycle is about to appear or to vanish.
-//! * Where it finds no cycle there may be one. Under an integral time well above the sum of time constant and
-//!   dead time the curves do not meet, and the loop cycles all the same: a stuck valve waits as long as it takes
-//!   for the integral to move it, and such a cycle is far from a sine.
+//!   missed, which happens where a cycle appears or vanishes.
+//! * A cycle may exist even if it finds none. With an integral time well above the sum of time constant and dead
+//!   time the curves do not meet, but the loop cycles: the stuck valve waits until the integral moves it, and such
+//!   a cycle is far from a sine.
 //! * Loeb's criterion is local and necessary; it is sufficient only if the linear loop has no other poles
 //!   near instability.
-//! * Of He's model only the motion whose VP has the same middle as the OP is found, though for any number of
-//!   slips; its asymmetric cycles are a matter for the exact method.
-//! * Swings below `J / 1000` are not sought where the valve has no least amplitude (`S = 0`).
+//! * For He's model only motions whose VP has the same middle as the OP are found, for any number of slips;
+//!   asymmetric cycles need the exact method.
+//! * Swings below `J / 1000` are not searched if the valve has no smallest amplitude (`S = 0`).
 //!
 //! # References
 //! J. M. Loeb, "Recent advances in nonlinear servo theory", in "Frequency Response", 1956 (recalled, not
@@ -83,7 +83,7 @@ impl fmt::Display for NoCycle {
     }
 }
 
-/// What harmonic balance says of a loop.
+/// The result of harmonic balance.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Balance {
     /// Its cycles, the largest OP first; at least one.
@@ -101,13 +101,13 @@ impl Balance {
         }
     }
 
-    /// The stable cycle of the largest OP.
+    /// The stable cycle with the largest OP.
     pub fn attracting(&self) -> Option<&Cycle> {
         self.cycles().iter().find(|cycle| cycle.stable)
     }
 }
 
-/// A vertex of a curve: where on it, phase (rad), logarithm of the magnitude.
+/// A vertex of a curve: its parameter, phase (rad), logarithm of the magnitude.
 type Vertex = [f64; 3];
 
 /// The limit cycles of `continuous` by harmonic balance.
@@ -131,23 +131,23 @@ type Vertex = [f64; 3];
 /// ```
 ///
 /// # Errors
-/// If the loop gain is zero or improper, the model does not allow its bands, the loop has no operating point,
-/// He's slips are so small that a cycle would have thousands a stroke, or a crossing cannot be polished.
+/// If the loop gain is zero or improper, the model does not allow its bands, the loop has no operating point, He's
+/// slips are so small that a cycle would have thousands a stroke, or a crossing cannot be refined.
 pub fn harmonic_balance(continuous: &ContinuousLoop) -> Result<Balance> {
-    /// The most slips a stroke that are tried.
+    /// The most slips a stroke.
     const SLIPS: usize = 1_000;
     let response = FrequencyResponse::of(continuous)?;
     let middle = continuous.operating_point()?;
     let valve = DescribingFunction::new(continuous.model, continuous.bands)?;
-    // No point of L is nearer to -1 than this, so that -1/N need not be followed once it is and stays nearer.
+    // No point of L is nearer to -1 than this, so -1/N need not be followed once it stays nearer.
     let clearance = 1.0 / response.peak().0;
     let mut cycles = vec![];
     let mut slips = 1;
     while let Some(branch) = valve.branch(slips) {
         if slips > SLIPS {
             return Err(Error::Inconsistent(format!(
-                "a cycle of this loop may have more than {SLIPS} slips a stroke, because it is near its \
-                 stability limit or its slips are small; without slip jump the valve is play"
+                "a cycle of this loop may have more than {SLIPS} slips a stroke, because it is near its stability \
+                 limit or its slips are small; without slip jump the valve is a play"
             )));
         }
         let amplitudes = Amplitudes::of(&valve, branch);
@@ -187,12 +187,12 @@ pub fn harmonic_balance(continuous: &ContinuousLoop) -> Result<Balance> {
 struct Amplitudes<'a> {
     valve: &'a DescribingFunction,
     branch: Branch,
-    /// An amplitude by which to measure others.
+    /// A reference amplitude.
     scale: f64,
 }
 
 impl<'a> Amplitudes<'a> {
-    /// The last `t` of a branch without end: X is a million times the bands there.
+    /// The last `t` of an infinite branch: X is a million times the bands there.
     const LAST: f64 = 1.0 - 1e-3;
     const POINTS: usize = 200;
 
@@ -227,7 +227,7 @@ impl<'a> Amplitudes<'a> {
         (first, if self.branch.to.is_finite() { 1.0 } else { Self::LAST })
     }
 
-    /// Vertices of -1/N at `t` from `a` to `b`, denser where the branch begins.
+    /// Vertices of -1/N at `t` from `a` to `b`, denser at the beginning of the branch.
     fn curve(&self, a: f64, b: f64, points: usize) -> Vec<Vertex> {
         let (a, b) = (a.sqrt(), b.sqrt());
         (0..=points)
@@ -248,21 +248,21 @@ impl<'a> Amplitudes<'a> {
     }
 }
 
-/// Where the two curves meet.
+/// Intersections of the two curves.
 struct Meeting<'a> {
     response: &'a FrequencyResponse,
     amplitudes: Amplitudes<'a>,
 }
 
 impl Meeting<'_> {
-    /// Frequency, amplitude and whether it attracts, of all meetings.
+    /// Frequency, amplitude and stability of all intersections.
     fn all(&self) -> Result<Vec<(f64, f64, bool)>> {
         let (first, last) = self.amplitudes.bounds();
         let valve_curve = self.amplitudes.curve(first, last, Amplitudes::POINTS);
         let (least, most) = valve_curve
             .iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v[2]), b.max(v[2])));
-        // Only where the gain of L is one that -1/N has.
+        // Only where the gain of L is one of -1/N.
         let lowest = self.response.lowest();
         let strongest = 1.01 * most.exp();
         let low = match self.response.where_gain_is(strongest).first() {
@@ -282,7 +282,7 @@ impl Meeting<'_> {
         Ok(found)
     }
 
-    /// Vertices of L; the phase is that of each value, without jumps by a turn.
+    /// Vertices of L; the phase is unwrapped.
     fn loop_curve(&self, grid: &[f64]) -> Vec<Vertex> {
         let mut before: Option<f64> = None;
         grid.iter()
@@ -297,7 +297,7 @@ impl Meeting<'_> {
             .collect()
     }
 
-    /// Polishes a crossing of two edges and adds it; or finds, on finer polygons, that it is none.
+    /// Refines a crossing of two edges and adds it; or finds, on finer polygons, that it is none.
     fn settle(
         &self,
         w_edge: (f64, f64),
@@ -309,7 +309,8 @@ impl Meeting<'_> {
         if self.polish(mid(w_edge), mid(t_edge), found) {
             return Ok(());
         }
-        // A chord may cross where the curve does not. Look again with both edges and their neighbours.
+        // A chord may cross where the curve does not, so the search is repeated with both edges and their
+        // neighbours.
         let (first, last) = self.amplitudes.bounds();
         let (w_width, t_width) = (w_edge.1 - w_edge.0, t_edge.1 - t_edge.0);
         let grid: Vec<f64> = (0..=3 * FINER)
@@ -323,8 +324,8 @@ impl Meeting<'_> {
             let t = mid((valve_curve[k][0], valve_curve[k + 1][0]));
             if !self.polish(w, t, found) {
                 return Err(Error::Inconsistent(format!(
-                    "the frequency response seems to meet -1/N(X) near {} rad/s and X = {} %, but the place \
-                     cannot be settled",
+                    "the frequency response seems to meet -1/N(X) near {} rad/s and X = {} %, but this could not \
+                     be confirmed",
                     w.exp(),
                     self.amplitudes.x(t).0
                 )));
@@ -333,7 +334,7 @@ impl Meeting<'_> {
         Ok(())
     }
 
-    /// Newton's method from `(ln w, t)`; whether it ended on a meeting near by, which is added if new.
+    /// Newton's method from `(ln w, t)`; whether it ended on a nearby intersection, which is added if new.
     fn polish(&self, ln_w: f64, t: f64, found: &mut Vec<(f64, f64, bool)>) -> bool {
         const ITERATIONS: usize = 60;
         const NEAR: f64 = 0.1;
@@ -366,7 +367,7 @@ impl Meeting<'_> {
             let Some((next, value)) = better else { break };
             (at, now) = (next, value);
         }
-        // Not NaN, and not somewhere else.
+        // Not NaN, and not far away.
         if !(now.norm() < 1e-10) || (at.0 - ln_w).abs() > NEAR || (at.1 - t).abs() > NEAR {
             return false;
         }
@@ -383,7 +384,7 @@ impl Meeting<'_> {
 
 /// The pairs of edges, one of each curve, that cross; phases count up to whole turns.
 fn crossings(a: &[Vertex], b: &[Vertex]) -> Vec<(usize, usize)> {
-    /// Edges in a block, which is skipped if its box is apart.
+    /// Edges in a block, which is skipped if its box does not overlap.
     const BLOCK: usize = 16;
     let frame = |vertices: &[Vertex]| {
         let fold = |i: usize| {
@@ -432,8 +433,8 @@ fn crossings(a: &[Vertex], b: &[Vertex]) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// Whether the edge from `p` to `q` meets that from `r` to `s`; ends belong to it, and a little more, so that
-/// rounding lets nothing slip through between two edges.
+/// Whether the edge from `p` to `q` meets that from `r` to `s`. Ends are included with a small margin, so that
+/// rounding misses nothing.
 fn cross(p: (f64, f64), q: (f64, f64), r: (f64, f64), s: (f64, f64)) -> bool {
     const MORE: f64 = 1e-9;
     let (d, e, f) = ((q.0 - p.0, q.1 - p.1), (s.0 - r.0, s.1 - r.1), (r.0 - p.0, r.1 - p.1));

@@ -1,23 +1,22 @@
-//! The limit cycle over two parameters of a loop, where it ends, and what it depends on most.
+//! The limit cycle over two parameters of a loop, its boundary, and its sensitivities.
 //!
 //! # What it computes
-//! [`Map::of`]: the cycle in which the loop ends, at every point of a grid of two parameters. [`sensitivities`]:
-//! by how many percent period and amplitudes change with a percent of each parameter.
+//! * [`Map::of`]: the final cycle of the loop at every point of a grid of two parameters.
+//! * [`sensitivities`]: the change in percent of period and amplitudes with a percent of each parameter.
 //!
 //! # Assumptions
-//! Those of [exact](super::exact) cycles, or of [harmonic balance](super::harmonic_balance()), whichever is asked for.
+//! Those of [exact](super::exact) cycles, or of [harmonic balance](super::harmonic_balance()), as requested.
 //!
 //! # Equations
 //! The sensitivity of a quantity `q` of the cycle to a parameter `p` is `d ln q / d ln p`, by central differences
-//! of exact cycles at `p (1 ± 1e-4)`; their error is of the order 1e-7. As the loop has no other units than those
-//! of the OP, the PV and the time, sums of sensitivities are known: to S and J together the amplitudes answer
-//! with 1 and the period with 0; to `Ti`, the lags and the dead time together, under PI, the period with 1 and
-//! the amplitudes with 0.
+//! of exact cycles at `p (1 ± 1e-4)`; their error is of the order 1e-7. The loop has no units other than those of
+//! the OP, the PV and the time, so sums of sensitivities are known. To S and J together the amplitudes have 1 and
+//! the period 0. To `Ti`, the lags and the dead time together, under PI, the period has 1 and the amplitudes 0.
 //!
 //! # Limits
-//! * A map shows one cycle a point: the one in which the loop ends when it starts near its equilibrium.
-//! * The boundary of its existence is known to the spacing of the grid.
-//! * A sensitivity says nothing where the cycle changes its kind within a ten-thousandth of the parameter.
+//! * A map shows one cycle a point: the final one of a loop that starts near its equilibrium.
+//! * The boundary is known to the spacing of the grid.
+//! * A sensitivity is meaningless if the cycle changes its kind within a ten-thousandth of the parameter.
 
 use super::{ContinuousLoop, Cycle, Method, State, Swing, attractor};
 use crate::bands::Bands;
@@ -28,30 +27,30 @@ use crate::parallel::*;
 /// A parameter of a loop that a map can vary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Parameter {
-    /// Stick band plus dead band, percent; J stays.
+    /// Stick band plus dead band, percent; J stays constant.
     S,
-    /// Slip jump, percent; S stays.
+    /// Slip jump, percent; S stays constant.
     J,
-    /// J over S; S stays.
+    /// J over S; S stays constant.
     JOverS,
-    /// Gain of the controller; its times stay.
+    /// Gain of the controller; its times stay constant.
     Kc,
-    /// Integral time, s; gain and derivative time stay.
+    /// Integral time, s; gain and derivative time stay constant.
     Ti,
     /// Gain of the process, PV units per percent.
     ProcessGain,
     /// Dead time of the process, s.
     DeadTime,
-    /// Sum of the lags of the process, s; their ratios, the leads and the dead time stay.
+    /// Sum of the lags of the process, s; their ratios, the leads and the dead time stay constant.
     Lag,
-    /// Dead time over the sum of the lags of the process; the lags stay.
+    /// Dead time over the sum of the lags of the process; the lags stay constant.
     DeadTimeOverLag,
 }
 
 crate::written_by_name!(Parameter);
 
 impl Parameter {
-    /// All of them. A ratio comes after what it is a ratio to.
+    /// All of them. A ratio comes after its reference.
     pub const ALL: [Self; 9] = [
         Self::S,
         Self::J,
@@ -64,7 +63,7 @@ impl Parameter {
         Self::DeadTimeOverLag,
     ];
 
-    /// Its name, as it is asked for.
+    /// Its name in commands.
     pub fn name(self) -> &'static str {
         match self {
             Self::S => "S",
@@ -79,7 +78,7 @@ impl Parameter {
         }
     }
 
-    /// Its unit; empty of a number without one.
+    /// Its unit; empty for a number without one.
     pub fn unit(self) -> &'static str {
         match self {
             Self::S | Self::J => "%",
@@ -105,7 +104,7 @@ impl Parameter {
         })
     }
 
-    /// Its value in a loop; `None` where the loop has no such thing.
+    /// Its value in a loop; `None` if the loop does not have it.
     pub fn of(self, l: &ContinuousLoop) -> Option<f64> {
         let (kp, ki, _) = l.controller.gains();
         let value = match self {
@@ -122,7 +121,7 @@ impl Parameter {
         value.is_finite().then_some(value)
     }
 
-    /// The loop with another value of it.
+    /// The loop with a different value of it.
     ///
     /// # Errors
     /// If the loop cannot have that value.
@@ -155,7 +154,7 @@ impl Parameter {
             Self::Lag => {
                 let lag = lag(&l.process).ok_or_else(|| none("lag"))?;
                 let factor = positive("sum of lags", value)? / lag;
-                // Each power of s brings the factor once more.
+                // Each power of s adds the factor once more.
                 let mut power = 1.0;
                 let mut den: Vec<f64> = den.into_iter().rev().collect();
                 for c in &mut den {
@@ -173,7 +172,7 @@ impl Parameter {
         Ok(l)
     }
 
-    /// The parameter that this one is a multiple of; itself if it is none.
+    /// The reference of a ratio; the parameter itself if it is none.
     fn base(self) -> Self {
         match self {
             Self::JOverS => Self::J,
@@ -191,7 +190,7 @@ impl Parameter {
     }
 }
 
-/// Gain at rest, or of the slope where a process integrates.
+/// Static gain, or slope of an integrating process.
 fn process_gain(process: &Process) -> Option<f64> {
     let (num, den) = process.coefficients();
     let lowest = den.iter().rev().find(|c| **c != 0.0)?;
@@ -199,7 +198,7 @@ fn process_gain(process: &Process) -> Option<f64> {
     (gain.is_finite() && gain != 0.0).then_some(gain)
 }
 
-/// The sum of the lags; `None` of a process that integrates.
+/// The sum of the lags; `None` for an integrating process.
 fn lag(process: &Process) -> Option<f64> {
     let (_, den) = process.coefficients();
     let [.., a1, a0] = den[..] else { return None };
@@ -236,7 +235,7 @@ impl Axis {
         Ok(Self { parameter, values: (0..points).map(at).collect() })
     }
 
-    /// Halfway between neighbours, and as far on the other side of the first and the last.
+    /// Halfway between neighbours, and equally far on the other side of the first and the last.
     fn sides(&self) -> Vec<f64> {
         let v = &self.values;
         let Some(last) = v.len().checked_sub(1) else { return vec![] };
@@ -251,7 +250,7 @@ impl Axis {
     }
 }
 
-/// What a point of a map has.
+/// A point of a map.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Point {
     /// The loop ends in a cycle.
@@ -260,23 +259,23 @@ pub enum Point {
         period_s: f64,
         /// Half of the peak-to-peak values.
         half_pp: Swing,
-        /// How often the stem begins to move in a period.
+        /// Slips of the stem in a period.
         slips: usize,
     },
     /// It has none.
     NoCycle {
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// It is not known, or there is no such loop.
+    /// It is not known, or the loop is invalid.
     Unknown {
-        /// Why.
+        /// The reason.
         reason: String,
     },
 }
 
 impl Point {
-    /// The cycle in which a loop ends, found by this method.
+    /// The final cycle of a loop, found by this method.
     pub fn of(l: &ContinuousLoop, method: Method) -> Self {
         match attractor(l, method) {
             Ok(Ok(cycle)) => {
@@ -296,7 +295,7 @@ impl Point {
         }
     }
 
-    /// Why there is none, or why that is not known; empty of a cycle.
+    /// Why there is none, or why that is not known; empty for a cycle.
     pub fn reason(&self) -> &str {
         match self {
             Self::Cycle { .. } => "",
@@ -313,16 +312,16 @@ impl Point {
     }
 }
 
-/// The cycles in which a loop ends, over two of its parameters.
+/// The final cycles of a loop, over two of its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Map {
     /// The parameter that changes along a row.
     pub x: Axis,
     /// The parameter that changes from row to row.
     pub y: Axis,
-    /// How the cycles were found.
+    /// The method of the cycles.
     pub method: Method,
-    /// Row by row: that of the first value of `y` first.
+    /// Row by row, beginning with the first value of `y`.
     pub points: Vec<Point>,
 }
 
@@ -346,9 +345,9 @@ struct MapDocument {
     x: AxisDocument,
     /// The parameter that changes from row to row.
     y: AxisDocument,
-    /// How the cycles were found.
+    /// The method of the cycles.
     method: Method,
-    /// How the points are ordered in the lists that follow.
+    /// Order of the points in the lists below.
     order: &'static str,
     /// Whether there is a cycle.
     state: Vec<State>,
@@ -356,7 +355,7 @@ struct MapDocument {
     period_s: Vec<Option<f64>>,
     /// Half of the peak-to-peak values.
     half_pp: Swings,
-    /// Where cycling ends: sides of points, from corner to corner.
+    /// The boundary of cycling: sides of points, from corner to corner.
     boundary: Vec<[[f64; 2]; 2]>,
 }
 
@@ -396,11 +395,11 @@ impl Map {
     /// Computes a map; its points in parallel, the same on any number of threads.
     ///
     /// # Errors
-    /// If both axes vary the same parameter, be it as a ratio, or one that the loop does not have.
+    /// If both axes vary the same parameter, also as a ratio, or one that the loop does not have.
     pub fn of(l: &ContinuousLoop, x: Axis, y: Axis, method: Method) -> Result<Self> {
         if x.parameter.base() == y.parameter.base() {
             return Err(Error::Inconsistent(format!(
-                "the axes of the map are {} and {}, which vary the same thing; a map needs two parameters",
+                "the axes of the map are {} and {}, which vary the same quantity; a map needs two parameters",
                 x.parameter.name(),
                 y.parameter.name()
             )));
@@ -412,13 +411,13 @@ impl Map {
                     axis.parameter.name()
                 )));
             };
-            // A value may be out of range, but there must be something to vary.
+            // A value may be out of range, but the parameter must exist.
             if axis.parameter.of(l).is_none() {
                 axis.parameter.set(l, *first)?;
             }
         }
         let across = x.values.len();
-        // A ratio is set last, to what it is a ratio to.
+        // A ratio is set last, relative to its reference.
         let place = |axis: &Axis| Parameter::ALL.iter().position(|p| *p == axis.parameter);
         let x_first = place(&x) < place(&y);
         let point = |k: usize| {
@@ -454,9 +453,9 @@ impl Map {
         Swings { op: column(|s| s.op), vp: column(|s| s.vp), pv: column(|s| s.pv) }
     }
 
-    /// Where cycling ends: the sides between two points next to each other of which one has a cycle and the
-    /// other is known to have none. A point reaches halfway to its neighbours; each side goes from one of its
-    /// corners, `(x, y)`, to the other.
+    /// The boundary of cycling: the sides between two adjacent points, one with a cycle and the other known to have
+    /// none. A point extends halfway to its neighbours; each side goes from one of its corners, `(x, y)`, to the
+    /// other.
     pub fn boundary(&self) -> Vec<[(f64, f64); 2]> {
         let ends = |a: Option<&Point>, b: Option<&Point>| {
             matches!(
@@ -483,26 +482,26 @@ impl Map {
     }
 }
 
-/// How a cycle answers to a parameter: percent per percent.
+/// Sensitivity of a cycle to a parameter: percent per percent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Sensitivity {
     /// The parameter.
     pub parameter: Parameter,
-    /// Its unit; empty of a number without one.
+    /// Its unit; empty for a number without one.
     pub unit: &'static str,
     /// Its value.
     pub value: f64,
-    /// Of the period.
+    /// Sensitivity of the period.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub period: f64,
-    /// Of the half peak-to-peak values.
+    /// Sensitivity of the half peak-to-peak values.
     pub half_pp: Swing,
 }
 
-/// The sensitivities of the exact cycle of a loop to every parameter that it has and that is not 0; ratios, which
-/// say nothing new, and those at which the cycle ends or cannot be found are left out. Without a cycle there
-/// are none.
+/// The sensitivities of the exact cycle of a loop to every parameter that it has and that is not 0. Ratios, which
+/// add nothing, and parameters at which the cycle ends or cannot be found are left out. Without a cycle there are
+/// none.
 ///
 /// # Errors
 /// If the loop cannot be computed exactly.

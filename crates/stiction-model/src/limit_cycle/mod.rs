@@ -5,11 +5,11 @@
 //!       └──────────> exact ─────────────────────────────────────> Cycle   (exact, two-phase and He)
 //! ```
 //!
-//! Both look at the loop in continuous time, at a constant set point and load, far from the limits of
-//! the OP; what a sampled controller does tends to it as the sample time goes to 0.
+//! Both treat the loop in continuous time, at a constant set point and load, far from the limits of the OP. A
+//! sampled controller tends to it as the sample time goes to 0.
 //!
-//! [`frequency_response`] is the loop without its valve, and [`tuning`] asks which robust tuning swings least,
-//! and [`map`] draws cycles over two parameters.
+//! [`frequency_response`] is the loop without its valve, [`tuning`] finds the robust tuning with the smallest
+//! swing, and [`map`] computes cycles over two parameters.
 
 mod attractor;
 mod cancelled;

@@ -1,13 +1,13 @@
-//! Tuning a PI controller around a sticking valve: robust, and with the least swing of the PV.
+//! Tuning of a PI controller around a sticking valve: robust, and with the smallest swing of the PV.
 //!
 //! # What it computes
-//! What a tuning is worth where the valve does not matter ([`FrequencyResponse::margins`] for `Ms`,
-//! [`load_step_iae`]); a starting point ([`simc`], [`lambda`]); all tunings of a grid within a bound on `Ms`
-//! ([`robust`]); and the one of them in whose limit cycle the PV swings least, with what it costs
-//! ([`least_swing`]).
+//! * The performance of a tuning without the valve: [`FrequencyResponse::margins`] for `Ms`, [`load_step_iae`].
+//! * A starting point: [`simc`], [`lambda`].
+//! * All tunings of a grid within a bound on `Ms`: [`robust`].
+//! * The one of them whose limit cycle has the smallest swing of the PV, with its cost: [`least_swing`].
 //!
 //! # Assumptions
-//! The process is known. The cycle is what the given function says it is: by describing function
+//! The process is known. The cycle is that of the given function: by describing function
 //! ([`by_describing_function`]) or exactly.
 //!
 //! # Equations
@@ -18,21 +18,21 @@
 //! SIMC, second order:  as first order with tau1 + tau2 / 2 and theta + tau2 / 2   (tau2 <= tau1)
 //! lambda:              Kc = tau / (K (lambda + theta)), Ti = tau
 //! ```
-//! Where the error keeps its sign, `IAE = |Ti / Kc|`.
+//! If the error keeps its sign, `IAE = |Ti / Kc|`.
 //!
 //! # Limits
-//! **Harmonic balance is a poor guide where it finds no cycle.** With an integral time well above the sum of time
-//! constant and dead time it sees none around a valve with slip jump, where simulation goes on cycling; and a
-//! slow process under a tight controller it says to cycle on dead band alone, which simulation confirms for
-//! some and not for others. A tuning "without a cycle" needs the exact method, or a simulation.
+//! **Harmonic balance is unreliable where it finds no cycle.** With an integral time well above the sum of time
+//! constant and dead time it finds none around a valve with slip jump, although simulation continues to cycle. For
+//! a slow process under a tight controller it predicts a cycle with dead band alone, which simulation confirms only
+//! for some. A tuning "without a cycle" needs the exact method, or a simulation.
 //!
-//! The IAE is that of a loop whose valve follows: under stiction a load step smaller than the bands may not
-//! move the valve at all. PI only.
+//! The IAE is that of a loop whose valve follows: under stiction a load step smaller than the bands may not move
+//! the valve at all. PI only.
 //!
 //! # References
-//! S. Skogestad, "Simple analytic rules for model reduction and PID controller tuning", J. Process Control
-//! 13 (2003) 291-309 (recalled, not read). K. J. Åström, T. Hägglund, "Advanced PID Control", ISA, 2006.
-//! That a limit cycle can be tuned away so is an idea of Mohammad and Huang (2012; recalled, not read).
+//! S. Skogestad, "Simple analytic rules for model reduction and PID controller tuning", J. Process Control 13
+//! (2003) 291-309 (recalled, not read). K. J. Åström, T. Hägglund, "Advanced PID Control", ISA, 2006. The idea of
+//! removing a limit cycle by such tuning is that of Mohammad and Huang (2012; recalled, not read).
 
 use super::{ContinuousLoop, Cycle, FrequencyResponse, Stability, harmonic_balance};
 use crate::bands::Bands;
@@ -41,10 +41,10 @@ use crate::error::{Error, Result, non_negative, positive, require};
 use crate::parallel::*;
 use crate::valve::{Assembly, Model};
 
-/// The bound on `Ms` unless told otherwise: about what [`simc`] gives with `tc = theta`.
+/// The default bound on `Ms`: about that of [`simc`] with `tc = theta`.
 pub const PEAK_SENSITIVITY: f64 = 1.7;
 
-/// Skogestad's PI tuning for the closed-loop time constant `tc`, s; `tc` equal to the dead time is his choice.
+/// Skogestad's PI tuning for the closed-loop time constant `tc`, s; he recommends the dead time.
 ///
 /// # Errors
 /// If `tc + theta` is not positive, or the process is not of first order, of second order with real stable
@@ -63,7 +63,7 @@ pub fn simc(process: &Process, tc: f64) -> Result<Controller> {
     }
 }
 
-/// The PI tuning that cancels the pole and leaves a closed loop of time constant `lambda`, s.
+/// The PI tuning that cancels the pole and gives a closed loop of time constant `lambda`, s.
 ///
 /// # Errors
 /// If `lambda + theta` is not positive, or the process has no dominant time constant, see [`simc`].
@@ -80,7 +80,7 @@ pub fn lambda(process: &Process, lambda: f64) -> Result<Controller> {
     }
 }
 
-/// A process as the rules see it.
+/// A process for the rules.
 enum Plain {
     FirstOrder { gain: f64, tau: f64, theta: f64 },
     Integrator { gain: f64, theta: f64 },
@@ -99,7 +99,7 @@ impl Plain {
             ([k], [a, b, c]) => {
                 let (sum, product) = (b / c, a / c);
                 let root = 0.25 * sum * sum - product;
-                // Two equal time constants may come out complex by rounding.
+                // Two equal time constants may become complex by rounding.
                 let apart = root.max(0.0).sqrt();
                 let (long, short) = (0.5 * sum + apart, 0.5 * sum - apart);
                 (root >= -1e-12 * sum * sum && short > 0.0).then(|| Self::FirstOrder {
@@ -112,8 +112,8 @@ impl Plain {
         };
         found.ok_or_else(|| {
             Error::Inconsistent(
-                "the tuning rules know processes of first order, of second order with real stable poles \
-                 and no zero, and integrators"
+                "the tuning rules are for processes of first order, of second order with real stable poles and no \
+                 zero, and integrators"
                     .to_owned(),
             )
         })
@@ -123,13 +123,13 @@ impl Plain {
 /// Integral of the absolute error after a step of the load by 1 percent of span while the valve follows the
 /// OP; PV units times s.
 ///
-/// From two simulations, at a fine sample time and half of it, extrapolated to none.
+/// From two simulations, at a fine sample time and half of it, extrapolated to zero.
 ///
 /// # Errors
-/// If the loop is not stable, has no integral action (the error stays, and the integral has no end), or does
-/// not settle within 4 million samples.
+/// If the loop is not stable, has no integral action (the error stays, and the integral is infinite), or does not
+/// settle within 4 million samples.
 pub fn load_step_iae(continuous: &ContinuousLoop) -> Result<f64> {
-    /// Samples a radian at the highest frequency that matters.
+    /// Samples per radian at the highest relevant frequency.
     const FINE: f64 = 50.0;
     let response = FrequencyResponse::of(continuous)?;
     let (kp, ki, kd) = continuous.controller.gains();
@@ -155,7 +155,7 @@ pub fn load_step_iae(continuous: &ContinuousLoop) -> Result<f64> {
     Ok(2.0 * fine - coarse)
 }
 
-/// The IAE of a simulated loop, over as long as it takes from `duration` on.
+/// The IAE of a simulated loop, for as long as needed from `duration` on.
 fn settled_iae(plant: &mut ClosedLoop, sample_time: f64, duration: f64) -> Result<f64> {
     const MOST_SAMPLES: f64 = 4e6;
     const TAIL: f64 = 1e-8;
@@ -176,7 +176,7 @@ fn settled_iae(plant: &mut ClosedLoop, sample_time: f64, duration: f64) -> Resul
     )))
 }
 
-/// Gains and integral times to be tried, each with each.
+/// Gains and integral times to try, each with each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TuningGrid {
     /// Gains, percent per PV unit.
@@ -186,8 +186,8 @@ pub struct TuningGrid {
 }
 
 impl TuningGrid {
-    /// `points` gains and as many integral times, at equal ratios from a `factor`-th to the `factor`-fold of
-    /// those of `controller`.
+    /// `points` gains and as many integral times, at equal ratios from a `factor`-th to the `factor`-fold of those
+    /// of `controller`.
     ///
     /// # Errors
     /// If the controller lacks proportional or integral action, their signs differ, or `factor` is not above 1.
@@ -196,8 +196,8 @@ impl TuningGrid {
         let (kp, ki, _) = controller.gains();
         if !(kp * ki > 0.0) {
             return Err(Error::Inconsistent(
-                "a grid of PI tunings needs a controller with proportional and integral action of one \
-                 sign to begin from"
+                "a grid of PI tunings needs an initial controller with proportional and integral action of the \
+                 same sign"
                     .to_owned(),
             ));
         }
@@ -209,7 +209,7 @@ impl TuningGrid {
     }
 }
 
-/// A tuning that was judged.
+/// A judged tuning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
     /// The controller.
@@ -248,12 +248,12 @@ pub fn robust(
     judged.into_iter().filter_map(Result::transpose).collect()
 }
 
-/// The loop with another controller.
+/// The loop with a different controller.
 fn tuned(continuous: &ContinuousLoop, controller: &Controller) -> ContinuousLoop {
     ContinuousLoop { controller: controller.clone(), ..continuous.clone() }
 }
 
-/// The cycle towards which a loop swings, by describing function; `None` if there is none.
+/// The final cycle of a loop, by describing function; `None` if there is none.
 ///
 /// # Errors
 /// As [`harmonic_balance()`].
@@ -274,7 +274,7 @@ pub struct Tuning {
 }
 
 impl Tuning {
-    /// That of a controller.
+    /// Gain and times of `controller`.
     pub fn of(controller: &Controller) -> Self {
         let (kp, ki, kd) = controller.gains();
         let td = if kd == 0.0 { 0.0 } else { kd / kp };
@@ -282,7 +282,7 @@ impl Tuning {
     }
 }
 
-/// What a tuning is worth.
+/// The performance of a tuning.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Assessment {
@@ -323,34 +323,34 @@ impl Assessment {
     }
 }
 
-/// The tuning with the least swing of the PV beside the present one.
+/// The tuning with the smallest swing of the PV beside the present one.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Retuning {
     /// The bound on `Ms`.
     pub ms_bound: f64,
-    /// The tuning that was given.
+    /// The given tuning.
     pub present: Assessment,
     /// The best of those within the bound.
     pub best: Assessment,
     /// The swing of the PV over that with the present tuning; `None` if the latter is 0.
     pub pv_ratio: Option<f64>,
-    /// What it costs: the IAE of a load step over that with the present tuning; `None` if either has none.
+    /// Its cost: the IAE of a load step over that with the present tuning; `None` if either has none.
     pub iae_ratio: Option<f64>,
-    /// How many tunings were within the bound.
+    /// Number of tunings within the bound.
     pub robust_tunings: usize,
-    /// Of how many of them the cycle could not be determined; they were passed over.
+    /// Number of them whose cycle could not be determined; they were skipped.
     pub unjudged_tunings: usize,
-    /// Whether the best lies at an end of what was searched: beyond it there may be a better one.
+    /// Whether the best lies at an end of the search range: beyond it there may be a better one.
     pub at_edge: bool,
 }
 
-/// The PI tuning about `grid` with `Ms` at most `bound` in whose cycle the PV swings least; of several without
-/// a cycle, that with the least IAE of a load step.
+/// The PI tuning around `grid` with `Ms` at most `bound` whose cycle has the smallest swing of the PV; of several
+/// without a cycle, that with the smallest IAE of a load step.
 ///
-/// `cycle` says to what cycle a loop tends, if any; [`by_describing_function`] does so approximately. After the
-/// grid the neighbourhood of the best is searched on two finer ones. An end of the grid may be the best: then
-/// a wider one may hold a better, and [`Retuning::at_edge`] says so.
+/// `cycle` gives the final cycle of a loop, if there is one; [`by_describing_function`] does so approximately.
+/// After the grid, the neighbourhood of the best is searched on two finer grids. If the best is at an end of the
+/// grid, a wider one may contain a better tuning; [`Retuning::at_edge`] reports this.
 ///
 /// # Errors
 /// If a number is not allowed, no tuning of the grid is within the bound, or the cycle of none of them, or of

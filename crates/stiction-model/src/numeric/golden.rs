@@ -1,6 +1,6 @@
 //! The minimum of a function of one variable.
 
-/// The least value of `f` between two places, by golden sections.
+/// The smallest value of `f` in an interval, by golden sections.
 pub fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     const SECTIONS: usize = 30;
     let share = 0.5 * (5f64.sqrt() - 1.0);

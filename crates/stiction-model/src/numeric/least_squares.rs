@@ -1,9 +1,9 @@
-//! Small problems of least squares, with their residuals.
+//! Small least-squares problems, with their residuals.
 
-/// What is added to squares of columns of variance one.
+/// Ridge for squares of columns of variance one.
 pub const RIDGE: f64 = 1e-9;
 
-/// What a combination of columns leaves of a target.
+/// The fit of a target by a combination of columns.
 pub struct Solution {
     /// The factor of each column.
     pub coefficients: Vec<f64>,
@@ -13,8 +13,8 @@ pub struct Solution {
     pub sse: f64,
 }
 
-/// The combination of `columns` nearest to `target`, by Cholesky with a ridge for series of variance one.
-/// `None` if it is not finite.
+/// The combination of `columns` nearest to `target`, by Cholesky with a ridge for series of variance one. `None` if
+/// it is not finite.
 pub fn least_squares(columns: &[&[f64]], target: &[f64]) -> Option<Solution> {
     let p = columns.len();
     let mut factor = vec![vec![0.0; p]; p];

@@ -1,4 +1,4 @@
-//! Numerical methods of small, fixed size: the same bits on every machine, and errors that say where they fail.
+//! Numerical methods of small, fixed size: the same bits on every machine, and errors that report where they fail.
 
 pub mod golden;
 pub mod least_squares;

@@ -1,25 +1,25 @@
-//! The least value of a function of few numbers between bounds, without derivatives.
+//! The smallest value of a function of a few numbers between bounds, without derivatives.
 //!
-//! The simplex of J. A. Nelder and R. Mead, A simplex method for function minimization, The Computer
-//! Journal 7 (1965) 308-313 (recalled, not read), with its usual coefficients: reflection 1, expansion 2,
-//! contraction and shrinkage one half. A point beyond a bound is moved onto it, which may flatten the
-//! simplex there; whoever expects this begins again from what was found.
+//! The simplex of J. A. Nelder and R. Mead, A simplex method for function minimization, The Computer Journal 7
+//! (1965) 308-313 (recalled, not read), with its usual coefficients: reflection 1, expansion 2, contraction and
+//! shrinkage one half. A point beyond a bound is moved onto it, which may flatten the simplex there. In that case,
+//! restart from the result.
 
-/// What was found.
+/// The result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Minimum<const N: usize> {
-    /// Where.
+    /// Its position.
     pub at: [f64; N],
     /// The value there.
     pub value: f64,
 }
 
-/// The least value of `f` about `start`, each number between its `bounds` (low, high).
+/// The smallest value of `f` around `start`, each number between its `bounds` (low, high).
 ///
-/// The first simplex reaches from `start` by `size` along each number, the other way where a bound is in
-/// the way. The search ends when the simplex is `tolerance` times as large as `size` along every
-/// number, or with the iteration in which `evaluations` of `f` are spent. A value that is NaN counts as
-/// infinite. The same input gives the same bits.
+/// The first simplex extends from `start` by `size` along each number, in the other direction if a bound is too
+/// near. The search ends when the simplex is `tolerance` times as large as `size` along every number, or after the
+/// iteration in which `evaluations` of `f` are used up. A value that is NaN counts as infinite. The same input
+/// gives the same bits.
 pub fn minimise<const N: usize>(
     mut f: impl FnMut(&[f64; N]) -> f64,
     start: [f64; N],

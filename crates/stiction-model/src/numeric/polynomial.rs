@@ -56,8 +56,8 @@ pub fn squared_magnitude(p: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Where `p` changes its sign on `(0, inf)`, ascending. Between two roots of the derivative there is at most
-/// one.
+/// The positions at which `p` changes its sign on `(0, inf)`, ascending. Between two roots of the derivative there
+/// is at most one.
 pub fn sign_changes(p: &[f64]) -> Vec<f64> {
     let mut p = trimmed(p);
     while p.last() == Some(&0.0) {
@@ -91,7 +91,7 @@ pub fn roots(p: &[f64]) -> Vec<Complex<f64>> {
     if n == 0 {
         return out;
     }
-    // In units of the geometric mean of the roots, so that fast and slow ones are alike.
+    // In units of the geometric mean of the roots, so that fast and slow ones are similar.
     let unit = (p[n] / p[0]).abs().powf(1.0 / n as f64);
     let mut companion = DMatrix::zeros(n, n);
     for i in 0..n {

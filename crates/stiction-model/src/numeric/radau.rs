@@ -1,9 +1,9 @@
 //! Radau IIA of order 5 for stiff systems of a few states, with dense output and located events.
 //!
-//! Three implicit stages, adaptive steps, everything in arrays of fixed size. The method and its
-//! constants are those of E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*
-//! (Springer 1996), section IV.8; the error estimate is of order 3, and so is the collocation
-//! polynomial between steps, so that its error is what the tolerance controls.
+//! Three implicit stages, adaptive steps, everything in arrays of fixed size. The method and its constants are
+//! those of E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II* (Springer 1996), section IV.8.
+//! The error estimate is of order 3, and so is the collocation polynomial between steps, so that the tolerance
+//! controls its error.
 
 use nalgebra::{Complex, ComplexField};
 
@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 
 const METHOD: &str = "Radau IIA integrator";
 
-/// Most guards a system may have.
+/// Most guards of a system.
 pub const GUARDS: usize = 5;
 
 const SQRT6: f64 = 2.449_489_742_783_178;
@@ -51,15 +51,15 @@ pub trait System<const N: usize> {
 
     fn jacobian(&self, s: f64, y: &[f64; N]) -> [[f64; N]; N];
 
-    /// Values that are at least 0 while the system stays as it is; unused ones are infinite.
+    /// Values that are at least 0 while the system is unchanged; unused ones are infinite.
     fn guards(&self, y: &[f64; N]) -> [f64; GUARDS];
 
-    /// Longest step the system allows from `s` on.
+    /// Longest step from `s` on.
     fn longest_step(&self, _s: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// Told of each step that stands.
+    /// Called after each accepted step.
     fn accepted(&mut self, _step: &Step<N>) {}
 }
 
@@ -96,7 +96,7 @@ impl<const N: usize> Step<N> {
         memory.extend(self.end);
     }
 
-    /// The step that was remembered so.
+    /// The step from its stored numbers.
     pub fn recalled(memory: &mut dyn Iterator<Item = f64>) -> Option<Self> {
         let (start, length) = (memory.next()?, memory.next()?);
         let mut state = || {
@@ -127,7 +127,7 @@ impl<const N: usize> Step<N> {
     }
 }
 
-/// Where an integration ended, and which guard ended it, if one did.
+/// The end of an integration, and the guard that ended it, if one did.
 #[derive(Debug, Clone, Copy)]
 pub struct RadauOutcome<const N: usize> {
     pub elapsed: f64,
@@ -137,11 +137,11 @@ pub struct RadauOutcome<const N: usize> {
 
 /// Integrates from `s = 0` until `duration`, or until a guard falls below 0.
 ///
-/// Each step is shown to `observe` once it stands.
+/// `observe` is called after each accepted step.
 ///
 /// # Errors
-/// [`Error::Solver`], its time counted from the start of the integration, if the step shrinks to
-/// nothing, the rates become NaN, or more than ten million steps are needed.
+/// [`Error::Solver`], with its time from the start of the integration, if the step shrinks to zero, the rates
+/// become NaN, or more than ten million steps are needed.
 pub fn integrate<const N: usize, S: System<N>>(
     system: &mut S,
     y0: [f64; N],
@@ -163,7 +163,7 @@ pub fn integrate<const N: usize, S: System<N>>(
         let ends = length >= left * (1.0 - 1e-12);
         let wanted = if ends { left } else { length };
         if s + wanted == s {
-            return stopped(s, "its step shrank to nothing");
+            return stopped(s, "its step shrank to zero");
         }
         let attempt = attempt(system, s, &y, wanted, tolerance, last.as_ref().map(|l| &l.0));
         let Some(Attempt { step, error, iterations }) = attempt else {
@@ -184,7 +184,7 @@ pub fn integrate<const N: usize, S: System<N>>(
             return Ok(RadauOutcome { elapsed: s + step.length, y: step.end, guard: Some(guard) });
         }
         if let Some((before, error_before)) = &last {
-            // Gustafsson's predictive control: lets the step shrink before it must.
+            // Gustafsson's predictive control: reduces the step before it is rejected.
             let trend = wanted / before.length * (error_before / error.max(1e-10)).powf(0.25);
             factor = factor.min(factor * trend);
         }
@@ -236,7 +236,7 @@ fn attempt<const N: usize, S: System<N>>(
     let real = Lu::new(shifted(&jacobian, MU_REAL / length))?;
     let complex = Lu::new(shifted(&jacobian, MU_COMPLEX / length))?;
 
-    // The previous step's polynomial, carried on, is a good first guess.
+    // The previous step's polynomial, extrapolated, is a good first guess.
     let mut z: [[f64; N]; 3] = match last {
         None => [[0.0; N]; 3],
         Some(step) => NODES.map(|node| {
@@ -245,7 +245,7 @@ fn attempt<const N: usize, S: System<N>>(
         }),
     };
     let mut w = combine(&T_INVERSE, &z);
-    // What rounding alone can change: of such changes no trend can be asked.
+    // Changes by rounding alone, which have no trend.
     let noise = 10.0 * f64::EPSILON / tolerance.relative;
     let close = noise.max(tolerance.relative.sqrt().min(0.03));
     let mut change_before = f64::NAN;
@@ -308,7 +308,7 @@ fn attempt<const N: usize, S: System<N>>(
     error.is_finite().then(|| Attempt { step: Step::new(s, length, *y, &z), error, iterations })
 }
 
-/// The guard that falls first within the step, and at which fraction of it.
+/// The first guard to fall within the step, and its fraction of the step.
 fn fallen_guard<const N: usize, S: System<N>>(system: &S, step: &Step<N>) -> Option<(usize, f64)> {
     const LOOKS: u32 = 8;
     let mut before = 0.0;
@@ -332,8 +332,8 @@ fn fallen_guard<const N: usize, S: System<N>>(system: &S, step: &Step<N>) -> Opt
     None
 }
 
-/// The step that ends where the guard vanishes: found on the polynomial, then refined with steps of
-/// that very length, because the end of a step is more accurate than its interior.
+/// The step that ends where the guard vanishes: found on the polynomial, then refined with steps of exactly that
+/// length, because the end of a step is more accurate than its interior.
 fn polish<const N: usize, S: System<N>>(
     system: &S,
     y: &[f64; N],

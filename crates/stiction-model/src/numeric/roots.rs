@@ -2,8 +2,8 @@
 
 /// A root of `f` between `a` and `b`, where `f(a)` and `f(b)` differ in sign or one of them is 0.
 ///
-/// Chandrupatla's method (Adv. Eng. Software 28 (1997) 145-149, recalled): inverse quadratic
-/// interpolation where that is safe, else bisection; to the last bits of the bracket.
+/// Chandrupatla's method (Adv. Eng. Software 28 (1997) 145-149, recalled): inverse quadratic interpolation if that
+/// is safe, else bisection, to the last bits of the bracket.
 pub fn bracketed(mut f: impl FnMut(f64) -> f64, a: f64, b: f64) -> f64 {
     const MAX_ITERATIONS: usize = 200;
     let (mut x1, mut x2) = (b, a);
@@ -48,7 +48,7 @@ pub fn crossing(mut f: impl FnMut(f64) -> f64, a: f64, b: f64) -> Option<f64> {
     (a < b && (f(a) > 0.0) != (f(b) > 0.0)).then(|| bracketed(f, a, b))
 }
 
-/// Where `f` first falls below 0 on `[0, end]`; 0 if it is below from the start, `None` if never.
+/// The first point at which `f` falls below 0 on `[0, end]`; 0 if it is below from the start, `None` if never.
 ///
 /// `f` must be monotone between successive `nodes`, which are ascending; those outside `(0, end)`
 /// are ignored.

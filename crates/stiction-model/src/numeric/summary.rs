@@ -1,4 +1,4 @@
-//! What series of samples come to.
+//! Statistics of series of samples.
 
 /// Arithmetic mean; NaN for none.
 pub fn mean(x: &[f64]) -> f64 {
@@ -31,7 +31,7 @@ pub fn span(x: &[f64]) -> f64 {
     if x.is_empty() { 0.0 } else { max(x) - min(x) }
 }
 
-/// Turns of a series by more than `band`.
+/// Reversals of a series by more than `band`.
 pub fn reversals(x: &[f64], band: f64) -> usize {
     let Some(&first) = x.first() else { return 0 };
     let (mut low, mut high, mut turns) = (first, first, 0);

@@ -1,4 +1,4 @@
-//! What every kind of motion shares: the moving body, its travel, and the record of what it did.
+//! Common parts of every kind of motion: the moving body, its travel, and the recorder.
 
 use super::parameters::StemParameters;
 use super::pressure::Drive;
@@ -30,7 +30,7 @@ impl Body {
         self.tolerance * self.stem.stroke_m
     }
 
-    /// Distance left to the end stop ahead, m; infinite without end stops.
+    /// Remaining distance to the end stop ahead, m; infinite without end stops.
     pub(super) fn room_m(&self, position_m: f64, direction: Direction) -> f64 {
         match direction {
             Direction::Up => self.upper_m - position_m,
@@ -38,7 +38,7 @@ impl Body {
         }
     }
 
-    /// `position_m`, but not past an end stop, where rounding may carry it.
+    /// `position_m`, but not beyond an end stop by rounding.
     pub(super) fn within(&self, position_m: f64) -> f64 {
         position_m.clamp(self.lower_m, self.upper_m)
     }
@@ -56,7 +56,7 @@ impl Body {
         }
     }
 
-    /// Net force but for friction, N.
+    /// Net force without friction, N.
     pub(super) fn net_n(&self, drive: &Drive, position_m: f64) -> f64 {
         self.stem.net_force_n(drive.pressure_pa, position_m)
     }
@@ -73,7 +73,7 @@ pub(super) struct Recorder<'a> {
     times_s: &'a [f64],
     pub(super) samples: Vec<Sample>,
     pub(super) events: Vec<Event>,
-    /// How often the stem has begun to move or turned round.
+    /// Number of motion starts and reversals of the stem.
     pub(super) slips: usize,
 }
 
@@ -83,7 +83,7 @@ impl<'a> Recorder<'a> {
         Self { times_s, samples: Vec::with_capacity(times_s.len()), ..Self::default() }
     }
 
-    /// Takes the samples due before `end_s`; `at` gives the state at a time since `start_s`.
+    /// Records the samples due before `end_s`; `at` gives the state at a time since `start_s`.
     pub(super) fn until(&mut self, start_s: f64, end_s: f64, mut at: impl FnMut(f64) -> State) {
         while let Some(&time_s) = self.times_s.get(self.samples.len()) {
             if time_s >= end_s {
@@ -93,14 +93,14 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Takes the samples that are left.
+    /// Records the remaining samples.
     pub(super) fn finish(&mut self, state: State) {
         for time_s in &self.times_s[self.samples.len()..] {
             self.samples.push(state.sampled(*time_s));
         }
     }
 
-    /// Forgets what has happened so far.
+    /// Resets the record.
     pub(super) fn clear(&mut self) {
         self.events.clear();
         self.slips = 0;
@@ -138,14 +138,14 @@ impl State {
     }
 }
 
-/// Counts changes of mode between which no time passes; too many would mean chattering.
+/// Counts changes of mode without time in between; too many would be chattering.
 #[derive(Debug, Default)]
 pub(super) struct Progress {
     without: u32,
 }
 
 impl Progress {
-    /// Notes that a mode lasted `elapsed` and ended at `time_s`.
+    /// Records a mode that lasted `elapsed` and ended at `time_s`.
     pub(super) fn note(&mut self, elapsed: f64, time_s: f64) -> Result<()> {
         const MOST: u32 = 64;
         self.without = if elapsed > 0.0 { 0 } else { self.without + 1 };

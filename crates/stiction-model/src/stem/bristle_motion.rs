@@ -1,7 +1,7 @@
 //! Motion under the laws with bristles: Dahl, LuGre, GMS.
 //!
-//! The stem never sticks fully, so its motion is one smooth stiff flow between reversals of
-//! velocity, changes inside a GMS law, and meetings with an end stop.
+//! The stem never sticks fully, so its motion is one smooth stiff flow between reversals of velocity, changes
+//! inside a GMS law, and contacts with an end stop.
 
 use super::body::{Body, Progress, Recorder, State, delayed, direction_of};
 use super::equations::{self, Equations, STATES};
@@ -28,16 +28,16 @@ pub(super) struct BristleMotion<L, const N: usize> {
     gait: Gait,
 }
 
-/// Whether a stem on bristles counts as stuck or as moving, which its motion does not depend on.
+/// Whether a stem on bristles counts as stuck or as moving; this does not affect its motion.
 ///
-/// It begins to move once it has left its place by more than bristles yield, faster than it creeps. It is stuck again
+/// It moves once it has left its position by more than the bristles yield, and faster than creep. It is stuck again
 /// once its speed has fallen to half of that.
 #[derive(Debug, Clone, Copy)]
 struct Gait {
     moves: bool,
-    /// Where it was stuck last, m.
+    /// Last stuck position, m.
     place_m: f64,
-    /// By how much bristles yield from end to end, m.
+    /// Yield of the bristles from end to end, m.
     yield_m: f64,
     /// The speed of creep, m/s.
     creep_m_per_s: f64,
@@ -87,7 +87,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
         let carried_n = if balanced { body.net_n(drive, position_m) } else { 0.0 };
         let mut state = law.carrying(carried_n);
         state[0] = position_m;
-        // Elements that are not in use have any scale.
+        // Unused elements have any scale.
         let scales = law.deflection_scale().into_iter().skip(2);
         let deflection_m = scales.filter(|scale| *scale < body.stem.stroke_m).fold(0.0, f64::max);
         let gait = Gait::new(&body, position_m, deflection_m);
@@ -108,7 +108,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
         }
     }
 
-    /// Goes on for `duration` from `time_s`, driven by `drive`.
+    /// Continues for `duration` from `time_s`, driven by `drive`.
     pub(super) fn advance(
         &mut self,
         drive: &Drive,
@@ -142,7 +142,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
         self.body.net_n(drive, self.state[0]) - friction_n
     }
 
-    /// Where a stem at rest will move, now that the pressure takes a new course.
+    /// Direction of motion of a stem at rest when the pressure takes a new course.
     fn take_direction(&mut self, drive: &Drive) {
         if self.held || self.state[1].abs() > self.body.resolution_m() {
             return;
@@ -219,11 +219,11 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
         Ok(Some(outcome.elapsed))
     }
 
-    /// What follows once a guard of the flow has fallen below 0.
+    /// The next mode once a guard of the flow has fallen below 0.
     fn pass_guard(&mut self, guard: usize, now_s: f64, recorder: &mut Recorder<'_>) {
         match guard {
             0 => {
-                // What the guard says, free of the solver's noise, so that it holds next time.
+                // The condition of the guard, without the solver's noise, so that it holds next time.
                 self.state[1] = -self.direction.sign() * self.body.resolution_m();
                 self.direction = opposite(self.direction);
                 self.law.stick_all();
@@ -241,7 +241,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
         }
     }
 
-    /// The pull away from its end stop is greater than what presses it there.
+    /// The force away from its end stop exceeds the force that holds it there.
     fn leave_stop(&mut self, now_s: f64, recorder: &mut Recorder<'_>) {
         self.held = false;
         self.direction = opposite(self.direction);
@@ -370,7 +370,7 @@ impl<L: BristleLaw<N>, const N: usize> System<N> for Flow<'_, L> {
     fn guards(&self, y: &[f64; N]) -> [f64; GUARDS] {
         let sign = self.direction.sign();
         let mut guards = [f64::INFINITY; GUARDS];
-        // A velocity below what the solver can tell from zero is no reversal.
+        // A velocity below the solver's resolution is not a reversal.
         guards[0] = sign * y[1] + self.body.resolution_m();
         guards[1] = self.body.room_m(y[0], self.direction);
         guards[2..2 + ELEMENTS].copy_from_slice(&self.law.stick_margins(y, sign));

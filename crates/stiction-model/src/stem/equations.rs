@@ -1,19 +1,19 @@
-//! What a stem's motion is to a solver from outside: states, rates, and the guards that end a mode.
+//! The motion of a stem for an external solver: states, rates, and the guards that end a mode.
 
 use super::body::Recorder;
 use super::pressure::Drive;
 use crate::numeric::radau;
 
-/// Most states a motion may have: position, velocity, three deflections.
+/// Most states of a motion: position, velocity, three deflections.
 pub(super) const STATES: usize = 5;
 
-/// Guards of a motion: those of our own solver, and one more for what does not change the motion itself, so that
-/// our own need not stop there.
+/// Guards of a motion: those of our own solver, and one more for events that do not change the motion, at which our
+/// own solver need not stop.
 pub(super) const GUARDS: usize = radau::GUARDS + 1;
 
 /// A motion as equations. Unused states and rates are 0, unused guards infinite.
 pub(super) trait Equations {
-    /// How many states there are; `None` if the motion is no ordinary differential equation.
+    /// Number of states; `None` if the motion is not an ordinary differential equation.
     fn order(&self) -> Option<usize>;
 
     fn states(&self) -> [f64; STATES];
@@ -25,18 +25,18 @@ pub(super) trait Equations {
     /// Values that stay at least 0 until the present mode ends.
     fn guards(&self, drive: &Drive, time_s: f64) -> [f64; GUARDS];
 
-    /// Goes over into the mode that follows when `guard` has fallen below 0.
+    /// Changes to the next mode when `guard` has fallen below 0.
     fn pass(&mut self, guard: usize, drive: &Drive, time_s: f64, recorder: &mut Recorder<'_>);
 
     /// Whether the stem rests, or hardly moves.
     fn is_stuck(&self) -> bool;
 
-    /// Takes the first drive.
+    /// Sets the first drive.
     fn begin(&mut self, _drive: &Drive) {}
 
-    /// Appends everything that the motion depends on besides parameters, as plain numbers.
+    /// Appends everything that determines the motion besides parameters, as plain numbers.
     fn remember(&self, memory: &mut Vec<f64>);
 
-    /// Takes it back; `None` if there are too few numbers.
+    /// Restores it; `None` if there are too few numbers.
     fn recall(&mut self, memory: &mut dyn Iterator<Item = f64>) -> Option<()>;
 }

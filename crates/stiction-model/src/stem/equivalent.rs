@@ -1,15 +1,15 @@
-//! From physical parameters to S, J and the kind of motion they imply.
+//! From physical parameters to S, J and the resulting kind of motion.
 
 use super::simulate::Stem;
 use crate::bands::Bands;
 use crate::error::Result;
 
-/// How a stem moves under a slow ramp once it has broken away.
+/// Motion of a stem under a slow ramp after breakaway.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SlidingKind {
-    /// It goes on moving: Kano's, Choudhury's and the two-phase model describe it.
+    /// It continues to move: Kano's, Choudhury's and the two-phase model describe it.
     Smooth,
-    /// It goes on moving, but its velocity swings about the ramp's. In position it looks smooth.
+    /// It continues to move, but its velocity oscillates around that of the ramp. Its position looks smooth.
     Rippling,
     /// It stops again and again: He's model describes it.
     Staircase,
@@ -28,7 +28,7 @@ impl SlidingKind {
     }
 }
 
-/// A stem in the terms of the data-driven models.
+/// Parameters of the data-driven models for a stem.
 ///
 /// For motion so slow that inertia and viscous friction do not matter, `fs = Fs/k` and `fd = Fc/k`,
 /// so that `S = (Fs + Fc)/k` and `J = (Fs - Fc)/k`. Derived for this project and confirmed by
@@ -50,14 +50,13 @@ pub struct Equivalent {
     pub signal_bands: Bands,
     /// Damping ratio `z = Fv / (2 sqrt(k M))`.
     pub damping_ratio: f64,
-    /// Overshoot `K` of the first slip: it covers `K J`. `K = 1 + exp(-pi z / sqrt(1 - z^2))`, and 1
-    /// for `z >= 1`. Holds for friction that does not depend on velocity but for its viscous part,
-    /// and for input that hardly moves during the slip; on a rising ramp the stem goes further, and
-    /// for `z >= 1` it does not stop.
+    /// Overshoot `K` of the first slip: it covers `K J`. `K = 1 + exp(-pi z / sqrt(1 - z^2))`, and 1 for `z >= 1`.
+    /// It holds for friction that does not depend on velocity except for its viscous part, and for an input that
+    /// hardly moves during the slip. On a rising ramp the stem goes further, and for `z >= 1` it does not stop.
     pub overshoot: f64,
     /// Viscous lag `Fv/k`, s.
     pub viscous_lag_s: f64,
-    /// How it moves under a slow ramp.
+    /// Its motion under a slow ramp.
     ///
     /// If static friction acts only at rest (`vs = 0`): smooth for `z >= 1`, else a staircase.
     /// Otherwise, with the Stribeck curve,
@@ -67,9 +66,9 @@ pub struct Equivalent {
     ///   the falling part ends, the velocity drops, but not to zero;
     /// * a staircase if it dips below `Fs`: then the velocity drops to zero.
     ///
-    /// This concerns ramps at rates where friction falls with velocity. A slower one lets the stem
-    /// creep, a faster one lets it slide smoothly in any case. Derived for this project and
-    /// confirmed by simulation; frictional memory and bristles are left out.
+    /// This applies to ramps at rates where friction falls with velocity. On a slower one the stem creeps, on a
+    /// faster one it slides smoothly in any case. Derived for this project and confirmed by simulation; frictional
+    /// memory and bristles are left out.
     pub sliding: SlidingKind,
 }
 
@@ -94,7 +93,7 @@ struct EquivalentDocument {
     overshoot: f64,
     /// Damping ratio.
     damping_ratio: f64,
-    /// How it moves under a slow ramp.
+    /// Its motion under a slow ramp.
     sliding: SlidingKind,
 }
 
@@ -117,14 +116,14 @@ impl From<&Equivalent> for EquivalentDocument {
 }
 
 impl Equivalent {
-    /// How far the stem trails a ramp of `rate_m_per_s` while moving, m: `fd + Fv rho / k`.
+    /// Lag of the stem behind a ramp of `rate_m_per_s` while moving, m: `fd + Fv rho / k`.
     pub fn trailing_m(&self, rate_m_per_s: f64) -> f64 {
         self.fd_m + self.viscous_lag_s * rate_m_per_s
     }
 }
 
 impl Stem {
-    /// This stem in the terms of the data-driven models.
+    /// The parameters of the data-driven models for this stem.
     ///
     /// # Errors
     /// If the bands overflow.

@@ -1,11 +1,9 @@
 //! Exact flow of a slip under constant Coulomb and viscous friction.
 //!
-//! `M x'' + Fv x' + k x = f + q s + c (exp(mu s) - 1)`, where `x` and `s` count from the start of
-//! the segment, `f` is the net force there, `q` the slope of the driving force and the last term
-//! the settling of a lagged one. The solution is closed:
-//! `x = a0 + a1 s + Q exp(mu s) + A C(s) + B S(s)` with the free responses
-//! `S(s) = (exp(l1 s) - exp(l2 s)) / (l1 - l2)` and `C(s) = exp(l1 s) - l1 S(s)`, or their
-//! oscillating counterparts.
+//! `M x'' + Fv x' + k x = f + q s + c (exp(mu s) - 1)`, where `x` and `s` count from the start of the segment, `f`
+//! is the net force there, `q` the slope of the driving force and the last term the settling of a lagged one. The
+//! solution is closed: `x = a0 + a1 s + Q exp(mu s) + A C(s) + B S(s)` with the free responses `S(s) = (exp(l1 s) -
+//! exp(l2 s)) / (l1 - l2)` and `C(s) = exp(l1 s) - l1 S(s)`, or their oscillating counterparts.
 
 use crate::numeric::roots::{crossing, first_fall};
 
@@ -17,8 +15,7 @@ pub(super) struct Oscillator {
     pub(super) spring: f64,
 }
 
-/// What drives it: net force at `s = 0`, its slope, and the part that settles as
-/// `settling (exp(decay s) - 1)`.
+/// Its drive: net force at `s = 0`, its slope, and the part that settles as `settling (exp(decay s) - 1)`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Forcing {
     pub(super) net: f64,
@@ -74,8 +71,8 @@ impl Modes {
 }
 
 impl LinearFlow {
-    /// The flow from velocity `v0`; `None` if the lag is so near to a mode of the stem that the
-    /// closed form would lose digits.
+    /// The flow from velocity `v0`; `None` if the lag is so close to a mode of the stem that the closed form would
+    /// lose digits.
     pub(super) fn new(body: Oscillator, forcing: Forcing, v0: f64) -> Option<Self> {
         const NEAR_RESONANCE: f64 = 1e-3;
         let Oscillator { mass, damping, spring } = body;
@@ -149,8 +146,8 @@ impl LinearFlow {
         self.lagged * self.decay * self.decay * (self.decay * s).exp() + a * c + jerk * impulse
     }
 
-    /// When the velocity in `direction` (+1 or -1), at first not below `level`, first falls below
-    /// it on `[0, end]`.
+    /// The time at which the velocity in `direction` (+1 or -1), initially not below `level`, first falls below it
+    /// on `[0, end]`.
     pub(super) fn velocity_falls(&self, direction: f64, level: f64, end: f64) -> Option<f64> {
         // A velocity that differs from the level by rounding alone has not fallen.
         let rounding =
@@ -158,15 +155,15 @@ impl LinearFlow {
         let excess = |s: f64| direction * self.velocity(s) - level + rounding;
         match self.modes {
             Modes::Real { slow, fast } => {
-                // An acceleration of real exponentials: times exp(-slow s) it is monotone on either
-                // side of one point, so it vanishes at most once on either side, and between its
-                // zeros the velocity is monotone. Hence no fall can be overlooked.
+                // An acceleration of real exponentials: times exp(-slow s) it is monotone on either side of one
+                // point. So it vanishes at most once on either side, and between its zeros the velocity is
+                // monotone. Hence no fall is missed.
                 let (a, jerk) = self.free_acceleration();
                 let lag_part = self.lagged * self.decay * self.decay * (self.decay - slow);
                 let fast_part = jerk - slow * a;
                 let bend = (-fast_part / lag_part).ln() / (self.decay - fast);
                 let bend = if bend > 0.0 && bend < end { bend } else { end };
-                // Carried by exp(-slow s), it keeps its sign where it would underflow.
+                // Multiplied by exp(-slow s), it keeps its sign where it would underflow.
                 let acceleration = |s: f64| {
                     let split = slow - fast;
                     let impulse = if split == 0.0 { s } else { -(-split * s).exp_m1() / split };
@@ -179,7 +176,7 @@ impl LinearFlow {
                 first_fall(excess, turns, end)
             }
             Modes::Oscillating { rate, omega } => {
-                // Sixteen looks a period, and one at each turn between two of them.
+                // Sixteen checks a period, and one at each turn between two of them.
                 let look = std::f64::consts::PI / (8.0 * omega);
                 let sine = (rate * self.by_s - self.spring_over_mass * self.by_c) / omega;
                 let swing = self.by_s.hypot(sine);
@@ -192,7 +189,7 @@ impl LinearFlow {
                     if let Some(s) = first_fall(shifted, turn, to - from) {
                         return Some(from + s);
                     }
-                    // Once the transients cannot reach the level any more, nothing can fall.
+                    // Once the transients cannot reach the level any more, no fall is possible.
                     let lag = (self.lagged * self.decay).abs() * (self.decay * to).exp();
                     if direction * self.drift - level > swing * (rate * to).exp() + lag {
                         return None;

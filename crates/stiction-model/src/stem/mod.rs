@@ -9,29 +9,26 @@
 //! F = Sa p - k x - Finit, at most Fs in size           at rest
 //! ```
 //!
-//! `x` is the position of the stem in m (0 closed), `p` the air pressure in Pa. The friction shown
-//! is the classical one; [`FrictionLaw`] lists the others. Seat force and the force of the fluid are
-//! neglected, as in the paper.
+//! `x` is the position of the stem in m (0 closed), `p` the air pressure in Pa. The friction above is the classical
+//! one; [`FrictionLaw`] lists the others. Seat force and fluid force are neglected, as in the paper.
 //!
-//! # What was corrected
+//! # Corrections
 //!
-//! These are equations (1)-(6) of "Modelling and Dynamic Analysis of Pneumatic Control Valve with
-//! Stiction" with its misprints mended:
+//! These are equations (1)-(6) of "Modelling and Dynamic Analysis of Pneumatic Control Valve with Stiction" with
+//! its misprints corrected:
 //!
-//! * (2)-(3) read `M x1'' = x2''`, `M x2'' = ...`; meant is `x1' = x2`, `M x2' = Sa u - k x1 - F`.
-//! * (5) compares `Fc` where the net applied force is meant: a resting stem is held by a friction
-//!   equal to that force, up to `Fs`.
-//! * (6), `Fv sgn v + (Fc - Fs) exp(-v/vs) sgn v`, has no Coulomb level, the wrong sign, a viscous
-//!   part without velocity, and an exponent that grows for `v < 0`. The usual Stribeck form stands
-//!   above.
+//! * (2)-(3) read `M x1'' = x2''`, `M x2'' = ...` instead of `x1' = x2`, `M x2' = Sa u - k x1 - F`.
+//! * (5) compares `Fc` instead of the net applied force: a resting stem is held by a friction equal to that force,
+//!   up to `Fs`.
+//! * (6), `Fv sgn v + (Fc - Fs) exp(-v/vs) sgn v`, has no Coulomb level, the wrong sign, a viscous part without
+//!   velocity, and an exponent that grows for `v < 0`. The usual Stribeck form is used above.
 //!
-//! # How it is computed
+//! # Method
 //!
-//! Sticking and slipping are modes; what ends a mode is an event whose time is found by bracketed
-//! root-finding, and the next mode follows from the event, so the stem never chatters between the
-//! two. A slip under constant Coulomb and viscous friction is advanced by its closed solution, all
-//! other motion by a Radau IIA integrator of order 5 with dense output. Nothing depends on a sample
-//! time.
+//! Sticking and slipping are modes. The event that ends a mode is located by bracketed root-finding, and determines
+//! the next mode, so the stem never chatters between the two. A slip under constant Coulomb and viscous friction is
+//! advanced by its closed solution, all other motion by a Radau IIA integrator of order 5 with dense output.
+//! Nothing depends on a sample time.
 //!
 //! # Example
 //!
@@ -48,11 +45,11 @@
 //! # Ok::<(), stiction_model::Error>(())
 //! ```
 //!
-//! # Where to find what
+//! # Contents
 //!
 //! * [`Stem`] and [`Stem::simulate`]: one valve, one pressure signal, samples and events.
 //! * [`StemValve`]: the same behind [`crate::valve::Valve`], for loops.
-//! * [`MovingStem`]: the same piece by piece, or as equations for a solver from outside.
+//! * [`MovingStem`]: the same piece by piece, or as equations for an external solver.
 //! * [`StemParameters`], [`ParameterSet`]: numbers, and sets of them by name.
 //! * [`friction`]: one law, one file.
 //! * [`Equivalent`]: S, J, overshoot, and whether the valve slides or moves in steps.

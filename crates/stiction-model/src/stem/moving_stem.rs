@@ -7,12 +7,12 @@ use super::response::{Event, Sample, StemStart};
 use super::simulate::{Run, Stem};
 use crate::error::{Error, Result, finite, require};
 
-/// A stem that waits for its pressure.
+/// A stem that gets its pressure piece by piece.
 ///
-/// It can be moved in two ways, with the same equations and events. [`MovingStem::hold`] computes the
-/// motion under a held pressure, as [`Stem::simulate`] does. Or a solver from outside does: it asks for
-/// [rates](MovingStem::rates), watches the [guards](MovingStem::guards), and lets
-/// [events pass](MovingStem::pass_events) once one has fallen below 0.
+/// It can be moved in two ways, with the same equations and events. [`MovingStem::hold`] computes the motion under
+/// a held pressure, as [`Stem::simulate`] does. Or an external solver does: it calls [rates](MovingStem::rates),
+/// watches the [guards](MovingStem::guards), and calls [`pass_events`](MovingStem::pass_events) once one has fallen
+/// below 0.
 ///
 /// ```
 /// use stiction_model::stem::{MovingStem, Stem, StemStart};
@@ -33,7 +33,7 @@ pub struct MovingStem {
 }
 
 impl MovingStem {
-    /// Most guards there are.
+    /// Most guards.
     pub const GUARDS: usize = GUARDS;
 
     /// At rest at `time_s` under this demanded pressure.
@@ -49,11 +49,11 @@ impl MovingStem {
         Ok(Self { run, time_s, recorder: Recorder::default() })
     }
 
-    /// Moves on until `until_s`, with the demanded pressure held.
+    /// Continues until `until_s`, with the demanded pressure held.
     ///
     /// # Errors
-    /// If the pressure is not finite, no time passes, or the solver cannot go on; in the last case the
-    /// stem is left where it was.
+    /// If the pressure is not finite, no time passes, or the solver cannot continue; in the last case the stem is
+    /// unchanged.
     pub fn hold(&mut self, pressure_pa: f64, until_s: f64) -> Result<()> {
         let later = until_s > self.time_s;
         require("end of the step", until_s, later, "later than the present time")?;
@@ -70,27 +70,26 @@ impl MovingStem {
         &self.recorder.events
     }
 
-    /// How often the stem has begun to move, or turned round, in the last [`MovingStem::hold`] or
-    /// [`MovingStem::pass_events`]. One on bristles begins to move when it is no longer
-    /// [stuck](MovingStem::is_stuck).
+    /// Number of starts of motion and reversals in the last [`MovingStem::hold`] or [`MovingStem::pass_events`]. A
+    /// stem on bristles begins to move when it is no longer [stuck](MovingStem::is_stuck).
     pub fn slips(&self) -> usize {
         self.recorder.slips
     }
 
-    /// The stem at the present moment.
+    /// The stem at the present time.
     pub fn sample(&self) -> Sample {
         self.run.state(self.time_s).sampled(self.time_s)
     }
 
-    /// Whether the stem rests. One on bristles (Dahl, LuGre, GMS) never quite does: it counts as moving once it has
-    /// left its place by more than bristles yield, faster than a thousandth of its stroke per second, and as stuck
-    /// once its speed has fallen to half of that.
+    /// Whether the stem rests. A stem on bristles (Dahl, LuGre, GMS) never quite does. It counts as moving once it
+    /// has left its position by more than the bristles yield, faster than a thousandth of its stroke per second,
+    /// and as stuck once its speed has fallen to half of that.
     pub fn is_stuck(&self) -> bool {
         self.run.equations().is_stuck()
     }
 
-    /// Position, velocity, deflections of bristles, and the acting pressure if it lags, in SI units;
-    /// `None` if the law is Armstrong's, which is no ordinary differential equation.
+    /// Position, velocity, deflections of bristles, and the acting pressure if it lags, in SI units; `None` for
+    /// Armstrong's law, which is not an ordinary differential equation.
     pub fn states(&self) -> Option<Vec<f64>> {
         let order = self.run.equations().order()?;
         let mut states = self.run.equations().states()[..order].to_vec();
@@ -100,8 +99,8 @@ impl MovingStem {
         Some(states)
     }
 
-    /// Puts the stem where a solver has it at `time_s`, under this demanded pressure. The mode of motion
-    /// stays; missing states do too.
+    /// Sets the stem to a solver's state at `time_s`, under this demanded pressure. The mode of motion and missing
+    /// states are kept.
     pub fn place(&mut self, time_s: f64, pressure_pa: f64, states: &[f64]) {
         let Some(order) = self.run.equations().order() else { return };
         let mut all = self.run.equations().states();
@@ -132,7 +131,7 @@ impl MovingStem {
         self.run.equations().guards(&self.drive(), self.time_s)
     }
 
-    /// Goes over into the next mode of motion, while there is a guard at or below 0.
+    /// Changes to the next mode of motion, while there is a guard at or below 0.
     ///
     /// # Errors
     /// If the modes do not settle.
@@ -153,17 +152,17 @@ impl MovingStem {
         })
     }
 
-    /// Everything that the motion depends on besides parameters and pressure, as plain numbers.
+    /// Everything that determines the motion besides parameters and pressure, as plain numbers.
     pub fn memory(&self) -> Vec<f64> {
         let mut memory = vec![self.time_s, self.run.pressure_pa];
         self.run.equations().remember(&mut memory);
         memory
     }
 
-    /// Goes on from what a stem with the same parameters remembered.
+    /// Continues from the memory of a stem with the same parameters.
     ///
     /// # Errors
-    /// If that was another kind of stem.
+    /// If that was a different kind of stem.
     pub fn recall(&mut self, memory: &[f64]) -> Result<()> {
         let mut numbers = memory.iter().copied();
         let mut run = self.run.clone();
@@ -175,7 +174,7 @@ impl MovingStem {
         })();
         let Some(time_s) = recalled else {
             return Err(Error::Inconsistent(
-                "this is not what a stem with this friction law remembers".to_owned(),
+                "this is not the memory of a stem with this friction law".to_owned(),
             ));
         };
         (self.run, self.time_s) = (run, time_s);

@@ -94,7 +94,7 @@ impl StemParameters {
         self.pressure_min_pa + op_percent / 100.0 * (self.pressure_max_pa - self.pressure_min_pa)
     }
 
-    /// The same, but not above the pressure of the air supply.
+    /// The same, but limited to the pressure of the air supply.
     pub fn supplied_pa(&self, op_percent: f64, supply_pa: f64) -> f64 {
         self.pressure_pa(op_percent).min(supply_pa)
     }
@@ -109,26 +109,26 @@ impl StemParameters {
         percent / 100.0 * self.stroke_m
     }
 
-    /// Net force on the stem but for friction, N: `Sa p - k x - Finit`.
+    /// Net force on the stem without friction, N: `Sa p - k x - Finit`.
     pub fn net_force_n(&self, pressure_pa: f64, position_m: f64) -> f64 {
         self.area_m2 * pressure_pa - self.spring_n_per_m * position_m - self.preload_n
     }
 
-    /// Where spring and pressure balance, m, between the end stops if there are any.
+    /// Balance of spring and pressure, m, between the end stops if there are any.
     pub fn balance_m(&self, pressure_pa: f64) -> f64 {
         let position_m = self.net_force_n(pressure_pa, 0.0) / self.spring_n_per_m;
         if self.end_stops { position_m.max(0.0).min(self.stroke_m) } else { position_m }
     }
 }
 
-/// A valve whose parameters have a name.
+/// A valve with a named set of parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParameterSet {
     /// Name, as a user writes it.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Its description, in one line.
     pub summary: &'static str,
-    /// Where the numbers come from, and whether that was verified.
+    /// Source of the numbers, and whether it was verified.
     pub source: &'static str,
     /// Stem and actuator.
     pub stem: StemParameters,
@@ -180,9 +180,9 @@ pub const SETS: [&str; 8] = [
 ];
 
 impl ParameterSet {
-    /// The stem with the friction law called `friction`, by default the set's own, and with `changes` of
-    /// parameters of stem and friction by name, of which the last of a name counts. What the set's own law does
-    /// not have is taken from the same valve's set for the wanted law, if there is one.
+    /// The stem with the friction law called `friction`, by default the set's own, and with `changes` of parameters
+    /// of stem and friction by name; the last change of a name counts. Parameters that the set's own law lacks come
+    /// from the same valve's set for the requested law, if there is one.
     ///
     /// ```
     /// use stiction_model::stem::ParameterSet;

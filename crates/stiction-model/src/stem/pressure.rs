@@ -92,7 +92,7 @@ impl Segment {
     }
 }
 
-/// The acting pressure from some moment of a segment on, with its lag solved exactly.
+/// The acting pressure from some point of a segment on, with its lag solved exactly.
 ///
 /// With the demand `a + b s` and the lag `tau p' = a + b s - p`,
 /// `p(s) - p(0) = b s + (p(0) - a + b tau) (exp(-s/tau) - 1)`; without a lag it is `b s`.
@@ -102,7 +102,7 @@ pub(super) struct Drive {
     pub(super) pressure_pa: f64,
     /// Slope `b` of the demand, Pa/s.
     pub(super) slope: f64,
-    /// What decays with the lag, `p(0) - a + b tau`, Pa.
+    /// The part that decays with the lag, `p(0) - a + b tau`, Pa.
     pub(super) decaying: f64,
     /// `-1/tau`, 1/s; 0 without a lag.
     pub(super) decay: f64,
@@ -140,14 +140,14 @@ impl Drive {
         0.5 * self.slope * s * s + lag
     }
 
-    /// Where the acting pressure turns, if it does after `s = 0`: it is monotone on either side.
+    /// The turn of the acting pressure, if there is one after `s = 0`: it is monotone on either side.
     pub(super) fn turning_point(&self) -> Option<f64> {
         let ratio = -self.slope / (self.decaying * self.decay);
         let s = ratio.ln() / self.decay;
         (s > 0.0 && s.is_finite()).then_some(s)
     }
 
-    /// The same drive, reckoned from `s` on.
+    /// The same drive, relative to `s`.
     pub(super) fn later(&self, s: f64) -> Self {
         Self {
             pressure_pa: self.pressure_pa + self.rise(s),

@@ -1,17 +1,16 @@
-//! How a simulation of a stem begins, and what comes of it.
+//! The initial state of a stem simulation, and its result.
 
 use crate::valve::Direction;
 
-/// How a simulation begins: at rest.
+/// The initial state of a simulation: at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StemStart {
     /// Position, m.
     pub position_m: f64,
-    /// Acting air pressure, Pa; `None` for the first demanded one. Without an air lag it is not
-    /// used.
+    /// Acting air pressure, Pa; `None` for the first demanded one. It is unused without an air lag.
     pub pressure_pa: Option<f64>,
-    /// Whether the bristles of Dahl, LuGre and GMS friction begin relaxed, so that the stem first
-    /// settles onto them, or carrying the net force as far as they can.
+    /// Whether the bristles of Dahl, LuGre and GMS friction start relaxed, so that the stem first settles onto
+    /// them, or carry the net force as far as they can.
     pub relaxed: bool,
 }
 
@@ -31,22 +30,22 @@ pub struct Sample {
     pub position_m: f64,
     /// Velocity, m/s.
     pub velocity_m_per_s: f64,
-    /// Friction force, N; positive if it holds back upward motion. At an end stop this is what the
-    /// packing could carry of the net force; the stop carries the rest.
+    /// Friction force, N; positive if it opposes upward motion. At an end stop this is the share of the net force
+    /// that the packing could carry; the stop carries the rest.
     pub friction_n: f64,
     /// Acting air pressure, Pa.
     pub pressure_pa: f64,
 }
 
-/// What happened.
+/// The kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EventKind {
     /// The stem broke away from rest, or left an end stop.
     Slip,
     /// It came to rest.
     Stop,
-    /// Its velocity changed sign without a rest. Stems with Dahl, LuGre or GMS friction never rest,
-    /// so this is their only event besides end stops.
+    /// Its velocity changed sign without a rest. Stems with Dahl, LuGre or GMS friction never rest, so this is
+    /// their only event besides end stops.
     Reversal,
     /// It met an end stop.
     EndStop,
@@ -64,12 +63,12 @@ impl EventKind {
     }
 }
 
-/// An event and where it happened.
+/// An event with its position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     /// Time, s.
     pub time_s: f64,
-    /// What happened.
+    /// Its kind.
     pub kind: EventKind,
     /// Direction of the motion that begins (slip, reversal) or ends (stop, end stop).
     pub direction: Direction,
@@ -80,7 +79,7 @@ pub struct Event {
 /// The result of a simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
-    /// The stem at the times asked for.
+    /// The stem at the requested times.
     pub samples: Vec<Sample>,
     /// All events, in order of time.
     pub events: Vec<Event>,

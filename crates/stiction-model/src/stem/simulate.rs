@@ -1,4 +1,4 @@
-//! The simulation: a stem, a pressure, and what comes of them.
+//! The simulation of a stem under a pressure.
 
 use super::body::{Body, Recorder, State};
 use super::bristle_motion::BristleMotion;
@@ -11,7 +11,7 @@ use super::stick_slip::StickSlip;
 use super::sticking_law::StickingLaw;
 use crate::error::{Error, Result, all_finite, finite, require};
 
-/// A valve stem: its parameters, its friction, and how finely it is computed.
+/// A valve stem: its parameters, its friction, and the solver tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stem {
     parameters: StemParameters,
@@ -20,7 +20,7 @@ pub struct Stem {
 }
 
 impl Stem {
-    /// Relative tolerance unless another is asked for.
+    /// Default relative tolerance.
     pub const DEFAULT_TOLERANCE: f64 = 1e-8;
 
     /// A stem with this friction.
@@ -44,8 +44,8 @@ impl Stem {
         Self::new(set.stem, set.friction)
     }
 
-    /// The same stem computed to another tolerance, relative to the stroke and the size of each
-    /// state: raise it for speed. Motion that is advanced by its exact flow does not depend on it.
+    /// The same stem with a different tolerance, relative to the stroke and the size of each state: raise it for
+    /// speed. Motion that is advanced by its exact flow does not depend on it.
     ///
     /// # Errors
     /// Unless it lies between 1e-12 and 1e-3.
@@ -75,8 +75,8 @@ impl Stem {
     /// Events do not depend on the sample times.
     ///
     /// # Errors
-    /// If the start is not finite or lies beyond an end stop, the sample times are not ascending or
-    /// not within the signal, or the solver cannot go on.
+    /// If the start is not finite or lies beyond an end stop, the sample times are not ascending or not within the
+    /// signal, or the solver cannot continue.
     pub fn simulate(
         &self,
         pressure: &PressureSignal,
@@ -104,7 +104,7 @@ impl Stem {
     }
 }
 
-/// A stem in motion.
+/// A moving stem.
 #[derive(Debug, Clone)]
 pub(super) struct Run {
     motion: Motion,
@@ -194,7 +194,7 @@ impl Run {
         }
     }
 
-    /// The motion as equations for a solver from outside.
+    /// The motion as equations for an external solver.
     pub(super) fn equations(&self) -> &dyn Equations {
         match &self.motion {
             Motion::StickSlip(m) => m,

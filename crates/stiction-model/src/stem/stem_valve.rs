@@ -9,14 +9,14 @@ use crate::valve::{Start, Valve};
 
 /// A physical stem driven by controller output samples, each held for one sample time.
 ///
-/// [`Valve::step`] returns the position at the *end* of the interval over which `op` acted, that is,
-/// one sample time after `op` was set. The data-driven models answer at once; to compare, shift
-/// the stem by one sample or make the sample time short.
+/// [`Valve::step`] returns the position at the *end* of the interval over which `op` acted, that is, one sample
+/// time after `op` was set. The data-driven models respond at once; to compare, shift the stem by one sample or use
+/// a short sample time.
 ///
-/// The controller output is not limited: below 0 % and above 100 % the pressure goes on linearly.
+/// The controller output is not limited: below 0 % and above 100 % the pressure continues linearly.
 ///
-/// A step cannot return an error. If the solver cannot go on, or `op` is not finite, the position
-/// becomes NaN, stays so until [`Valve::restart`], and [`StemValve::fault`] says why.
+/// A step cannot return an error. If the solver cannot continue, or `op` is not finite, the position becomes NaN
+/// until [`Valve::restart`], and [`StemValve::fault`] gives the reason.
 #[derive(Debug, Clone)]
 pub struct StemValve {
     stem: Stem,
@@ -63,7 +63,7 @@ impl StemValve {
         self.fault.as_ref()
     }
 
-    /// The events of the last step, their time counted from the last restart.
+    /// The events of the last step, with times from the last restart.
     pub fn events(&self) -> &[Event] {
         &self.recorder.events
     }
@@ -99,9 +99,9 @@ impl Valve for StemValve {
         self.position
     }
 
-    /// Begins at rest at `start.position` with the air pressure settled at `start.op`; friction
-    /// carries the net force as far as it can. `start.direction` and `start.moving` are not used: a
-    /// stem in motion would need a velocity. A position beyond an end stop is a fault.
+    /// Starts at rest at `start.position` with the air pressure settled at `start.op`; friction carries the net
+    /// force as far as it can. `start.direction` and `start.moving` are unused, because a moving stem would need a
+    /// velocity. A position beyond an end stop is a fault.
     fn restart(&mut self, start: Start) {
         self.recorder.events.clear();
         self.samples = 0;

@@ -1,7 +1,7 @@
 //! Motion under the laws that hold the stem still: classical, Karnopp, Armstrong.
 //!
-//! The stem is held, breaking away (Karnopp's band only), or sliding. Each mode lasts until a
-//! located event, and the next follows from what ended it, so nothing chatters.
+//! The stem is held, breaking away (Karnopp's band only), or sliding. Each mode lasts until a located event, which
+//! determines the next mode, so nothing chatters.
 
 use super::body::{Body, Progress, Recorder, State, delayed, direction_of};
 use super::equations::{self, Equations, STATES};
@@ -21,7 +21,7 @@ enum Mode {
     Sliding(Direction),
 }
 
-/// The equations of a slip: displacement and velocity since its beginning.
+/// The equations of a slip: displacement and velocity since its start.
 struct Slide<'a> {
     body: &'a Body,
     law: &'a mut StickingLaw,
@@ -57,8 +57,8 @@ impl System<2> for Slide<'_> {
         guards
     }
 
-    /// Armstrong's memory must be known when a step begins, and the onset of the slip, remembered
-    /// after one memory time and again after the next, must fall between steps.
+    /// Armstrong's memory must be known when a step begins. The onset of the slip, remembered after one memory time
+    /// and again after the next, must fall between steps.
     fn longest_step(&self, s: f64) -> f64 {
         let memory_s = self.law.memory_s();
         if memory_s == 0.0 {
@@ -73,7 +73,7 @@ impl System<2> for Slide<'_> {
     }
 }
 
-/// How far the speed is from having fallen to `level`. By less than the solver can tell it has not.
+/// Distance of the speed from `level`. A fall below the solver's resolution does not count.
 fn speed_left(body: &Body, speed: f64, level: f64) -> f64 {
     speed - level + 1e-2 * body.resolution_m()
 }
@@ -88,7 +88,7 @@ pub(super) struct StickSlip {
     velocity_m_per_s: f64,
 }
 
-/// How a mode ended: when, and the net force at that moment.
+/// The end of a mode: its time, and the net force then.
 struct Ended {
     elapsed: f64,
     net_n: f64,
@@ -120,7 +120,7 @@ impl StickSlip {
         State { position_m: self.position_m, velocity_m_per_s, friction_n, pressure_pa }
     }
 
-    /// Goes on for `duration` from `time_s`, driven by `drive`.
+    /// Continues for `duration` from `time_s`, driven by `drive`.
     pub(super) fn advance(
         &mut self,
         drive: &Drive,
@@ -154,7 +154,7 @@ impl StickSlip {
         Ok(())
     }
 
-    /// Moves a presliding stem to where its springs balance the pressure, which may have jumped.
+    /// Moves a presliding stem to the balance of its springs and the pressure, which may have jumped.
     fn settle_presliding(&mut self, drive: &Drive) {
         let Some(anchor_m) = self.law.anchor_m() else { return };
         if self.mode != Mode::Held || self.at_end_stop() {
@@ -181,7 +181,7 @@ impl StickSlip {
         recorder: &mut Recorder<'_>,
     ) -> Option<Ended> {
         let area = self.body.stem.area_m2;
-        // A presliding stem yields a little, and its own spring takes that share of the force.
+        // A presliding stem yields a little, and its own spring carries that share of the force.
         let yielding = if self.at_end_stop() {
             0.0
         } else {
@@ -197,7 +197,7 @@ impl StickSlip {
             let turn = drive.turning_point();
             match &self.law {
                 StickingLaw::Classical(_) => first_fall(margin, turn, left),
-                // Rising friction against a lagged pressure may turn in between: look more often.
+                // Rising friction against a lagged pressure may turn in between, so check more often.
                 StickingLaw::Armstrong { .. } => {
                     let mut nodes: [f64; 64] =
                         std::array::from_fn(|i| left * ((i + 1) as f64 / 64.0).powi(3));
@@ -229,14 +229,14 @@ impl StickSlip {
             let net_n = self.body.net_n(&drive.later(elapsed), self.position_m);
             return Some(Ended { elapsed, net_n });
         }
-        // Exactly the threshold, free of rounding, unless the pressure jumped past it.
+        // Exactly the threshold, without rounding, unless the pressure jumped beyond it.
         let limit_n = self.law.static_n(time_s + elapsed);
         let net_n = direction.sign() * limit_n.max(direction.sign() * held_n(elapsed));
         self.break_loose(direction, time_s + elapsed, recorder);
         Some(Ended { elapsed, net_n })
     }
 
-    /// Static friction gives way in `direction`.
+    /// Static friction breaks in `direction`.
     fn break_loose(&mut self, direction: Direction, time_s: f64, recorder: &mut Recorder<'_>) {
         self.velocity_m_per_s = 0.0;
         self.law.break_loose(time_s);
@@ -253,7 +253,7 @@ impl StickSlip {
         recorder.event(time_s, EventKind::Slip, direction, self.position_m);
     }
 
-    /// Gathers momentum within Karnopp's band without moving: `M v' = net - Fs`.
+    /// Accumulates momentum within Karnopp's band without moving: `M v' = net - Fs`.
     fn break_away(
         &mut self,
         drive: &Drive,
@@ -271,8 +271,7 @@ impl StickSlip {
             let impulse = (sign * net_n - static_n) * s + sign * area * drive.rise_integral(s);
             sign * self.velocity_m_per_s + impulse / self.body.stem.mass_kg
         };
-        // The speed turns where the excess vanishes: once at most on either side of the pressure's
-        // own turn.
+        // The speed turns where the excess vanishes: at most once on either side of the pressure's own turn.
         let middle = drive.turning_point().filter(|s| *s < left).unwrap_or(left);
         let turns = [(0.0, middle), (middle, left)]
             .map(|(from, to)| crossing(excess, from, to).unwrap_or(left));
@@ -300,13 +299,13 @@ impl StickSlip {
         Some(Ended { elapsed, net_n: net_n + area * drive.rise(elapsed) })
     }
 
-    /// Its momentum suffices to slip.
+    /// Its momentum is enough to slip.
     fn leave_band(&mut self, direction: Direction, time_s: f64, recorder: &mut Recorder<'_>) {
         self.velocity_m_per_s = direction.sign() * self.law.band();
         self.begin_slip(direction, time_s, recorder);
     }
 
-    /// Its momentum is spent before it slipped.
+    /// Its momentum is used up before it slipped.
     fn fall_back(&mut self) {
         self.velocity_m_per_s = 0.0;
         self.mode = Mode::Held;
@@ -342,7 +341,7 @@ impl StickSlip {
         Ok(Some(Ended { elapsed, net_n }))
     }
 
-    /// What follows a slide that has ended under this net force.
+    /// The mode after a slide that ended under this net force.
     fn end_slide(
         &mut self,
         end: SlideEnd,
@@ -372,7 +371,7 @@ impl StickSlip {
         }
     }
 
-    /// The closed solution, if friction is constant but for its viscous part.
+    /// The closed solution, if friction is constant except for its viscous part.
     fn exact_flow(&self, drive: &Drive, net_n: f64, direction: Direction) -> Option<LinearFlow> {
         let StickingLaw::Classical(law) = &self.law else { return None };
         let steady = law.steady();
@@ -406,7 +405,7 @@ impl StickSlip {
         let sign = direction.sign();
         let slow = flow.velocity_falls(sign, self.law.band(), left);
         let room = self.body.room_m(self.position_m, direction);
-        // Up to there the stem moves one way, so it meets an end stop at most once.
+        // Up to that point the stem moves in one direction, so it meets an end stop at most once.
         let until = slow.unwrap_or(left);
         let met = first_fall(|s| room - sign * flow.displacement(s), [], until);
         let elapsed = met.unwrap_or(until);
@@ -485,7 +484,7 @@ impl StickSlip {
 
 impl Equations for StickSlip {
     fn order(&self) -> Option<usize> {
-        // Armstrong's presliding has no inertia and its memory no end of states.
+        // Armstrong's presliding has no inertia, and its memory has infinitely many states.
         matches!(self.law, StickingLaw::Classical(_)).then_some(2)
     }
 

@@ -1,29 +1,29 @@
-//! The laws that hold the stem still, in use: what they resist with, and what they remember.
+//! The laws that hold the stem still, during simulation: their resistance and their memory.
 
 use std::collections::VecDeque;
 
 use super::friction::{Armstrong, Karnopp};
 use crate::numeric::radau::Step;
 
-/// A friction law in use.
+/// A friction law during simulation.
 #[derive(Debug, Clone)]
 pub(super) enum StickingLaw {
     /// Karnopp friction; classical if its band is 0.
     Classical(Karnopp),
-    /// Armstrong's law with what it remembers.
+    /// Armstrong's law with its memory.
     Armstrong { law: Armstrong, memory: Memory },
 }
 
-/// What Armstrong's law remembers.
+/// The memory of Armstrong's law.
 #[derive(Debug, Clone)]
 pub(super) struct Memory {
-    /// Velocity over the last `memory_s` seconds; 0 where nothing is kept.
+    /// Velocity over the last `memory_s` seconds; 0 without an entry.
     past: VecDeque<Past>,
-    /// Static excess in force during a slip, or met at the end of the last one, N.
+    /// Static excess during a slip, or at the end of the last one, N.
     excess_n: f64,
-    /// When the stem came to rest, s; before all time if it has not moved yet.
+    /// Time at which the stem came to rest, s; minus infinity if it has not moved yet.
     rest_since_s: f64,
-    /// Where the presliding spring is relaxed, m.
+    /// Position of the relaxed presliding spring, m.
     anchor_m: f64,
 }
 
@@ -42,8 +42,8 @@ impl StickingLaw {
         }
     }
 
-    /// Armstrong's law for a stem that has never moved, its presliding spring carrying the net force
-    /// as far as it can.
+    /// Armstrong's law for a stem that has never moved, its presliding spring carrying the net force as far as it
+    /// can.
     pub(super) fn armstrong(law: Armstrong, position_m: f64, net_n: f64) -> Self {
         let most = law.coulomb_n + law.static_excess_n;
         let memory = Memory {
@@ -94,7 +94,7 @@ impl StickingLaw {
         }
     }
 
-    /// The velocity that the Stribeck part sees at `time_s`, when the stem moves at `velocity`.
+    /// The velocity in the Stribeck part at `time_s`, when the stem moves at `velocity`.
     pub(super) fn remembered(&self, time_s: f64, velocity: f64) -> f64 {
         match self {
             Self::Classical(_) => velocity,
@@ -103,8 +103,7 @@ impl StickingLaw {
         }
     }
 
-    /// Friction on a stem at rest: the net force, as far as friction can hold it. The rest is
-    /// carried by an end stop.
+    /// Friction on a stem at rest: the net force, as far as friction can hold it. An end stop carries the rest.
     pub(super) fn held_n(&self, net_n: f64) -> f64 {
         let most = match self {
             Self::Classical(law) => law.breakaway_n(),
@@ -121,7 +120,7 @@ impl StickingLaw {
         }
     }
 
-    /// Where the presliding spring is relaxed, m, if there is one.
+    /// Position of the relaxed presliding spring, m, if there is one.
     pub(super) fn anchor_m(&self) -> Option<f64> {
         match self {
             Self::Classical(_) => None,
@@ -129,7 +128,7 @@ impl StickingLaw {
         }
     }
 
-    /// How long ago the velocity is that the Stribeck part sees, s; 0 for the present one.
+    /// Age of the velocity in the Stribeck part, s; 0 for the present one.
     pub(super) fn memory_s(&self) -> f64 {
         match self {
             Self::Classical(_) => 0.0,
@@ -137,7 +136,7 @@ impl StickingLaw {
         }
     }
 
-    /// Notes that a slip begins.
+    /// Records the start of a slip.
     pub(super) fn break_loose(&mut self, time_s: f64) {
         if let Self::Armstrong { law, memory } = self {
             let dwell = time_s - memory.rest_since_s;
@@ -145,7 +144,7 @@ impl StickingLaw {
         }
     }
 
-    /// Notes how the stem has moved in a step that began at `start_s`.
+    /// Records the motion in a step that began at `start_s`.
     pub(super) fn remember(&mut self, start_s: f64, step: &Step<2>) {
         if let Self::Armstrong { law, memory } = self {
             memory.past.push_back(Past { start_s, step: *step });
@@ -156,7 +155,7 @@ impl StickingLaw {
         }
     }
 
-    /// Notes that a slip has ended with this net force.
+    /// Records the end of a slip with this net force.
     pub(super) fn come_to_rest(&mut self, time_s: f64, position_m: f64, net_n: f64) {
         let remembered = self.remembered(time_s, 0.0);
         if let Self::Armstrong { law, memory } = self {
@@ -168,7 +167,7 @@ impl StickingLaw {
 }
 
 impl StickingLaw {
-    /// Appends what the law remembers, as plain numbers.
+    /// Appends the memory of the law, as plain numbers.
     pub(super) fn remember_all(&self, numbers: &mut Vec<f64>) {
         if let Self::Armstrong { memory, .. } = self {
             numbers.extend([memory.excess_n, memory.rest_since_s, memory.anchor_m]);
@@ -180,7 +179,7 @@ impl StickingLaw {
         }
     }
 
-    /// Takes it back.
+    /// Restores it.
     pub(super) fn recall(&mut self, numbers: &mut dyn Iterator<Item = f64>) -> Option<()> {
         if let Self::Armstrong { memory, .. } = self {
             memory.excess_n = numbers.next()?;
@@ -188,7 +187,7 @@ impl StickingLaw {
             memory.anchor_m = numbers.next()?;
             let count = numbers.next()? as usize;
             memory.past.clear();
-            // Ends at the last of the numbers, whatever the count says.
+            // Ends at the last of the numbers, even if the count is larger.
             for _ in 0..count {
                 let (start_s, step) = (numbers.next()?, Step::recalled(numbers)?);
                 memory.past.push_back(Past { start_s, step });
@@ -199,9 +198,9 @@ impl StickingLaw {
 }
 
 impl Memory {
-    /// Velocity at a moment of the past; 0 where the stem was at rest.
+    /// Velocity at a past time; 0 where the stem was at rest.
     fn velocity_at(&self, time_s: f64) -> f64 {
-        // Rounding may put the very end of what is known just after it.
+        // Rounding may put the last known time slightly before it.
         let slack_s = 4.0 * f64::EPSILON * time_s.abs();
         let at = self.past.partition_point(|past| past.end_s() + slack_s < time_s);
         match self.past.get(at) {

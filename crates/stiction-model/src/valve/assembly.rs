@@ -1,13 +1,13 @@
-//! A model with its surroundings: input limits before it, stem dynamics behind it.
+//! A model with input limits before it and stem dynamics after it.
 
 use super::{AnyModel, Start, StemLag, Valve, follow};
 use crate::error::{Error, Result};
 
 /// Input limits, then a model, then stem dynamics; the first and the last are optional.
 ///
-/// With limits, the OP is clipped before the model sees it, as a positioner or an actuator at the
-/// end of its air supply does, and the position is kept within the same range, as the end stops do.
-/// A model that trails its input by `fd` then reaches only `high - fd` and `low + fd`.
+/// With limits, the OP is clipped before the model, as by a positioner or an actuator at the end of its air supply.
+/// The position is kept within the same range, as by end stops. A model that trails its input by `fd` then only
+/// reaches `high - fd` and `low + fd`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assembly {
     limits: Option<(f64, f64)>,
@@ -21,7 +21,7 @@ impl Assembly {
         Self { limits: None, model, lag: None }
     }
 
-    /// Another model in the same surroundings.
+    /// A different model with the same limits and lag.
     pub fn with_model(mut self, model: AnyModel) -> Self {
         self.model = model;
         self
@@ -52,8 +52,7 @@ impl Assembly {
         &self.model
     }
 
-    /// What it remembers between samples, as plain numbers: to store it, or to go on from there with
-    /// other parameters.
+    /// Its memory between samples, as plain numbers: to store it, or to continue from it with other parameters.
     ///
     /// ```
     /// use stiction_model::Bands;
@@ -73,7 +72,7 @@ impl Assembly {
         [a, b, c, d, e, f, g]
     }
 
-    /// Goes on from what a valve of the same model with the same surroundings remembered.
+    /// Continues from the memory of a valve of the same model with the same limits and lag.
     pub fn recall(&mut self, memory: &[f64; 7]) {
         let [a, b, c, d, e, f, g] = *memory;
         self.model.recall(&[a, b, c, d, e]);
@@ -82,13 +81,13 @@ impl Assembly {
         }
     }
 
-    /// The bare model, if there is nothing before or behind it.
+    /// The bare model, if it has neither limits nor lag.
     pub fn bare_model(&self) -> Option<&AnyModel> {
         (self.limits.is_none() && self.lag.is_none()).then_some(&self.model)
     }
 
-    /// The state from which [`Valve::restart`] makes it go on as it does now; `None` if it remembers more: a
-    /// lag does, and Kano's and Choudhury's models do.
+    /// The state from which [`Valve::restart`] continues its present motion; `None` if its memory is larger, as
+    /// with a lag and for Kano's and Choudhury's models.
     ///
     /// ```
     /// use stiction_model::valve::{Assembly, Model, Valve};
@@ -103,7 +102,7 @@ impl Assembly {
         self.bare_model()?.state()
     }
 
-    /// The bare model, if there is nothing before or behind it; otherwise itself.
+    /// The bare model, if it has neither limits nor lag; otherwise itself.
     pub(crate) fn into_bare_model(self) -> std::result::Result<AnyModel, Box<Self>> {
         if self.bare_model().is_some() { Ok(self.model) } else { Err(Box::new(self)) }
     }
@@ -128,7 +127,7 @@ impl Valve for Assembly {
         x
     }
 
-    // What stands before and behind the model is asked once, as is which model it is, not at every sample.
+    // Limits, lag and model are checked once, not at every sample.
     fn run(&mut self, op: &[f64], vp: &mut [f64]) -> Result<()> {
         if self.bare_model().is_some() { self.model.run(op, vp) } else { follow(self, op, vp) }
     }

@@ -8,17 +8,17 @@ use crate::error::Result;
 /// Chen, Tan and Huang's two-layer binary tree model, as recalled: its chart was not at hand.
 ///
 /// # Equations
-/// Layer 1 asks whether the stem moves, layer 2 whether it breaks away. With `e = u(k) - x(k-1)`,
-/// `du = u(k) - u(k-1)` and `d` the direction of motion:
+/// Layer 1 checks whether the stem moves, layer 2 whether it breaks away. With `e = u(k) - x(k-1)`, `du = u(k) -
+/// u(k-1)` and `d` the direction of motion:
 /// ```text
 /// moving, du d > 0:     x = u - d fd
 /// moving, otherwise:    x stays, and the stem is stuck from the next sample on
 /// stuck, |e| > fs:      d = sgn(e), x = u - d fd
 /// stuck, otherwise:     x stays
 /// ```
-/// Unlike [`TwoPhase`](super::TwoPhase) it does not ask for breakaway at the sample at which it
-/// stops: a reversal larger than `S` within one sample is answered one sample late. The revision by
-/// Li, Chen, Teo, Tan and Lee (Ind. Eng. Chem. Res., 2014) removes this weakness.
+/// Unlike [`TwoPhase`](super::TwoPhase) it does not check for breakaway at the sample at which it stops, so a
+/// reversal larger than `S` within one sample takes effect one sample late. The revision by Li, Chen, Teo, Tan and
+/// Lee (Ind. Eng. Chem. Res., 2014) removes this weakness.
 ///
 /// # Parameters
 /// [`Bands`] in percent of span; `J > S` is allowed.

@@ -20,12 +20,12 @@ use crate::error::Result;
 ///     otherwise:                                     breaks away if |u - x| > fs, else stuck
 /// breaking away:                                     x = u - sgn(v) fd
 /// ```
-/// A stem that stopped rests at `us - x = d fd`. So for `J <= S` the test `|u - us| > J` says
-/// `|u - x| > fs` too, and the model equals [`TwoPhase`](super::TwoPhase). For `J > S` the chart
-/// applies the J test to reversals instead of resumptions, and it is another model.
+/// A stem that stopped rests at `us - x = d fd`. So for `J <= S` the test `|u - us| > J` is equal to `|u - x| >
+/// fs`, and the model equals [`TwoPhase`](super::TwoPhase). For `J > S` the flow chart applies the J test to
+/// reversals instead of resumptions, and it is a different model.
 ///
-/// Deviation: a stuck stem stays while the input holds (`v = 0`). The chart would let rounding at
-/// an exact tie break it away there, to `x = u`.
+/// Deviation: a stuck stem stays while the input is constant (`v = 0`). In the flow chart, rounding at an exact tie
+/// could break it away there, to `x = u`.
 ///
 /// # Parameters
 /// [`Bands`] in percent of span; `J > S` is allowed, with the chart's own behaviour.
@@ -45,7 +45,7 @@ pub struct Choudhury {
     stuck: bool,
 }
 
-/// The sign of `v`, with `sgn(0) = 0` as the chart has it.
+/// The sign of `v`, with `sgn(0) = 0` as in the flow chart.
 fn sgn(v: f64) -> f64 {
     if v == 0.0 { 0.0 } else { 1f64.copysign(v) }
 }
@@ -70,7 +70,7 @@ impl Valve for Choudhury {
     fn step(&mut self, op: f64) -> f64 {
         let v = op - self.op;
         if !self.stuck && self.trend * v > 0.0 {
-            // The commonest case, first: still moving the same way.
+            // The most frequent case first: still moving in the same direction.
             self.op = op;
             self.position = op - self.trend * self.bands.fd();
             return self.position;

@@ -7,7 +7,7 @@ use crate::error::{Result, require};
 
 /// He, Wang, Pottmann and Qin's two-parameter model.
 ///
-/// # What it models
+/// # Model
 /// The stem comes to rest after every sample: it moves only in slips.
 ///
 /// # Equations
@@ -22,9 +22,9 @@ use crate::error::{Result, require};
 /// [`Bands`] in percent of span; `J > S` is allowed.
 ///
 /// # Limits
-/// On a slow ramp it climbs a staircase of steps of about `J` where
-/// [`TwoPhase`](super::TwoPhase) slides, so the same S and J give another limit cycle. Where a
-/// slow ramp crosses the threshold depends on the sampling.
+/// On a slow ramp it climbs a staircase of steps of about `J` where [`TwoPhase`](super::TwoPhase) slides, so the
+/// same S and J give a different limit cycle. The sample at which a slow ramp crosses the threshold depends on the
+/// sampling.
 ///
 /// # References
 /// Q. P. He, J. Wang, M. Pottmann, S. J. Qin, "A curve fitting method for detecting valve stiction
@@ -94,8 +94,7 @@ pub struct HeWang {
 }
 
 impl HeWang {
-    /// The overshoot quoted for a typical valve (recalled, not verified). It supposes an almost
-    /// undamped stem.
+    /// The overshoot quoted for a typical valve (recalled, not verified). It assumes an almost undamped stem.
     pub const TYPICAL_OVERSHOOT: f64 = 1.99;
 
     /// A valve with these friction bands and overshoot factor `K`, at 0.

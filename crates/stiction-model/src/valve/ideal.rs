@@ -4,7 +4,7 @@ use super::published::Published;
 use super::{Description, Motion, Start, Valve, ValveSpec};
 use crate::error::Result;
 
-/// A valve without friction: `x = u`. The yardstick for all others.
+/// A valve without friction: `x = u`. The reference for all others.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Ideal {
     position: f64,

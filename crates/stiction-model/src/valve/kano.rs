@@ -15,8 +15,8 @@ use crate::error::Result;
 /// stuck, -d (u - us) > S:       d = -d, x = u - d fd      breaks away, reversing
 /// stuck,  d (u - us) > J:       x = u - d fd              breaks away, resuming
 /// ```
-/// Since a stem that stopped rests at `x = us - d fd`, both tests say `|u - x| > fs`, and are
-/// written so here: rounding then cannot make this model differ from the others at a threshold.
+/// A stem that stopped rests at `x = us - d fd`, so both tests are equal to `|u - x| > fs`. They have this form
+/// here, so that rounding cannot make this model differ from the others at a threshold.
 ///
 /// # Parameters
 /// [`Bands`] in percent of span; `J > S` is allowed.

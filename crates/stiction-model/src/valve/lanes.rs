@@ -20,8 +20,7 @@ pub trait LaneValve: Copy + Send {
 
     /// The position of the valve in lane `l` once its controller output has become `op`.
     ///
-    /// To be called for all lanes in turn, in one loop: that the compiler can turn into vector
-    /// code.
+    /// To be called for all lanes in turn, in one loop, which the compiler can vectorise.
     fn step(&mut self, l: usize, op: f64) -> f64;
 }
 
@@ -112,11 +111,11 @@ impl<L: LaneValve> Kernel for Run<'_, L> {
     type Output = L;
     #[inline(always)]
     fn run(self) -> L {
-        // A copy of its own, so that the state stays in registers.
+        // A local copy, so that the state stays in registers.
         let mut valves = self.valves;
         for (u, x) in self.op.iter().zip(self.vp) {
-            // By way of an array that cannot overlap the input: otherwise a loop for the case that
-            // they do keeps the state out of registers.
+            // Through an array that cannot overlap the input: otherwise an extra loop for overlap keeps the state
+            // out of registers.
             *x = Lane::from_fn(|l| valves.step(l, *u));
         }
         valves
@@ -135,17 +134,15 @@ pub fn follow<M: Laned>(
     width.run(Run { valves, op, vp });
 }
 
-/// Samples stepped before their positions are handed over: few enough that they stay in the
-/// first-level cache.
+/// Samples per hand-over of positions: few enough to stay in the first-level cache.
 const SEGMENT: usize = 128;
 
-/// Drives every candidate in `bands` with the same `op`, starting from `start`, and returns what
-/// `take` gathers for each block of [`LANES`] candidates, in their order.
+/// Drives every candidate in `bands` with the same `op`, starting from `start`, and returns the result of `take`
+/// for each block of [`LANES`] candidates, in their order.
 ///
-/// `begin` makes what is to be gathered for the block whose first candidate has the given index.
-/// `take` receives it with the index of a sample and the positions from that sample on, one
-/// [`Lane`] a sample; candidate `first + l` is in lane `l`. Segments come in order, and together
-/// they cover all of `op`. Lanes past the last candidate repeat it.
+/// `begin` creates the accumulator for the block whose first candidate has the given index. `take` receives it with
+/// the index of a sample and the positions from that sample on, one [`Lane`] a sample; candidate `first + l` is in
+/// lane `l`. Segments come in order, and together they cover all of `op`. Lanes after the last candidate repeat it.
 ///
 /// Blocks run on all threads of the current rayon pool; the result does not depend on their number.
 ///
@@ -186,7 +183,7 @@ pub fn run<M: Laned, A: Send>(
     all_finite("op", op)?;
     let width = Width::widest();
     let block = |(block, bands): (usize, &[Bands])| {
-        // Lanes past the last candidate repeat it.
+        // Lanes after the last candidate repeat it.
         let lanes = std::array::from_fn(|l| bands[l.min(bands.len() - 1)]);
         let mut valves = M::Lanes::starting(&lanes, [start; LANES]);
         let mut vp = [Lane::splat(0.0); SEGMENT];

@@ -51,7 +51,7 @@ impl Direction {
     }
 }
 
-/// The state in which a valve begins.
+/// The initial state of a valve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Start {
     /// Valve position, percent of span.
@@ -87,21 +87,19 @@ pub trait Valve {
     /// The present valve position.
     fn position(&self) -> f64;
 
-    /// Begins again from `start`.
+    /// Restarts from `start`.
     fn restart(&mut self, start: Start);
 
-    /// Follows the whole of `op`, writing the position after each sample to `vp`. Nothing is
-    /// allocated.
+    /// Processes the whole of `op`, writing the position after each sample to `vp`. Nothing is allocated.
     ///
     /// # Errors
-    /// If the slices differ in length, or a sample of `op` is NaN or infinite; then the valve has
-    /// not moved.
+    /// If the slices differ in length, or a sample of `op` is NaN or infinite; the valve has then not moved.
     fn run(&mut self, op: &[f64], vp: &mut [f64]) -> Result<()> {
         follow(self, op, vp)
     }
 }
 
-/// Follows the whole of `op` step by step: [`Valve::run`] where there is no better way.
+/// Processes the whole of `op` step by step: [`Valve::run`] by default.
 fn follow<V: Valve + ?Sized>(valve: &mut V, op: &[f64], vp: &mut [f64]) -> Result<()> {
     if op.len() != vp.len() {
         return Err(Error::Length { name: "vp", found: vp.len(), expected: op.len() });

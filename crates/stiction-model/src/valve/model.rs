@@ -6,7 +6,7 @@ use super::{Description, ValveSpec};
 use crate::bands::Bands;
 use crate::error::{Error, Result};
 
-/// Makes the registry of the models: their names, a valve of any of them, and what is asked of each.
+/// Makes the registry of the models: their names, a valve of each, and their functions.
 macro_rules! models {
     ($($model:ident),+ $(,)?) => {
         /// A published valve model, by name.
@@ -19,7 +19,7 @@ macro_rules! models {
             /// All models.
             pub const ALL: [Self; [$(Self::$model),+].len()] = [$(Self::$model),+];
 
-            /// What this model is.
+            /// The description of this model.
             pub fn describe(self) -> Description {
                 match self {
                     $(Self::$model => $model::DESCRIPTION,)+
@@ -42,8 +42,8 @@ macro_rules! models {
         }
 
         impl AnyModel {
-            /// The state from which [`Valve::restart`] makes it go on as it does now; `None` if it remembers
-            /// more.
+            /// The state from which [`Valve::restart`] continues its present motion; `None` if its memory is
+            /// larger.
             pub(crate) fn state(&self) -> Option<Start> {
                 match self { $(Self::$model(valve) => valve.state(),)+ }
             }
@@ -93,7 +93,7 @@ impl Model {
     /// The model called `name`, in any case.
     ///
     /// # Errors
-    /// If no model has that name; the error lists those there are.
+    /// If no model has that name; the error lists the known ones.
     pub fn by_name(name: &str) -> Result<Self> {
         let wanted = name.to_ascii_lowercase();
         Self::ALL
@@ -111,8 +111,8 @@ impl Model {
 
     /// A valve of this model with these friction bands, stuck at 0; [`ValveSpec`] is one with all settings.
     ///
-    /// [`HeWang`] gets an overshoot of 1.99, the value recalled for a typical valve; [`Stenman`]
-    /// takes `J` for its band, [`Play`] takes `S` for its dead band.
+    /// [`HeWang`] gets an overshoot of 1.99, the value recalled for a typical valve; [`Stenman`] uses `J` as its
+    /// band, [`Play`] uses `S` as its dead band.
     ///
     /// # Errors
     /// If the model does not allow these bands.
@@ -120,11 +120,10 @@ impl Model {
         self.build_as(&ValveSpec::new(self, bands), None)
     }
 
-    /// Friction bands from what was given of `S` and `J`, percent of span. What this model does not use may be
-    /// missing.
+    /// Friction bands from the given `S` and `J`, percent of span. Unused ones may be missing.
     ///
     /// # Errors
-    /// [`Error::Missing`] if one that it uses was not given; if one is out of its range.
+    /// [`Error::Missing`] if a used one is missing; an error if one is out of its range.
     pub fn bands(self, s: Option<f64>, j: Option<f64>) -> Result<Bands> {
         let Description { name: needed_by, uses_s, uses_j, .. } = self.describe();
         let need = |name: &str, value: Option<f64>, used: bool| match value {
@@ -134,7 +133,7 @@ impl Model {
         Bands::from_s_j(need("S", s, uses_s)?, need("J", j, uses_j)?)
     }
 
-    /// Those of `S` and `J` that were given, but make no difference to this model.
+    /// The given ones of `S` and `J` that this model does not use.
     pub fn unused(self, s: Option<f64>, j: Option<f64>) -> impl Iterator<Item = &'static str> {
         let Description { uses_s, uses_j, .. } = self.describe();
         [("S", s, uses_s), ("J", j, uses_j)]
@@ -142,10 +141,10 @@ impl Model {
             .filter_map(|(name, given, used)| (given.is_some() && !used).then_some(name))
     }
 
-    /// The bands of the friction that a valve of this model has with these bands, some of which it may not use.
+    /// The effective bands of a valve of this model with these bands, some of which it may not use.
     ///
     /// # Errors
-    /// None but for bands that are none.
+    /// Only for invalid bands.
     pub fn felt(self, bands: Bands) -> Result<Bands> {
         let Description { uses_s, uses_j, .. } = self.describe();
         match (uses_s, uses_j) {

@@ -1,11 +1,11 @@
-//! A valve as it is asked for.
+//! The specification of a valve.
 
 use super::published::needed_by;
 use super::{Assembly, Model, StemLag};
 use crate::bands::Bands;
 use crate::error::{Error, Result};
 
-/// A data-driven valve in all its settings: what a scenario, a command, an FMU or a script asks for.
+/// All settings of a data-driven valve, as in a scenario, a command, an FMU or a script.
 ///
 /// ```
 /// use stiction_model::{Bands, Error, valve::{Model, Valve, ValveSpec}};
@@ -23,11 +23,11 @@ pub struct ValveSpec {
     pub model: Model,
     /// Its friction bands, percent of span.
     pub bands: Bands,
-    /// Overshoot `K` of a slip, of models that [use one](super::Description::uses_k): 1 (none) to 2 (no
-    /// damping); by default [typical](super::HeWang::TYPICAL_OVERSHOOT).
+    /// Overshoot `K` of a slip, for models that [use one](super::Description::uses_k): 1 (none) to 2 (no damping);
+    /// by default [typical](super::HeWang::TYPICAL_OVERSHOOT).
     pub overshoot: Option<f64>,
-    /// Speed of the OP that counts as a pause, percent of span per second, of models that
-    /// [use one](super::Description::uses_rest_tolerance); by default 0.
+    /// Speed of the OP that counts as a pause, percent of span per second, for models that [use
+    /// one](super::Description::uses_rest_tolerance); by default 0.
     pub rest_tolerance: Option<f64>,
     /// Lowest and highest OP and VP, percent of span; by default none.
     pub limits: Option<(f64, f64)>,
@@ -44,8 +44,8 @@ impl ValveSpec {
     /// The valve, stuck at 0, sampled every `sample_time` seconds: needed for a lag and a rest tolerance only.
     ///
     /// # Errors
-    /// [`Error::NotOfModel`] for a setting that the model does not have, [`Error::Missing`] without the sample
-    /// time where it is needed; otherwise if the model does not allow these bands, or a value is out of its range.
+    /// [`Error::NotOfModel`] for a setting that the model does not have, [`Error::Missing`] if the sample time is
+    /// needed; otherwise if the model does not allow these bands, or a value is out of its range.
     pub fn build(&self, sample_time: Option<f64>) -> Result<Assembly> {
         let uses = self.model.describe();
         let refused = |name, role, used: fn(Model) -> bool| {

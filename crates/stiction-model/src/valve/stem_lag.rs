@@ -4,12 +4,11 @@ use crate::error::{Result, non_negative, positive};
 
 /// A first-order lag, `tau x' = input - x`, sampled exactly with the input held over each sample.
 ///
-/// The data-driven models place the stem at once; this follows them where the time the stem takes
-/// matters, as in the paper's step responses.
+/// The data-driven models move the stem at once. This lag follows them where the stem's own dynamics matter, as in
+/// the paper's step responses.
 ///
-/// `x(k) = a x(k-1) + (1 - a) input(k-1)` with `a = exp(-Ts/tau)`. The lag is strictly proper: the
-/// position at a sample does not know that sample's input yet. `tau = 0` passes the input through
-/// undelayed.
+/// `x(k) = a x(k-1) + (1 - a) input(k-1)` with `a = exp(-Ts/tau)`. The lag is strictly proper: the position at a
+/// sample does not depend on that sample's input yet. `tau = 0` passes the input through without delay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StemLag {
     /// `exp(-Ts/tau)`, or `None` for no lag.
@@ -56,7 +55,7 @@ impl StemLag {
         [self.input, self.position]
     }
 
-    /// Goes on from there.
+    /// Continues from there.
     pub(super) fn recall(&mut self, [input, position]: [f64; 2]) {
         (self.input, self.position) = (input, position);
     }

@@ -7,10 +7,10 @@ use crate::error::{Result, non_negative, positive};
 
 /// The paper's data-driven model with two parameters.
 ///
-/// # What it models
-/// A stem is either *stuck* or *moving*. Moving, it trails the input by the dynamic friction band;
-/// it stops when the input pauses or reverses. Stuck, it stays until the net spring force exceeds
-/// the static friction band, and then jumps.
+/// # Model
+/// A stem is either *stuck* or *moving*. A moving stem trails the input by the dynamic friction band, and stops
+/// when the input pauses or reverses. A stuck stem stays until the net spring force exceeds the static friction
+/// band, and then jumps.
 ///
 /// # Equations
 /// With `du = u(k) - u(k-1)`, `e = u(k) - x(k-1)` and `d = +1` or `-1` the direction of motion:
@@ -25,13 +25,13 @@ use crate::error::{Result, non_negative, positive};
 /// rest tolerance (default 0 %/s) is the input speed at and below which a moving stem comes to rest.
 ///
 /// # Assumptions and limits
-/// The stem itself has no dynamics: follow it with a [`StemLag`](super::StemLag) where they matter.
-/// A measurement-noise-sized reversal of `u` stops the stem, so a noisy ramp becomes stick-slip.
+/// The stem itself has no dynamics: add a [`StemLag`](super::StemLag) where they matter. A reversal of `u` as small
+/// as measurement noise stops the stem, so a noisy ramp becomes stick-slip.
 ///
 /// # References
-/// "Modelling and Dynamic Analysis of Pneumatic Control Valve with Stiction", section 5, in the
-/// reading that makes its words a state machine. For `J <= S` it equals [`Kano`](super::Kano) and
-/// [`Choudhury`](super::Choudhury) sample for sample (property-tested).
+/// "Modelling and Dynamic Analysis of Pneumatic Control Valve with Stiction", section 5, interpreted as a state
+/// machine. For `J <= S` it equals [`Kano`](super::Kano) and [`Choudhury`](super::Choudhury) sample for sample
+/// (property-tested).
 #[derive(Debug, Clone, PartialEq)]
 pub struct TwoPhase {
     bands: Bands,
@@ -39,7 +39,7 @@ pub struct TwoPhase {
     rest: f64,
     position: f64,
     op: f64,
-    /// Direction of motion, `+1` or `-1`; `0` while stuck. (Where it moved last does not matter.)
+    /// Direction of motion, `+1` or `-1`; `0` while stuck. (The last direction does not matter.)
     motion: f64,
 }
 
@@ -49,8 +49,8 @@ impl TwoPhase {
         Self { bands, rest: 0.0, position: 0.0, op: 0.0, motion: 0.0 }
     }
 
-    /// Takes an input slower than `speed` (percent of span per second), sampled every
-    /// `sample_time` seconds, for a pause: a moving stem comes to rest.
+    /// Treats an input slower than `speed` (percent of span per second), sampled every `sample_time` seconds, as a
+    /// pause: a moving stem comes to rest.
     ///
     /// # Errors
     /// If `speed` is negative or `sample_time` is not positive, or either is not finite.
@@ -64,7 +64,7 @@ impl TwoPhase {
         self.bands
     }
 
-    /// Whether [`lanes`](super::lanes) can stand in for it: they know no rest tolerance.
+    /// Whether [`lanes`](super::lanes) can replace it: they have no rest tolerance.
     pub(crate) fn is_laned(&self) -> bool {
         self.rest == 0.0
     }

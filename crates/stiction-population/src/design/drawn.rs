@@ -1,4 +1,4 @@
-//! Drawing a loop. The order of draws is that of the stream: it is part of the population's version.
+//! Random draw of a loop. The order of draws is that of the stream: it is part of the population's version.
 
 use super::{Curve, Design, TRANSMITTER};
 use crate::LoopKind;
@@ -24,7 +24,7 @@ impl Design {
         let integrating = process == ProcessKind::Integrating;
 
         let s = draw.log(0.5, 13.0);
-        // In a calm loop little happens but what its valve does.
+        // In a calm loop hardly anything happens except for its valve.
         let calm = draw.chance(if near_limit { 0.75 } else { 0.2 });
         let calm = draw.log(0.04, 0.5).powf(f64::from(u8::from(calm)));
         let activity = s * calm * draw.log(0.25, 1.6);
@@ -127,7 +127,7 @@ impl Design {
         if situation == Situation::NoisyControl {
             design.make_noisy(&mut special);
         }
-        // Long enough to settle into a cycle, but no longer than half the record.
+        // Long enough to settle into a cycle, but at most half the record.
         let waits = if design.ti.is_finite() { design.ti } else { design.response_time() };
         let settled = (30.0 * waits / design.step()).min((samples * steps / 2) as f64);
         design.warm_up = settled as usize + 40;
@@ -135,7 +135,7 @@ impl Design {
         design
     }
 
-    /// What is special about a loop of this kind.
+    /// The situation of a loop of this kind.
     fn situation(kind: LoopKind, draw: &mut Draw) -> Situation {
         let drawn = draw.weighted([
             (Situation::Ordinary, 0.40),
@@ -155,13 +155,13 @@ impl Design {
         match (kind, drawn) {
             (LoopKind::StickyBelow, _) => Situation::OuterLoop,
             (LoopKind::StickingNeighbour, _) => Situation::Coupled,
-            // Seen from the loop above, these are loops of the kind `StickyBelow`.
+            // For the loop above, these are loops of the kind `StickyBelow`.
             (LoopKind::Sticky | LoopKind::Stuck, Situation::OuterLoop) => Situation::Ordinary,
             _ => drawn,
         }
     }
 
-    /// Draws what belongs to the situation, but for what happens in it.
+    /// Draws the parts of the situation, except for its events.
     fn specialise(&mut self, draw: &mut Draw) {
         let scale = (self.gain * self.activity).abs();
         if self.controller == ControllerKind::ErrorSquared {
@@ -215,8 +215,9 @@ impl Design {
         }
     }
 
-    /// Gives the OP its noise: up to four times the band, from the PV or of the controller's own. In two of five the
-    /// noise of the PV is all that moves the OP: little else happens, and integral action is slow for the record.
+    /// Sets the noise of the OP: up to four times the band, from the PV or the controller. In two of five cases the
+    /// noise of the PV alone moves the OP: hardly anything else happens, and integral action is slow for the
+    /// record.
     fn make_noisy(&mut self, draw: &mut Draw) {
         let sd = self.s * draw.log(0.2, 4.0);
         let by_pv = if draw.chance(0.5) { draw.unit() } else { 1.0 };
@@ -232,7 +233,7 @@ impl Design {
     }
 }
 
-/// What is recorded.
+/// The recorded signals.
 struct Record {
     samples: usize,
     sample_time: f64,
@@ -261,7 +262,7 @@ impl Record {
     }
 }
 
-/// The process with all that delays it.
+/// The process with all its delays.
 struct Lags {
     process: ProcessKind,
     tau: f64,
@@ -276,7 +277,7 @@ impl Lags {
     fn draw(record: &Record, situation: Situation, special: &mut Draw, draw: &mut Draw) -> Self {
         let near_limit = situation == Situation::NearLimit;
         let integrating = draw.chance(0.3);
-        // A loop that rings in a few samples would only be seen as noise.
+        // A loop that rings within a few samples would look like noise.
         let fast = draw.chance(if near_limit { 0.15 } else { 0.6 }) && !integrating;
         let unstable = special.chance(if near_limit { 0.2 } else { 0.03 })
             && !matches!(situation, Situation::ManualSpells | Situation::Override);
@@ -284,10 +285,10 @@ impl Lags {
         let fast = fast && !unstable;
         let second = draw.chance(0.4);
         let tau = record.pace * if fast { draw.log(0.04, 4.0) } else { draw.log(0.7, 50.0) };
-        // What runs away cannot be held through a long dead time.
+        // A process that runs away cannot be controlled through a long dead time.
         let dead_time = tau * draw.log(0.05, 1.5) * if unstable { 0.25 } else { 1.0 };
         let tau2 = if second { tau * draw.uniform(0.1, 0.9) } else { 0.0 };
-        // A large actuator can be slower than the flow that it controls.
+        // A large actuator can be slower than its flow.
         let valve_lag =
             tau * match draw.unit() {
                 place if place < 0.2 => draw.log(0.3, 3.0),
@@ -309,7 +310,7 @@ impl Lags {
     }
 }
 
-/// The controller but for its gain, which follows from the margin.
+/// The controller except for its gain, which follows from the margin.
 struct Tuning {
     controller: ControllerKind,
     ti: f64,
@@ -320,7 +321,7 @@ struct Tuning {
 impl Tuning {
     /// Draws it; the time of an integrator is then that of its controller.
     fn draw(record: &Record, situation: Situation, lags: &mut Lags, draw: &mut Draw) -> Self {
-        // Integral action against the lags it has to wait for.
+        // Integral action relative to the lags of the loop.
         let step = record.step();
         let waiting = lags.dead_time + lags.valve_lag + lags.pv_filter + 1.5 * step;
         let slowness = draw.unit();
@@ -337,7 +338,7 @@ impl Tuning {
             ti = ti.max(long);
         }
         if lags.process == ProcessKind::Integrating {
-            // Then a valve that moves by a percent for as long as the controller waits is seen.
+            // A valve movement of one percent during the waiting time of the controller is then visible.
             lags.tau = ti * draw.log(0.5, 2.0);
         }
         let controller = match draw.unit() {

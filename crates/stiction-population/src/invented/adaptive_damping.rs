@@ -1,12 +1,12 @@
-//! A transmitter that damps the more, the less happens.
+//! A transmitter with more damping at small changes.
 
 use super::parts::Parts;
 use super::sketch::Sketch;
 
-/// Its time constant is long where the PV is near what it says, and falls to none where the PV is a width away or more:
-/// noise is damped, a step is not, and the controller sees little of what is small.
+/// Its time constant is long if the PV is near its output, and zero if the PV differs by a width or more. Noise is
+/// damped, a step is not, and the controller sees hardly any small changes.
 pub(super) struct AdaptiveDamping {
-    /// The share of a small difference by which it follows in a step, and the difference from which on it follows at once,
+    /// The share of a small difference that it follows in a step, and the difference from which it follows at once,
     /// percent of span.
     least: f64,
     width: f64,

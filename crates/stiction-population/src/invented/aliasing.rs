@@ -4,7 +4,7 @@ use super::parts::Parts;
 use super::sketch::Sketch;
 use std::f64::consts::TAU;
 
-/// What pulsates at the transmitter.
+/// Pulsation at the transmitter.
 pub(super) struct Aliasing {
     size: f64,
     /// Steps a pulse.

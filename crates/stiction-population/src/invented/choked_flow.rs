@@ -1,21 +1,21 @@
-//! A flow that chokes.
+//! A choked flow.
 
 use super::parts::Parts;
 use super::sketch::Sketch;
 use stiction_model::closed_loop::NormalStream;
 
-/// Above an opening the valve adds a small share to the flow only; the opening wanders with the pressure upstream.
+/// Above an opening the valve adds only a small share to the flow; the opening wanders with the pressure upstream.
 pub(super) struct ChokedFlow {
-    /// The opening in the mean, percent from rest, and where it is.
+    /// The mean opening, percent from rest, and its present value.
     mean: f64,
     at: f64,
-    /// How far it wanders, and how much of that is kept from step to step.
+    /// Its deviation, and the share that remains from step to step.
     size: f64,
     keep: f64,
     noise: NormalStream,
-    /// What a percent of opening adds above it.
+    /// Flow per percent of opening above it.
     share: f64,
-    /// Where the record begins, steps; its steps, and those of them that are choked.
+    /// Start of the record, steps; its steps, and the choked ones among them.
     begins: usize,
     recorded: usize,
     choked: usize,

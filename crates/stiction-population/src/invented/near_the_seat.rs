@@ -1,4 +1,4 @@
-//! A valve that sticks near its seat only.
+//! A valve that sticks only near its seat.
 
 use super::parts::{Friction, Parts};
 

@@ -3,11 +3,11 @@
 use super::parts::Parts;
 use super::sketch::Sketch;
 
-/// It comes on where the PV is low and goes off where it is high.
+/// It starts when the PV is low and stops when it is high.
 pub(super) struct OnOffNeighbour {
-    /// How far the PV goes before it is switched, percent of span.
+    /// Distance of the PV that switches it, percent of span.
     band: f64,
-    /// What it adds while it runs, and takes while it does not.
+    /// Its effect while it runs, and while it does not.
     adds: f64,
     runs: bool,
 }

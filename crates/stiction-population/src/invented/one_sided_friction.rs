@@ -1,13 +1,13 @@
-//! A valve that jumps where it opens and slides where it closes.
+//! A valve that jumps when it opens and slides when it closes.
 
 use super::parts::{Friction, Parts};
 use super::sketch::Sketch;
 
-/// The stem opens once the OP pushes it by more than what holds it, and jumps to where sliding friction leaves it; it
-/// closes against sliding friction alone, with nothing that holds it. S is the way of the OP from closing to opening, and J
-/// the jump; from opening to closing it is S - J, without a jump.
+/// The stem opens once the OP exceeds the static friction, and jumps to the position given by sliding friction. It
+/// closes against sliding friction alone. S is the OP travel from closing to opening, and J the jump; from opening
+/// to closing it is S - J, without a jump.
 pub(super) struct OneSidedFriction {
-    /// What holds the stem at rest against opening, and what remains of it while it opens; what it closes against.
+    /// Static friction against opening, sliding friction while opening, and friction while closing.
     holds: f64,
     opens: f64,
     closes: f64,

@@ -1,4 +1,4 @@
-//! The parts of a loop, and what is ordinary of them.
+//! The parts of a loop, with ordinary defaults.
 
 use super::sketch::Sketch;
 use std::collections::VecDeque;
@@ -6,10 +6,10 @@ use stiction_model::bands::Bands;
 use stiction_model::error::Result;
 use stiction_model::valve::{AnyModel, Start, Valve};
 
-/// What the parts of a loop do in a step; those that a kind does not name are ordinary. Positions, flows and loads are in
-/// percent from rest, the PV and its set point in percent of span from rest.
+/// The behaviour of a loop's parts in a step; a kind replaces some of the ordinary ones. Positions, flows and loads
+/// are in percent from rest, the PV and its set point in percent of span from rest.
 pub(super) trait Parts {
-    /// The largest gain over that of the process, which the tuning must know.
+    /// The largest gain over that of the process, for the tuning.
     fn steepest(&self) -> f64 {
         1.0
     }
@@ -19,7 +19,7 @@ pub(super) trait Parts {
         0.0
     }
 
-    /// What the transmitter says of the PV under this noise.
+    /// The output of the transmitter under this noise.
     fn sensed(&mut self, _k: usize, pv: f64, noise: f64) -> f64 {
         pv + noise
     }
@@ -29,32 +29,32 @@ pub(super) trait Parts {
         pi.step(error)
     }
 
-    /// Where the stem is, percent, for this OP.
+    /// The stem position, percent, for this OP.
     fn stem(&mut self, valve: &mut Friction, op: f64) -> f64 {
         valve.step(op)
     }
 
-    /// What a stem at this position lets through.
+    /// The flow at this stem position.
     fn flow(&mut self, _k: usize, stem: f64) -> f64 {
         stem
     }
 
-    /// What adds to the load because of the PV.
+    /// Additional load from the PV.
     fn load(&mut self, _pv: f64) -> f64 {
         0.0
     }
 
-    /// What comes out of the dead time when this goes in.
+    /// Output of the dead time for this input.
     fn late(&mut self, line: &mut Line, value: f64) -> f64 {
         line.step(value)
     }
 
-    /// The PV, given what has passed the lags.
+    /// The PV, from the output of the lags.
     fn pv(&mut self, lagged: f64) -> f64 {
         lagged
     }
 
-    /// Whether the record shows what the kind is about, so far.
+    /// Whether the record shows the peculiarity of the kind so far.
     fn shows(&self) -> bool {
         true
     }
@@ -68,12 +68,12 @@ pub(super) struct Pi {
     proportional_only: bool,
     /// The OP at rest, percent.
     pub rest: f64,
-    /// What the integral adds to it.
+    /// The integral part.
     pub integral: f64,
 }
 
 impl Pi {
-    /// For a process whose gain is at most `steepest` times that which is drawn.
+    /// For a process whose gain is at most `steepest` times the drawn one.
     pub fn of(sketch: &Sketch, steepest: f64) -> Self {
         let slow = sketch.lags[0];
         let waiting = sketch.waiting();
@@ -95,16 +95,16 @@ impl Pi {
         (self.rest + self.kc * error + self.integral).clamp(0.0, 100.0)
     }
 
-    /// Goes on without a bump from an OP that another chose.
+    /// Continues without a bump from an OP of another source.
     pub fn track(&mut self, op: f64, error: f64) {
         self.integral = (op - self.rest - self.kc * error).clamp(-60.0, 60.0);
     }
 }
 
-/// A valve: it sticks, or its stem is where the OP wants it.
+/// A valve: it sticks, or its stem is at the OP.
 pub(super) struct Friction {
     model: Option<AnyModel>,
-    /// Where the stem is, percent.
+    /// The stem position, percent.
     pub stem: f64,
 }
 
@@ -112,7 +112,7 @@ impl Friction {
     /// At rest.
     ///
     /// # Errors
-    /// If the bands are refused.
+    /// If the bands are invalid.
     pub fn of(sketch: &Sketch, sticks: bool) -> Result<Self> {
         let mut model = match sticks {
             true => Some(sketch.model.build(Bands::from_s_j(sketch.s, sketch.j)?)?),
@@ -128,13 +128,13 @@ impl Friction {
         self.model.is_some()
     }
 
-    /// Where the stem is for this OP.
+    /// The stem position for this OP.
     pub fn step(&mut self, op: f64) -> f64 {
         self.stem = self.model.as_mut().map_or(op, |model| model.step(op));
         self.stem
     }
 
-    /// Where the stem is if nothing holds it.
+    /// The stem position without friction.
     pub fn slide(&mut self, op: f64) -> f64 {
         if let Some(model) = &mut self.model {
             model.restart(Start::at_rest(op));
@@ -148,12 +148,12 @@ impl Friction {
 pub(super) struct Line(VecDeque<f64>);
 
 impl Line {
-    /// Of so many steps.
+    /// Of this many steps.
     pub fn of(steps: usize) -> Self {
         Self(vec![0.0; steps].into())
     }
 
-    /// What comes out when this goes in.
+    /// Output for this input.
     pub fn step(&mut self, value: f64) -> f64 {
         self.0.push_back(value);
         self.0.pop_front().unwrap_or(value)

@@ -1,4 +1,4 @@
-//! What a loop does as its kind has it.
+//! Simulation of a loop of a kind.
 
 use super::parts::{Friction, Line, Pi};
 use super::sketch::Sketch;
@@ -11,10 +11,10 @@ use stiction_model::closed_loop::NormalStream;
 use stiction_model::error::Result;
 
 impl Sketch {
-    /// The loop as a kind has it, with a valve that sticks or with one that does not.
+    /// The simulated loop of a kind, with a valve that sticks or one that does not.
     ///
     /// # Errors
-    /// If a part refuses its settings.
+    /// If the settings of a part are invalid.
     pub fn play(&self, what: Invention, sticks: bool) -> Result<Invented> {
         let warm_up = self.warm_up();
         let n = warm_up + self.recorded();

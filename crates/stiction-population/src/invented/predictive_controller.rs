@@ -3,11 +3,11 @@
 use super::parts::{Parts, Pi};
 use super::sketch::Sketch;
 
-/// A model of gain and lag that is off tells where the PV would go; a move every few steps takes it back by a share.
+/// An inaccurate model of gain and lag predicts the PV; a move every few steps corrects a share of its deviation.
 pub(super) struct PredictiveController {
     lag: f64,
     gain: f64,
-    /// Steps between two moves, the largest of them, percent, and the share that is taken back.
+    /// Steps between two moves, the largest move, percent, and the corrected share.
     every: usize,
     most: f64,
     share: f64,

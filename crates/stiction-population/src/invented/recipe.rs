@@ -3,8 +3,8 @@
 use super::parts::{Parts, Pi};
 use super::sketch::Sketch;
 
-/// Two to seven batches in the record. In each the set point goes by steps and ramps from hold to hold; before it, while
-/// the vessel is charged, the OP is preset, from which the controller then goes on without a bump.
+/// Two to seven batches in the record. In each the set point moves by steps and ramps from hold to hold. Before it,
+/// while the vessel is charged, the OP is preset, and the controller then continues from it without a bump.
 pub(super) struct Recipe {
     /// Steps of a batch, and of its charging.
     batch: usize,
@@ -16,10 +16,10 @@ pub(super) struct Recipe {
 
 /// A part of a batch.
 struct Phase {
-    /// Where it begins, steps from the beginning of the batch, and for how long it ramps before it holds.
+    /// Its start, steps from the start of the batch, and the duration of its ramp before it holds.
     begins: usize,
     ramps: f64,
-    /// Where it leads, percent of span from rest.
+    /// Its target, percent of span from rest.
     level: f64,
 }
 
@@ -45,7 +45,7 @@ impl Recipe {
 impl Parts for Recipe {
     fn set_point(&mut self, k: usize) -> f64 {
         let place = k % self.batch;
-        // Charging it stays where the batch before it ended.
+        // During charging it stays at the end value of the batch before.
         let mut level = self.phases.last().map_or(0.0, |phase| phase.level);
         for phase in self.phases.iter().take_while(|phase| phase.begins <= place) {
             let gone = (place - phase.begins) as f64;

@@ -25,7 +25,7 @@ impl Parts for RingingPositioner {
     }
 
     fn flow(&mut self, _k: usize, stem: f64) -> f64 {
-        // Semi-implicit Euler keeps the resonance where it belongs.
+        // Semi-implicit Euler keeps the resonance frequency.
         let w = self.w;
         self.speed += w * w * (stem - self.place) - 2.0 * self.damping * w * self.speed;
         self.place += self.speed;

@@ -3,22 +3,22 @@
 use super::parts::{Parts, Pi};
 use super::sketch::Sketch;
 
-/// The gain of the valve is larger beyond an opening; there the controller takes another set, whose gain makes up for
-/// more or less of that. An OP near the border switches it, with some hysteresis.
+/// The gain of the valve is larger beyond an opening. There the controller uses another set, whose gain compensates
+/// more or less for it. An OP near the border switches it, with some hysteresis.
 pub(super) struct ScheduledTuning {
-    /// The border, percent from rest, and half the hysteresis about it.
+    /// The border, percent from rest, and half its hysteresis.
     border: f64,
     hysteresis: f64,
     /// Gain of the valve beyond the border, over that below it.
     steeper: f64,
     /// Controller gain of the set beyond the border, over that of the other.
     factor: f64,
-    /// The integral is held as a sum of errors, to which the new gain applies: the OP jumps.
+    /// The integral is kept as a sum of errors, to which the new gain applies: the OP jumps.
     bumps: bool,
     beyond: bool,
     /// The last OP, percent from rest.
     last: f64,
-    /// Where the record begins, steps, and how often the set changed since.
+    /// Start of the record, steps, and the number of switches since.
     begins: usize,
     switches: usize,
 }

@@ -1,10 +1,10 @@
-//! A loop as it is drawn.
+//! A drawn loop.
 
 use super::Invention;
 use crate::draw::Draw;
 use stiction_model::valve::Model;
 
-/// A loop as it is drawn. One step is the controller's, unless it moves more seldom.
+/// A drawn loop. One step is that of the controller, unless it moves less often.
 pub(super) struct Sketch {
     pub samples: usize,
     /// Steps a recorded sample.
@@ -20,7 +20,7 @@ pub(super) struct Sketch {
     /// The closed loop's time constant over the dead time and small lag.
     pub slowness: f64,
     pub proportional_only: bool,
-    /// Every so many steps a predictive controller moves, and how wrong its model is.
+    /// Steps between moves of a predictive controller, and the error of its model.
     pub every: usize,
     pub wrong: f64,
     pub rest: f64,
@@ -28,7 +28,7 @@ pub(super) struct Sketch {
     pub load: f64,
     pub load_keep: f64,
     pub steps_of_load: usize,
-    /// What belongs to the kind: a size in percent, a period in steps (of a beat, in samples), a share.
+    /// Quantities of the kind: a size in percent, a period in steps (of a beat, in samples), a share.
     pub size: f64,
     pub period: f64,
     pub share: f64,
@@ -36,17 +36,17 @@ pub(super) struct Sketch {
     pub seed: u64,
 }
 
-/// What is drawn from other ranges in each set, uniform in the logarithm.
+/// Quantities with different ranges in each set, uniform in the logarithm.
 struct Ranges {
     slowness: (f64, f64),
     /// Standard deviation of the noise over gain times S.
     noise: (f64, f64),
-    /// How long the load lasts, over the large lag.
+    /// Duration of the load, over the large lag.
     load_lasts: (f64, f64),
 }
 
 const FIRST: Ranges = Ranges { slowness: (0.8, 5.0), noise: (0.01, 0.4), load_lasts: (1.0, 30.0) };
-/// Few sticking valves of the first set showed: loads hid them that changed as fast as the loop.
+/// Few sticking valves of the first set were visible, because loads changed as fast as the loop.
 const SECOND: Ranges =
     Ranges { slowness: (0.6, 3.0), noise: (0.003, 0.08), load_lasts: (20.0, 300.0) };
 
@@ -87,7 +87,7 @@ impl Sketch {
             wrong: draw.log(0.5, 2.0),
             rest: match what {
                 Invention::NearTheSeat => draw.uniform(6.0, 14.0),
-                // Then moves of S are a part of the flow that counts.
+                // Moves of S are then a relevant part of the flow.
                 Invention::TransportByFlow => (s * draw.uniform(2.5, 8.0)).clamp(6.0, 40.0),
                 Invention::SurgeControl => draw.uniform(15.0, 35.0),
                 _ => draw.uniform(30.0, 70.0),
@@ -104,12 +104,12 @@ impl Sketch {
         }
     }
 
-    /// The stream of what belongs to the kind alone.
+    /// The random stream of the kind alone.
     pub fn of_kind(&self) -> Draw {
         Draw::of(&[self.seed, 1])
     }
 
-    /// How long the controller waits for what it does: dead time, small lag and a step of its own.
+    /// Waiting time of the controller: dead time, small lag and one step.
     pub fn waiting(&self) -> f64 {
         self.dead as f64 + self.lags[1] + 1.0
     }

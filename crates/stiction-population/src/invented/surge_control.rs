@@ -1,24 +1,24 @@
-//! A controller that keeps a compressor from surging.
+//! A surge controller of a compressor.
 
 use super::parts::{Parts, Pi};
 use super::sketch::Sketch;
 
-/// The recycle valve opens as fast as the controller asks and closes by a ramp. Where the flow falls below a second line,
-/// it is thrown open at once by a fixed step.
+/// The recycle valve opens as fast as the controller requires and closes by a ramp. If the flow falls below a
+/// second line, it is opened at once by a fixed step.
 pub(super) struct SurgeControl {
     /// 1 if opening raises the PV, else -1.
     sign: f64,
-    /// The most that it closes a step, percent.
+    /// The largest closing per step, percent.
     closes: f64,
-    /// How far below the set point the second line is, percent of span, and by how much the valve is thrown open.
+    /// Distance of the second line below the set point, percent of span, and the size of the opening step.
     line: f64,
     thrown: f64,
-    /// Whether it may be thrown open: it has been at the set point since.
+    /// Whether the opening step is armed: the flow has been at the set point since.
     armed: bool,
-    /// What the flow lacks, filtered.
+    /// Deficit of the flow, filtered.
     lack: f64,
     op: f64,
-    /// Where the record begins, steps; its steps, and those of them at which it closes by the ramp.
+    /// Start of the record, steps; its steps, and those with closing by the ramp.
     begins: usize,
     recorded: usize,
     ramping: usize,

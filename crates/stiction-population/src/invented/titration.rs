@@ -3,7 +3,7 @@
 use super::parts::Parts;
 use super::sketch::Sketch;
 
-/// Steep about the set point, flat away from it.
+/// Steep around the set point, flat away from it.
 pub(super) struct Titration {
     width: f64,
 }

@@ -1,22 +1,22 @@
-//! A temperature behind a pipe through which the flow that controls it goes.
+//! A temperature behind a pipe with the flow that controls it.
 
 use super::parts::{Line, Parts};
 use super::sketch::Sketch;
 use std::collections::VecDeque;
 
-/// What a heater gives is shared by all that flows: the temperature goes with one over the flow. It is measured behind a
-/// pipe that takes the dead time at rest to pass, and the less the more flows.
+/// A heater heats the total flow, so the temperature is inverse to the flow. It is measured behind a pipe whose
+/// transport time is the dead time at rest, and shorter with a larger flow.
 pub(super) struct TransportByFlow {
     rest: f64,
-    /// What flows, over what flows at rest.
+    /// The flow, over that at rest.
     flow: f64,
-    /// What has flowed, in steps at rest, when each value that is in the pipe came in; and how much the pipe holds.
+    /// The total flow, in steps at rest, at which each value in the pipe entered, and the volume of the pipe.
     pipe: VecDeque<(f64, f64)>,
     flowed: f64,
     holds: f64,
-    /// The value that came out last.
+    /// The last output value.
     out: f64,
-    /// Where the record begins, steps, and the least and most that flows since.
+    /// Start of the record, steps, and the smallest and largest flow since.
     begins: usize,
     range: (f64, f64),
 }
@@ -42,7 +42,7 @@ impl Parts for TransportByFlow {
     }
 
     fn flow(&mut self, k: usize, stem: f64) -> f64 {
-        // Some flows even through a valve that is shut.
+        // A shut valve leaks.
         self.flow = (1.0 + stem / self.rest).max(0.2);
         if k >= self.begins {
             self.range = (self.range.0.min(self.flow), self.range.1.max(self.flow));

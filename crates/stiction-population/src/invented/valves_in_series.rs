@@ -4,7 +4,7 @@ use super::parts::Parts;
 use super::sketch::Sketch;
 use std::f64::consts::TAU;
 
-/// The other valve wanders by hand, in steps, and swings with its own loop.
+/// The other valve moves manually, in steps, and swings with its own loop.
 pub(super) struct ValvesInSeries {
     period: f64,
     share: f64,

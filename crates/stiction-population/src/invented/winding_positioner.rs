@@ -3,13 +3,13 @@
 use super::parts::{Friction, Parts};
 use super::sketch::Sketch;
 
-/// It adds to the OP what the stem lacks, summed up over time, once that is more than its dead band: where the valve
-/// sticks, it winds up until the stem slips, though the OP may rest. A valve that does not stick never lacks anything.
+/// It integrates the stem's deviation and adds it to the OP, once it exceeds its dead band. If the valve sticks, it
+/// winds up until the stem slips, even at a constant OP. A healthy valve has no deviation.
 pub(super) struct WindingPositioner {
     /// Its integral time, steps.
     time: f64,
     band: f64,
-    /// What it adds, percent.
+    /// Its present addition, percent.
     adds: f64,
 }
 

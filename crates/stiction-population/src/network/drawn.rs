@@ -1,4 +1,4 @@
-//! What is drawn of a network. `docs/population.md` tells the distributions.
+//! Random draw of a network. `docs/population.md` describes the distributions.
 
 use super::{
     Course, Design, Link, LinkKind, Network, NetworkLoop, NetworkPlan, Outside, ProcessKind, STEP_S,
@@ -12,16 +12,16 @@ use stiction_model::valve::Model;
 
 /// Sample times of a historian, s.
 const SAMPLE_TIMES: [f64; 6] = [5.0, 10.0, 15.0, 20.0, 30.0, 60.0];
-/// How late a link is at most, s.
+/// Longest delay of a link, s.
 const LATEST_S: f64 = 600.0;
 
-/// What a loop is, as far as its place in the network says.
+/// The role of a loop in the network.
 #[derive(Clone, Copy, PartialEq)]
 enum Place {
     Alone,
     /// It writes the set point of the next loop.
     Above,
-    /// The loop before writes its set point, from this OP on, s being the time that it takes to answer.
+    /// The loop before it writes its set point, from this OP on; s is its response time.
     Below,
 }
 
@@ -43,7 +43,7 @@ pub fn plan(seed: u64) -> NetworkPlan {
     NetworkPlan { loops, sticking, outside, coupled }
 }
 
-/// The network of a plan that was looked at.
+/// The network of a validated plan.
 pub fn network(seed: u64, plan: &NetworkPlan) -> Network {
     let draw = &mut Draw::of(&[seed, 0x4e71]);
     let n = plan.loops;
@@ -190,12 +190,12 @@ fn links_of(
     let n = loops.len();
     let mut links = vec![];
     for to in 1..n {
-        // Material goes from unit to unit; some units are fed from elsewhere.
+        // Material flows from unit to unit; some units are fed from elsewhere.
         if places[to] == Place::Below || !draw.chance(0.7) {
             continue;
         }
         let near = to.saturating_sub(4);
-        // A sticking valve feeds more of its neighbours than others do: it is they that are looked for.
+        // A sticking valve feeds more neighbours than others do, because these are the subject of the search.
         let feeds = sticking.iter().copied().rfind(|k| (near..to).contains(k));
         let from = match feeds {
             Some(source) if draw.chance(0.7) => source,

@@ -1,4 +1,4 @@
-//! A network at work, step by step.
+//! Simulation of a network, step by step.
 
 use super::{Cause, Course, LinkKind, Network, NetworkLoop, Outside, ProcessKind, STEP_S};
 use crate::design::TRANSMITTER;
@@ -14,25 +14,25 @@ use stiction_model::error::Result;
 use stiction_model::simd::Lane;
 use stiction_model::valve::{AnyModel, Model};
 
-/// How long a network runs before its record begins, s.
+/// Simulated time of a network before its record begins, s.
 const WARM_UP_S: f64 = 14_400.0;
-/// A valve that sticks ever more is another one so often, s.
+/// Time between changes of a valve with growing stiction, s.
 const GROWS_EVERY_S: f64 = 21_600.0;
-/// The farthest that what comes from elsewhere moves a load, percent: flows are bounded.
+/// Largest external movement of a load, percent: flows are bounded.
 const FARTHEST: f64 = 50.0;
 const DAY_S: f64 = 86_400.0;
 
-/// A network at work. It goes on from where it is, so that a long record needs no more memory than a short one.
+/// A simulated network. It continues from its state, so that a long record needs no more memory than a short one.
 pub struct NetworkRun<'a> {
     network: &'a Network,
     nodes: Vec<Node>,
     links: Vec<Coupling>,
     outside: Vec<(SignalSource, bool)>,
-    /// Steps since the run began, those before the record included.
+    /// Steps since the run began, including those before the record.
     k: usize,
 }
 
-/// What was recorded of a loop; OP in percent, PV and SP in its units.
+/// The record of a loop; OP in percent, PV and SP in its units.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Samples {
     /// Time of the first, s from the first step of the record on.
@@ -47,7 +47,7 @@ pub struct Samples {
     pub op: Vec<f64>,
     /// Whether the controller had the OP.
     pub auto: Vec<bool>,
-    /// Position of the valve, percent; of a loop above, the PV of the one below.
+    /// Position of the valve, percent; for an upper loop, the PV of the one below.
     pub vp: Vec<f64>,
 }
 
@@ -61,7 +61,7 @@ struct Node {
     moves: Draw,
     sp: f64,
     op: f64,
-    /// What its valve, and its PV over the gain, are away from rest, percent.
+    /// Deviations of its valve, and of its PV over the gain, from rest, percent.
     valve: f64,
     flow: f64,
     arriving: f64,
@@ -78,10 +78,10 @@ struct Coupling {
 }
 
 impl Network {
-    /// The network at work, `without` one of its causes: a valve that is then healthy, or a wave that does not come.
+    /// The simulated network, `without` one of its causes: the valve is then healthy, or the wave absent.
     ///
     /// # Errors
-    /// If a part refuses its settings: none is known.
+    /// If the settings of a part are invalid: none is known.
     pub fn run(&self, without: Option<Cause>) -> Result<NetworkRun<'_>> {
         let node =
             |(k, each): (usize, &NetworkLoop)| Node::new(each, without == Some(Cause::Valve(k)));
@@ -108,7 +108,7 @@ impl Network {
 }
 
 impl NetworkLoop {
-    /// The valves it has, one after the other.
+    /// Its valves, one after the other.
     fn fittings(&self, healed: bool) -> Result<Vec<Fitting>> {
         let from = |at_s: f64| ((WARM_UP_S + at_s) / STEP_S).round() as usize;
         let healthy = Model::Play.build(Bands::from_s_j(self.design.dead_band, 0.0)?)?;
@@ -170,7 +170,7 @@ impl Node {
     }
 }
 
-/// What a loop showed in one step.
+/// The signals of a loop in one step.
 struct Shown {
     number: usize,
     sp: f64,
@@ -179,10 +179,10 @@ struct Shown {
 }
 
 impl NetworkRun<'_> {
-    /// What is recorded in the next `duration_s`, of each loop.
+    /// The record of the next `duration_s`, of each loop.
     ///
     /// # Errors
-    /// If a part refuses its settings: none is known.
+    /// If the settings of a part are invalid: none is known.
     pub fn record(&mut self, duration_s: f64) -> Result<Vec<Samples>> {
         let steps = (duration_s / STEP_S).round() as usize;
         let first = self.k - (WARM_UP_S / STEP_S) as usize;
@@ -225,7 +225,7 @@ impl NetworkRun<'_> {
         Ok(samples)
     }
 
-    /// So many steps; `see` is shown each loop in each.
+    /// This many steps; `see` is called for each loop in each.
     fn play(
         &mut self,
         steps: usize,
@@ -277,7 +277,7 @@ impl NetworkRun<'_> {
                 node.arriving = 0.0;
                 let (own_sp, op) = (node.sp, node.op);
                 let vp = match each.below {
-                    // The loop below comes later in this step, and answers in the next.
+                    // The loop below comes later in this step, and responds in the next.
                     Some(below) => {
                         self.nodes[below].sp = op;
                         self.nodes[below].process.output(0) + d.op_rest

@@ -1,25 +1,25 @@
-//! Whom a cause reaches.
+//! The loops that a cause reaches.
 //!
-//! The network is simulated again with the same noise and loads, but without the cause: the valve healthy, or the wave
-//! away. What of a loop's swing at the cause's period vanishes is the cause's doing.
+//! The network is simulated again with the same noise and loads, but without the cause: with the valve healthy, or
+//! without the wave. The part of a loop's swing at the cause's period that disappears is due to the cause.
 
 use super::{Course, Network, STEP_S, Samples};
 use std::collections::BTreeSet;
 use stiction_diagnose::series::{Periodogram, periodogram};
 use stiction_model::error::Result;
 
-/// A cause reaches a loop where at least this share of the power at its period vanishes without it.
+/// A cause reaches a loop if at least this share of the power at its period disappears without it.
 pub const REACHED: f64 = 0.5;
-/// A loop swings where the power at the period is at least this share of all its variance.
+/// A loop swings if the power at the period is at least this share of its variance.
 pub const SWINGS: f64 = 0.1;
-/// The band about a period: frequencies from its own over this factor to its own times it.
+/// The band around a period: frequencies from its own over this factor to its own times it.
 const BAND: f64 = 1.25;
-/// Signals are compared in means of so long, s, or in samples where these are longer.
+/// Signals are compared in means of this length, s, or in samples if these are longer.
 const MEAN_S: f64 = 20.0;
-/// Periods that are looked for, s.
+/// Range of periods, s.
 const PERIODS_S: (f64, f64) = (60.0, 14_400.0);
 
-/// What makes loops of a network swing.
+/// A cause of swinging loops in a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Cause {
     /// The valve of this loop sticks.
@@ -28,47 +28,49 @@ pub enum Cause {
     Outside(usize),
 }
 
-/// What is true of a network over some time.
+/// The truth about a network over some time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NetworkTruth {
-    /// What each cause does.
+    /// The effect of each cause.
     pub causes: Vec<Reach>,
-    /// For each loop, what can reach it: the numbers of loops, itself among them, and behind these those of waves.
+    /// For each loop, the possible sources: the numbers of loops, including itself, followed by those of waves.
     origins: Vec<BTreeSet<usize>>,
 }
 
-/// What a cause does.
+/// The effect of a cause.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reach {
     /// The cause.
     pub cause: Cause,
-    /// Its period, s: of a valve, that of the strongest swing of its position.
+    /// Its period, s; for a valve, that of the strongest swing of its position.
     pub period_s: f64,
-    /// For each loop, the share of the power at the period that vanishes without the cause, of the error or of the OP.
+    /// For each loop, the share of the power at the period that disappears without the cause, of the error or of
+    /// the OP.
     pub vanishes: Vec<f64>,
     /// For each loop, whether it is reached and swings.
     pub swings: Vec<bool>,
 }
 
 impl NetworkTruth {
-    /// Whether nothing that happens anywhere can reach both loops: no loop and no wave acts on both, by however many others.
+    /// Whether no event can reach both loops: no loop and no wave acts on both, through any number of others.
     pub fn apart(&self, a: usize, b: usize) -> bool {
         self.origins[a].is_disjoint(&self.origins[b])
     }
 }
 
 impl Network {
-    /// The causes there are: valves that ever stick, then waves.
+    /// The causes: valves that ever stick, then waves.
     pub fn causes(&self) -> Vec<Cause> {
         let sticks = |k: &usize| self.loops[*k].course != Course::Healthy;
         let valves = (0..self.loops.len()).filter(sticks).map(Cause::Valve);
         valves.chain((0..self.outside.len()).map(Cause::Outside)).collect()
     }
 
-    /// Whom each cause reaches, given what the network did with all of them from the first step of its record on.
+    /// The loops that each cause reaches, given the simulation with all causes from the first step of its record
+    /// on.
     ///
     /// # Errors
-    /// If a part refuses its settings: none is known.
+    /// If the settings of a part are invalid: none is known.
     pub fn truth(&self, samples: &[Samples]) -> Result<NetworkTruth> {
         let steps = samples.iter().map(|own| own.op.len() as f64 * own.step_s).fold(0.0, f64::max);
         let whole: Vec<[Power; 2]> = samples.iter().map(Power::both).collect();
@@ -112,7 +114,7 @@ impl Network {
         let ways: Vec<(usize, usize)> = (self.links.iter().map(|link| (link.from, link.to)))
             .chain(cascades.flat_map(|(above, below)| [(above, below), (below, above)]))
             .collect();
-        // What goes round has come round after as many turns as there are loops.
+        // A circular path is complete after as many turns as there are loops.
         for _ in 0..n {
             for (from, to) in &ways {
                 let more = origins[*from].clone();
@@ -123,7 +125,7 @@ impl Network {
     }
 }
 
-/// Power over frequency, of means of so many seconds.
+/// Power over frequency, of means of this many seconds.
 struct Power {
     of: Periodogram,
     step_s: f64,
@@ -147,7 +149,7 @@ impl Power {
         self.of.power.iter().sum()
     }
 
-    /// In the band about a period.
+    /// In the band around a period.
     fn about(&self, period_s: f64) -> f64 {
         let at = self.step_s / period_s;
         let from = self.of.frequency.partition_point(|f| *f < at / BAND);
@@ -156,7 +158,7 @@ impl Power {
     }
 }
 
-/// The period of the strongest swing of a valve that it has not when it is healthy, s.
+/// The period of the strongest swing of a valve beyond its healthy movement, s.
 fn swing(samples: &Samples, healthy: &Samples) -> f64 {
     let power = Power::of(&samples.vp, samples.step_s);
     let without = Power::of(&healthy.vp, healthy.step_s);

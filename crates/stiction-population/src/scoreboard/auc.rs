@@ -5,17 +5,17 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use std::collections::BTreeMap;
 use stiction_diagnose::series::quantile;
 
-/// How many times the bootstrap draws its loops anew.
+/// Number of draws of the bootstrap.
 pub const DRAWS: usize = 2000;
 
-/// A recording, or a valve, with the score that a method gives it.
+/// A recording, or a valve, with its score from a method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ranked {
     /// Whether it sticks.
     pub sticks: bool,
-    /// The larger, the more it speaks for sticking; `None` where the method abstains.
+    /// Larger values indicate sticking; `None` if the method abstains.
     pub score: Option<f64>,
-    /// Which valve it is: recordings of one valve are no independent witnesses.
+    /// Its valve: recordings of one valve are not independent.
     pub valve: usize,
 }
 
@@ -34,8 +34,7 @@ pub struct Auc {
     pub sticky: usize,
     /// Healthy recordings with a score.
     pub healthy: usize,
-    /// The same share over all recordings: a pair counts half where one of the two has no score, as if
-    /// the method had tossed a coin.
+    /// The same share over all recordings: a pair counts half if one of the two has no score, like a random guess.
     pub of_all: f64,
 }
 
@@ -46,10 +45,9 @@ pub struct Auc {
 /// AUC = (1 / (P Q)) sum over pairs of  1 if s_i > h_j,  1/2 if s_i = h_j,  0 else
 /// ```
 ///
-/// The interval is the one between the quantiles 0.025 and 0.975 of [`DRAWS`] draws. Each draws valves with
-/// replacement, within each class, and takes all recordings of a valve together. With few valves of a class it
-/// is too narrow, and where the classes are perfectly apart it has no width at all; that is not certainty.
-/// Equal input and `seed` give equal bits.
+/// The interval is between the quantiles 0.025 and 0.975 of [`DRAWS`] draws. Each draws valves with replacement,
+/// within each class, and includes all recordings of a valve. With few valves in a class it is too narrow, and for
+/// perfectly separated classes its width is zero, which is not certainty. Equal input and `seed` give equal bits.
 ///
 /// Scores must not be NaN; a NaN counts as no score.
 ///
@@ -90,8 +88,8 @@ pub fn auc(loops: &[Ranked], seed: u64) -> Option<Auc> {
     })
 }
 
-/// The receiver operating characteristic: false-alarm rate and recall of every threshold, from (0, 0) to
-/// (1, 1). Recordings without a score are left out; empty unless both classes have one.
+/// The receiver operating characteristic: false-alarm rate and recall at every threshold, from (0, 0) to (1, 1).
+/// Recordings without a score are left out; empty unless both classes have one.
 pub fn roc(loops: &[Ranked]) -> Vec<(f64, f64)> {
     let ranks = Ranks::of(loops);
     let of = |sticks: bool| ranks.order.iter().filter(|each| each.sticks == sticks).count();
@@ -107,7 +105,7 @@ pub fn roc(loops: &[Ranked]) -> Vec<(f64, f64)> {
         } else {
             alarms += 1
         }
-        // What is tied is called together.
+        // Tied scores are called together.
         if k == 0 || ranks.order[k - 1].tie != each.tie {
             points.push((alarms as f64 / healthy as f64, found as f64 / sticky as f64));
         }
@@ -115,8 +113,8 @@ pub fn roc(loops: &[Ranked]) -> Vec<(f64, f64)> {
     points
 }
 
-/// Recordings by valve: its score is the mean of those its recordings have, and it sticks if one of them
-/// is said to. For probabilities, the scores should be their [`logit`]s.
+/// Recordings by valve: its score is the mean of its recordings' scores, and it sticks if one of them does. For
+/// probabilities, the scores should be their [`logit`]s.
 pub fn by_valve(loops: &[Ranked]) -> Vec<Ranked> {
     let mut valves: BTreeMap<usize, (bool, f64, usize)> = BTreeMap::new();
     for each in loops {
@@ -135,16 +133,16 @@ pub fn by_valve(loops: &[Ranked]) -> Vec<Ranked> {
     valves.into_iter().map(ranked).collect()
 }
 
-/// `ln(p / (1 - p))` of a probability, which is kept one in a million away from 0 and 1.
+/// `ln(p / (1 - p))` of a probability, limited to one in a million from 0 and 1.
 pub fn logit(probability: f64) -> f64 {
     let p = probability.clamp(1e-6, 1.0 - 1e-6);
     (p / (1.0 - p)).ln()
 }
 
-/// Recordings with scores, in the order of those.
+/// Recordings with scores, in the order of the scores.
 struct Ranks {
     order: Vec<Rank>,
-    /// Valve and class: what is drawn together.
+    /// Valve and class: the unit of a draw.
     clusters: Vec<(usize, bool)>,
 }
 
@@ -180,7 +178,7 @@ impl Ranks {
         Self { order, clusters }
     }
 
-    /// The area, each cluster counting as many times as its weight says; `None` without pairs.
+    /// The area, with each cluster counted as often as its weight; `None` without pairs.
     fn area(&self, weights: &[u32]) -> Option<f64> {
         let (mut below, mut sticky, mut won) = (0u64, 0u64, 0.0);
         let (mut tied_sticky, mut tied_healthy, mut tie) = (0u64, 0u64, 0);

@@ -1,12 +1,12 @@
-//! Ranges of numbers by which loops are counted.
+//! Number ranges for counting loops.
 
-/// Numbers from one on and below another.
+/// Numbers from a lower end to below an upper end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Band {
     /// Its lower end.
     pub from: f64,
-    /// Its upper end, which belongs to the next one; `None` of the last, which has none.
+    /// Its upper end, which belongs to the next one; `None` for the last, which has none.
     pub to: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! All that is counted of some loops.
+//! All counts of some loops.
 
 use super::auc::{Auc, Ranked, auc, by_valve, logit, roc};
 use super::{
@@ -8,13 +8,13 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use stiction_diagnose::finding::{Decision, Method};
 
-/// The name under which the verdict stands among the methods.
+/// The name of the verdict among the methods.
 pub const VERDICT: &str = "verdict";
 
 /// Seed of the bootstrap; another one moves the last digit of an interval.
 const SEED: u64 = 20_260_101;
 
-/// How right the verdict and the methods are on some loops.
+/// Accuracy of the verdict and the methods on some loops.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Board {
     /// Loops that stick and loops that do not; those that stick invisibly are in neither.
@@ -27,36 +27,36 @@ pub struct Board {
     pub sticky_valves: usize,
     /// Valves that do not.
     pub healthy_valves: usize,
-    /// The verdict, then the methods that were asked, in the order of the registry.
+    /// The verdict, then the methods that were run, in the order of the registry.
     pub methods: Vec<MethodRow>,
-    /// Loops by kind, those that stick first, then by name; empty where none is known.
+    /// Loops by kind, those that stick first, then by name; empty if no kind is known.
     pub kinds: Vec<KindRow>,
-    /// What the verdict's probability is worth; `None` where no loop has one.
+    /// Accuracy of the verdict's probability; `None` if no loop has one.
     pub calibration: Option<Calibration>,
-    /// What the estimates of S are worth, over the sticking loops whose S is known.
+    /// Accuracy of the estimates of S, over the sticking loops whose S is known.
     pub s: Option<Quantification>,
-    /// What the estimates of J are worth.
+    /// Accuracy of the estimates of J.
     pub j: Option<Quantification>,
-    /// What limits of S and probabilities near 0 and 1 are worth; `None` where nothing is so told.
+    /// Accuracy of limits of S and of probabilities near 0 and 1; `None` without any.
     pub sureness: Option<Sureness>,
-    /// How many sticking valves are found, by how plainly they show; `None` where no member of a mixed population does.
+    /// Detected sticking valves by how clearly they show; `None` if no loop is a member of a mixed population.
     pub found: Option<Found>,
-    /// What holds decisions back; `None` where no loop is a member of a mixed population.
+    /// Reasons for undecided loops; `None` if no loop is a member of a mixed population.
     pub undecided: Option<Undecided>,
 }
 
-/// How right a method is.
+/// Accuracy of a method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MethodRow {
     /// The method; `None` is the verdict.
     pub method: Option<&'static Method>,
     /// Its decisions on recordings.
     pub recordings: Outcomes,
-    /// Its decisions on valves: what most of a valve's recordings come to.
+    /// Its decisions on valves: the majority of a valve's recordings.
     pub valves: Outcomes,
     /// How well its statistic, or the verdict's probability, ranks recordings.
     pub auc: Option<Auc>,
-    /// How well its mean ranks valves; of probabilities the mean logit.
+    /// How well its mean ranks valves; for probabilities the mean logit.
     pub auc_of_valves: Option<Auc>,
     /// False-alarm rate and recall at every threshold, over recordings with a score.
     pub roc: Vec<(f64, f64)>,
@@ -71,7 +71,7 @@ pub struct KindRow {
     pub sticks: bool,
     /// How many loops there are, less those that stick invisibly.
     pub loops: usize,
-    /// How the verdict and each method decide on them, in the order of [`Board::methods`].
+    /// Decisions of the verdict and each method on them, in the order of [`Board::methods`].
     pub counts: Vec<Counts>,
 }
 
@@ -88,7 +88,7 @@ impl MethodRow {
 }
 
 impl Board {
-    /// Counts loops. All must have been asked the same methods; those that the first one lacks are not seen.
+    /// Counts loops. All must have the same methods; those that the first one lacks are ignored.
     pub fn of(loops: &[Scored]) -> Self {
         let seen: Vec<&Scored> =
             loops.iter().filter(|each| each.truth.visible || !each.truth.sticks).collect();
@@ -141,7 +141,7 @@ impl Board {
     }
 }
 
-/// What a method, or the verdict, decides on a loop, and the score it gives.
+/// The decision of a method, or of the verdict, on a loop, with its score.
 fn said(loop_: &Scored, method: Option<&'static Method>) -> (Decision, Option<f64>) {
     match method {
         None => (loop_.decision(), loop_.probability.map(logit)),
@@ -170,7 +170,7 @@ fn row(method: Option<&'static Method>, loops: &[&Scored], valves: &[usize]) -> 
         of_valves.add(*sticks, counts.majority());
     }
     let of_recordings = auc(&ranked, SEED);
-    // Where every valve has one recording, both are the same.
+    // If every valve has one recording, both are the same.
     let single = votes.len() == loops.len();
     MethodRow {
         method,

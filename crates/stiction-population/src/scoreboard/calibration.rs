@@ -1,11 +1,11 @@
-//! What probabilities are worth.
+//! Accuracy of probabilities.
 
 use super::Share;
 
-/// How many equal parts the range of probabilities is cut into.
+/// Number of equal parts of the range of probabilities.
 const BINS: usize = 10;
 
-/// Probabilities against what came true.
+/// Probabilities against outcomes.
 ///
 /// Sources: G. W. Brier, Mon. Weather Rev. 78 (1950) 1-3; M. P. Naeini, G. F. Cooper, M. Hauskrecht, Proc.
 /// AAAI 29 (2015) 2901-2907 (both recalled, not read).
@@ -14,11 +14,11 @@ const BINS: usize = 10;
 pub struct Calibration {
     /// Tenths of the range of probabilities, in order; the upper end belongs to the next one.
     pub bins: Vec<Bin>,
-    /// Brier score: the mean of `(p - y)^2`, with y = 1 for what sticks and 0 else. 0 is perfect, and 0.25
-    /// what always saying one half gets.
+    /// Brier score: the mean of `(p - y)^2`, with y = 1 for sticking valves and 0 else. 0 is perfect; a constant
+    /// one half gets 0.25.
     pub brier: f64,
-    /// Expected calibration error: the mean distance of the observed share from the mean probability of a
-    /// bin, weighed by how many are in it.
+    /// Expected calibration error: the mean distance of the observed share from the mean probability of a bin,
+    /// weighted by the number in it.
     #[cfg_attr(feature = "serde", serde(rename = "expected_error"))]
     pub error: f64,
     /// How many probabilities there are.
@@ -33,15 +33,15 @@ pub struct Bin {
     pub from: f64,
     /// Its upper end.
     pub to: f64,
-    /// Mean of the probabilities in it; `None` of none.
+    /// Mean of the probabilities in it; `None` for none.
     pub predicted: Option<f64>,
     /// How many of them came true.
     pub observed: Share,
 }
 
 impl Calibration {
-    /// Of probabilities that a valve sticks, each with whether it does; `None` of none. Those outside 0 to
-    /// 1 are left out.
+    /// From probabilities that a valve sticks, each with the truth; `None` for none. Values outside 0 to 1 are left
+    /// out.
     pub fn of(said: impl IntoIterator<Item = (f64, bool)>) -> Option<Self> {
         let mut sums = [(0.0, Share::default()); BINS];
         let (mut squares, mut n) = (0.0, 0);

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 /// A [`Board`] in a document.
 #[derive(Serialize, JsonSchema)]
 struct BoardDocument {
-    /// Loops that stick; those that do so invisibly are in neither class.
+    /// Loops that stick; those that stick invisibly are in neither class.
     sticky: usize,
     /// Loops that do not stick.
     healthy: usize,
@@ -23,25 +23,25 @@ struct BoardDocument {
     healthy_valves: usize,
     /// The verdict, then the methods.
     methods: Vec<MethodDocument>,
-    /// Loops by kind; empty where none is known.
+    /// Loops by kind; empty if no kind is known.
     kinds: Vec<KindDocument>,
-    /// What the verdict's probability is worth; null where no loop has one.
+    /// Accuracy of the verdict's probability; null if no loop has one.
     calibration: Option<Calibration>,
-    /// What the estimates of S are worth; null where no S is known.
+    /// Accuracy of the estimates of S; null if no S is known.
     #[serde(rename = "S")]
     s: Option<Quantification>,
-    /// What the estimates of J are worth; null where no J is known.
+    /// Accuracy of the estimates of J; null if no J is known.
     #[serde(rename = "J")]
     j: Option<Quantification>,
-    /// What limits of S and sure probabilities are worth; null where nothing is so told.
+    /// Accuracy of limits of S and sure probabilities; null without any.
     sureness: Option<Sureness>,
-    /// How many sticking valves are found, by how plainly they show; null where no member of a mixed population does.
+    /// Detected sticking valves by how clearly they show; null if no loop is a member of a mixed population.
     found: Option<Found>,
-    /// What holds decisions back; null where no loop is a member of a mixed population.
+    /// Reasons for undecided loops; null if no loop is a member of a mixed population.
     undecided: Option<Undecided>,
 }
 
-/// How right a method is.
+/// Accuracy of a method.
 #[derive(Serialize, JsonSchema)]
 struct MethodDocument {
     /// Its name in commands and files.
@@ -67,7 +67,7 @@ struct KindDocument {
     sticks: bool,
     /// How many loops there are, less those that stick invisibly.
     loops: usize,
-    /// How the verdict and each method decide on them, by name.
+    /// Decisions of the verdict and each method on them, by name.
     methods: BTreeMap<&'static str, Counts>,
 }
 

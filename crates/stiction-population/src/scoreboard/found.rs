@@ -1,39 +1,39 @@
-//! How many sticking valves are found, by how plainly their records show them.
+//! Detected sticking valves by how clearly their records show them.
 
 use super::band::Band;
 use super::{Member, Scored, Share};
 use stiction_diagnose::finding::Decision;
 
-/// Where the bands of the gain begin, nats.
+/// Lower ends of the bands of the gain, nats.
 const GAINS: [f64; 6] = [15.0, 25.0, 50.0, 100.0, 200.0, 400.0];
-/// Where the bands of the number of slips begin.
+/// Lower ends of the bands of the number of slips.
 const SLIPS: [f64; 6] = [1.0, 3.0, 6.0, 11.0, 21.0, 51.0];
 
-/// How many sticking valves are found among the members of a mixed population whose records show them: visible
-/// loops whose own valve slips. Valves that never move, and those of a loop below, have no gain and are left out.
+/// Detected sticking valves among the members of a mixed population whose records show them: visible loops whose
+/// own valve slips. Valves that never move, and those of a loop below, have no gain and are left out.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Found {
-    /// By what an observer who knows the stem [gains](Member::gain), nats.
+    /// By the [gain](Member::gain) of an observer who knows the stem, nats.
     pub by_gain: Vec<FoundBand>,
-    /// By how often the stem [slips](Member::slips).
+    /// By the number of [slips](Member::slips).
     pub by_slips: Vec<FoundBand>,
 }
 
-/// What is said of the loops of one band.
+/// Counts of the loops of one band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct FoundBand {
     /// The band.
     #[cfg_attr(feature = "serde", serde(flatten))]
     pub band: Band,
-    /// Those that are accused: they stick, or do not respond.
+    /// Accused loops: they stick, or do not respond.
     pub called: Share,
-    /// Those that are cleared.
+    /// Cleared loops.
     pub cleared: Share,
-    /// Those with a probability of 0.9 or more, whatever the verdict.
+    /// Loops with a probability of 0.9 or more, with any verdict.
     pub p90: Share,
-    /// Those with a probability of 0.8 or more, whatever the verdict.
+    /// Loops with a probability of 0.8 or more, with any verdict.
     pub p80: Share,
 }
 

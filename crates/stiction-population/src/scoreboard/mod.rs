@@ -1,20 +1,20 @@
-//! How often methods, and the verdict, are right, on loops whose truth is known.
+//! Accuracy of methods, and of the verdict, on loops with known truth.
 //!
 //! ```text
 //! Diagnosis + Truth ──> Scored ──┬──> Outcomes   recall, false alarms, precision, abstention
 //!                                ├──> Auc        how well a statistic ranks
-//!                                ├──> Calibration  what a probability is worth
-//!                                ├──> Quantification  what S and J are worth
-//!                                ├──> Sureness       what limits and sure probabilities are worth
-//!                                ├──> Found          how many sticking valves are found, by how plainly they show
-//!                                └──> Undecided      what holds decisions back
+//!                                ├──> Calibration  accuracy of a probability
+//!                                ├──> Quantification  accuracy of S and J
+//!                                ├──> Sureness       accuracy of limits and sure probabilities
+//!                                ├──> Found          detected sticking valves by how clearly they show
+//!                                └──> Undecided      reasons for undecided loops
 //! ```
 //!
-//! A [`Scored`] keeps of a diagnosis what is counted, so that populations of any size can be scored; a
-//! [`Board`] is all that is counted of them. Nothing is fitted: thresholds are those of the methods.
+//! A [`Scored`] keeps the counted parts of a diagnosis, so that populations of any size can be scored; a [`Board`]
+//! contains all counts. Nothing is fitted: thresholds are those of the methods.
 //!
-//! Loops whose valve sticks without the recording being able to show it ([`Truth::visible`]) belong to
-//! neither class; they are left out of every measure and counted apart.
+//! Loops with a sticking valve that the recording cannot show ([`Truth::visible`]) belong to neither class. They
+//! are left out of every measure and counted separately.
 
 mod auc;
 mod band;

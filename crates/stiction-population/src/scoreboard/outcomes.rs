@@ -1,11 +1,11 @@
-//! Decisions counted, and shares of them with their intervals.
+//! Counts of decisions, and shares of them with their intervals.
 
 use stiction_diagnose::finding::Decision;
 use stiction_diagnose::methods::Counts;
 
-/// How a method, or the verdict, decided on sticking and on healthy loops.
+/// Decisions of a method, or of the verdict, on sticking and on healthy loops.
 ///
-/// To abstain and to be undecided is neither right nor wrong: it costs recall, and raises no alarm.
+/// Abstaining and undecided is neither right nor wrong: it lowers recall, and raises no alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Outcomes {
     /// On those that stick.
@@ -22,11 +22,11 @@ struct OutcomesDocument {
     sticky: Counts,
     /// On those that do not.
     healthy: Counts,
-    /// The share of the sticking loops that are called so.
+    /// The share of the sticking loops that are called sticking.
     recall: Share,
     /// The share of the healthy loops that are called sticking.
     false_alarms: Share,
-    /// The share of the loops called sticking that are.
+    /// The share of true ones among the loops called sticking.
     precision: Share,
     /// The share of the loops on which there is no decision.
     without_decision: Share,
@@ -63,7 +63,7 @@ impl Outcomes {
         self.sticky.all() + self.healthy.all()
     }
 
-    /// The share of the sticking loops that are called so.
+    /// The share of the sticking loops that are called sticking.
     pub fn recall(&self) -> Share {
         Share { k: self.sticky.positive, n: self.sticky.all() }
     }
@@ -73,7 +73,7 @@ impl Outcomes {
         Share { k: self.healthy.positive, n: self.healthy.all() }
     }
 
-    /// The share of the loops called sticking that are. It depends on how many do in all.
+    /// The share of true ones among the loops called sticking. It depends on the number of sticking loops.
     pub fn precision(&self) -> Share {
         Share { k: self.sticky.positive, n: self.sticky.positive + self.healthy.positive }
     }
@@ -97,9 +97,9 @@ impl Outcomes {
 /// `k` of `n`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Share {
-    /// How many were counted.
+    /// The count.
     pub k: usize,
-    /// Out of how many.
+    /// The total.
     pub n: usize,
 }
 
@@ -107,11 +107,11 @@ pub struct Share {
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 struct ShareDocument {
-    /// How many were counted.
+    /// The count.
     k: usize,
-    /// Out of how many.
+    /// The total.
     n: usize,
-    /// `k / n`; null of none.
+    /// `k / n`; null for none.
     value: Option<f64>,
     /// Lower end of the 95 % interval.
     low: f64,
@@ -131,18 +131,18 @@ impl From<&Share> for ShareDocument {
 }
 
 impl Share {
-    /// `k / n`; `None` of none.
+    /// `k / n`; `None` for none.
     pub fn value(self) -> Option<f64> {
         (self.n > 0).then(|| self.k as f64 / self.n as f64)
     }
 
-    /// Its 95 % interval, see [`wilson`]. It takes the `n` for independent of each other.
+    /// Its 95 % interval, see [`wilson`]. It assumes independent loops.
     pub fn interval(self) -> (f64, f64) {
         wilson(self.k, self.n)
     }
 }
 
-/// The 95 % interval of a share of which `k` of `n` were counted; 0 to 1 for none.
+/// The 95 % interval of a share with `k` of `n` counted; 0 to 1 for none.
 ///
 /// Source: E. B. Wilson, "Probable inference, the law of succession, and statistical inference",
 /// J. Am. Stat. Assoc. 22 (1927) 209-212.
@@ -150,7 +150,7 @@ pub fn wilson(k: usize, n: usize) -> (f64, f64) {
     if n == 0 {
         return (0.0, 1.0);
     }
-    /// The normal quantile that leaves 2.5 % above it.
+    /// The normal quantile below the top 2.5 %.
     const Z: f64 = 1.959_963_984_540_054;
     let (n, share) = (n as f64, k as f64 / n as f64);
     let z2 = Z * Z / n;

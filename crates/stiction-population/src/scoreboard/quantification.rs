@@ -1,4 +1,4 @@
-//! What estimates of S and J are worth.
+//! Accuracy of the estimates of S and J.
 
 use super::Share;
 use stiction_diagnose::diagnose::Estimate;
@@ -8,29 +8,29 @@ use stiction_diagnose::series::quantile;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Quantification {
-    /// How many of the loops have an estimate.
+    /// Number of loops with an estimate.
     pub quantified: Share,
     /// Distance of the estimates from the truth, percent of span; `None` without estimates.
     pub absolute: Option<Errors>,
     /// The same as a share of the truth, over loops where that is above zero.
     pub relative: Option<Errors>,
-    /// How many of the intervals hold the truth.
+    /// Number of intervals that contain the truth.
     pub covered: Share,
 }
 
-/// Errors in a row.
+/// Quantiles of errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Errors {
-    /// Half of them are not larger.
+    /// The median.
     pub median: f64,
-    /// Nine of ten are not larger.
+    /// The 90 % quantile.
     pub p90: f64,
 }
 
 impl Quantification {
-    /// Of loops whose truth is known, in percent of span, with what was estimated. A truth that is not
-    /// finite is left out.
+    /// From loops with known truth, in percent of span, and their estimates. A truth that is not finite is left
+    /// out.
     pub fn of(loops: impl IntoIterator<Item = (f64, Option<Estimate>)>) -> Self {
         let (mut quantified, mut covered) = (Share::default(), Share::default());
         let (mut absolute, mut relative) = (vec![], vec![]);

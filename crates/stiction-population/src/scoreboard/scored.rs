@@ -1,64 +1,64 @@
-//! What is kept of a diagnosis to be counted.
+//! The part of a diagnosis that is kept for counting.
 
 use stiction_diagnose::diagnose::{Diagnosis, Estimate, Ruling, VerdictClass};
 use stiction_diagnose::finding::{Decision, Method};
 
-/// What is true of a loop, by its label or by its simulation.
+/// The truth about a loop, by its label or by its simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
-    /// Which valve it is; recordings of one valve are judged together, too.
+    /// Its valve; recordings of one valve are also judged together.
     pub valve: String,
-    /// What kind of loop it is, such as `saturation`; empty where that is not known.
+    /// Kind of the loop, such as `saturation`; empty if it is not known.
     pub kind: String,
     /// Whether the valve sticks.
     pub sticks: bool,
-    /// Whether the recording can show it. What sticks invisibly is left out of all measures.
+    /// Whether the recording can show it. Invisible stiction is left out of all measures.
     pub visible: bool,
-    /// Stick band plus dead band, percent of span, where it is known.
+    /// Stick band plus dead band, percent of span, if it is known.
     pub s: Option<f64>,
-    /// Slip jump, percent of span, where it is known.
+    /// Slip jump, percent of span, if it is known.
     pub j: Option<f64>,
-    /// What shows of a member of a mixed population; `None` of other loops: labelled ones, and those that were added
-    /// so that there are enough of their kind.
+    /// Visibility for a member of a mixed population; `None` for other loops: labelled ones, and those added for a
+    /// sufficient number of their kind.
     pub member: Option<Member>,
 }
 
-/// What the record of a member of a mixed population shows of its valve.
+/// Visibility of the valve in the record of a member of a mixed population.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Member {
-    /// What an observer who knows the stem gains, nats, as in [`population::Truth`](crate::Truth::gain).
+    /// Gain of an observer who knows the stem, nats, as in [`population::Truth`](crate::Truth::gain).
     pub gain: f64,
-    /// How often the stem began to move.
+    /// Number of slips of the stem.
     pub slips: usize,
 }
 
-/// What a method says of a loop.
+/// The result of a method for a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Said {
     /// The method.
     pub method: &'static Method,
-    /// The number the decision rests on; the larger, the more it speaks for sticking.
+    /// The number behind the decision; larger values indicate sticking.
     pub statistic: Option<f64>,
     /// The value of the statistic from which the decision is positive.
     pub threshold: Option<f64>,
-    /// What it decides.
+    /// Its decision.
     pub decision: Decision,
 }
 
-/// A loop of known truth with what was said of it.
+/// A loop of known truth with its results.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scored {
     /// Name of the recording.
     pub name: String,
-    /// What is true of it.
+    /// Its truth.
     pub truth: Truth,
-    /// What each method says that was asked, in the order of the registry.
+    /// The result of each method that was run, in the order of the registry.
     pub methods: Vec<Said>,
     /// The conclusion.
     pub verdict: VerdictClass,
-    /// The rule by which the evidence decided nothing; `None` where something else, or it, decided.
+    /// The rule by which the evidence decided nothing; `None` if it decided, or something else did.
     pub undecided_by: Option<Ruling>,
-    /// The probability that the valve sticks, where there is one.
+    /// The probability that the valve sticks, if there is one.
     pub probability: Option<f64>,
     /// The estimate of S, percent of span.
     pub s: Option<Estimate>,
@@ -69,15 +69,15 @@ pub struct Scored {
 }
 
 impl Said {
-    /// The score that ranks loops: the statistic, unless the method abstains although it has one, as where
-    /// there is no oscillation whose cause it could tell.
+    /// The score that ranks loops: the statistic, unless the method abstains although it has one, for example
+    /// without an oscillation to explain.
     pub fn score(&self) -> Option<f64> {
         self.statistic.filter(|_| self.decision != Decision::Abstains)
     }
 }
 
 impl Scored {
-    /// What a diagnosis says of a loop whose truth is known.
+    /// The diagnosis of a loop with known truth.
     pub fn new(diagnosis: &Diagnosis, truth: Truth) -> Self {
         let said = diagnosis.findings.iter().map(|finding| Said {
             method: finding.method,
@@ -98,7 +98,7 @@ impl Scored {
         }
     }
 
-    /// The verdict as a decision. That a valve does not respond accuses it as that it sticks does.
+    /// The verdict as a decision. "Does not respond" counts as an accusation, just as "sticks" does.
     pub fn decision(&self) -> Decision {
         match self.verdict {
             VerdictClass::Sticks | VerdictClass::DoesNotRespond => Decision::Sticks,
@@ -112,7 +112,7 @@ impl Scored {
 pub(super) mod tests {
     use super::*;
 
-    /// A loop of which nothing is known but that its valve is healthy.
+    /// A loop that is only known to have a healthy valve.
     pub fn truth() -> Truth {
         Truth {
             valve: String::new(),
@@ -125,7 +125,7 @@ pub(super) mod tests {
         }
     }
 
-    /// What is said of a loop, by no method but the verdict.
+    /// The results for a loop, with the verdict alone.
     pub fn scored(truth: Truth, verdict: VerdictClass, probability: Option<f64>) -> Scored {
         Scored {
             name: String::new(),

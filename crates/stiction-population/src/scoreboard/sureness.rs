@@ -1,4 +1,4 @@
-//! What limits of S and probabilities near 0 and 1 are worth: whether the verdict is ever sure and wrong.
+//! Accuracy of limits of S and of probabilities near 0 and 1: whether the verdict is ever sure and wrong.
 
 use super::{Scored, Share};
 use stiction_diagnose::diagnose::VerdictClass;
@@ -7,28 +7,27 @@ use stiction_diagnose::series::quantile;
 /// Probabilities up to and from which a verdict is sure.
 pub const SURE: (f64, f64) = (0.02, 0.98);
 
-/// Limits and sure probabilities against the truth. Other than in every other measure, sticking that the
-/// record cannot show counts here: a limit is a promise about it, too.
+/// Limits and sure probabilities against the truth. Unlike in every other measure, invisible stiction counts here,
+/// because a limit applies to it, too.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Sureness {
-    /// Of sticking loops whose S is known and that are told a limit, those that stick by more.
+    /// Of sticking loops with a known S and a reported limit, those that stick by more.
     #[cfg_attr(feature = "serde", serde(rename = "S_above_limit"))]
     pub above: Share,
-    /// Of sticking loops whose S is known and that are cleared, those that stick by more than the limit they are cleared with, or
-    /// without any.
+    /// Of cleared sticking loops with a known S, those that stick by more than their limit, or have no limit.
     #[cfg_attr(feature = "serde", serde(rename = "cleared_above_limit"))]
     pub cleared_above: Share,
-    /// Sticking loops that are cleared, whatever the limit.
+    /// Sticking loops that are cleared, with any limit.
     #[cfg_attr(feature = "serde", serde(rename = "sticking_cleared"))]
     pub cleared: Share,
     /// Median of the limits of healthy loops that are cleared, percent of span.
     #[cfg_attr(feature = "serde", serde(rename = "median_limit_of_cleared_healthy"))]
     pub limit: Option<f64>,
-    /// Of visible and healthy loops with a probability that is sure, those in which it is wrong.
+    /// Of visible and healthy loops with a sure probability, those in which it is wrong.
     #[cfg_attr(feature = "serde", serde(rename = "sure_and_wrong"))]
     pub wrong: Share,
-    /// How many of the visible and healthy loops have a sure probability.
+    /// Number of visible and healthy loops with a sure probability.
     pub sure: Share,
 }
 
@@ -47,7 +46,7 @@ impl Sureness {
             let clears = each.verdict == VerdictClass::DoesNotStick;
             if truth.sticks {
                 count(&mut cleared, clears);
-                // A valve that is stuck fast, or sits in another loop, has no S to be compared.
+                // A seized valve, or one in another loop, has no S to compare.
                 if let Some(s) = truth.s {
                     each.s_below.inspect(|limit| count(&mut above, s > *limit));
                     if clears {

@@ -1,33 +1,33 @@
-//! Loops on which nothing is decided, by what holds the decision back.
+//! Undecided loops, by the rule that prevents the decision.
 
 use super::band::Band;
 use super::{Scored, Share};
 use stiction_diagnose::diagnose::{Ruling, VerdictClass};
 
-/// Where the bands of the probability begin.
+/// Lower ends of the bands of the probability.
 const PROBABILITIES: [f64; 5] = [0.0, 0.2, 0.5, 0.8, 0.9];
 
-/// The members of a mixed population on which nothing is decided; those at fault invisibly are left out.
+/// The undecided members of a mixed population; those with an invisible fault are left out.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Undecided {
-    /// How many of the members they are.
+    /// Their share of the members.
     pub all: Share,
-    /// By what holds them back, and by their probability; without rows of no loop.
+    /// By rule and probability; rows without loops are left out.
     pub rows: Vec<HeldBack>,
 }
 
-/// Undecided loops that the same rule holds back, with about the same probability.
+/// Undecided loops with the same rule and a similar probability.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct HeldBack {
-    /// The rule; `None` where it is not the evidence that leaves it open, as where no probability can be told.
+    /// The rule; `None` if the evidence is not the reason, for example without a probability.
     pub ruling: Option<Ruling>,
     /// The probability of a fault; `None` where there is none.
     pub probability: Option<Band>,
-    /// How many of the members they are.
+    /// Their share of the members.
     pub loops: Share,
-    /// How many of these are at fault.
+    /// Number of faulty valves among them.
     pub at_fault: Share,
 }
 

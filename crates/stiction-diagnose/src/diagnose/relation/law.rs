@@ -4,30 +4,30 @@
 //! ```text
 //! y(k) = c_0 x(k) + c_1 x(k-1) + c_2 sum_{i <= k} x(i) + level + slope k
 //! ```
-//! in blocks of equal length, each with a level and a slope of its own (so an unknown set point, a drifting load and
-//! what came before do not matter), all with the same `c`, by least squares. Blocks are weighted by the inverse of
-//! their variance and a tenth of the mean variance, so that one upset does not outweigh the rest.
+//! in blocks of equal length, by least squares with the same `c` for all. Each block has its own level and slope,
+//! so an unknown set point, a drifting load and the past do not matter. Blocks are weighted by the inverse of their
+//! variance plus a tenth of the mean variance, so that one upset does not dominate.
 //!
-//! * `explained`: the share of y explained in blocks by the `c` of all *other* blocks. Below zero of signals that
-//!   have nothing to do with each other, however few the blocks.
+//! * `explained`: the share of y explained in blocks by the `c` of all *other* blocks. It is negative for unrelated
+//!   signals, for any number of blocks.
 //! * `integral`: the t statistic over blocks of the sign of `c_2 (c_0 + c_1)`. In closed loop OP and PV obey the
-//!   controller's law, whatever the valve does. A controller integrates, so the OP as `y` lags the PV as `x`:
-//!   positive. The same law solved for the PV leads: negative. Exchanged columns change both signs.
+//!   controller's law, with any valve. A controller integrates, so the OP as `y` lags the PV as `x`: positive. The
+//!   same law solved for the PV leads: negative. Exchanged columns change both signs.
 
-/// What the law of one direction and block length comes to.
+/// The law of one direction and block length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Law {
-    /// Share of the variance in blocks that is explained by what the other blocks learned.
+    /// Share of the variance in blocks that the law of the other blocks explains.
     pub explained: f64,
     /// The t statistic of the integral part.
     pub integral: f64,
-    /// How many blocks the variance is spread over.
+    /// Number of blocks over which the variance is spread.
     pub blocks: f64,
 }
 
-/// Share of the mean variance that is added to a block's own when it is weighted.
+/// Share of the mean variance that is added to a block's own variance in its weight.
 const CALM: f64 = 0.1;
-/// Variance of a correlation that is added to that of the blocks: with few blocks they may agree by chance.
+/// Variance of a correlation that is added to that of the blocks: a few blocks may agree by chance.
 const LEAST_SPREAD: f64 = 1e-3;
 /// Fewest blocks for a law.
 const FEWEST: usize = 4;
@@ -62,7 +62,7 @@ impl Block {
         }
     }
 
-    /// What `c` leaves of the target.
+    /// The residual of the target after `c`.
     fn left(&self, c: [f64; 3]) -> f64 {
         let mut left = self.target;
         for i in 0..3 {
@@ -74,7 +74,7 @@ impl Block {
         left.max(0.0)
     }
 
-    /// The correlation of target and sum, each without what the input itself explains by `of_target` and `of_sum`.
+    /// The correlation of target and sum, without the part that the input explains by `of_target` and `of_sum`.
     fn partial(&self, of_target: [f64; 2], of_sum: [f64; 2]) -> f64 {
         let (g, r) = (&self.products, &self.with_target);
         let (mut q, mut s) = (r[2], g[2][2]);
@@ -92,8 +92,8 @@ impl Block {
 }
 
 impl Law {
-    /// How `y` follows `x` in blocks of this length, of those that `counts` by their first sample; `None` if there
-    /// are too few, or nothing moves.
+    /// How `y` follows `x` in blocks of this length whose first sample satisfies `counts`; `None` if there are too
+    /// few, or nothing moves.
     pub fn of(y: &[f64], x: &[f64], length: usize, counts: &dyn Fn(usize) -> bool) -> Option<Self> {
         let starts =
             (1..y.len().min(x.len())).step_by(length).filter(|from| from + length <= y.len());
@@ -146,7 +146,7 @@ fn add(all: &mut Matrix, with: &mut [f64; 3], block: &Block, factor: f64) {
     }
 }
 
-/// The series without the straight line nearest to it.
+/// The series without its nearest straight line.
 fn without_line(mut x: Vec<f64>) -> Vec<f64> {
     let n = x.len() as f64;
     let (middle, mean) = ((n - 1.0) / 2.0, x.iter().sum::<f64>() / n);

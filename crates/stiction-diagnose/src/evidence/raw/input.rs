@@ -1,40 +1,40 @@
-//! What the net hears of a window: signals without units, offsets and directions, at their own pace.
+//! The input of the net for a window: signals without units, offsets and directions, at their own rate.
 
 use crate::evidence::Prepared;
 use crate::identify::information::{Beside, traces};
 use crate::series::{max, mean, min, std};
 
-/// Samples, at most.
+/// Most samples.
 pub const LENGTH: usize = 1024;
-/// Numbers a sample.
+/// Values per sample.
 pub const CHANNELS: usize = 8;
-/// Numbers of the whole.
+/// Values of the whole window.
 pub const SCALARS: usize = 8;
-/// Samples that thinning leaves a period, where there are so many.
+/// Fewest samples per period after thinning, if there are as many.
 const SAMPLES_PER_PERIOD: f64 = 16.0;
-/// Larger values are cut.
+/// Larger values are clipped.
 const LARGEST: f64 = 16.0;
-/// How strongly small moves are spread.
+/// Amplification of small moves.
 const SPREAD: f64 = 20.0;
 
-/// Signals and what stands beside them.
+/// Signals and scalars.
 ///
-/// The window is thinned to at most [`LENGTH`] samples, but not so far that a period keeps fewer than 16; of what
-/// is longer still the middle is kept. A loop and its mirror image, OP and PV turned over, are the same loop: the OP
-/// is turned so that its third moment is not below zero, the PV so that opening the valve raises it.
+/// The window is thinned to at most [`LENGTH`] samples, with at least 16 per period; of a longer one the middle is
+/// kept. A loop and its mirror image, with OP and PV inverted, are the same loop. So the OP is turned so that its
+/// third moment is not negative, and the PV so that opening the valve raises it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Input {
-    /// Sample by sample: OP and PV about their means in standard deviations, PV less SP in those of the PV, signed
-    /// logarithms of the moves of OP and PV, what valves that follow and that stick leave of the PV, in standard
-    /// deviations of the former, and the OP less the likeliest stem, in units of its S.
+    /// Sample by sample: OP and PV around their means in standard deviations, PV less SP in those of the PV, and
+    /// signed logarithms of the moves of OP and PV. Then the residuals of the PV behind valves that follow and that
+    /// stick, in standard deviations of the former, and the OP less the likeliest stem, in units of its S.
     pub values: Vec<[f32; CHANNELS]>,
-    /// Logarithms of the standard deviations of the moves of OP and PV in those of the signals, shares of samples at
-    /// rest and at the ends, logarithms of thinning and periods.
+    /// Logarithms of the standard deviations of the moves of OP and PV in those of the signals, shares of samples
+    /// at rest and at the ends, logarithms of thinning and periods.
     pub scalars: [f32; SCALARS],
 }
 
 impl Input {
-    /// What is heard of a window in which stems were searched; `None` where too little can be predicted.
+    /// The input for a window in which stems were searched; `None` if too little can be predicted.
     pub fn of(prepared: &Prepared<'_>, beside: &Beside) -> Option<Self> {
         let segment = prepared.segment;
         let pv = segment.pv.as_deref()?;

@@ -1,4 +1,4 @@
-//! Raw signals, heard by a small net: what shapes and fits do not measure.
+//! Raw signals in a small net, for signs that shapes and fits do not measure.
 
 mod input;
 mod net;
@@ -21,10 +21,22 @@ pub const FEATURES: [Feature; 8] = [
     feature("net_s", 0, "S by the raw signals if it sticks, share of the OP's span, ln"),
     feature("net_j", 0, "J over S by the raw signals if it sticks"),
     feature("net_sticks", 0, "ln of the probability that it sticks, by the raw signals"),
-    feature("net_no_response", 0, "the same that it does not respond"),
-    feature("net_dead_zone", 0, "the same of a dead zone elsewhere"),
-    feature("net_wave", 0, "the same of an external wave with corners"),
-    feature("net_normal", 0, "the same of normal operation"),
+    feature(
+        "net_no_response",
+        0,
+        "ln of the probability that it does not respond, by the raw signals",
+    ),
+    feature(
+        "net_dead_zone",
+        0,
+        "ln of the probability of a dead zone elsewhere, by the raw signals",
+    ),
+    feature(
+        "net_wave",
+        0,
+        "ln of the probability of an external wave with corners, by the raw signals",
+    ),
+    feature("net_normal", 0, "ln of the probability of normal operation, by the raw signals"),
 ];
 
 /// The causes whose probabilities are features.
@@ -36,12 +48,12 @@ const CAUSES: [Cause; 5] = [
     Cause::NormalOperation,
 ];
 
-/// What the net hears of a window, if there is enough to hear.
+/// The input of the net for a window, if there is enough data.
 pub fn heard(prepared: &Prepared<'_>, information: Option<&Information>) -> Option<Input> {
     information.and_then(|told| Input::of(prepared, &told.beside))
 }
 
-/// Appends one value for each of [`FEATURES`]; NaN without a net, or where nothing can be heard.
+/// Appends one value for each of [`FEATURES`]; NaN without a net or without enough data.
 pub(super) fn measure(
     prepared: &Prepared<'_>,
     information: Option<&Information>,
@@ -51,7 +63,7 @@ pub(super) fn measure(
     out.extend(said.map_or([f64::NAN; FEATURES.len()], |said| values(&said)));
 }
 
-/// The features of what a net says.
+/// The features from the output of a net.
 pub fn values(said: &[f32; OUTPUTS]) -> [f64; FEATURES.len()] {
     let said = said.map(f64::from);
     let margins = &said[3..];

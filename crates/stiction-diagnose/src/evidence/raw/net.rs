@@ -5,13 +5,13 @@
 //! signals (samples x 8) ─> convolution of 9, every 2nd ─> 7 residual blocks ─> mean and maximum over time ─┐
 //! scalars (8) ─────────────────────────────────────────────────────────────────────────────────────────────┴─> 128 ─> outputs
 //! ```
-//! A block adds to its input two separable convolutions of 9 (one filter a channel, then a matrix over channels);
-//! activations are `x min(max(x + 3, 0), 6) / 6`. Behind the end of the signals lie zeros. Several nets, each trained
-//! on other loops, are averaged.
+//! A block adds two separable convolutions of 9 to its input (one filter per channel, then a matrix over channels).
+//! Activations are `x min(max(x + 3, 0), 6) / 6`. The signals are padded with zeros at their end. Several nets,
+//! each trained on different loops, are averaged.
 //!
-//! Weights were trained by `crates/stiction-train/net/train.py` (its card names the command) on simulated loops alone.
-//! They are kept as the upper halves of 32-bit numbers. Every sum has one order, so the same signals give the same
-//! bits on every processor.
+//! Weights were trained by `crates/stiction-train/net/train.py` (its card names the command) on simulated loops
+//! only. They are kept as the upper halves of 32-bit numbers. Every sum has one order, so the same signals give the
+//! same bits on every processor.
 //!
 //! # References
 //! A. Howard et al., "Searching for MobileNetV3", ICCV 2019 (the activation; recalled, not read); K. He et al., "Deep
@@ -27,15 +27,15 @@ use std::sync::OnceLock;
 const MAGIC: [u8; 8] = *b"STICNET1";
 /// Samples of a filter.
 const TAPS: usize = 9;
-/// Channels of the first convolution, and what it leaves of the samples.
+/// Channels of the first convolution, and the spacing of its output samples.
 const FIRST: (usize, usize) = (32, 2);
-/// Blocks: channels, spacing of the filter's samples, and which of the samples are left.
+/// Blocks: channels, spacing of the filter's samples, and spacing of the output samples.
 const BLOCKS: [(usize, usize, usize); 7] =
     [(32, 1, 1), (64, 1, 4), (64, 2, 1), (96, 1, 2), (96, 2, 1), (128, 1, 2), (128, 2, 1)];
 /// Channels of the last block.
 const LAST: usize = 128;
 const HIDDEN: usize = 128;
-/// What the nets say: the logit of a fault, `ln(S / OP span)`, J/S, and the margin of each cause.
+/// Outputs of the nets: the logit of a fault, `ln(S / OP span)`, J/S, and the margin of each cause.
 pub const OUTPUTS: usize = 3 + Cause::ALL.len();
 /// Channels that are summed at once.
 const WIDE: usize = 32;
@@ -59,7 +59,7 @@ struct Member {
 struct Block {
     filters: [Filters; 2],
     mixes: [Matrix; 2],
-    /// The way around; `None` where as many samples of as many channels come out.
+    /// The bypass; `None` if the output has the same samples and channels.
     around: Option<Matrix>,
 }
 
@@ -71,14 +71,14 @@ struct Filters {
     every: usize,
 }
 
-/// Input by input, outputs side by side, and what is added to the outputs.
+/// Input by input, outputs side by side, and the bias of the outputs.
 #[derive(Debug, Clone, PartialEq)]
 struct Matrix {
     weights: Vec<f32>,
     bias: Vec<f32>,
 }
 
-/// The nets that come with the library, read once; `None` if their file is not sound.
+/// The nets in the library, read once; `None` if their file is invalid.
 pub fn shipped() -> Option<&'static Net> {
     static SHIPPED: OnceLock<Option<Net>> = OnceLock::new();
     let read = || Net::from_bytes(include_bytes!("../../../model/net.bin")).ok();
@@ -89,7 +89,7 @@ impl Net {
     /// Reads a file.
     ///
     /// # Errors
-    /// If it is not one, ends early, goes on after its end, or holds a weight that is not finite.
+    /// If it is not a net, ends early, continues after its end, or has a weight that is not finite.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let rest = bytes.strip_prefix(&MAGIC).ok_or_else(|| damaged("is not a net"))?;
         let (count, rest) = rest.split_first().ok_or_else(|| damaged("ends too early"))?;
@@ -98,7 +98,7 @@ impl Net {
             (0..*count).map(|_| Member::read(&mut from)).collect::<Result<_>>()?;
         match from.0.is_empty() && !members.is_empty() {
             true => Ok(Self { members }),
-            false => Err(damaged("holds no net, or more than it should")),
+            false => Err(damaged("has no net, or too many")),
         }
     }
 
@@ -107,7 +107,7 @@ impl Net {
         self.members.iter().map(|member| Self { members: vec![member.clone()] })
     }
 
-    /// What the nets say on average.
+    /// The mean output of the nets.
     pub fn outputs(&self, input: &Input) -> [f32; OUTPUTS] {
         let width = Width::widest();
         let mut sum = [0.0; OUTPUTS];
@@ -136,7 +136,7 @@ impl Weights<'_> {
         let values: Vec<f32> = front.chunks_exact(2).map(value).collect();
         match values.iter().all(|v| v.is_finite()) {
             true => Ok(values),
-            false => Err(damaged("holds a weight that is not finite")),
+            false => Err(damaged("has a weight that is not finite")),
         }
     }
 
@@ -222,7 +222,7 @@ impl Kernel for Forward<'_> {
 }
 
 impl Matrix {
-    /// Of one row.
+    /// For one row.
     fn applied(&self, row: &[f32]) -> Vec<f32> {
         let mut out = self.bias.clone();
         for (x, weights) in row.iter().zip(self.weights.chunks_exact(self.bias.len())) {
@@ -257,7 +257,7 @@ fn filtered(x: &[f32], filters: &Filters) -> Vec<f32> {
     out
 }
 
-/// Every so manieth sample of what a matrix takes.
+/// Every n-th sample of a matrix's input.
 #[inline(always)]
 fn thinned(x: &[f32], matrix: &Matrix, every: usize) -> Vec<f32> {
     let channels = matrix.weights.len() / matrix.bias.len();
@@ -267,7 +267,7 @@ fn thinned(x: &[f32], matrix: &Matrix, every: usize) -> Vec<f32> {
 /// A matrix over the channels of every sample.
 #[inline(always)]
 fn mixed(x: &[f32], matrix: &Matrix) -> Vec<f32> {
-    /// Samples that share a pass over the weights.
+    /// Samples per pass through the weights.
     const SIDE: usize = 4;
     let outputs = matrix.bias.len();
     let inputs = matrix.weights.len() / outputs;

@@ -1,4 +1,4 @@
-//! The law of one shape of controller, fitted: least squares under innovations with heavy tails and a memory.
+//! The fit of the control law of one structure: least squares with heavy-tailed, correlated innovations.
 
 use super::record::{Record, Shape};
 use crate::series::{mean, span};
@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 /// Blocks of the record over which scores are summed for the standard errors.
 const BLOCKS: usize = 24;
 
-/// What a shape comes to.
+/// The fit of a structure.
 #[derive(Debug, Clone)]
 pub(super) struct Fit {
     pub shape: Shape,
@@ -20,16 +20,16 @@ pub(super) struct Fit {
     pub scale: f64,
     /// Share of the OP's innovations that it explains.
     pub explained: f64,
-    /// Share of the samples six scales and more away.
+    /// Share of the samples at least six scales away.
     pub outliers: f64,
 }
 
-/// OP and columns as the innovations see them.
+/// OP and columns for the innovations.
 struct Whitened {
     /// One row after the other.
     rows: Vec<f64>,
     target: Vec<f64>,
-    /// What each column was divided by.
+    /// Divisor of each column.
     sizes: Vec<f64>,
 }
 
@@ -47,7 +47,7 @@ fn weight(residual: f64, variance: f64) -> f64 {
     5.0 / (4.0 + residual * residual / variance)
 }
 
-/// Takes the means of all columns and of the target off them.
+/// Subtracts the means of all columns and of the target.
 fn centre(rows: &mut [f64], target: &mut [f64]) {
     let (n, p) = (target.len(), rows.len() / target.len().max(1));
     for c in 0..p {
@@ -93,7 +93,7 @@ pub(super) struct Settings {
 }
 
 impl Record<'_> {
-    /// The likeliest fit of a shape, with `rho` among these.
+    /// The likeliest fit of a structure, with `rho` among these.
     pub(super) fn fitted(&self, shape: Shape, rhos: &[f64]) -> Option<Fit> {
         let columns = self.columns(shape);
         let mut best: Option<Fit> = None;
@@ -108,7 +108,7 @@ impl Record<'_> {
         best
     }
 
-    /// The fit of a shape with this `rho`; with standard errors if they are wanted.
+    /// The fit of a structure with this `rho`, with standard errors if requested.
     pub(super) fn with_rho(
         &self,
         shape: Shape,
@@ -158,8 +158,8 @@ impl Record<'_> {
         })
     }
 
-    /// OP and columns less `rho` times their last value, less their levels, the columns scaled to a variance of one;
-    /// `None` if one does not move.
+    /// OP and columns less `rho` times their last value, less their levels, the columns scaled to a variance of
+    /// one; `None` if one does not move.
     fn whitened(&self, shape: Shape, columns: &[Vec<f64>], rho: f64) -> Option<Whitened> {
         let p = columns.len();
         let n: usize = self.runs.iter().map(|run| run.len() - 1).sum();
@@ -175,7 +175,7 @@ impl Record<'_> {
                 }
                 at += 1;
             }
-            // The level of a P controller is one; the others' is whatever the integral was.
+            // The level of a P controller is one; those of the others depend on the integral.
             if rho < 1.0 && shape.integral {
                 centre(&mut rows[first * p..at * p], &mut target[first..at]);
             }
@@ -195,11 +195,11 @@ impl Record<'_> {
         Some(Whitened { rows, target, sizes })
     }
 
-    /// Least squares, weighted again and again as innovations of Student's t distribution have it.
+    /// Least squares, reweighted iteratively for innovations with Student's t distribution.
     fn settled(&self, white: &Whitened, rho: f64) -> Option<Settled> {
         let Whitened { rows, target, sizes } = white;
         let (p, n) = (sizes.len(), target.len());
-        // What rounding of the PV adds to the squares of the proportional column is not the controller's to see.
+        // The controller does not see the squares that rounding of the PV adds to the proportional column.
         let rounding =
             self.pv_quantum * self.pv_quantum / 12.0 * (1.0 + rho * rho) / sizes[0].powi(2);
         let total = target.iter().map(|v| v * v).sum::<f64>() / n as f64;
@@ -231,7 +231,7 @@ impl Record<'_> {
                     gram[(a, b)] = gram[(b, a)];
                 }
             }
-            // Only where the fit is not exact: a controller whose transmitter rounds sees what is recorded.
+            // Only if the fit is not exact: a controller with a rounding transmitter sees the recorded values.
             let sum: f64 = weights.iter().sum();
             if round > 0 && *variance > self.quantum * self.quantum && rounding < 0.3 {
                 gram[(0, 0)] -= rounding * sum;
@@ -258,7 +258,7 @@ impl Record<'_> {
         Some(settled)
     }
 
-    /// The likelier of two, if the second is likelier by so much.
+    /// The likelier of two, if the second is likelier by this much.
     pub(super) fn better(&self, now: Fit, other: Option<Fit>, by: f64) -> Fit {
         match other {
             Some(other) if other.likelihood > now.likelihood + by && self.sound(&other) => other,

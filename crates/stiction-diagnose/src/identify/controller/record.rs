@@ -1,5 +1,5 @@
-//! The signals a controller is fitted to: what OP and PV can resolve, where the OP is at a limit, and the regressors
-//! of every shape of controller.
+//! The signals for the fit of a controller: resolution of OP and PV, limits of the OP, and the regressors of every
+//! structure.
 
 use super::FEWEST_SAMPLES;
 use crate::closed_loop::DerivativeOn;
@@ -7,10 +7,10 @@ use crate::finding::Abstention;
 use crate::series::{max, mean, min, span};
 use std::ops::Range;
 
-/// Samples off the limits in a row below which a run is left out.
+/// Fewest consecutive samples off the limits in a run.
 const RUN: usize = 12;
 
-/// Where the OP is new, if it is so only every few samples: the first such sample, and how many to the next.
+/// Updates of the OP if it changes only every few samples: the first such sample, and the number to the next.
 pub(super) fn held(op: &[f64]) -> Option<(usize, usize)> {
     let changes: Vec<usize> = (1..op.len()).filter(|k| op[*k] != op[k - 1]).collect();
     if changes.len() < 20 || 2 * changes.len() > op.len() + 1 {
@@ -23,7 +23,7 @@ pub(super) fn held(op: &[f64]) -> Option<(usize, usize)> {
     (every > 1 && regular * 20 >= gaps.len() * 19 && enough).then(|| (changes[0] % every, every))
 }
 
-/// The resolution of a signal: what all its changes are multiples of; 0 if there is none to be seen.
+/// The resolution of a signal: the common divisor of all its changes; 0 if there is none.
 fn quantum(x: &[f64]) -> f64 {
     let mut changes: Vec<f64> =
         x.windows(2).map(|two| (two[1] - two[0]).abs()).filter(|change| *change > 0.0).collect();
@@ -36,7 +36,7 @@ fn quantum(x: &[f64]) -> f64 {
     if multiples * 100 >= changes.len() * 98 { least } else { 0.0 }
 }
 
-/// A limit that a signal lies at: its extreme, if it stays there and arrives in larger steps than it can resolve.
+/// A limit of a signal: its extreme, if it stays there and arrives in steps above its resolution.
 fn limit(x: &[f64], extreme: f64, quantum: f64) -> Option<f64> {
     let at: Vec<bool> =
         x.iter().map(|v| (v - extreme).abs() <= 1e-9 * extreme.abs().max(1.0)).collect();
@@ -50,7 +50,7 @@ fn limit(x: &[f64], extreme: f64, quantum: f64) -> Option<f64> {
     (arrivals[arrivals.len() / 2] > 1.5 * quantum).then_some(extreme)
 }
 
-/// The most that the OP moves from sample to sample, where it moves so often.
+/// The largest movement of the OP from sample to sample, if it is frequent.
 fn rate_limit(op: &[f64], step: f64) -> Option<f64> {
     let moves: Vec<f64> = op.windows(2).map(|two| (two[1] - two[0]).abs()).collect();
     let most = max(&moves);
@@ -61,11 +61,11 @@ fn rate_limit(op: &[f64], step: f64) -> Option<f64> {
     (at >= 8 && at * 12 >= moving && resolved * 4 >= moving).then_some(most / step)
 }
 
-/// A shape of controller to be tried.
+/// A structure of controller to try.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Shape {
     pub integral: bool,
-    /// What the derivative keeps of its last value.
+    /// Share of its last value that the derivative keeps.
     pub derivative: Option<(f64, DerivativeOn)>,
     pub gap: f64,
     /// Whether the set point has a gain of its own.
@@ -73,7 +73,7 @@ pub(super) struct Shape {
     pub delay: usize,
 }
 
-/// What is looked at.
+/// The signals in use.
 pub(super) struct Record<'a> {
     pub op: &'a [f64],
     pub pv: Vec<f64>,
@@ -118,7 +118,7 @@ impl<'a> Record<'a> {
         let free: usize = runs.iter().map(|run| run.len()).sum();
         if free < FEWEST_SAMPLES {
             return Err(Abstention(format!(
-                "the OP is off its limits for {free} samples in runs of {RUN} and more; {FEWEST_SAMPLES} are needed"
+                "the OP is off its limits for {free} samples in runs of at least {RUN}; {FEWEST_SAMPLES} are needed"
             )));
         }
         let moves = |sp: &Vec<f64>| {
@@ -130,8 +130,8 @@ impl<'a> Record<'a> {
         Ok(Self { op, pv, sp, step, sp_moves, runs, low, high, rate, quantum, pv_quantum })
     }
 
-    /// The regressors of a shape over the whole record: proportional, its set point if weighted, integral, slope
-    /// if the set point is unknown, derivative.
+    /// The regressors of a structure over the whole record: proportional, its set point if weighted, integral,
+    /// slope if the set point is unknown, derivative.
     pub(super) fn columns(&self, shape: Shape) -> Vec<Vec<f64>> {
         let n = self.op.len();
         let late =

@@ -1,36 +1,36 @@
-//! What the stem of a sticking valve says of the PV beside the OP.
+//! Evidence of a sticking valve's stem about the PV beside the OP.
 //!
 //! # What it measures
-//! By how many nats the PV becomes likelier if the stem of a valve that sticks stands in the regression beside the OP,
-//! not in its place. The OP stays because it holds the PV through the controller: of moments that the record lacks,
-//! and by the integral of long ago. In its place a true stem often loses.
+//! The nats by which the PV becomes likelier if the stem of a sticking valve is added to the regression beside the
+//! OP, not instead of it. The OP stays because it contains the PV through the controller: at moments that the
+//! record lacks, and from long ago through the integral. If the stem replaces the OP, a true stem often loses.
 //!
 //! # Equations
 //! With the columns of [`super`] for a valve that follows, and the taps V of a stem:
 //! ```text
 //! gain     = n/2 ln((SSE + f) / (SSE - r' Q^-1 r + f)),   Q = V'V - V'X (X'X)^-1 X'V,  r = V'e
 //! robust   = n/N sum of l(e with V) - l(e),               l of Student's t with 4 degrees of freedom
-//! lacks    = n/2 ln((SSE of V in the OP's place + f) / (SSE of both + f))
+//! lacks    = n/2 ln((SSE of V without the OP + f) / (SSE of both + f))
 //! evidence = ln of the mean of exp(gain) over all valves of the grid: the prior is uniform in ln S and in J
 //! placebo  = the largest gain of the same valves under the OP reversed in time, and turned back
 //! curve    = gain of the squared OP, as of a process whose gain changes
 //! ```
-//! A row counts the less the larger the errors of a valve that follows are around it, and the less again if its own is
-//! far larger than those, as by Student's t: bursts and outliers must not choose the stem. The best valves of the grid
-//! are refined round by round, where their stems stood at first too: until its first slips all rests on that. The
-//! posterior of S and J is the share of `exp(gain)` in bins of ln S and of J/S, of all valves tried, each bin by its
-//! best.
+//! Rows have a smaller weight where the errors of a valve that follows are large, and again if their own error is
+//! far larger than its neighbours' by Student's t: bursts and outliers must not choose the stem. The best valves of
+//! the grid are refined round by round, including the initial positions of their stems, which determine everything
+//! until the first slips. The posterior of S and J is the share of `exp(gain)` in bins of ln S and of J/S, over all
+//! tried valves, each bin by its best.
 //!
 //! # Parameters
 //! | name | value | unit | source |
 //! |---|---|---|---|
 //! | S | 17 values, 0.015 to 1.8 | range of the OP (0.5 to 99.5 %) | ours |
 //! | J, model | 0.1, 0.5, 1 two-phase; 0.3, 0.7 He | S | ours |
-//! | first place, of a stem that slips less than 12 (6) times | 0, -0.7, 0.7 (and -0.35, 0.35) | stick forces from the OP | ours |
+//! | initial position of a stem that slips less than 12 (6) times | 0, -0.7, 0.7 (and -0.35, 0.35) | stick forces from the OP | ours |
 //!
 //! # Limits
-//! A load that jumps is explained by some stem, too, and by as many of a placebo. Where controllers act between
-//! recorded samples, or the OP is rounded or compressed, the stem of the recorded OP is not the one that moved.
+//! A load that jumps is also explained by some stem, and equally by a placebo. If controllers act between recorded
+//! samples, or the OP is rounded or compressed, the stem of the recorded OP differs from the real one.
 
 use super::{
     BLOCK, Candidate, LAGS, LONGEST, Lane, Problem, STEPS, Stem, TAPS, block_means, residual,
@@ -39,11 +39,11 @@ use crate::series::{median, std};
 use crate::valve::Model;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// Rows to either side that tell how noisy it is about one.
+/// Rows to either side that give the noise around one.
 const AROUND: usize = 12;
-/// Degrees of freedom of Student's t, by which a single large error counts less.
+/// Degrees of freedom of Student's t, which limits the weight of a single large error.
 const FREEDOM: f64 = 4.0;
-/// Values of S: those of the grid, and one between two of them.
+/// Values of S: those of the grid, and one between each two.
 const FINE_STEPS: usize = 2 * STEPS - 1;
 /// J over S, and the model.
 const SHAPES: [(f64, Model); 5] = [
@@ -53,9 +53,9 @@ const SHAPES: [(f64, Model); 5] = [
     (0.3, Model::He),
     (0.7, Model::He),
 ];
-/// Where a stem that slips less often than so may stand at first, stick forces from the OP, beside at it.
+/// Initial positions of a stem that slips less often than this, stick forces from the OP, besides the OP itself.
 const PLACES: [(f64, [f64; 2]); 2] = [(12.0, [-0.7, 0.7]), (6.0, [-0.35, 0.35])];
-/// Valves about which finer ones are tried, round by round, and how far from them: ln S, J/S, first place.
+/// Valves around which finer ones are tried, round by round, and their distances: ln S, J/S, initial position.
 const ROUNDS: [(usize, [f64; 3]); 5] = [
     (4, [0.16, 0.25, 0.3]),
     (3, [0.08, 0.14, 0.15]),
@@ -63,7 +63,7 @@ const ROUNDS: [(usize, [f64; 3]); 5] = [
     (1, [0.02, 0.04, 0.04]),
     (1, [0.01, 0.02, 0.02]),
 ];
-/// Steps of a round, in its reach: spread over a cube.
+/// Steps of a round, relative to its range: spread over a cube.
 const SPREAD: [[f64; 3]; 16] = [
     [-1.0, 0.0, 0.0],
     [1.0, 0.0, 0.0],
@@ -86,23 +86,23 @@ const SPREAD: [[f64; 3]; 16] = [
 const BINS_OF_S: usize = 60;
 const BINS_OF_J: usize = 10;
 
-/// Something and what it gains, nats.
+/// An item and its gain, nats.
 type WithGain<T> = (T, f64);
 
-/// What stems say of the PV beside the OP.
+/// Results for stems beside the OP.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Beside {
     /// Nats that the best stem gains.
     pub gain: f64,
-    /// The same by a likelihood that forgives outliers.
+    /// The same by a likelihood that limits outliers.
     pub robust: f64,
     /// Standard errors of that, over blocks of instants.
     pub z: f64,
     /// The valve of that stem: model, S as a share of the OP's range, J as a share of S, slips.
     pub best: (Model, f64, f64, usize),
-    /// Where that stem stands at first, stick forces from the OP.
+    /// Initial position of that stem, stick forces from the OP.
     pub place: f64,
-    /// Share of the PV's answer to a lasting change that comes from the stem; 1 if the OP adds nothing to it.
+    /// Share of the PV's response to a lasting change that comes from the stem; 1 if the OP adds nothing to it.
     pub share: f64,
     /// Log marginal likelihood of a valve of the grid, against one that follows, nats.
     pub evidence: f64,
@@ -114,26 +114,26 @@ pub struct Beside {
     pub beyond_curve: f64,
     /// The largest gain for each S of the grid, nats.
     pub profile: [f64; STEPS],
-    /// What the OP gains beside the best stem, nats: little if the valve sticks so.
+    /// Gain of the OP beside the best stem, nats: small if the valve sticks like this.
     pub lacks: f64,
-    /// The least that the OP gains beside any stem of each S of the grid, nats: much refutes that S.
+    /// The smallest gain of the OP beside any stem of each S of the grid, nats: a large gain refutes that S.
     pub refuted: [f64; STEPS],
     /// Posterior of ln S, S as a share of the OP's range: mean and standard deviation.
     pub ln_s: [f64; 2],
     /// Posterior of J/S.
     pub j_over_s: [f64; 2],
-    /// The lesser of the robust gains in the two halves of the record, nats.
+    /// The smaller of the robust gains in the two halves of the record, nats.
     pub least_half: f64,
 }
 
-/// Taps beside the columns: their coefficients, and by how much they lower the sum of squares.
+/// Taps beside the columns: their coefficients, and their reduction of the sum of squares.
 pub(super) struct Added {
     pub(super) coefficients: DVector<f64>,
     drop: f64,
 }
 
 impl Problem {
-    /// What the valves of the grid, and finer ones about the best, say beside the OP.
+    /// The results of the grid's valves, and finer ones around the best, beside the OP.
     pub(super) fn beside(&self, op: &[f64], pv: &[f64]) -> Beside {
         let weights = self.reliability();
         match Self::weighted(op, pv, self.op_range, self.factor, |_| weights) {
@@ -142,8 +142,8 @@ impl Problem {
         }
     }
 
-    /// The square root of how much each row counts, by the error of a valve that follows: less where errors are
-    /// large for a while, and where one is far larger than those around it.
+    /// The square root of each row's weight, by the error of a valve that follows: smaller where errors are large
+    /// for a while, and where one is far larger than its neighbours.
     fn reliability(&self) -> Vec<f64> {
         let sizes: Vec<f64> = self.error.iter().map(|e| e.abs()).collect();
         let typical = median(&sizes).max(1e-12);
@@ -158,7 +158,7 @@ impl Problem {
             .collect()
     }
 
-    /// The valves of the grid; those that slip seldom with the stem where it fits best at first, and all that were tried.
+    /// The valves of the grid, those that slip seldom with their best initial position, and all tried valves.
     fn on_grid(&self) -> (Vec<WithGain<Stem>>, Vec<WithGain<Candidate>>) {
         let with_gain = |stem: Stem| {
             let gain = self.gain_beside(&stem);
@@ -186,7 +186,7 @@ impl Problem {
         (best, tried)
     }
 
-    /// The best stem of the grid, or a finer one about the best of it, and its gain; appends what was tried.
+    /// The best stem of the grid, or a finer one around it, and its gain; appends the tried valves.
     fn refined(
         &self,
         on_grid: Vec<WithGain<Stem>>,
@@ -210,8 +210,8 @@ impl Problem {
         winner
     }
 
-    /// Valves about one. The steps have no mirror image, so they are taken as the OP leans: of a valve that closes on
-    /// a rising OP as of one that opens.
+    /// Valves around one. The steps have no mirror image, so they follow the skewness of the OP: a valve that
+    /// closes on a rising OP gets the same ones as a valve that opens.
     fn finer(&self, about: Candidate, reach: [f64; 3]) -> [Candidate; SPREAD.len()] {
         let skew: f64 = self.op.iter().map(|u| u.powi(3)).sum();
         let direction = if skew < 0.0 { -1.0 } else { 1.0 };
@@ -272,14 +272,14 @@ impl Problem {
         }
     }
 
-    /// What the OP gains beside a stem, nats.
+    /// Gain of the OP beside a stem, nats.
     fn lacks(&self, stem: &Stem) -> f64 {
         let Some(sse) = self.sse_in_place(stem) else { return 0.0 };
         let both = self.follows.sse - self.added(stem).map_or(0.0, |added| added.drop);
         self.nats(sse, sse - both)
     }
 
-    /// A stem's taps beside the columns; `None` where the equations cannot be solved.
+    /// A stem's taps beside the columns; `None` if the equations cannot be solved.
     pub(super) fn added(&self, stem: &Stem) -> Option<Added> {
         self.added_taps(&stem.across, &stem.own, &stem.target)
     }
@@ -290,7 +290,7 @@ impl Problem {
         own: &DMatrix<f64>,
         target: &DVector<f64>,
     ) -> Option<Added> {
-        // Of the factor L, with L L' = X'X, the part of V'V that the columns explain is (L^-1 X'V)' (L^-1 X'V).
+        // With the factor L, L L' = X'X, the part of V'V that the columns explain is (L^-1 X'V)' (L^-1 X'V).
         let mut explained = across.clone();
         self.follows.factor.l_dirty().solve_lower_triangular_mut(&mut explained);
         let mut left = own.clone();
@@ -312,11 +312,11 @@ impl Problem {
     fn nats(&self, sse: f64, drop: f64) -> f64 {
         let left = (sse - drop).max(0.0);
         let nats = 0.5 * self.independent * ((sse + self.floor) / (left + self.floor)).ln();
-        // Stems that move alike gain the same but for rounding; which of them is first must not rest on that.
+        // Stems that move alike gain the same except for rounding, which must not decide their order.
         if nats.is_finite() { (nats.max(0.0) * 1e6).round() / 1e6 } else { 0.0 }
     }
 
-    /// What the errors of the columns with a stem beside them are, row by row.
+    /// The errors of the columns with a stem beside them, row by row.
     pub(super) fn errors_beside(&self, stem: &Stem, added: &Added) -> Vec<f64> {
         let kept = self.kept(stem, added);
         let mut error = residual(&self.columns, &kept, &self.target);
@@ -334,7 +334,7 @@ impl Problem {
             - self.follows.factor.solve(&(&stem.across * &added.coefficients))
     }
 
-    /// What a likelihood that forgives outliers says of a stem.
+    /// The likelihood of a stem with limited outliers.
     fn borne_out(&self, stem: &Stem) -> Borne {
         let Some(added) = self.added(stem) else { return Borne::default() };
         let kept = self.kept(stem, &added);
@@ -407,14 +407,14 @@ impl Problem {
         let mut asked: Vec<Candidate> = grid_at(0.0).into_iter().step_by(2).collect();
         asked.extend(about.into_iter().flat_map(|about| self.finer(about, ROUNDS[0].1)));
         let mut turned = self.op.clone();
-        // What is left over at the end stays there.
+        // The remainder at the end stays there.
         turned[..self.instants * self.factor].reverse();
         let backwards = self.stems_under(&asked, &turned, true);
         backwards.iter().map(|stem| self.gain_beside(stem)).fold(0.0, f64::max)
     }
 }
 
-/// What a likelihood that forgives outliers says of a stem.
+/// The likelihood of a stem with limited outliers.
 #[derive(Default)]
 struct Borne {
     robust: f64,
@@ -423,7 +423,7 @@ struct Borne {
     least_half: f64,
 }
 
-/// The valves that are tried first, with their stems so far from the OP; S changes fastest.
+/// The first valves to try, with their stems at this distance from the OP; S changes fastest.
 fn grid_at(place: f64) -> Vec<Candidate> {
     let coarse = super::grid();
     let s = |k: usize| match k % 2 {
@@ -441,8 +441,8 @@ fn better(best: Option<WithGain<Stem>>, other: WithGain<Stem>) -> Option<WithGai
     }
 }
 
-/// Mean and standard deviation of what some values are likely to be, each with its gain in nats; a bin counts as
-/// much as its best.
+/// Posterior mean and standard deviation of some values, each with its gain in nats; a bin counts as much as its
+/// best.
 fn posterior<const BINS: usize>(
     tried: impl Iterator<Item = (f64, f64)>,
     from: f64,

@@ -1,16 +1,17 @@
-//! OP, PV and what the regressions leave of it, sample by sample: what a net on raw signals looks at.
+//! OP, PV and the residuals of the regressions, sample by sample: the input of a net on raw signals.
 
 use super::{Beside, Candidate, LONGEST, Problem, block_means};
 use crate::series::{quantile, std};
 
-/// Signals at one pace, all of one length.
+/// Signals at one rate, all of one length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Traces {
     /// Means of the OP over blocks, percent.
     pub op: Vec<f64>,
     /// The PV at the end of each block.
     pub pv: Vec<f64>,
-    /// What a valve that follows leaves of the PV, in standard deviations of the PV; 0 where the past is not known.
+    /// The residual of the PV behind a valve that follows, in standard deviations of the PV; 0 where the past is
+    /// not known.
     pub follows: Vec<f64>,
     /// The same with the likeliest stem beside the OP.
     pub sticks: Vec<f64>,
@@ -18,7 +19,7 @@ pub struct Traces {
     pub behind: Vec<f64>,
 }
 
-/// The traces at a pace of `factor` recorded samples; `None` where too little can be predicted.
+/// The traces at `factor` recorded samples per value; `None` if too little can be predicted.
 pub fn traces(op: &[f64], pv: &[f64], factor: usize, beside: &Beside) -> Option<Traces> {
     let op_range = quantile(op, 0.995) - quantile(op, 0.005);
     if !(op_range > 0.0 && op_range.recip().is_finite() && std(pv) > 0.0) {

@@ -1,4 +1,4 @@
-//! He's valve moved without end between two samples, behind a lag.
+//! He's valve in continuous motion between two samples, behind a lag.
 
 use crate::bands::Bands;
 use crate::simd::{LANES, Lane};
@@ -6,13 +6,13 @@ use crate::valve::Start;
 use crate::valve::lanes::LaneValve;
 use std::hint::select_unpredictable as select;
 
-/// He's valve under an input that runs straight from sample to sample, as that behind a lag does: it slips by J
-/// as often as the distance exceeds fs, not once a sample.
+/// He's valve under an input that moves straight from sample to sample, as behind a lag: it slips by J as often as
+/// the distance exceeds fs, not once a sample.
 ///
 /// ```text
 /// e = u - x;   |e| > fs:  x += sign(e) J m,   m = ceil((|e| - fs) / J)
 /// ```
-/// Ours. J of 0 would be a play, which is [`TwoPhase`](crate::valve::TwoPhase)'s; it is taken as 1e-6 of fs.
+/// Ours. J = 0 would be a play, as in [`TwoPhase`](crate::valve::TwoPhase); it is replaced by 1e-6 of fs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct HeBetweenLanes {
     fs: Lane,

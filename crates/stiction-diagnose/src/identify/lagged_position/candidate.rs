@@ -1,18 +1,18 @@
-//! What is tried: a valve, the place of its lag, and what came of it.
+//! A candidate: a valve, the position of its lag, and its result.
 
-/// Blocks into which what is scored is cut, to compare losses by events and not by samples.
+/// Number of blocks of the scored samples, to compare losses by events and not by samples.
 pub(super) const BLOCKS: usize = 40;
 
-/// Where the lag of the stem lies.
+/// Position of the stem's lag.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
-    /// Behind the friction: the valve moves at once, and what is recorded lags.
+    /// Behind the friction: the valve moves at once, and the recorded position lags.
     After,
-    /// Before it: what drives the valve lags, as the pressure in an actuator does.
+    /// Before it: the drive of the valve lags, as the pressure in an actuator does.
     Before,
 }
 
-/// How the valve moves once it slips.
+/// Movement of the valve once it slips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Friction {
     /// It follows until the input turns: [`TwoPhase`](crate::valve::TwoPhase); with J = 0, a play.
@@ -23,14 +23,14 @@ pub enum Friction {
     HeBetween,
 }
 
-/// A valve that is tried.
+/// A valve to try.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Candidate {
     pub place: Place,
     pub friction: Friction,
     pub fs: f64,
     pub fd: f64,
-    /// A second lag behind all, in lags.
+    /// A second lag behind everything, in lags.
     pub second: f64,
 }
 
@@ -75,7 +75,7 @@ impl Fitted {
     }
 }
 
-/// By how many standard deviations `other` is worse than `best`, blocks being independent.
+/// Standard deviations by which `other` is worse than `best`, with independent blocks.
 pub(super) fn worse_by(other: &Fitted, best: &Fitted) -> f64 {
     let differences: [f64; BLOCKS] = std::array::from_fn(|b| other.blocks[b] - best.blocks[b]);
     let n = BLOCKS as f64;

@@ -1,7 +1,7 @@
-//! How far each candidate valve with its lag is from the recorded position: sixteen candidates at a time.
+//! Distance of each candidate valve with its lag from the recorded position: sixteen candidates at a time.
 //!
-//! Of a candidate's path, whitened like the position, the first pass gathers the sums from which gain and delay
-//! of each lag follow in closed form; of the best lag, the second pass gives the residual.
+//! The first pass gathers sums along a candidate's path, whitened like the position. From them gain and delay of
+//! each lag follow in closed form. The second pass gives the residual of the best lag.
 //!
 //! ```text
 //! y(k) = a y(k-1) + b x(k),   a = e^(-1/T), b = 1 - a
@@ -10,8 +10,8 @@
 //! s1 = sum y(k) y(k-1) = a (s0 + D) + b P
 //! Cj = sum v(k) y(k-j) = a C(j+1) + b Xj
 //! ```
-//! so that a lag costs one recursion and two products a sample. A second lag behind the first is the same with
-//! `y` for `x`.
+//! so that a lag costs one recursion and two products a sample. A second lag behind the first is the same with `y`
+//! for `x`.
 
 use super::between::HeBetweenLanes;
 use super::candidate::{BLOCKS, Candidate, Fitted, Friction, Place};
@@ -23,20 +23,20 @@ use crate::valve::{Direction, He, Start, TwoPhase};
 
 type Lane = crate::simd::Lane;
 
-/// Delays that are tried, samples; each candidate has a tap at the delay and one behind it.
+/// Delays to try, samples; each candidate has a tap at the delay and one behind it.
 const DELAYS: usize = 3;
 /// Taps in all.
 pub(super) const TAPS: usize = DELAYS + 1;
 /// Samples stepped at a time: few enough that the path stays in the first-level cache.
 const CHUNK: usize = 96;
 
-/// A part of the recording that is simulated in one go.
+/// A continuous part of the simulation.
 pub(super) struct Piece<'a> {
     /// OP less its mean.
     pub u: &'a [f64],
     /// VP less its mean.
     pub v: &'a [f64],
-    /// Where the stem is at the first sample, on the scale of `u`.
+    /// Stem position at the first sample, on the scale of `u`.
     pub start: f64,
     /// Samples that are simulated and not scored.
     pub burn: usize,
@@ -48,14 +48,14 @@ impl Piece<'_> {
     }
 }
 
-/// What candidates are held against, and how.
+/// The reference for candidates, and the comparison.
 pub(super) struct Target<'a> {
     pieces: &'a [Piece<'a>],
-    /// VP less `rho` times the sample before, less its mean over what is scored; 0 where it is not scored, and
+    /// VP less `rho` times the sample before, less its mean over the scored samples; 0 where it is not scored, and
     /// in [`TAPS`] samples more.
     whitened: Vec<Vec<f64>>,
     rho: f64,
-    /// From where on the loss of a residual is linear; infinite for squares.
+    /// Residual from which the loss is linear; infinite for squares.
     huber: f64,
     scored: usize,
     /// Limits of the gain.
@@ -81,7 +81,7 @@ impl<'a> Target<'a> {
     /// rayon pool; the result does not depend on their number.
     pub fn fit(&self, candidates: &[Candidate], lags: &[f64]) -> Vec<Fitted> {
         let width = Width::widest();
-        // Lanes share their friction and the place of their lag.
+        // Lanes share their friction and the position of their lag.
         let mut order: Vec<usize> = (0..candidates.len()).collect();
         order.sort_by_key(|i| (candidates[*i].place, candidates[*i].friction));
         let groups = order.chunk_by(|a, b| {
@@ -108,7 +108,7 @@ impl<'a> Target<'a> {
         done.into_iter().map(|(_, fitted)| fitted).collect()
     }
 
-    /// The residual of one, unwhitened, where it is scored; each piece less its median is the caller's to take.
+    /// The scored residual of one candidate, unwhitened; the caller subtracts the median of each piece.
     pub fn residual(&self, fitted: &Fitted) -> Vec<Vec<f64>> {
         let raw = Self {
             whitened: Target::new(self.pieces, 0.0, f64::INFINITY, self.gain).whitened,
@@ -180,7 +180,7 @@ impl<'a> Target<'a> {
                 .map(|stages| Run::new(stages, piece.start * (1.0 - self.rho)))
                 .collect();
             let n = piece.u.len();
-            // What is scored, seen from the last tap.
+            // The scored samples, relative to the last tap.
             let (first, last) = (piece.burn - DELAYS, n - DELAYS);
             let mut path = [Lane::splat(0.0); CHUNK];
             let mut edges = vec![0];
@@ -220,7 +220,7 @@ impl<'a> Target<'a> {
         all
     }
 
-    /// Puts what leaves least in `best`.
+    /// Puts the candidate with the smallest loss in `best`.
     fn choose(&self, best: &mut [Choice; LANES], lag: f64, sums: &Sums) {
         for (l, best) in best.iter_mut().enumerate() {
             for delay in 0..DELAYS {
@@ -241,7 +241,7 @@ impl<'a> Target<'a> {
         let mut blocks = [Lane::splat(0.0); BLOCKS];
         for (piece, held) in self.pieces.iter().enumerate() {
             let left = self.left::<L>(of, piece, width);
-            // Sample g of all that are scored is in block g BLOCKS / scored.
+            // Sample g of all scored ones is in block g BLOCKS / scored.
             for (b, block) in blocks.iter_mut().enumerate() {
                 let edge =
                     |b: usize| (b * self.scored).div_ceil(BLOCKS).max(done).min(done + left.len());
@@ -256,7 +256,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The residuals in one piece where it is scored, less their mean; sixteen fits at most, all of one friction.
+    /// The scored residuals in one piece, less their mean; sixteen fits at most, all of one friction.
     fn left<L: LaneValve>(&self, of: &[Fitted], piece: usize, width: Width) -> Vec<Lane> {
         let (held, white) = (&self.pieces[piece], &self.whitened[piece]);
         let candidates: Vec<Candidate> = of.iter().map(|fitted| fitted.candidate).collect();
@@ -299,7 +299,7 @@ fn decay(lag: f64) -> f64 {
     if lag > 0.0 { (-1.0 / lag).exp() } else { 0.0 }
 }
 
-/// Lags and taps that explain most.
+/// The lags and taps that explain most.
 #[derive(Clone, Copy)]
 struct Choice {
     explained: f64,
@@ -312,8 +312,8 @@ impl Choice {
     const NONE: Self = Self { explained: f64::NEG_INFINITY, lag: 0.0, delay: 0, taps: [1.0, 0.0] };
 }
 
-/// Gains of two neighbouring taps, neither negative, with their sum within limits; and the sum of squares that
-/// they explain.
+/// Gains of two neighbouring taps, neither negative, with their sum within limits, and the sum of squares that they
+/// explain.
 fn solve(
     [s00, s11]: [f64; 2],
     s01: f64,
@@ -346,7 +346,7 @@ fn solve(
     ([g0, g1], explained)
 }
 
-/// The lags behind a path, one a lane, by how much of the output is left after a sample.
+/// The lags behind a path, one a lane, by the share of the output that remains after a sample.
 struct Stages {
     first: Lane,
     /// `None` where no lane has one.
@@ -366,7 +366,7 @@ impl Stages {
     }
 }
 
-/// Sixteen valves on their way, and what is gathered of their whitened paths x.
+/// Sixteen simulated valves, and the sums of their whitened paths x.
 #[derive(Clone, Copy)]
 struct Walk<L> {
     valves: L,
@@ -377,7 +377,7 @@ struct Walk<L> {
     sums: PathSums,
 }
 
-/// Sums over what is scored: of `v(k) x(k-j)`, x and x².
+/// Sums over the scored samples: of `v(k) x(k-j)`, x and x².
 #[derive(Clone, Copy)]
 struct PathSums {
     vx: [Lane; TAPS],
@@ -401,7 +401,7 @@ impl<L: LaneValve> Walk<L> {
         }
     }
 
-    /// The whitened path one sample on.
+    /// The whitened path, one sample further.
     #[inline(always)]
     fn step(&mut self, u: f64) -> Lane {
         let (before, mut input) = (self.before, self.input);
@@ -452,7 +452,7 @@ impl<L: LaneValve> Kernel for Step<'_, L> {
     }
 }
 
-/// One lag on its way: its output and its two sums.
+/// One simulated lag: its output and its two sums.
 #[derive(Clone, Copy)]
 struct Filter {
     y: Lane,
@@ -462,12 +462,12 @@ struct Filter {
     c: Lane,
 }
 
-/// One or two lags on their way.
+/// One or two simulated lags.
 #[derive(Clone, Copy)]
 struct Run {
     filters: [Filter; 2],
-    /// The outputs of both before the first sample that the last tap scores and at it and those after; the others
-    /// begin so many samples later.
+    /// The outputs of both before the first sample that the last tap scores, at it and after it; the others start
+    /// as many samples later.
     heads: [[Lane; 2]; TAPS],
     /// The same at its end.
     tails: [[Lane; 2]; TAPS],
@@ -527,7 +527,7 @@ impl<const SECOND: bool> Kernel for Lag<'_, SECOND> {
     }
 }
 
-/// What gain and delay follow from, about means: sums of `y(k-j)^2`, of `y(k-j) y(k-j-1)` and of `v(k) y(k-j)`.
+/// The sums around means that give gain and delay: of `y(k-j)^2`, of `y(k-j) y(k-j-1)` and of `v(k) y(k-j)`.
 #[derive(Clone, Copy)]
 struct Sums {
     squares: [Lane; TAPS],
@@ -543,7 +543,7 @@ impl Default for Sums {
 }
 
 impl Sums {
-    /// Adds those of one piece of `count` samples, about its mean.
+    /// Adds those of one piece of `count` samples, around its mean.
     fn add(&mut self, path: &PathSums, run: &Run, stages: &Stages, count: f64) {
         let lags = [Some(stages.first), stages.second];
         for l in 0..LANES {
@@ -565,7 +565,7 @@ impl Sums {
                 }
                 output = stage;
             }
-            // Taps before the last see the output some samples later: what swings slowly is not the same there.
+            // Taps before the last see the output some samples later, which differs for slow swings.
             let at = |ends: &[[Lane; 2]; TAPS], i: usize| ends[i][output][l];
             let mut sums = [sum; TAPS];
             let (mut squares, mut products) = ([s0; TAPS], [s1; TAPS]);

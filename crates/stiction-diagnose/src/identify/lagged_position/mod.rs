@@ -1,13 +1,13 @@
-//! Whether a valve sticks, by OP and a recorded position that lags.
+//! Whether a valve sticks, from OP and a recorded position that lags.
 //!
 //! # What it measures
 //! Which of three valves leads from OP to the recorded position VP: one that follows, one with a dead band, or one
-//! that sticks; each behind or before a lag of the stem. With S and J, their intervals, and the largest S that
-//! the recording leaves possible.
+//! that sticks, each behind or before a lag of the stem. The result includes S and J with their intervals, and the
+//! largest S that the recording allows.
 //!
 //! # Assumptions
-//! OP and VP are percent of the same span but for an offset and a gain of 0.85 to 1.18. The valve does not change
-//! within the recording.
+//! OP and VP are percent of the same span, except for an offset and a gain of 0.85 to 1.18. The valve does not
+//! change within the recording.
 //!
 //! # Equations
 //! ```text
@@ -16,7 +16,7 @@
 //! VP(k) = o + g0 y(k-d) + g1 y(k-d-1) + e(k),    d = 0, 1, 2;  g0, g1 >= 0: dead time and sampling instant
 //! loss  = sum Huber(e(k) - rho e(k-1))
 //! ```
-//! Both fits are of the output: an error of the simulated position is not mended by the recorded one. Losses are
+//! Both fits are of the output: the recorded position does not correct an error of the simulated one. Losses are
 //! summed over 40 blocks; a candidate is worse than the best by
 //!
 //! ```text
@@ -27,32 +27,32 @@
 //! ```text
 //! 90 % interval of S: every S with t <= 2, wider by 3 % and 0.02 %;  of J: t <= 5
 //! sticks            t above the threshold for every candidate with S <= max(0.3, quantum of VP), and S >= 0.4
-//! follows           not so, t <= 2.5, and the upper end for S is below 1 %
-//! open              none of them
+//! follows           else, t <= 2.5, and the upper end for S is below 1 %
+//! open              otherwise
 //!
-//! threshold = 5     if S < 1.5 w: moves that no one sees, or the noise of the OP, may imitate it
+//! threshold = 5     if S < 1.5 w: unrecorded moves, or the noise of the OP, may look alike
 //!             2     if S >= 3 w, and of n samples n ln(loss of the best healthy / least loss) > 3 ln n
 //!             2.5   else
 //! ```
 //! with w the root of a third of the mean square of the OP's second differences, which for white noise is the
-//! standard deviation of its changes. The second line is for few slips: blocks without one count against t, and
-//! not against the likelihood.
+//! standard deviation of its changes. The second line is for few slips: blocks without a slip lower t, but not the
+//! likelihood.
 //!
-//! Where the controller may have acted between two samples ([`Moves::MayBeMissed`]) the stem has followed moves
-//! that no one sees: the upper end for S is then w higher.
+//! If the controller may have acted between two samples ([`Moves::MayBeMissed`]), the stem has followed unrecorded
+//! moves: the upper end for S is then w higher.
 //!
 //! # Parameters
-//! None. The widths of the intervals are quantiles over simulated recordings (conformal: the smallest t at which
-//! an interval holds the truth); the thresholds are those at which none of 434 simulated healthy valves is
-//! accused. Both are ours.
+//! None. The widths of the intervals are quantiles over simulated recordings (conformal: the smallest t at which an
+//! interval contains the truth). With these thresholds, none of 434 simulated healthy valves is accused. Both are
+//! ours.
 //!
 //! # Limits
-//! If a band shows in m of the 40 blocks alike, t is at most sqrt(0.975 m / (1 - m/40)): t > 2.5 needs six of
-//! them. J is at most S: a slip that overshoots the input is not among the candidates. Of a recording longer than
-//! 16,000 samples eight pieces are looked at, evenly spread.
+//! If a band shows in m of the 40 blocks alike, t is at most sqrt(0.975 m / (1 - m/40)): t > 2.5 needs six of them.
+//! J is at most S: a slip that overshoots the input is not among the candidates. A recording longer than 16,000
+//! samples is reduced to eight evenly spread pieces.
 //!
 //! # References
-//! The models: see [`crate::valve`]. All else is ours.
+//! The models: see [`crate::valve`]. Everything else is ours.
 
 mod between;
 mod candidate;
@@ -68,19 +68,19 @@ use crate::series::{quantile, span};
 use crate::spoken::{rough, time};
 use candidate::worse_by;
 
-/// Samples below which nothing is judged: forty blocks of five.
+/// Fewest samples for a judgement: forty blocks of five.
 pub const FEWEST_SAMPLES: usize = 200;
 /// Largest S of a healthy valve, percent.
 pub const HEALTHY_UP_TO: f64 = 0.3;
-/// Least S of a valve that is accused, percent: what lies between is left open.
+/// Smallest S of an accused valve, percent; between this and a healthy S nothing is decided.
 pub const ACCUSED_FROM: f64 = 0.4;
 /// A valve is cleared if S is below this, percent.
 pub const CLEARED_BELOW: f64 = 1.0;
 
-/// A number and where it lies with 90 % confidence.
+/// A number with its 90 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
-    /// That of the best fit.
+    /// The value of the best fit.
     pub value: f64,
     /// Lower end; never negative.
     pub low: f64,
@@ -88,41 +88,41 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// What a valve does by its position.
+/// Behaviour of a valve by its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Behaviour {
     /// It sticks, or has a dead band, by at least [`ACCUSED_FROM`].
     Sticks,
-    /// It follows, but for a band below [`CLEARED_BELOW`].
+    /// It follows, except for a band below [`CLEARED_BELOW`].
     Follows,
-    /// It does not move though it is told to.
+    /// It does not move although the OP does.
     DoesNotMove,
     /// None of them is certain.
     Open,
 }
 
-/// What OP and position say of a valve. S, J, and VP in percent of span of the OP; lags in samples.
+/// The judgement of a valve from OP and position. S, J, and VP in percent of span of the OP; lags in samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
-    /// What it does.
+    /// Its behaviour.
     pub behaviour: Behaviour,
-    /// Stick band plus dead band, with the interval; of a valve that does not move, 0 to infinity.
+    /// Stick band plus dead band, with the interval; 0 to infinity for a valve that does not move.
     pub s: Interval,
     /// Slip jump, at most S.
     pub j: Interval,
     /// S is below this with 95 % confidence; infinite for a valve that does not move.
     pub s_limit: f64,
-    /// By how many standard deviations every healthy valve is worse than the best.
+    /// Standard deviations by which every healthy valve is worse than the best.
     pub t: f64,
-    /// From which t on it sticks.
+    /// The t from which it sticks.
     pub threshold: f64,
-    /// Whether the record holds every move of the controller, as it was told.
+    /// Whether the record contains every move of the controller.
     pub moves: Moves,
-    /// Standard deviation of the OP's change from sample to sample but for straight lines, percent.
+    /// Standard deviation of the OP's changes from sample to sample, except for straight lines, percent.
     pub op_change: f64,
-    /// How the best valve moves.
+    /// Movement of the best valve.
     pub friction: Friction,
-    /// Where its lag lies.
+    /// Position of its lag.
     pub place: Place,
     /// Its lag, samples.
     pub lag: f64,
@@ -134,20 +134,20 @@ pub struct Judgement {
     pub gain: f64,
     /// Share of the variance of VP that it explains.
     pub explained: f64,
-    /// Standard deviation of what is left of VP, robust, percent.
+    /// Standard deviation of the residual of VP, robust, percent.
     pub left: f64,
     /// Standard deviation of the noise of VP, percent.
     pub noise: f64,
     /// Step in which VP is recorded, percent; 0 for none.
     pub quantum: f64,
-    /// How far the OP travels, percent.
+    /// OP travel, percent.
     pub op_travel: f64,
-    /// How far VP travels, but for a hundredth at either end, percent.
+    /// VP travel, except for a hundredth at either end, percent.
     pub vp_travel: f64,
 }
 
 impl Judgement {
-    /// What it says, in a sentence without its end.
+    /// The result in a sentence without a full stop.
     pub fn sentence(&self, sample_time: f64) -> String {
         let lag = match (self.lag + self.second_lag) * sample_time {
             lag if lag > 0.0 => format!(" behind a lag of {}", time(lag)),
@@ -155,8 +155,8 @@ impl Judgement {
         };
         match self.behaviour {
             Behaviour::Sticks => format!(
-                "fitted to the measured position, S is {} % ({} to {}) and J {} % ({} to {}){lag}; every valve \
-                 that follows is worse by at least {:.1} standard deviations (from {} on it sticks)",
+                "fitted to the measured position, S = {} % ({} to {}) and J = {} % ({} to {}){lag}; every valve \
+                 that follows is worse by at least {:.1} standard deviations (limit {})",
                 rough(self.s.value),
                 rough(self.s.low),
                 rough(self.s.high),
@@ -171,28 +171,28 @@ impl Judgement {
                 rough(self.s_limit)
             ),
             Behaviour::DoesNotMove => format!(
-                "the OP travels {} % and the measured position stays within {} %",
+                "the OP travels {} %, but the measured position only {} %",
                 rough(self.op_travel),
                 rough(self.vp_travel)
             ),
             Behaviour::Open => format!(
-                "by the measured position S may be anything up to {} %{}",
+                "by the measured position, S may be up to {} %{}",
                 rough(self.s_limit),
                 match self.moves {
                     Moves::Recorded => "",
                     Moves::MayBeMissed =>
-                        ", as the controller may have acted between two samples of the record",
+                        ", because the controller may have acted between two samples of the record",
                 }
             ),
         }
     }
 }
 
-/// Largest t at which an S, and a J, is possible.
+/// Largest t of a possible S, and of a possible J.
 const POSSIBLE_S: f64 = 2.0;
 const POSSIBLE_J: f64 = 5.0;
 
-/// What is added to the upper end of S where moves may be missed, in standard deviations of the OP's changes.
+/// Addition to the upper end of S if moves may be missed, in standard deviations of the OP's changes.
 fn unseen(moves: Moves) -> f64 {
     match moves {
         Moves::Recorded => 0.0,
@@ -200,10 +200,10 @@ fn unseen(moves: Moves) -> f64 {
     }
 }
 
-/// t from which on a valve sticks.
+/// The t from which a valve sticks.
 const STICKS: f64 = 2.5;
 
-/// The same, by how far an S stands out from the OP's changes and by what its likelihood gains over `n` samples.
+/// The same, by the ratio of S to the OP's changes and the gain of its likelihood over `n` samples.
 fn threshold(s: f64, op_change: f64, gained: f64, n: usize) -> f64 {
     let clear = s >= 3.0 * op_change && gained > 3.0 * (n as f64).ln();
     match (s < 1.5 * op_change, clear) {
@@ -239,8 +239,8 @@ pub fn judge(op: &[f64], vp: &[f64], moves: Moves) -> Result<Judgement, Abstenti
     let refuse = |why: String| Err(Abstention(why));
     if op.len() != vp.len() || op.len() < FEWEST_SAMPLES {
         return refuse(format!(
-            "a valve is judged by its position on at least {FEWEST_SAMPLES} samples of both; there are {} \
-             of OP and {} of the position",
+            "a judgement by position needs at least {FEWEST_SAMPLES} samples of both signals; there are {} of OP \
+             and {} of the position",
             op.len(),
             vp.len()
         ));
@@ -305,28 +305,28 @@ pub fn judge(op: &[f64], vp: &[f64], moves: Moves) -> Result<Judgement, Abstenti
         judged.j = Interval { value: 0.0, low: 0.0, high: f64::INFINITY };
     } else if judged.explained < LEAST_EXPLAINED && judged.left > FAR * noise {
         return refuse(format!(
-            "no valve leads from the OP to the recorded position, of which the best explains {:.0} %: it may be \
-             that of another valve, or of another time",
+            "no valve leads from the OP to the recorded position (the best explains {:.0} %): it may belong to \
+             another valve or time",
             100.0 * judged.explained.max(0.0)
         ));
     }
     Ok(judged)
 }
 
-/// Shares of the variance that a valve must explain where more is left than noise: to be judged, to be accused.
+/// Shares of the variance that a valve must explain if more than noise remains: to be judged, to be accused.
 const LEAST_EXPLAINED: f64 = 0.5;
 const WELL_EXPLAINED: f64 = 0.7;
-/// What is more than noise, in its standard deviations.
+/// Limit of noise, in its standard deviations.
 const FAR: f64 = 4.0;
-/// A position that travels less than so many standard deviations of its noise does not move.
+/// A position that travels less than this many standard deviations of its noise does not move.
 const STILL: f64 = 6.0;
-/// OP travel from which a stem that does not move does not respond, percent.
+/// OP travel from which a stem without movement does not respond, percent.
 const TOLD: f64 = 2.0;
 /// Gain below which a position does not follow.
 const NO_GAIN: f64 = 0.05;
 
-/// Standard deviation of the OP's change from sample to sample, less what is a straight line: root of a third of
-/// the mean square of its second differences, by which white noise gives its own change.
+/// Standard deviation of the OP's changes from sample to sample, without straight lines: root of a third of the
+/// mean square of its second differences, which for white noise gives its own change.
 fn restlessness(op: &[f64]) -> f64 {
     let seconds = op.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]);
     (seconds.map(|d| d * d).sum::<f64>() / (3.0 * op.len() as f64)).sqrt()
@@ -339,7 +339,7 @@ fn behaviour(judged: &Judgement, free_gain: f64) -> Behaviour {
         return if told { Behaviour::DoesNotMove } else { Behaviour::Open };
     }
     let explained = judged.explained >= WELL_EXPLAINED || judged.left <= FAR * judged.noise;
-    // A valve with an S beyond all that the OP travels would not have moved.
+    // A valve with an S beyond the whole OP travel would not have moved.
     let possible = (ACCUSED_FROM..=judged.op_travel).contains(&judged.s.value);
     if judged.t > judged.threshold && explained && possible {
         Behaviour::Sticks

@@ -1,23 +1,23 @@
-//! Whether a record holds every move of the controller.
+//! Whether a record contains every move of the controller.
 
 use crate::numeric::least_squares::least_squares;
 use crate::series::{max, mean, min, std};
 
-/// Whether the controller may have acted between two samples of the record. If it may, the stem has followed
-/// moves of the OP that no one sees.
+/// Whether the controller may have acted between two samples of the record. If so, the stem has followed unrecorded
+/// moves of the OP.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Moves {
-    /// The record holds every move.
+    /// The record contains every move.
     Recorded,
     /// The controller may have acted between two samples.
     MayBeMissed,
 }
 
-/// A share of what missed moves would leave of the law, up to which none is missed.
+/// Share of the effect of missed moves on the law up to which none is missed.
 const LEAST: f64 = 0.3;
 /// Share of the variance of the OP's changes that is rounding in any case.
 const ROUNDING: f64 = 1e-9;
-/// Samples, not at a limit of the OP, from which the law is looked for, and how many are looked at.
+/// Fewest samples off the limits of the OP for the law, and the number in use.
 const FEWEST: usize = 100;
 const ENOUGH: usize = 4_000;
 
@@ -29,10 +29,10 @@ const ENOUGH: usize = 4_000;
 /// missed   = 1/4 (i sigma)^2,   i = (b0 + b1 + b2) / (1 - a1 - a2)
 /// recorded:  var r - rounding <= 0.3 missed,  rounding <= 3 missed
 /// ```
-/// with q the steps in which the signals are recorded, i the gain of the integral and sigma the standard
-/// deviation of the noise of e. A controller that acts twice a sample integrates an error that is not recorded:
-/// that alone leaves `missed`, at least. So does one whose record was averaged or compressed, or that has another
-/// law: then moves count as missed.
+/// with q the resolutions of the recorded signals, i the gain of the integral and sigma the standard deviation of
+/// the noise of e. A controller that acts twice a sample integrates an unrecorded error: that alone leaves at least
+/// `missed`. So does one whose record was averaged or compressed, or that has another law: then moves count as
+/// missed.
 pub fn moves(op: &[f64], pv: Option<&[f64]>, sp: Option<&[f64]>) -> Moves {
     match pv {
         Some(pv) if keeps_law(op, pv, sp) => Moves::Recorded,
@@ -49,7 +49,7 @@ fn keeps_law(op: &[f64], pv: &[f64], sp: Option<&[f64]>) -> bool {
     };
     let (low, high) = (min(op), max(op));
     let inside = |k: usize| op[k] > low && op[k] < high;
-    // At a limit the law does not hold.
+    // The law does not hold at a limit.
     let at: Vec<usize> = (3..n.min(error.len())).filter(|&k| (k - 3..=k).all(inside)).collect();
     if at.len() < FEWEST {
         return false;
@@ -98,11 +98,11 @@ pub(super) fn quantum(x: &[f64]) -> f64 {
 }
 
 /// Standard deviation of the noise of a position, %: that of its second differences in the quietest tenth of
-/// windows, and at least what its steps make.
+/// windows, and at least that of its resolution.
 pub(super) fn noise(vp: &[f64]) -> f64 {
     /// Second differences in a window.
     const WINDOW: usize = 8;
-    /// The quietest tenth of windows of eight has so much less than all.
+    /// Ratio of the quietest tenth of windows of eight to all.
     const QUIET: f64 = 0.6;
     let seconds: Vec<f64> = vp.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
     let windows = seconds.chunks_exact(WINDOW);

@@ -4,42 +4,43 @@ use super::candidate::{Candidate, Fitted, Friction, Place};
 use super::evaluate::{Piece, Target};
 use crate::series::{median, median_absolute_deviation, span, std};
 
-/// Lags tried at first, samples.
+/// First lags to try, samples.
 const LAGS: [f64; 11] = [0.0, 0.25, 0.5, 0.9, 1.5, 2.3, 3.5, 5.2, 8.0, 12.0, 18.0];
-/// fd over fs tried at first.
+/// First fd over fs to try.
 const RATIOS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 0.9, 1.0];
 /// Second lags over first ones.
 const SECOND: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
-/// fs tried at first: from, up to, %, and the step in its logarithm.
+/// First fs to try: from, up to, %, and the step in its logarithm.
 const FS: (f64, f64, f64) = (0.03, 20.0, 0.25);
-/// Small bands that count as healthy, tried at the lags that were found, %.
+/// Small bands that count as healthy, tried at the best lags, %.
 const SMALL: [f64; 4] = [0.03, 0.06, 0.1, 0.14];
-/// Limits of the gain: a smaller one would let a valve that follows pass for a play.
+/// Limits of the gain: with a smaller one, a valve that follows would look like a play.
 const GAIN: (f64, f64) = (0.85, 1.18);
 /// Standard deviations of the residual up to which a loss is quadratic.
 const HUBER: f64 = 2.5;
-/// Most basins that are refined in each round, with the half widths of the search in ln fs, fd over fs and ln
-/// T, and how many fs are tried in it.
+/// Most basins to refine in each round, with the half widths of the search in ln fs, fd over fs and ln T, and the
+/// number of fs in it.
 const ROUNDS: [(usize, f64, f64, f64, usize); 3] =
     [(12, 0.2, 0.15, 0.3, 7), (4, 0.07, 0.07, 0.12, 7), (2, 0.025, 0.03, 0.05, 5)];
-/// How far bands of a family lie apart that count as two basins, in ln fs: the grid is too coarse to rank them.
+/// Distance of the bands of two basins in a family, in ln fs: the grid is too coarse to rank them.
 const APART: f64 = 0.2;
-/// Samples that are simulated and not scored, and at most which share of a piece.
+/// Samples that are simulated and not scored, and their largest share of a piece.
 const BURN: (usize, usize) = (60, 8);
-/// A longer recording is cut into [`PIECES`] pieces, evenly spread, of so many samples together.
+/// Number of samples above which a recording is cut into [`PIECES`] pieces, evenly spread, of this many samples
+/// together.
 pub(super) const MOST_SAMPLES: usize = 16_000;
-/// How many pieces.
+/// Number of pieces.
 const PIECES: usize = 8;
 
-/// Everything that was tried on equal terms.
+/// All candidates tried on equal terms.
 pub(super) struct Search {
     pub all: Vec<Fitted>,
     pub best: usize,
     /// Standard deviation of VP less the best fit, robust, %.
     pub left: f64,
-    /// Share of the variance of VP that the best explains.
+    /// Share of the variance of VP that the best candidate explains.
     pub explained: f64,
-    /// Gain of the best linear fit if the gain may be anything from 0.
+    /// Gain of the best linear fit with any gain from 0.
     pub free_gain: f64,
 }
 
@@ -63,7 +64,7 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
         };
         parts.iter().map(piece).collect()
     };
-    // Where the stem begins, from the valve that follows.
+    // Initial position of the stem, from the valve that follows.
     let follows = [Candidate::ideal(Place::After, 0.0)];
     let unscaled = pieces(1.0);
     let free =
@@ -71,7 +72,7 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
     let gain = Target::new(&unscaled, 0.0, f64::INFINITY, GAIN).fit(&follows, &LAGS)[0].gain();
     let pieces = pieces(gain);
 
-    // The bands that are tried.
+    // The bands to try.
     let most = span(op).min(FS.1).max(1.0);
     let steps = ((most / FS.0).ln() / FS.2).ceil() as usize;
     let fs: Vec<f64> = (0..steps).map(|i| FS.0 * (FS.2 * i as f64).exp()).collect();
@@ -95,7 +96,7 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
     }
 }
 
-/// A first look, for what is left: how it hangs together, and the size from which on it counts less.
+/// A first look at the residual: its correlation, and the size from which its weight decreases.
 fn first_look(pieces: &[Piece<'_>], fs: &[f64]) -> (f64, f64) {
     let every_second = |x: &[f64]| -> Vec<f64> { x.iter().copied().step_by(2).collect() };
     let mut few = healthy(&SECOND);
@@ -116,11 +117,11 @@ fn first_look(pieces: &[Piece<'_>], fs: &[f64]) -> (f64, f64) {
     (rho, huber)
 }
 
-/// Looks again, and finer, about the best that were found.
+/// A second, finer look around the best candidates.
 fn refine(target: &Target<'_>, all: &mut Vec<Fitted>) {
     for (round, (basins, width_fs, width_ratio, width_lag, count)) in ROUNDS.into_iter().enumerate()
     {
-        // Each basin about its own lag: at a wrong one the right band is no better than a wrong band.
+        // Each basin around its own lag: at a wrong lag the right band is no better than a wrong one.
         for leader in leading(all, basins) {
             let (mut of, mut lag) = (all[leader].candidate, all[leader].lag);
             if round == 1 {
@@ -168,7 +169,7 @@ fn healthy_beside(target: &Target<'_>, all: &mut Vec<Fitted>) {
     }
 }
 
-/// Every place of the lag with every friction that is its own there.
+/// Every position of the lag with every friction.
 const FAMILIES: [(Place, Friction); 4] = [
     (Place::After, Friction::TwoPhase),
     (Place::After, Friction::He),
@@ -185,7 +186,7 @@ fn grid(fs: &[f64], ratios: &[f64], families: &[(Place, Friction)]) -> Vec<Candi
     let mut all = vec![];
     for &(place, friction) in families {
         for &fs in fs {
-            // A play is the same whichever way the valve slips.
+            // A play is the same for both kinds of slip.
             let plays = |ratio: &&f64| friction == Friction::TwoPhase || **ratio < 1.0;
             let of = |ratio: &f64| Candidate { place, friction, fs, fd: fs * ratio, second: 0.0 };
             all.extend(ratios.iter().filter(plays).map(of));
@@ -194,7 +195,7 @@ fn grid(fs: &[f64], ratios: &[f64], families: &[(Place, Friction)]) -> Vec<Candi
     all
 }
 
-/// Which leaves least; the first of equals.
+/// The candidate with the smallest loss; the first of equals.
 fn best(all: &[Fitted]) -> usize {
     let losses = all.iter().enumerate().map(|(i, fitted)| (i, fitted.loss));
     losses.reduce(|a, b| if b.1 < a.1 { b } else { a }).map_or(0, |(i, _)| i)
@@ -221,7 +222,7 @@ fn leading(all: &[Fitted], most: usize) -> Vec<usize> {
     leading
 }
 
-/// What is left of VP in each piece, less its median.
+/// The residual of VP in each piece, less its median.
 fn residual(target: &Target<'_>, fitted: &Fitted) -> Vec<Vec<f64>> {
     let less_median = |left: Vec<f64>| {
         let middle = median(&left);

@@ -7,7 +7,7 @@ use crate::series::{max, span};
 use crate::spoken::number;
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
-/// Bars that fill a half wave at most.
+/// Most bars in a half wave.
 const BARS: usize = 48;
 
 pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &AreaRatioResult) -> Option<Figure> {
@@ -24,7 +24,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &AreaRatioResult) -> Op
         ("area before the peak", colour::VERMILION, true),
         ("area after the peak", colour::SKY, false),
     ] {
-        // Bars a half wave, since bars reach half-way to their neighbours.
+        // Bars reach half-way to their neighbours, so they fill a half wave.
         let mut label = name;
         for each in shown {
             let wave = &each.wave;
@@ -45,7 +45,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &AreaRatioResult) -> Op
             .colour(colour::BLACK),
     );
 
-    // Ratios of tiny areas know no bounds.
+    // Ratios of tiny areas have no bounds.
     let most = (2.0 * found.statistic).clamp(4.0, 40.0).ceil();
     let ratios: Vec<f64> = found
         .areas
@@ -61,7 +61,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &AreaRatioResult) -> Op
             Panel::new("area before the peak over area after it", "share of the half waves (%)")
                 .height(120.0)
                 .with(Series::bars("half waves", x, shares).colour(colour::BLUE))
-                .with(line_at(dotted, "1, as of a sine", 1.0, top).colour(colour::BLACK))
+                .with(line_at(dotted, "1 (a sine)", 1.0, top).colour(colour::BLACK))
                 .with(line_at(dashed, "threshold", found.threshold, top).colour(colour::BLACK))
                 .with(
                     line_at(solid, "mean", found.statistic.min(most), top)
@@ -71,8 +71,8 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &AreaRatioResult) -> Op
         );
     }
     let caption = format!(
-        "Areas of the control error before and after its peaks, in the middle {} of {} half waves; their \
-         ratios in all of them, those above {most} counted there. The mean is {}.",
+        "Areas of the control error before and after its peaks, in the middle {} of {} half waves, and the ratios \
+         of all half waves (those above {most} count there). The mean is {}.",
         shown.len(),
         found.areas.len(),
         number(found.statistic)

@@ -1,13 +1,12 @@
 //! Singhal and Salsbury's ratio of areas.
 //!
 //! # What it measures
-//! The area of each half wave of the control error before its peak over that after it. Behind a lag, a
-//! jump of the valve makes the error rise slowly bending and fall at once: the peak comes late. The
-//! sinusoid of a tightly tuned loop has its peak in the middle.
+//! The area of each half wave of the control error before its peak over that after it. Behind a lag, a jump of the
+//! valve makes the error rise in a curve and fall at once, so the peak comes late. The sinusoid of a tightly tuned
+//! loop has its peak in the middle.
 //!
 //! # Assumptions
-//! An oscillating loop with a self-regulating process, whose time constant is not large against the
-//! period.
+//! An oscillating loop with a self-regulating process, whose time constant is not large against the period.
 //!
 //! # Equations
 //! ```text
@@ -15,22 +14,21 @@
 //! A1, A2 = areas by trapezia from the crossing of zero to the first largest sample, and from there
 //!          to the next crossing; crossings are interpolated and are corners of the trapezia
 //! ```
-//! Of a square wave of half period `h` behind a lag `tau`, with `c = 2 / (1 + exp(-h/tau))`:
-//! `R = (h/tau - ln c - (c - 1)) / ((c - 1) - ln c)`, which is 1.18 at `h = tau/4`, 1.92 at `h = tau`
-//! and 3.44 at `h = 2 tau` (derived here); of sine and triangle it is 1.
+//! For a square wave of half period `h` behind a lag `tau`, with `c = 2 / (1 + exp(-h/tau))`: `R = (h/tau - ln c -
+//! (c - 1)) / ((c - 1) - ln c)`, which is 1.18 at `h = tau/4`, 1.92 at `h = tau` and 3.44 at `h = 2 tau` (derived
+//! here). For sine and triangle it is 1.
 //!
-//! `R > 1 + margin`: sticks. Within the margin about 1: does not stick. Below: undecided, for neither
-//! cause is known to make a peak come early.
+//! `R > 1 + margin`: sticks. Within the margin around 1: does not stick. Below: undecided, because no cause of an
+//! early peak is known.
 //!
 //! # Parameters
 //! | name | unit | default | source |
 //! |---|---|---|---|
-//! | `margin` | none | 0.18 | ours: what a lag of four half periods leaves of a square wave |
+//! | `margin` | none | 0.18 | ours: a square wave behind a lag of four half periods |
 //!
 //! # Limits
-//! Noise moves peaks and splits half waves: filter first. A quantised PV has peaks of several equal
-//! samples, of which the first counts. Half waves of fewer than five samples are left out, and fewer
-//! than four half waves are not judged.
+//! Noise moves peaks and splits half waves: filter first. A quantised PV has peaks of several equal samples, of
+//! which the first counts. Half waves of fewer than five samples are left out. Four half waves are needed.
 //!
 //! # Deviations from the paper
 //! Formula recalled, not read. The paper's margin was not found. Set point changes are not cut out.
@@ -53,7 +51,7 @@ use crate::series::{HalfWave, half_waves, mean, median};
 /// The ratio of areas with its margin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AreaRatio {
-    /// How far the ratio may be from 1 in a loop that does not stick.
+    /// Largest distance of the ratio from 1 in a loop that does not stick.
     pub margin: f64,
 }
 
@@ -66,7 +64,7 @@ impl Default for AreaRatio {
 /// The areas of one half wave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Areas {
-    /// Where it lies.
+    /// Its range.
     pub wave: HalfWave,
     /// Its first largest sample.
     pub peak: usize,
@@ -76,7 +74,7 @@ pub struct Areas {
     pub after: f64,
 }
 
-/// What the ratio of areas found.
+/// The result of the ratio of areas.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AreaRatioResult {
     /// Mean ratio.
@@ -85,13 +83,13 @@ pub struct AreaRatioResult {
     pub threshold: f64,
     /// The verdict.
     pub decision: Decision,
-    /// Median ratio, which few odd half waves do not move.
+    /// Median ratio, which a few odd half waves do not change.
     pub median: f64,
-    /// The control error that was looked at.
+    /// The control error.
     pub error: Vec<f64>,
     /// Its half waves.
     pub areas: Vec<Areas>,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
@@ -115,7 +113,7 @@ fn areas(piece: &Piece<'_>) -> Areas {
 }
 
 impl AreaRatio {
-    /// What this method is.
+    /// The description of this method.
     pub const METHOD: Method = Method {
         name: "area-ratio",
         title: "Singhal and Salsbury's ratio of areas",
@@ -130,7 +128,7 @@ impl AreaRatio {
         explains_oscillation: true,
     };
 
-    /// Measures the half waves of the control error about zero.
+    /// Measures the half waves of the control error around zero.
     ///
     /// # Errors
     /// If the method does not apply, or there are too few half waves.
@@ -170,11 +168,11 @@ impl Detector for AreaRatio {
         let what = match r.decision {
             Decision::Sticks => "the control error peaks late, as with a sticking valve",
             Decision::DoesNotStick => "the control error peaks in the middle, as a sinusoid does",
-            _ => "the control error peaks early, for which the method knows no cause",
+            _ => "the control error peaks early, for which the method has no cause",
         };
         let reason = format!(
-            "{what}: the areas before and after the peak are as {:.3} to 1 (above {:.3} sticks) over \
-             {} half waves",
+            "{what}: the ratio of the areas before and after the peak is {:.3} (sticks above {:.3}) over {} half \
+             waves",
             r.statistic,
             r.threshold,
             r.areas.len()

@@ -5,7 +5,7 @@ use crate::drawing::{Scene, WIDTH, sheet, thinned};
 use crate::spoken::number;
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
-/// Points of the phase plot at most.
+/// Most points of the phase plot.
 const MOST: usize = 800;
 
 pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &BicoherenceResult) -> Option<Figure> {
@@ -19,7 +19,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &BicoherenceResult) -> 
         )
         .legend(Legend::Above)
         .with(Series::points("samples", op, pv).colour(colour::BLUE));
-        caption.push_str(" Right: OP and PV about the oscillation's frequency.");
+        caption.push_str(" Right: OP and PV, filtered around the oscillation's frequency.");
         if stride > 1 {
             caption.push_str(&format!(" One sample in {stride} is drawn."));
         }
@@ -36,8 +36,8 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &BicoherenceResult) -> 
                         0.0,
                     ));
                 caption.push_str(
-                    " The width of the ellipse along the OP is the apparent stiction: what the loop \
-                     shows, not the valve's S.",
+                    " The width of the ellipse along the OP is the apparent stiction of the loop, not the valve's \
+                     S.",
                 );
             }
             None => caption.push_str(" They do not move along an ellipse."),
@@ -47,7 +47,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &BicoherenceResult) -> 
     Some(figure.caption(caption))
 }
 
-/// The bins of a bicoherence by their frequencies, and what to say of them.
+/// The bins of a bicoherence by their frequencies, and their caption.
 pub(in crate::methods) fn plane(
     scene: &Scene<'_>,
     plane: &BicoherencePlane,
@@ -87,14 +87,14 @@ pub(in crate::methods) fn plane(
         return None;
     }
     let mut caption = format!(
-        "Bicoherence of the {signal}: pairs of frequencies whose sum has a phase that is bound to theirs. \
-         Of {} pairs with power {significant} are significant, from a squared bicoherence of {}",
+        "Bicoherence of the {signal}: pairs of frequencies with a phase bound to that of their sum. Of {} pairs \
+         with power {significant} are significant, from a squared bicoherence of {}",
         plane.bins.len(),
         number(plane.critical)
     );
     if let Some(peak) = plane.peak {
         if peak.value > plane.critical {
-            // From the corner where there are no pairs.
+            // From the corner without pairs.
             let most = |frequency: fn(&Bin) -> usize| {
                 at(plane.bins.iter().map(frequency).max().unwrap_or(0))
             };
@@ -107,7 +107,7 @@ pub(in crate::methods) fn plane(
     caption.push('.');
     if let Some(cubic) = plane.cubic {
         caption.push_str(&format!(
-            " The strongest binding of a frequency to its threefold is {}, significant from {}.",
+            " The strongest coupling of a frequency with its third harmonic is {}, significant from {}.",
             number(cubic.value),
             number(plane.cubic_critical)
         ));

@@ -1,21 +1,20 @@
 //! Bicoherence, and the ellipse of PV and OP (Choudhury, Shah & Thornhill 2004, 2006).
 //!
 //! # What it measures
-//! Components of a linear system's signals have no fixed phases among each other. A sticking valve
-//! binds the harmonics it makes to the oscillation that makes them; bicoherence measures that. If the
-//! loop is found nonlinear and PV and OP, filtered about the oscillation, move along an ellipse, the
-//! width of the ellipse along the OP is the apparent stiction.
+//! Components of a linear system's signals have no fixed phases among each other. A sticking valve binds the phases
+//! of its harmonics to the fundamental; bicoherence measures that. If the loop is nonlinear and PV and OP, filtered
+//! around the oscillation, move along an ellipse, the width of the ellipse along the OP is the apparent stiction.
 //!
 //! # Assumptions
-//! A stationary record; the valve is the only nonlinearity of the loop, and disturbances are linear
-//! (the method does not know where a nonlinearity sits). Some ten segments.
+//! A stationary record of some ten segments. The valve is the only nonlinearity of the loop, and disturbances are
+//! linear (the method cannot locate a nonlinearity).
 //!
 //! # Equations
 //! The control error is decimated to 12 to 24 samples per period and cut into `K` segments of `L`
 //! samples, half overlapping, each less its mean and under a Hann window; `X` are their transforms:
 //! * `bic²(i, j) = |sum X_i X_j X*_{i+j}|² / (sum |X_i X_j|² sum |X_{i+j}|²)`, `j <= i`, `i + j <= L/2`;
 //! * `NGI = mean of the significant bic² - crit`, 0 if there is none; `NLI = |max bic² - (mean + 2 sd)|`;
-//! * linear and Gaussian if `NGI <= 0.001`; linear if `NLI < 0.01`; else nonlinear;
+//! * linear and Gaussian if `NGI <= 0.001`, linear if `NLI < 0.01`, else nonlinear;
 //! * cubic coupling `|sum X_i³ X*_{3i}|² / (sum |X_i³|² sum |X_{3i}|²)`, nonlinear where
 //!   significant, `i >= 2`;
 //! * the ellipse: see [`Ellipse`]; apparent stiction is
@@ -34,24 +33,24 @@
 //! | most residual | 0.3 | | ours |
 //!
 //! # Limits
-//! Bicoherence is blind to cycles whose half waves mirror each other: they have no even harmonics, and
-//! the limit cycle of a loop with a symmetric sticky valve is of this kind. The cubic coupling, an
-//! addition of ours, sees odd harmonics. Noise that buries the harmonics hides both. Any nonlinearity
-//! is taken for the valve's. Apparent stiction is what the loop shows, not S: a controller that
-//! swings the OP further than S has a wider ellipse.
+//! Bicoherence is blind to cycles whose half waves mirror each other, because they have no even harmonics. The
+//! limit cycle of a loop with a symmetric sticky valve is of this kind. The cubic coupling, an addition of ours,
+//! detects odd harmonics. Noise above the harmonics masks both. Any nonlinearity is attributed to the valve.
+//! Apparent stiction is a quantity of the loop, not S: a controller that swings the OP further than S has a wider
+//! ellipse.
 //!
 //! # Deviations from the paper
 //! Formulas and limits were recalled, not read.
 //! * Significance: the recalled limit `chi²/(2K)` at 5 % for each bin lets one in twenty bins of
 //!   Gaussian noise pass, so that NGI is then always above 0.001. Here `crit = 1 - (alpha/bins)^(1/(K-1))`,
 //!   exact for independent Gaussian segments, and alpha is shared among all bins.
-//! * Bins with less than `power floor` of the strongest bin's power are left out: there the window's
-//!   leakage, not the signal, has fixed phases.
+//! * Bins with less than `power floor` of the strongest bin's power are left out: there the window's leakage, not
+//!   the signal, has fixed phases.
 //! * The cubic coupling, see Limits.
-//! * The original filters by Wiener's method about the bicoherence peak, and may fit the ellipse to
-//!   clustered points.
-//! * An ellipse counts if its residual is at most `most residual` and its width exceeds twice the
-//!   standard deviation of what the filter took from the OP.
+//! * The original filters by Wiener's method around the bicoherence peak, and may fit the ellipse to clustered
+//!   points.
+//! * An ellipse counts if its residual is at most `most residual` and its width exceeds twice the standard
+//!   deviation of the part that the filter removed from the OP.
 //!
 //! # References
 //! Choudhury, Shah, Thornhill, Automatica 40 (2004) 1719-1728; Choudhury, Shah, Thornhill, Shook,
@@ -76,21 +75,21 @@ pub const SEGMENT: usize = 64;
 pub const NGI_LIMIT: f64 = 0.001;
 /// Nonlinearity index from which a loop is nonlinear; recalled.
 pub const NLI_LIMIT: f64 = 0.01;
-/// Probability with which Gaussian noise has any significant bin; ours.
+/// Probability that Gaussian noise has any significant bin; ours.
 pub const ALPHA: f64 = 0.01;
 /// Share of the strongest bin's power below which a bin is left out; ours.
 pub const POWER_FLOOR: f64 = 1e-4;
-/// Segments that are averaged at most, evenly spaced; ours.
+/// Most averaged segments, evenly spaced; ours.
 pub const MOST_SEGMENTS: usize = 256;
-/// Residual up to which points lie along an ellipse; ours. Points evenly spread over its inside have
-/// 0.34 (closed form, about the ellipse of their covariance).
+/// Residual up to which points lie along an ellipse; ours. Points evenly spread over its inside have 0.34 (closed
+/// form, for the ellipse of their covariance).
 pub const MOST_RESIDUAL: f64 = 0.3;
 
-/// Samples per period that decimation leaves at least; ours.
+/// Fewest samples per period after decimation; ours.
 const SAMPLES_PER_PERIOD: f64 = 12.0;
-/// Segments below which nothing is significant; ours.
+/// Fewest segments for significance; ours.
 const FEWEST_SEGMENTS: usize = 8;
-/// Samples of the phase plot at most; ours.
+/// Most samples of the phase plot; ours.
 const MOST_POINTS: usize = 4096;
 
 static METHOD: Method = Method {
@@ -118,11 +117,11 @@ pub struct Bicoherence {
     pub ngi_limit: f64,
     /// NLI from which it is nonlinear.
     pub nli_limit: f64,
-    /// Probability with which Gaussian noise has any significant bin.
+    /// Probability that Gaussian noise has any significant bin.
     pub alpha: f64,
     /// Share of the strongest bin's power below which a bin is left out.
     pub power_floor: f64,
-    /// Segments that are averaged at most.
+    /// Most averaged segments.
     pub most_segments: usize,
     /// Residual up to which points lie along an ellipse.
     pub most_residual: f64,
@@ -153,7 +152,7 @@ pub struct Bin {
     pub value: f64,
 }
 
-/// The squared bicoherence of a series and what is made of it.
+/// The squared bicoherence of a series and its indices.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BicoherencePlane {
     /// Samples in a segment; bin `i` is the frequency `i / (segment * factor)` per recorded sample.
@@ -180,14 +179,14 @@ pub struct BicoherencePlane {
     pub nonlinear: bool,
 }
 
-/// What the method finds.
+/// The result of the method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BicoherenceResult {
     /// The bicoherence of the control error.
     pub plane: BicoherencePlane,
-    /// OP about its mean, filtered, percent. Empty if the loop is linear.
+    /// OP around its mean, filtered, percent. Empty if the loop is linear.
     pub op: Vec<f64>,
-    /// PV about its mean, filtered. Empty if the loop is linear.
+    /// PV around its mean, filtered. Empty if the loop is linear.
     pub pv: Vec<f64>,
     /// The ellipse of both, if they lie along one.
     pub ellipse: Option<Ellipse>,
@@ -197,7 +196,7 @@ pub struct BicoherenceResult {
     pub noise: f64,
     /// The decision.
     pub decision: Decision,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
@@ -214,7 +213,7 @@ impl Bicoherence {
     pub fn plane(&self, x: &[f64], period: Option<f64>) -> Result<BicoherencePlane, Abstention> {
         let segment = self.segment.clamp(16, 1024) & !1;
         let hop = segment / 2;
-        // Rather a few samples more per period than too few segments.
+        // More samples per period are better than too few segments.
         let wanted = period.map_or(1, |p| (p / SAMPLES_PER_PERIOD) as usize);
         let most = x.len() / (hop * (FEWEST_SEGMENTS + 1));
         let factor = wanted.min(most).max(1);
@@ -242,7 +241,7 @@ impl Bicoherence {
             .collect();
         let mut samples = vec![0.0; segment];
         for (s, bins) in spectra.chunks_exact_mut(half).enumerate() {
-            // Evenly spaced if there are more than are averaged.
+            // Evenly spaced if there are more than the limit.
             let first = hop * (s * (available - 1) / (k - 1).max(1));
             let piece = &x[first..first + segment];
             let middle = piece.iter().sum::<f64>() / segment as f64;
@@ -286,7 +285,7 @@ impl Bicoherence {
         let nli = peak.map_or(0.0, |peak| {
             (peak.value - (crate::series::mean(&values) + 2.0 * std(&values))).abs()
         });
-        // Below the second bin, the window's lobes about zero, i and 3 i overlap.
+        // Below the second bin, the window's lobes around zero, i and 3 i overlap.
         let cubics: Vec<Bin> = (2..half)
             .take_while(|i| 3 * i < half)
             .filter(|i| strong[*i] && strong[3 * i])
@@ -348,7 +347,7 @@ impl Bicoherence {
         let filtered = |x: &[f64]| band_passed(x, 0.5 * frequency, 3.5 * frequency);
         (result.op, result.pv) = (filtered(&op), filtered(&pv));
         let rest: Vec<f64> = op.iter().zip(&result.op).map(|(x, f)| x - f).collect();
-        // Slow drifts are no noise.
+        // Slow drifts are not noise.
         result.noise = 2.0 * std(&band_passed(&rest, 0.5 * frequency, 0.5));
         result.ellipse = Ellipse::fit(&result.op, &result.pv)
             .filter(|ellipse| ellipse.residual <= self.most_residual);
@@ -366,14 +365,14 @@ impl BicoherencePlane {
         self.ngi > limits.ngi_limit && self.nli >= limits.nli_limit
     }
 
-    /// The lowest frequency of the couplings found, cycles per recorded sample.
+    /// The lowest frequency of the significant couplings, cycles per recorded sample.
     fn fundamental(&self) -> f64 {
         let quadratic = self.peak.filter(|peak| peak.value > self.critical).map(|peak| peak.j);
         let bin = quadratic.or(self.cubic.map(|cubic| cubic.i)).unwrap_or(1);
         bin as f64 / (self.segment * self.factor) as f64
     }
 
-    /// What it says, a clause.
+    /// The result, a clause.
     pub(super) fn says(&self, limits: &Bicoherence) -> String {
         let indices = format!("NGI = {:.4}, NLI = {:.3}", self.ngi, self.nli);
         match (self.nonlinear, self.cubic) {
@@ -382,11 +381,11 @@ impl BicoherencePlane {
                 cubic.value, self.cubic_critical
             ),
             (true, _) => format!(
-                "the loop is nonlinear, {indices} against {} and {}",
+                "the loop is nonlinear, {indices} (limits {} and {})",
                 limits.ngi_limit, limits.nli_limit
             ),
             (false, _) => format!(
-                "no nonlinearity is found, {indices} against {} and {}, and no cubic coupling",
+                "the loop is linear, {indices} (limits {} and {}), without cubic coupling",
                 limits.ngi_limit, limits.nli_limit
             ),
         }
@@ -466,10 +465,10 @@ impl Detector for Bicoherence {
             ),
             (Decision::DoesNotStick, _) => says,
             (_, Some(_)) => format!(
-                "{says}; but the apparent stiction, {:.3} %, is within the noise of {:.3} %",
+                "{says}; the apparent stiction, {:.3} %, is within the noise of {:.3} %",
                 result.apparent, result.noise
             ),
-            (_, None) => format!("{says}; but PV and OP do not move along an ellipse"),
+            (_, None) => format!("{says}; PV and OP do not move along an ellipse"),
         };
         let mut numbers = result.plane.numbers();
         numbers.push(Number::new("apparent stiction", result.apparent, "%"));

@@ -7,16 +7,16 @@
 //! A stationary record of some ten segments; disturbances are linear.
 //!
 //! # Equations
-//! Those of [`bicoherence`](super::bicoherence), of the OP in place of the control error.
+//! Those of [`bicoherence`](super::bicoherence), for the OP instead of the control error.
 //!
 //! # Parameters
 //! Those of [`bicoherence`](super::bicoherence).
 //!
 //! # Limits
-//! Any nonlinearity is taken for the loop's: it says nothing of the valve, and does not vote.
+//! Any nonlinearity is attributed to the loop: it gives no information about the valve, and does not vote.
 //!
 //! # Deviations from the paper
-//! The paper tests the control error; that the OP alone is tested is ours.
+//! The paper tests the control error; the test of the OP alone is ours.
 //!
 //! # References
 //! Choudhury, Shah, Thornhill, Automatica 40 (2004) 1719-1728 (recalled, not read).
@@ -49,7 +49,7 @@ static METHOD: Method = Method {
 /// The same test of nonlinearity on the OP alone.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BicoherenceOp(
-    /// Its parameters; that of the ellipse has no effect.
+    /// Its parameters; the one for the ellipse has no effect.
     pub Bicoherence,
 );
 

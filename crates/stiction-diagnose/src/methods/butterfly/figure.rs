@@ -5,7 +5,7 @@ use crate::drawing::{Scene, sheet, thinned};
 use crate::spoken::number;
 use stiction_figure::figure::{Annotation, Figure, Panel, Series, colour};
 
-/// Points of a map at most.
+/// Most points of a map.
 const MOST: usize = 1_500;
 
 pub(in crate::methods) fn draw(_: &Scene<'_>, found: &ButterflyResult) -> Option<Figure> {
@@ -17,7 +17,7 @@ pub(in crate::methods) fn draw(_: &Scene<'_>, found: &ButterflyResult) -> Option
     .with(Series::points("samples", pv, distance).colour(colour::BLUE))
     .note(Annotation::x_band(-0.5, 0.5, "body"));
     let mut caption = format!(
-        "A butterfly: two open wings and between them, shaded, an empty body, where the PV passes quickly \
+        "A butterfly has two open wings and an empty body between them (shaded), which the PV crosses quickly \
          while the valve slips. The body is empty by W = {}, the wings are open by {} and {}.",
         number(found.emptiness),
         number(found.openings[0]),

@@ -1,20 +1,20 @@
 //! The butterfly shape of PV and OP (Kamaruddin, Zabiri et al. 2020).
 //!
 //! # What it measures
-//! `|OP(k) - PV(k-1)|` is plotted against `PV(k)`, both normalised. While a valve sticks, the OP
-//! runs and the PV rests on one side, which draws a wing; then the PV passes quickly to the other
-//! side. The result looks like a butterfly: two open wings with an empty body between.
+//! `|OP(k) - PV(k-1)|` is plotted against `PV(k)`, both normalised. While a valve sticks, the OP moves and the PV
+//! rests on one side, which draws a wing; then the PV moves quickly to the other side. The result looks like a
+//! butterfly: two open wings with an empty body between.
 //!
 //! # Assumptions
 //! The PV rests while the valve does: a fast self-regulating process. A stationary oscillation.
 //!
 //! # Equations
 //! PV and OP less their means and over their standard deviations, `d(k) = |OP(k) - PV(k-1)|`.
-//! * body: the share `B` of samples with `|PV| < 1/2`; wings: the others, by the sign of the PV;
+//! * body: the share `B` of samples with `|PV| < 1/2`; the others are the wings, by the sign of the PV;
 //! * emptiness `W = 1 - B/B_sine`, `B_sine = (2/pi) asin(1/sqrt 8) = 0.2301`: 0 for a sine, 1 for a
 //!   square wave, `1 - 1/(sqrt 12 B_sine) = -0.2548` for a triangle;
-//! * opening of a wing: the range of `d` that holds its middle 90 %. Behind a square PV with an OP that is
-//!   a triangle a quarter of a period off, it is about 2.5.
+//! * opening of a wing: the range of `d` that contains its middle 90 %. For a square PV and a triangular OP a
+//!   quarter of a period apart, it is about 2.5.
 //!
 //! # Parameters
 //! | name | default | unit | source |
@@ -24,14 +24,14 @@
 //! | cutoff | none | share of the Nyquist frequency | read (0.1, optional) |
 //!
 //! # Limits
-//! A PV behind a lag, rounded or triangular, has no empty body even if the valve sticks: a shape
-//! without wings decides nothing, and the method never says that a valve does not stick. A square set
-//! point or disturbance empties the body as well.
+//! A PV behind a lag, rounded or triangular, has no empty body even if the valve sticks. So a shape without wings
+//! decides nothing, and the method never finds that a valve does not stick. A square set point or disturbance also
+//! empties the body.
 //!
 //! # Deviations from the paper
-//! The paper was not read; the plot is as read in a public repository. The publication judges the plot
-//! by eye or by a network; emptiness, opening and their thresholds are ours. The optional low pass
-//! (Butterworth, third order) is run forwards and backwards.
+//! The paper was not read; the plot was read in a public repository. The publication judges the plot by eye or by a
+//! network; emptiness, opening and their thresholds are ours. The optional low pass (Butterworth, third order) runs
+//! forwards and backwards.
 //!
 //! # References
 //! Kamaruddin, Zabiri et al., J. Process Control 87 (2020) (not read); GitHub
@@ -56,7 +56,7 @@ pub const OPENING: f64 = 1.0;
 const BODY: f64 = 0.5;
 /// Share of a sine that lies within half a standard deviation; closed form.
 const BODY_OF_SINE: f64 = 0.230_053_456_162_615_88;
-/// Samples below which nothing is said; ours.
+/// Fewest samples; ours.
 const FEWEST_SAMPLES: usize = 50;
 
 static METHOD: Method = Method {
@@ -90,7 +90,7 @@ impl Default for Butterfly {
     }
 }
 
-/// What the method finds.
+/// The result of the method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ButterflyResult {
     /// PV(k) in standard deviations, from the second sample.
@@ -105,7 +105,7 @@ pub struct ButterflyResult {
     pub openings: [f64; 2],
     /// The decision.
     pub decision: Decision,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 

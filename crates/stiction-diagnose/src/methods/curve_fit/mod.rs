@@ -1,24 +1,23 @@
 //! He's fit of sine and triangle.
 //!
 //! # What it measures
-//! Whether the output of the first integrating thing behind the valve is a triangle wave or a sine.
-//! A sticking valve jumps between two positions; integrated, that is a triangle. In a self-regulating
-//! loop the first integrator is the controller, so the OP is looked at; in an integrating loop it is
-//! the process, so the PV is.
+//! Whether the output of the first integrator behind the valve is a triangle wave or a sine. A sticking valve jumps
+//! between two positions; integrated, that is a triangle. In a self-regulating loop the first integrator is the
+//! controller, so the signal is the OP; in an integrating loop it is the process, so the signal is the PV.
 //!
 //! # Assumptions
 //! An oscillating loop; integral action in the controller of a self-regulating loop.
 //!
 //! # Equations
-//! In each half wave about the mean, between interpolated crossings of zero:
+//! In each half wave around the mean, between interpolated crossings of zero:
 //! ```text
 //! sine:      A sin(pi t / L), A of least squares
 //! triangle:  k1 t up to the apex, k2 (L - t) beyond; k1, k2 of least squares on their sides, the
 //!            apex in both; the apex is the inner sample with the least error
 //! SI = MSE_sin / (MSE_sin + MSE_tri),  each the mean over the half waves
 //! ```
-//! SI is 0 for a sine and 1 for a triangle; either fitted by the other leaves `1 - 96/pi^4` of its
-//! power (derived here). 0.6 and above: sticks. 0.4 and below: does not stick.
+//! SI is 0 for a sine and 1 for a triangle; either shape, fitted by the other, leaves `1 - 96/pi^4` of its power
+//! (derived here). 0.6 and above sticks, 0.4 and below does not.
 //!
 //! # Parameters
 //! | name | unit | default | source |
@@ -27,13 +26,12 @@
 //! | `lower` | none | 0.4 | read in two public programs, not in the paper |
 //!
 //! # Limits
-//! A square wave scores about 0.43, and noise draws SI towards 0.5. With proportional action the OP
-//! keeps something of the PV's shape. Half waves of fewer than five samples are left out, and fewer
-//! than four half waves are not judged.
+//! A square wave scores about 0.43, and noise moves SI towards 0.5. With proportional action the OP keeps part of
+//! the PV's shape. Half waves of fewer than five samples are left out. Four half waves are needed.
 //!
 //! # Deviations from the paper
-//! Not known: of the paper the abstract was read. The two sides of a triangle need not meet at the
-//! apex; that SI averages errors, not indices, over the half waves is our reading.
+//! Not known: only the abstract was read. The two sides of a triangle need not meet at the apex. That SI averages
+//! errors, not indices, over the half waves is our reading.
 //!
 //! # References
 //! Q. P. He, J. Wang, M. Pottmann, S. J. Qin, A curve fitting method for detecting valve stiction in
@@ -54,9 +52,9 @@ use crate::series::{HalfWave, centred, half_waves, span};
 /// He's fit with its thresholds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveFit {
-    /// From here on, the index speaks for stiction.
+    /// Index from which the valve sticks.
     pub upper: f64,
-    /// Up to here, it speaks against.
+    /// Index up to which it does not stick.
     pub lower: f64,
 }
 
@@ -69,7 +67,7 @@ impl Default for CurveFit {
 /// A half wave with its sine and its triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveFitWave {
-    /// Where it lies.
+    /// Its range.
     pub wave: HalfWave,
     /// Amplitude of the sine, negative below zero.
     pub sine: f64,
@@ -82,19 +80,19 @@ pub struct CurveFitWave {
 }
 
 impl CurveFitWave {
-    /// The sine's value at the place `k`, in samples.
+    /// The sine's value at `k`, in samples.
     pub fn sine_at(&self, k: f64) -> f64 {
         let phase = (k - self.wave.from) / self.wave.length();
         self.sine * (std::f64::consts::PI * phase).sin()
     }
 
-    /// The triangle's value at the place `k`, in samples.
+    /// The triangle's value at `k`, in samples.
     pub fn triangle_at(&self, k: f64) -> f64 {
         self.triangle.at(&self.wave, k)
     }
 }
 
-/// What He's fit found.
+/// The result of He's fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurveFitResult {
     /// The stiction index SI, 0 for a sine and 1 for a triangle.
@@ -103,7 +101,7 @@ pub struct CurveFitResult {
     pub threshold: f64,
     /// The verdict.
     pub decision: Decision,
-    /// Name of the signal that was looked at, `OP` or `PV`.
+    /// Name of the signal, `OP` or `PV`.
     pub signal: &'static str,
     /// That signal less its mean.
     pub values: Vec<f64>,
@@ -113,12 +111,12 @@ pub struct CurveFitResult {
     pub triangle_mse: f64,
     /// The fits.
     pub waves: Vec<CurveFitWave>,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
 impl CurveFit {
-    /// What this method is.
+    /// The description of this method.
     pub const METHOD: Method = Method {
         name: "curve-fit",
         title: "He's fit of sine and triangle",
@@ -149,9 +147,8 @@ impl CurveFit {
             ("PV", pv)
         } else {
             if dynamics == Dynamics::Unknown {
-                caveats.push(
-                    "the loop's type is not known; it is taken to be self-regulating".to_owned(),
-                );
+                caveats
+                    .push("the loop's type is not known; it is assumed self-regulating".to_owned());
             }
             ("OP", subject.segment.op.as_slice())
         };
@@ -163,10 +160,10 @@ impl CurveFit {
         Ok(CurveFitResult { caveats, ..result })
     }
 
-    /// Fits a signal of that name, whatever the loop and however few its half waves.
+    /// Fits a signal of that name, for any loop and any number of half waves.
     ///
     /// # Errors
-    /// If there is no half wave, or neither shape leaves an error.
+    /// If there is no half wave, or both fits are exact.
     pub fn fit(&self, signal: &'static str, values: &[f64]) -> Result<CurveFitResult, Abstention> {
         let values = centred(values);
         let pieces = pieces(&values, &half_waves(&values));
@@ -225,7 +222,7 @@ impl Detector for CurveFit {
             _ => "is as near to a triangle wave as to a sine",
         };
         let reason = format!(
-            "the {} {what}: SI is {:.3} (from {:.2} sticks, to {:.2} does not) over {} half waves",
+            "the {} {what}: SI is {:.3} (sticks from {:.2}, does not up to {:.2}) over {} half waves",
             r.signal,
             r.statistic,
             self.upper,

@@ -11,8 +11,8 @@ pub(in crate::methods) fn draw(
     found: &DamarlaRegressionResult,
 ) -> Option<Figure> {
     let lead = format!(
-        "Windows of {} samples; shaded where the OP's slope is at least {} times the PV's, both in their \
-         standard deviations",
+        "Windows of {} samples; shaded where the OP's slope is at least {} times the PV's, both in standard \
+         deviations",
         found.window,
         number(found.eta)
     );

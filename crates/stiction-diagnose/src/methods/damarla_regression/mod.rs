@@ -1,12 +1,12 @@
 //! Ratio of slopes in short windows (Damarla et al. 2022).
 //!
 //! # What it measures
-//! While a valve sticks, the OP runs and the PV rests. In short windows, straight lines are fitted to
-//! both; where the OP's slope is many times the PV's, the valve sticks.
+//! While a valve sticks, the OP moves and the PV rests. Straight lines are fitted to both in short windows; where
+//! the OP's slope is many times the PV's, the valve sticks.
 //!
 //! # Assumptions
-//! The PV answers the valve within a window, so a flow loop, or windows about as long as the process is
-//! slow; noise that does not tilt a line of `window` samples.
+//! The PV responds to the valve within a window: a flow loop, or windows about as long as the process time
+//! constant. Noise does not tilt a line of `window` samples.
 //!
 //! # Equations
 //! In each window, lines of least squares with the slopes `m_OP`, `m_PV`; the window sticks if
@@ -22,17 +22,16 @@
 //! | as recorded | no | | ours, see below |
 //!
 //! # Limits
-//! The published rule, an index above zero, needs one window in a recording: the extremes of a smooth
-//! PV bring it, and long recordings are called sticky whatever they are. No account of noise is taken.
+//! The published rule, an index above zero, needs one window in a recording. The extremes of a smooth PV cause it,
+//! so long recordings are always called sticky. Noise is not taken into account.
 //!
 //! # Deviations from the paper
 //! The paper was not read; the definition is that of the public implementation below, from its source.
-//! * Its ratio depends on the units of PV and OP. By default both signals are taken in their standard
-//!   deviations, so that no change of scale changes a decision; `as_recorded` takes them as they are,
-//!   and reproduces its counts: 5 of 166 windows on loop CHEM2 of the International Stiction Data
-//!   Base, 2 of 166 on CHEM10, 0 of 250 on CHEM13.
-//! * A PV that does not move at all under a moving OP counts as an infinite ratio, as there; if neither
-//!   moves there is no ratio, and the window does not count as sticky.
+//! * Its ratio depends on the units of PV and OP. By default both signals are in standard deviations, so that no
+//!   change of scale changes a decision. `as_recorded` uses the recorded units and reproduces its counts: 5 of 166
+//!   windows on loop CHEM2 of the International Stiction Data Base, 2 of 166 on CHEM10, 0 of 250 on CHEM13.
+//! * A PV that does not move at all under a moving OP counts as an infinite ratio, as there. If neither moves there
+//!   is no ratio, and the window does not count as sticky.
 //!
 //! # References
 //! Damarla, S. K. et al., Ind. Eng. Chem. Res. 61 (2022) 502-514 (not read); GitHub
@@ -54,7 +53,7 @@ pub const WINDOW: usize = 6;
 /// Ratio of slopes from which a window sticks, as in the public implementation.
 pub const ETA: f64 = 15.0;
 
-/// Windows below which no share is told; ours.
+/// Fewest windows for a share; ours.
 const FEWEST_WINDOWS: usize = 10;
 
 static METHOD: Method = Method {
@@ -79,7 +78,7 @@ pub struct DamarlaRegression {
     pub window: usize,
     /// Ratio of slopes from which a window sticks.
     pub eta: f64,
-    /// Whether the slopes are taken in recorded units, as published, instead of standard deviations.
+    /// Whether the slopes are in recorded units, as published, instead of standard deviations.
     pub as_recorded: bool,
 }
 
@@ -89,10 +88,10 @@ impl Default for DamarlaRegression {
     }
 }
 
-/// What the method finds.
+/// The result of the method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DamarlaRegressionResult {
-    /// How many times the PV's slope the OP's must be.
+    /// Smallest ratio of the OP's slope to the PV's.
     pub eta: f64,
     /// Samples in a window.
     pub window: usize,
@@ -104,7 +103,7 @@ pub struct DamarlaRegressionResult {
     pub count: usize,
     /// Share of sticky windows, %.
     pub index: f64,
-    /// How far the OP went in each run of sticky windows, percent.
+    /// OP travel in each run of sticky windows, percent.
     pub bands: Vec<f64>,
     /// The largest of these, the published stiction band, percent.
     pub band: Option<f64>,
@@ -112,12 +111,12 @@ pub struct DamarlaRegressionResult {
     pub eta_95: Option<f64>,
     /// The decision.
     pub decision: Decision,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
-/// Sum of `(k - mean k) x(k)`, the slope of `x` but for a factor common to all windows; exactly zero if
-/// all samples are equal.
+/// Sum of `(k - mean k) x(k)`, the slope of `x` except for a factor common to all windows; exactly zero if all
+/// samples are equal.
 fn tilt(x: &[f64]) -> f64 {
     let middle = (x.len() - 1) as f64 / 2.0;
     x.iter().enumerate().map(|(k, v)| (k as f64 - middle) * (v - x[0])).sum()

@@ -1,9 +1,9 @@
 //! A sigmoid between the PV's increments and the OP (Damarla et al., AdCONIP 2022).
 //!
 //! # What it measures
-//! Under stiction the PV climbs while the valve rests on one side and falls while it rests on the
-//! other: plotted against the increments of the PV, the OP falls into two levels with a steep passage
-//! between, which a sigmoid describes.
+//! Under stiction the PV climbs while the valve rests on one side and falls while it rests on the other. Plotted
+//! against the increments of the PV, the OP has two levels with a steep transition between, which a sigmoid
+//! describes.
 //!
 //! # Assumptions
 //! Increments of the PV are larger than its noise; the two resting places of the valve show in their
@@ -22,14 +22,14 @@
 //! | most pairs | 4,000 | | ours, for speed |
 //!
 //! # Limits
-//! A sine lagging its cause by a quarter of a period has `R` near 1, whatever moves it: alone, the method
-//! does not tell stiction from other oscillations of a lagging process. Noise in the PV drowns its
-//! increments. One outlier of the OP compresses `y`.
+//! A sine that lags its cause by a quarter of a period has `R` near 1, for any cause. So the method alone cannot
+//! distinguish stiction from other oscillations of a lagging process. Noise in the PV covers its increments. One
+//! outlier of the OP compresses `y`.
 //!
 //! # Deviations from the paper
-//! The paper was not read. The public implementation below uses the sigmoid and the threshold; how it
-//! pairs increments and OP was not read and is our reading; its stored `R` of six recorded loops, of
-//! another fit, differ from ours by at most 0.04. Of more than 4,000 pairs, evenly spaced ones are taken.
+//! The paper was not read. The public implementation below uses the sigmoid and the threshold. How it pairs
+//! increments and OP was not read and is our reading. Its stored `R` of six recorded loops, from another fit,
+//! differ from ours by at most 0.04. Of more than 4,000 pairs, evenly spaced ones are used.
 //!
 //! # References
 //! Damarla, S. K. et al., AdCONIP 2022, 210-215 (not read); GitHub
@@ -47,12 +47,12 @@ use crate::series::{mean, min, span, standardised};
 
 /// Correlation from which the valve sticks, as in the public implementation.
 pub const THRESHOLD: f64 = 0.5;
-/// Pairs that are fitted at most; ours.
+/// Most fitted pairs; ours.
 pub const MOST_PAIRS: usize = 4_000;
 
-/// Samples below which nothing is fitted; ours.
+/// Fewest samples for a fit; ours.
 const FEWEST_SAMPLES: usize = 50;
-/// Steps after which the fit stops at the latest; ours, it takes about ten.
+/// Most steps of the fit; ours, it needs about ten.
 const MOST_STEPS: usize = 30;
 
 static METHOD: Method = Method {
@@ -74,7 +74,7 @@ static METHOD: Method = Method {
 pub struct DamarlaSigmoid {
     /// Correlation from which the valve sticks.
     pub threshold: f64,
-    /// Pairs that are fitted at most.
+    /// Most fitted pairs.
     pub most_pairs: usize,
 }
 
@@ -84,7 +84,7 @@ impl Default for DamarlaSigmoid {
     }
 }
 
-/// What the method finds.
+/// The result of the method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DamarlaSigmoidResult {
     /// The PV's increments, in standard deviations.
@@ -99,7 +99,7 @@ pub struct DamarlaSigmoidResult {
     pub r: f64,
     /// The decision.
     pub decision: Decision,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
@@ -212,7 +212,7 @@ impl DamarlaSigmoid {
         let increment: Vec<f64> = places().map(|k| pv[k] - pv[k - 1]).collect();
         let op: Vec<f64> = places().map(|k| op[k]).collect();
         let Some(increment) = standardised(&increment) else {
-            return Err(Abstention("the PV never changes its pace".to_owned()));
+            return Err(Abstention("the PV never changes its slope".to_owned()));
         };
         let (low, range) = (min(&op), span(&op));
         let op: Vec<f64> = op.iter().map(|v| (v - low) / range).collect();
@@ -242,7 +242,7 @@ impl Detector for DamarlaSigmoid {
     fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
         let result = self.run(subject)?;
         let reason = format!(
-            "the OP correlates by R = {:.3} with a sigmoid of the PV's increments; threshold {}",
+            "the OP correlates with a sigmoid of the PV's increments by R = {:.3}; threshold {}",
             result.r, self.threshold
         );
         let numbers = vec![

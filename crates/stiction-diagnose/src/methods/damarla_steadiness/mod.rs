@@ -1,14 +1,13 @@
 //! Statistical tests of neighbouring windows, four methods M1 to M4 (Damarla et al. 2023).
 //!
 //! # What it measures
-//! While a valve sticks, the PV is steady and the OP is not. Short windows are tested for steadiness,
-//! and those in which the PV passes and the OP fails are marked; Omega is the share marked. How far the
-//! OP went in each run of marked windows tells how much the valve sticks: `eta_95`, the 95th
-//! percentile.
+//! While a valve sticks, the PV is steady and the OP is not. Short windows are tested for steadiness, and those in
+//! which the PV passes and the OP fails are marked; Omega is the share marked. The OP travel in each run of marked
+//! windows measures the stiction: `eta_95` is its 95th percentile.
 //!
 //! # Assumptions
-//! The PV answers the valve within a window, so a flow loop, or windows about as long as the process is
-//! slow. The samples of a window are independent and normal (not for M4).
+//! The PV responds to the valve within a window: a flow loop, or windows about as long as the process time
+//! constant. The samples of a window are independent and normal (not for M4).
 //!
 //! # Equations
 //! For a window and the next one, each of `n` samples, with variances `s1`, `s2` (divisor n - 1) and
@@ -18,9 +17,9 @@
 //! * M3, Hotelling's T² of one variable with modified degrees of freedom: steady if
 //!   `n (m1 - m2)² / (s1 + s2) < F(1 - alpha; 1, f)`, `f = (n - 1) / (w² + (1 - w)²)`,
 //!   `w = s1/(s1 + s2)`; it equals Welch's t-test, two-sided;
-//! * M4, reverse arrangements within one window: with `A` the number of pairs of samples of which the
-//!   earlier is larger, steady if `A` lies strictly between `n(n - 1)/4 ± (z sigma - 1/2)`,
-//!   `sigma² = (2n³ + 3n² - 5n)/72`, `z` the normal quantile of `1 - alpha/2`.
+//! * M4, reverse arrangements within one window: with `A` the number of pairs of samples whose earlier one is
+//!   larger, steady if `A` lies strictly between `n(n - 1)/4 ± (z sigma - 1/2)`, `sigma² = (2n³ + 3n² - 5n)/72`,
+//!   `z` the normal quantile of `1 - alpha/2`.
 //!
 //! # Parameters
 //! | name | default | unit | source |
@@ -30,23 +29,23 @@
 //! | confidence | 0.95 | | ours |
 //!
 //! # Limits
-//! The published rule, Omega > 0, calls nearly every long recording sticky: chance alone marks
-//! 4.75 % of the windows of white noise by M1 and M3, 9 % by M2, and 2/9 by the three samples of M4. So does
-//! a linear loop at the peaks of its PV while its OP moves. Quantised and strongly filtered signals break
-//! the assumptions of all four. In M4, equal samples count as rising, as published: a window of one value
-//! has a trend, and with many equal samples a loop of negative gain is judged otherwise.
+//! The published rule, Omega > 0, calls nearly every long recording sticky: chance alone marks 4.75 % of the
+//! windows of white noise by M1 and M3, 9 % by M2, and 2/9 by the three samples of M4. A linear loop is also marked
+//! at the peaks of its PV while its OP moves. Quantised and strongly filtered signals violate the assumptions of
+//! all four. In M4, equal samples count as rising, as published. So a window of one value has a trend, and with
+//! many equal samples the result depends on the sign of the loop gain.
 //!
 //! # Deviations from the paper
 //! The paper was not read; definitions are those of the public implementation below, from its source.
-//! * It announces that both windows of a pair are marked, but overwrites the first mark with the next
-//!   pair's: what remains, and what we do, is that a window bears the verdict on itself and the next
-//!   one, and the last window that of the last pair. This gives its counts: 13, 22, 22 of 125 windows,
-//!   M4 114 of 333, on loop CHEM2 of the International Stiction Data Base.
-//! * Two windows of one constant value are steady; there they divide 0 by 0 and are not marked.
-//! * Windows have exactly `window` samples, the rest at the end is left out; a run of marks at the
-//!   end counts in `eta_95`.
-//! * Marks of which chance alone would bring as many are undecided: the decision is positive beyond the
-//!   binomial quantile `confidence` (normal approximation) only. A confidence of 0 is the published rule.
+//! * It announces that both windows of a pair are marked, but overwrites the first mark with that of the next pair.
+//!   So a window has the result for itself and the next one, and the last window that of the last pair; we do the
+//!   same. This gives its counts: 13, 22, 22 of 125 windows, M4 114 of 333, on loop CHEM2 of the International
+//!   Stiction Data Base.
+//! * Two windows of one constant value are steady; it divides 0 by 0 there and does not mark them.
+//! * Windows have exactly `window` samples, and the rest at the end is left out. A run of marks at the end counts
+//!   in `eta_95`.
+//! * A number of marks that chance alone could cause is undecided: the decision is positive only above the binomial
+//!   quantile `confidence` (normal approximation). A confidence of 0 is the published rule.
 //!
 //! # References
 //! Damarla, S. K. et al., Ind. Eng. Chem. Res. 62 (2023) 4410-4421 (not read); GitHub
@@ -69,10 +68,10 @@ pub const WINDOW: usize = 8;
 pub const WINDOW_OF_ARRANGEMENTS: usize = 3;
 /// Level of significance, as in the public implementation.
 pub const ALPHA: f64 = 0.05;
-/// Probability with which chance alone must bring fewer marks; ours.
+/// Probability of fewer marks by chance alone; ours.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// Windows below which no share is told; ours.
+/// Fewest windows for a share; ours.
 const FEWEST_WINDOWS: usize = 10;
 
 macro_rules! method {
@@ -136,21 +135,20 @@ pub enum SteadinessTest {
 /// One of Damarla's four tests with its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DamarlaTest {
-    /// Which.
+    /// The test.
     pub test: SteadinessTest,
     /// Samples in a window.
     pub window: usize,
     /// Level of significance.
     pub alpha: f64,
-    /// Probability with which chance alone must bring fewer marks than were found; 0 is the published
-    /// rule, by which any mark decides.
+    /// Probability of fewer marks by chance alone; 0 is the published rule, by which any mark decides.
     pub confidence: f64,
 }
 
 /// A window's test of one signal: steady if the statistic lies strictly between the limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Steadiness {
-    /// The statistic of the test; infinite if a difference meets no variance.
+    /// The statistic of the test; infinite for a difference without variance.
     pub statistic: f64,
     /// Lower limit; minus infinity for none.
     pub low: f64,
@@ -165,10 +163,10 @@ impl Steadiness {
     }
 }
 
-/// What a test finds.
+/// The result of a test.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DamarlaTestResult {
-    /// Which test.
+    /// The test.
     pub test: SteadinessTest,
     /// Samples in a window.
     pub window: usize,
@@ -184,15 +182,15 @@ pub struct DamarlaTestResult {
     pub share: f64,
     /// Share chance alone would mark, on average.
     pub expected: f64,
-    /// Share from above which the decision is positive.
+    /// Share above which the decision is positive.
     pub threshold: f64,
-    /// How far the OP went in each run of marked windows, percent.
+    /// OP travel in each run of marked windows, percent.
     pub bands: Vec<f64>,
     /// Their 95th percentile, percent.
     pub eta_95: Option<f64>,
     /// The decision.
     pub decision: Decision,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
@@ -279,8 +277,8 @@ impl Detector for DamarlaTest {
     fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
         let result = self.run(subject)?;
         let reason = format!(
-            "in {} of {} windows the PV is steady and the OP is not, Omega = {:.3}; chance marks {:.3}, \
-             and rarely more than {:.3}",
+            "in {} of {} windows the PV is steady and the OP is not, Omega = {:.3}; chance alone gives {:.3}, and \
+             rarely more than {:.3}",
             result.count,
             result.marked.len(),
             result.share,
@@ -344,7 +342,7 @@ impl Tester {
         }
     }
 
-    /// How probable it is that a steady signal, all samples independent, is found unsteady.
+    /// Probability that a steady signal with independent samples is found unsteady.
     fn false_alarm(&self) -> f64 {
         match self {
             Self::F { alpha, .. } | Self::Hotelling { alpha, .. } => *alpha,
@@ -374,7 +372,7 @@ impl Tester {
                     Steadiness { statistic, low: f64::NEG_INFINITY, high }
                 })
                 .collect();
-            // The last window has no next one; it shares the verdict of the one before.
+            // The last window has no next one; it has the result of the one before.
             tests.extend(tests.last().copied());
             tests
         };
@@ -398,7 +396,7 @@ impl Tester {
     }
 }
 
-/// `a/b`, where nothing over nothing is nothing.
+/// `a/b`, with zero over zero as zero.
 fn ratio(a: f64, b: f64) -> f64 {
     if a == 0.0 { 0.0 } else { a / b }
 }
@@ -442,8 +440,8 @@ fn student(p: f64, freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(p))
 }
 
-/// `F(1 - alpha; 1, f)` for all `f` from `n` to `2 n`: a polynomial in `1/f` through Chebyshev's points,
-/// since each window has an `f` of its own and a quantile takes its time.
+/// `F(1 - alpha; 1, f)` for all `f` from `n` to `2 n`: a polynomial in `1/f` through Chebyshev's points, because
+/// each window has its own `f` and a quantile is slow.
 struct Critical {
     nodes: [f64; 12],
     values: [f64; 12],

@@ -16,7 +16,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &HorchResult) -> Option
     let x: Vec<f64> = (-most..=most).map(|lag| at(lag as f64)).collect();
     let (left, right) = (at(-found.tau_left), at(found.tau_right));
     let zero = at(0.0);
-    // The dimensions stand below everything, and one below the other.
+    // The dimensions are below everything, one below the other.
     let (upper, lower) = (-105.0, -135.0);
     let side = |name: &str, samples: f64| format!("{name} = {}", unparted(samples * sample_time));
     let panel = Panel::new(axis.label.clone(), "correlation of OP and PV")
@@ -44,9 +44,9 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &HorchResult) -> Option
             lower,
         ));
     let caption = format!(
-        "Cross-correlation of OP and PV. An odd one, crossing zero near lag 0, speaks for stiction; an \
-         even one, with its peak there, against it. Δτ, how unlike τ left and τ right are, is {}; Δρ, \
-         how far r0 is from r opt, is {}; both from 0 to 1.",
+        "Cross-correlation of OP and PV. An odd one, crossing zero near lag 0, is evidence for stiction; an even \
+         one, with its peak there, against it. The asymmetry Δτ of τ left and τ right is {}, the distance Δρ of r0 \
+         from r opt is {}, both from 0 to 1.",
         number(found.delta_tau),
         number(found.delta_rho)
     );

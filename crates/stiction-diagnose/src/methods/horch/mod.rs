@@ -1,13 +1,13 @@
 //! Horch's cross-correlation of OP and PV.
 //!
 //! # What it measures
-//! Whether the cross-correlation of OP and PV is odd or even about lag zero. A valve that sticks turns
-//! a triangular OP into a square wave, a quarter of a period apart from the PV's answer: odd. An
-//! oscillating disturbance or set point leaves OP and PV in phase or in opposite phase: even.
+//! Whether the cross-correlation of OP and PV is odd or even around lag zero. A valve that sticks turns a
+//! triangular OP into a square wave, a quarter of a period apart from the PV's response: odd. An oscillating
+//! disturbance or set point leaves OP and PV in phase or in opposite phase: even.
 //!
 //! # Assumptions
-//! An oscillating loop; a self-regulating process; a controller with proportional and integral action
-//! but no derivative; a medium that does not compress.
+//! An oscillating loop with a self-regulating process, a controller with proportional and integral action but no
+//! derivative, and an incompressible medium.
 //!
 //! # Equations
 //! With `u` the OP and `y` the PV, less their means, over `n` samples:
@@ -17,8 +17,8 @@
 //! r_opt = the r between them of the sign of r0 that is farthest from zero
 //! delta tau = |tau_l - tau_r| / (tau_l + tau_r),   delta rho = |r0 - r_opt| / |r0 + r_opt|
 //! ```
-//! Both above 2/3: sticks. Both below 1/3: does not stick. Otherwise undecided. The statistic is the
-//! smaller of the two, so that it exceeds its threshold where both do.
+//! Both above 2/3: sticks. Both below 1/3: does not stick. Otherwise undecided. The statistic is the smaller of the
+//! two, so that it exceeds its threshold if both do.
 //!
 //! # Parameters
 //! | name | unit | default | source |
@@ -27,12 +27,12 @@
 //! | `lower` | none | 1/3 | Horch 1999, recalled, not read |
 //!
 //! # Limits
-//! Often undecided, for the delays of process and filter turn the phase. Blind where the process
-//! integrates: there stiction and disturbance give like phases.
+//! Often undecided, because the delays of process and filter turn the phase. Blind for integrating processes, where
+//! stiction and disturbance give similar phases.
 //!
 //! # Deviations from the paper
-//! None known; the paper was recalled and not read beyond its first page. Crossings are interpolated
-//! between lags, `r_opt` is taken at whole lags.
+//! None known; only the first page of the paper was read, the rest recalled. Crossings are interpolated between
+//! lags, `r_opt` uses whole lags.
 //!
 //! # References
 //! A. Horch, A simple method for detection of stiction in control valves, Control Engineering Practice
@@ -52,9 +52,9 @@ use crate::series::{CrossCorrelation, cross_correlation, fft_length};
 /// Horch's cross-correlation with its thresholds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Horch {
-    /// Above it, both ratios speak for stiction.
+    /// Above it, both ratios indicate stiction.
     pub upper: f64,
-    /// Below it, both ratios speak against.
+    /// Below it, both ratios indicate none.
     pub lower: f64,
 }
 
@@ -64,12 +64,12 @@ impl Default for Horch {
     }
 }
 
-/// What Horch's cross-correlation found.
+/// The result of Horch's cross-correlation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HorchResult {
-    /// How far the crossings of zero are from lying symmetric, 0 to 1.
+    /// Asymmetry of the crossings of zero, 0 to 1.
     pub delta_tau: f64,
-    /// How far the correlation at lag zero is from the peak, 0 to 1.
+    /// Distance of the correlation at lag zero from the peak, 0 to 1.
     pub delta_rho: f64,
     /// The smaller of both.
     pub statistic: f64,
@@ -87,9 +87,9 @@ pub struct HorchResult {
     pub r_opt: f64,
     /// Lag of the peak, samples.
     pub lag_opt: isize,
-    /// The correlation about lag zero, to twice the larger distance.
+    /// The correlation around lag zero, to twice the larger distance.
     pub correlation: CrossCorrelation,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
@@ -108,7 +108,7 @@ fn first_crossing(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 impl Horch {
-    /// What this method is.
+    /// The description of this method.
     pub const METHOD: Method = Method {
         name: "horch",
         title: "Horch's cross-correlation",
@@ -139,7 +139,7 @@ impl Horch {
             )
         };
         let full = n.saturating_sub(1);
-        // Crossings are near; so first as many lags as a transform of half the length gives.
+        // Crossings are near, so the first attempt uses as many lags as a transform of half the length gives.
         let near = (fft_length(n) - n).saturating_sub(1).min(full);
         let crossings = |max_lag: usize| {
             let correlation = cross_correlation(u, y, max_lag).ok_or_else(constant)?;
@@ -165,7 +165,7 @@ impl Horch {
             }
         }
         let (lag_opt, r_opt) = best;
-        // Exactly zero at lag zero is as odd as can be.
+        // Exactly zero at lag zero is perfectly odd.
         let odd_if_nan = |ratio: f64| if ratio.is_nan() { 1.0 } else { ratio };
         let delta_tau = odd_if_nan((tau_left - tau_right).abs() / (tau_left + tau_right));
         let delta_rho = odd_if_nan((r0 - r_opt).abs() / (r0 + r_opt).abs());
@@ -214,8 +214,8 @@ impl Detector for Horch {
             _ => "the correlation of OP and PV is neither odd nor even",
         };
         let reason = format!(
-            "{what}: delta tau is {:.3}, delta rho {:.3} (both above {:.3} sticks, both below {:.3} \
-             does not)",
+            "{what}: delta tau is {:.3}, delta rho {:.3} (sticks if both are above {:.3}, does not if both are \
+             below {:.3})",
             r.delta_tau, r.delta_rho, self.upper, self.lower
         );
         let numbers = vec![

@@ -20,8 +20,8 @@ pub(in crate::methods) fn draw(_: &Scene<'_>, found: &HorchDensityResult) -> Opt
                 .colour(colour::BLACK),
         );
     let caption = format!(
-        "How often the PV bends by how much, with the best fit of one hump and of two. The index is {}: \
-         1 where one hump fits, −1 where two do.",
+        "Density of the PV's second derivative, with the best fits of one hump and of two. The index is {}: 1 if \
+         one hump fits, −1 if two do.",
         number(found.statistic)
     );
     Some(sheet(caption).with(panel))

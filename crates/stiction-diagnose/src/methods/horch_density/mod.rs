@@ -1,9 +1,9 @@
 //! Horch and Isaksson's density of the second derivative, for integrating loops.
 //!
 //! # What it measures
-//! How the values of the PV's second derivative are distributed. Behind a sticking valve the PV is a
-//! triangle wave, of whose second derivative little but noise is left: one hump in the middle. That of
-//! a sinusoid spends its time at its ends: two humps, a camel.
+//! The distribution of the PV's second derivative. Behind a sticking valve the PV is a triangle wave, whose second
+//! derivative is mostly noise: one hump in the middle. That of a sinusoid is mostly near its ends: two humps, a
+//! camel.
 //!
 //! # Assumptions
 //! An oscillating loop with an integrating process; noise that is about Gaussian.
@@ -11,13 +11,13 @@
 //! # Equations
 //! ```text
 //! z(k) = p(k - m) - 2 p(k) + p(k + m),  p = PV averaged over m samples,  m = period / 12
-//! one hump:   f1 = N(0, w^2), the w that fits best, a tenth to 1.25 of sd(z)
+//! one hump:   f1 = N(0, w^2), with the best w from a tenth to 1.25 of sd(z)
 //! two humps:  f2 = density of A sin(phase) + N(0, s^2), phase uniform,  A^2 = 2 (var(z) - s^2)
-//! s^2 = what white noise of the PV adds to var(z), from the median size of its third differences
+//! s^2 = part of var(z) by white noise of the PV, from the median size of its third differences
 //! E1, E2 = squared differences of f1, f2 from the histogram of z over -4 sd to 4 sd, 41 bins, summed
 //! index = (E2 - E1) / (E2 + E1)
 //! ```
-//! Above 0 the hump fits better: sticks. Below, the camel does: does not stick. Within `margin` of 0:
+//! Above 0 the hump fits better: sticks. Below 0 the camel fits better: does not stick. Within `margin` of 0:
 //! undecided.
 //!
 //! # Parameters
@@ -27,13 +27,12 @@
 //! | `least_signal` | share of `var(z)` | 0.5 | ours: with less, two humps are one |
 //!
 //! # Limits
-//! Abstains without an oscillation, and where noise hides the curvature. Whatever is irregular has one
-//! hump too. Steps of the set point or of the load are corners too.
+//! Abstains without an oscillation, and if noise covers the curvature. Irregular signals also have one hump. Steps
+//! of the set point or of the load are also corners.
 //!
 //! # Deviations from the paper
-//! Recalled, not read: that the densities of the second derivative are compared with those of triangle
-//! and sinusoid. The filter, the estimate of the noise, the histogram, the index and its margin are
-//! ours.
+//! Recalled, not read: the comparison of the second derivative's density with those of triangle and sinusoid. The
+//! filter, the estimate of the noise, the histogram, the index and its margin are ours.
 //!
 //! # References
 //! A. Horch, A. J. Isaksson, Detection of stiction in integrating processes, European Control
@@ -59,7 +58,7 @@ const REACH: f64 = 4.0;
 /// Phases over which the camel is averaged: ours.
 const PHASES: usize = 64;
 
-/// Widths of the one hump that are tried: ours.
+/// Tried widths of the one hump: ours.
 const WIDTHS: usize = 24;
 /// The first width, in standard deviations: ours.
 const LEAST_WIDTH: f64 = 0.1;
@@ -69,9 +68,9 @@ const WIDTH_STEP: f64 = 1.116;
 /// The density of the second derivative with its thresholds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HorchDensity {
-    /// Within it about 0, the index does not decide.
+    /// Around 0, within this margin, the index does not decide.
     pub margin: f64,
-    /// Share of the variance that must not be noise.
+    /// Smallest share of the variance that is not noise.
     pub least_signal: f64,
 }
 
@@ -81,10 +80,10 @@ impl Default for HorchDensity {
     }
 }
 
-/// What the density of the second derivative found.
+/// The result of the density of the second derivative.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HorchDensityResult {
-    /// The index: 1 where one hump fits, -1 where two do.
+    /// The index: 1 if one hump fits, -1 if two do.
     pub statistic: f64,
     /// Threshold of the statistic.
     pub threshold: f64,
@@ -102,7 +101,7 @@ pub struct HorchDensityResult {
     pub signal: f64,
     /// Lag of the second difference, samples.
     pub lag: usize,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
@@ -119,7 +118,7 @@ fn density(below: impl Fn(f64) -> f64) -> Vec<f64> {
 }
 
 impl HorchDensity {
-    /// What this method is.
+    /// The description of this method.
     pub const METHOD: Method = Method {
         name: "horch-density",
         title: "Horch and Isaksson's density of the second derivative",
@@ -138,22 +137,22 @@ impl HorchDensity {
     /// Compares densities.
     ///
     /// # Errors
-    /// If the method does not apply, the subject has no period, the PV spans less than two periods, or noise hides its curvature.
+    /// If the method does not apply, the subject has no period, the PV spans less than two periods, or noise covers
+    /// its curvature.
     pub fn run(&self, subject: &Subject<'_>) -> Result<HorchDensityResult, Abstention> {
         let caveats = subject.check(&Self::METHOD)?;
         let pv = centred(subject.segment.pv.as_deref().unwrap_or_default());
         let curvature = curvature(subject, &pv)?;
         let sd = representable(std(&curvature.values))?;
         if !(sd > 0.0) {
-            return Err(Abstention("the PV does not bend at all".to_owned()));
+            return Err(Abstention("the second difference of the PV is zero".to_owned()));
         }
-        // From here on in standard deviations.
+        // In standard deviations from here on.
         let noise = (curvature.noise / sd).min(1.0);
         let signal = 1.0 - noise * noise;
         if !(signal >= self.least_signal) {
             return Err(Abstention(format!(
-                "noise hides how the PV bends: {:.0} % of the variance of its second difference is \
-                 noise",
+                "noise covers the PV's curvature: {:.0} % of the variance of its second difference is noise",
                 100.0 * noise * noise
             )));
         }
@@ -161,7 +160,7 @@ impl HorchDensity {
         let values = centred(&curvature.values);
         let mut found = vec![0.0; BINS];
         for z in &values {
-            // Whatever is farther out is in no bin.
+            // Values farther out are in no bin.
             if let Some(bin) = found.get_mut(((z / sd + REACH) / width).floor() as usize)
                 && *z >= -REACH * sd
             {
@@ -169,7 +168,7 @@ impl HorchDensity {
             }
         }
         let amplitude = (2.0 * signal).sqrt();
-        // The noise is at least so wide that the phases blend.
+        // The noise is at least wide enough to blend the phases.
         let spread = noise.max(0.05);
         let offsets: [f64; PHASES] = std::array::from_fn(|i| {
             amplitude * (std::f64::consts::PI * ((i as f64 + 0.5) / PHASES as f64 - 0.5)).sin()
@@ -235,8 +234,8 @@ impl Detector for HorchDensity {
             _ => "neither clearly one hump nor two",
         };
         let reason = format!(
-            "the second difference of the PV has {what}: the index is {:.3} (above {:.2} sticks, \
-             below {:.2} does not)",
+            "the second difference of the PV has {what}: the index is {:.3} (sticks above {:.2}, does not below \
+             {:.2})",
             r.statistic, self.margin, -self.margin
         );
         let numbers = vec![

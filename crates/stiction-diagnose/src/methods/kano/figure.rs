@@ -1,4 +1,4 @@
-//! Its figure: what follows the valve over time and over the OP, with its rests.
+//! Its figure: the signal behind the valve over time and over the OP, with its rests.
 
 use super::KanoResult;
 use crate::drawing::{Scene, sheet};
@@ -14,9 +14,9 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &KanoResult) -> Option<
     let follower = Follower { name: found.follower, label, values, rests: found.rests.clone() };
     let (trend, map) = rests(scene, &follower, &scene.end())?;
     let caption = format!(
-        "{} over time and over the OP, at the end of the segment, with its rests while the OP travels; over \
-         the whole segment they are {} of all samples. A parallelogram {} % of OP wide explains {} % of \
-         its variance, none at all {} %.",
+        "{} over time and over the OP, at the end of the segment, with its rests while the OP travels. Over the \
+         whole segment they are {} of all samples. A parallelogram {} % of OP wide explains {} % of its variance, \
+         none {} %.",
         follower.name,
         number(found.statistic),
         number(found.width),

@@ -1,23 +1,21 @@
 //! Kano's methods A and B.
 //!
 //! # What it measures
-//! A: the share of the time in which the OP travels and the valve rests. B: the width of the
-//! parallelogram that OP and valve position run through. C, qualitative patterns of both, is what
-//! [`Yamashita`](super::yamashita::Yamashita) counts.
+//! A: the share of the time in which the OP travels and the valve rests. B: the width of the parallelogram of OP
+//! and valve position. C, qualitative patterns of both, is counted by [`Yamashita`](super::yamashita::Yamashita).
 //!
 //! # Assumptions
 //! The valve position is recorded, or the PV is a flow that follows it at once.
 //!
 //! # Equations
-//! With `u` the OP and `x` the position, or the flow that stands for it:
+//! With `u` the OP and `x` the position, or the flow instead of it:
 //! ```text
 //! A:  rho = share of the samples at rest: x stays within its tolerance (four standard deviations of
 //!           its noise, at least a quantum) while u travels by more than least_travel of its span
 //! B:  F(k) = clamp(F(k-1) + u(k) - u(k-1), 0, w),   x_w = u - F
 //!     width = the w from 0 to the span of u for which x_w explains most of x: r^2 of both is largest
 //! ```
-//! The paper's thresholds are not known, so it is always undecided; the numbers speak for themselves:
-//! without stiction rho and width are about zero.
+//! The paper's thresholds are not known, so it is always undecided. Without stiction rho and width are about zero.
 //!
 //! # Parameters
 //! | name | unit | default | source |
@@ -25,13 +23,12 @@
 //! | `least_travel` | share of the OP's span | 0.05 | ours |
 //!
 //! # Limits
-//! A lag or a dead time between valve and flow widens the parallelogram. The width is sought on a grid
-//! refined once, to 0.2 % of the OP's span.
+//! A lag or a dead time between valve and flow widens the parallelogram. The search for the width uses a grid that
+//! is refined once, to 0.2 % of the OP's span.
 //!
 //! # Deviations from the paper
-//! Recalled, not read: that A counts how long the position rests while the OP's changes add up, and
-//! that B reconstructs the position through a dead band of unknown width. Tolerances and the search are
-//! ours.
+//! Recalled, not read: A counts how long the position rests while the OP's changes add up, and B reconstructs the
+//! position through a dead band of unknown width. Tolerances and the search are ours.
 //!
 //! # References
 //! M. Kano, H. Maruta, H. Kugemoto, K. Shimizu, Practical model and detection algorithm for valve
@@ -50,7 +47,7 @@ use crate::finding::{
 use crate::recording::LoopType;
 use crate::series::{centred, span};
 
-/// Widths tried at a time.
+/// Widths per search step.
 const WIDTHS: usize = 32;
 
 /// Kano's methods with their parameter.
@@ -66,7 +63,7 @@ impl Default for Kano {
     }
 }
 
-/// What Kano's methods found.
+/// The result of Kano's methods.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KanoResult {
     /// Share of the samples at rest, by method A.
@@ -81,9 +78,9 @@ pub struct KanoResult {
     pub explained: f64,
     /// Share that is explained without a dead band.
     pub explained_without: f64,
-    /// The signal that was taken for the position, `VP` or `PV`.
+    /// The signal that replaces the position, `VP` or `PV`.
     pub follower: &'static str,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
@@ -110,7 +107,7 @@ fn explained(u: &[f64], x: &[f64], widths: &[f64; WIDTHS]) -> [f64; WIDTHS] {
 }
 
 impl Kano {
-    /// What this method is.
+    /// The description of this method.
     pub const METHOD: Method = Method {
         name: "kano",
         title: "Kano's methods A and B",
@@ -124,7 +121,7 @@ impl Kano {
         explains_oscillation: false,
     };
 
-    /// Looks at OP against valve position, or against a flow where no position is recorded.
+    /// Compares the OP with the valve position, or with a flow if no position is recorded.
     ///
     /// # Errors
     /// If neither is recorded, or it never moves.
@@ -136,7 +133,7 @@ impl Kano {
             (None, Some(pv), LoopType::Flow) => ("PV", pv),
             (None, Some(pv), LoopType::Unknown) => {
                 caveats.push(
-                    "the loop's type is not known; its PV is taken for the flow through the valve"
+                    "the loop's type is not known; its PV is assumed to be the flow through the valve"
                         .to_owned(),
                 );
                 ("PV", pv)
@@ -195,8 +192,8 @@ impl Detector for Kano {
     fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
         let r = self.run(subject)?;
         let reason = format!(
-            "the {} rests {:.0} % of the time while the OP travels, and a dead band of {:.2} % of OP \
-             explains {:.0} % of its variance, none {:.0} %; no threshold is known",
+            "the {} rests {:.0} % of the time while the OP travels; a dead band of {:.2} % of OP explains {:.0} % \
+             of its variance, none {:.0} % (no threshold is known)",
             r.follower,
             100.0 * r.statistic,
             r.width,

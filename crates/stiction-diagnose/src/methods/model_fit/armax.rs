@@ -3,13 +3,13 @@
 //! ```text
 //! y(k) = c + sum_i a_i y(k-i) + sum_j b_j x(k-d-j) + sum_l c_l e(k-l) + e(k)
 //! ```
-//! The errors of the moving average are those of a longer ARX model, so that two problems of least squares
-//! are all there is (E. J. Hannan, J. Rissanen, Biometrika 69 (1982) 81-94; recalled, not read).
+//! The errors of the moving average are those of a longer ARX model, so that only two least-squares problems remain
+//! (E. J. Hannan, J. Rissanen, Biometrika 69 (1982) 81-94; recalled, not read).
 
 use crate::identify::arx::TAPS;
 use crate::numeric::least_squares::{Solution, least_squares};
 
-/// How many past values of PV and input, and past errors, a model knows.
+/// Number of past values of PV and input, and of past errors, in a model.
 #[derive(Clone, Copy)]
 pub(super) struct Orders {
     pub past: usize,
@@ -20,7 +20,7 @@ pub(super) struct Orders {
 /// Past values, taps and delays by which the longer model exceeds the other.
 const LONGER: usize = 3;
 
-/// Fits `y` from the sample `first` on; `None` if that fails or too much is asked of too little.
+/// Fits `y` from the sample `first` on; `None` if that fails or there are too few samples.
 pub(super) fn armax(
     x: &[f64],
     y: &[f64],
@@ -38,8 +38,8 @@ pub(super) fn armax(
     regress(x, y, delay, first, orders, &errors)
 }
 
-/// Of delays from `delay` on, as many as a model of order five has taps, the one with which an ARX model of
-/// these orders leaves least, and its mean square error.
+/// Among delays from `delay` on, as many as a model of order five has taps, the one whose ARX model of these orders
+/// has the smallest mean square error, and that error.
 pub(super) fn near(
     x: &[f64],
     y: &[f64],

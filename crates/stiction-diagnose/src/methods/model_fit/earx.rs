@@ -1,10 +1,10 @@
 //! An extended ARMAX model: a linear process with a disturbance that wanders.
 //!
 //! # What it measures
-//! How much of a PV the input explains, and how much a disturbance that need not be stationary.
+//! How much of a PV is explained by the input, and how much by a possibly non-stationary disturbance.
 //!
 //! # Assumptions
-//! A linear process of low order; a disturbance that wanders slowly, or as fast as `walk` says.
+//! A linear process of low order; a disturbance that wanders slowly, or as fast as `walk` allows.
 //!
 //! # Equations
 //! ```text
@@ -23,8 +23,8 @@
 //! `walk`, the ratio of variances, 0 for a disturbance that is constant.
 //!
 //! # Limits
-//! A disturbance at the frequency of the oscillation can only be told from the input's part by its shape.
-//! The first samples, in which the coefficients are learnt, do not count in the likelihood.
+//! A disturbance at the frequency of the oscillation differs from the input's part only by its shape. The first
+//! samples, in which the coefficients are learnt, do not count in the likelihood.
 //!
 //! # Deviations from the paper
 //! Recalled, not read: the model is theirs, the estimation by one Kalman filter and a smoother is ours.
@@ -51,7 +51,7 @@ pub struct Earx {
     pub error: f64,
     /// Variance of the innovations.
     pub variance: f64,
-    /// Logarithm of the likelihood, but for a constant.
+    /// Logarithm of the likelihood, except for a constant.
     pub log_likelihood: f64,
     /// Innovations that count in it.
     pub samples: usize,
@@ -63,8 +63,8 @@ pub struct Earx {
     pub predicted: Vec<f64>,
 }
 
-/// Fits `y` behind `x`, of the same length and both of order one, with a delay of at least a sample;
-/// `None` if there are too few samples, or what comes of it is not finite.
+/// Fits `y` behind `x`, of the same length and both of order one, with a delay of at least a sample; `None` if
+/// there are too few samples, or the result is not finite.
 pub fn fit(x: &[f64], y: &[f64], delay: usize, walk: f64) -> Option<Earx> {
     let n = y.len();
     let first = (delay + 1).max(2);
@@ -130,7 +130,7 @@ pub fn fit(x: &[f64], y: &[f64], delay: usize, walk: f64) -> Option<Earx> {
     })
 }
 
-/// A random walk seen through noise of variance one, steps of variance `walk`; a constant if that is 0.
+/// A random walk in noise of variance one, steps of variance `walk`; a constant if that is 0.
 fn smoothed(seen: &[f64], walk: f64) -> Vec<f64> {
     let (mut level, mut variance) = (0.0, UNKNOWN);
     let mut filtered = Vec::with_capacity(seen.len());

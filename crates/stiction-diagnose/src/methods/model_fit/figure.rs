@@ -11,7 +11,7 @@ const FITS: &str = "model-fit";
 pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &ModelFitResult) -> Option<Figure> {
     let found = &found.fit;
     let end = scene.end();
-    // A sample of the fit is the mean of several recorded ones, and stands in their middle.
+    // A sample of the fit is the mean of several recorded ones, and is drawn in their middle.
     let middle = 0.5 * (found.factor as f64 - 1.0);
     let at = |k: usize| (found.from + k * found.factor) as f64 + middle;
     let shown: Vec<usize> = (0..found.op.len()).filter(|k| at(*k) >= end.start as f64).collect();
@@ -30,8 +30,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &ModelFitResult) -> Opt
         .with(Series::line("OP", x.clone(), of(&found.op)).colour(colour::BLUE))
         .with(Series::steps("valve of the model", x, of(&found.vp)).colour(colour::VERMILION));
     let caption = format!(
-        "The PV with the PV of the fitted model, and the OP with the position of its valve: S is {} %, J is \
-         {} %.",
+        "The PV with the PV of the fitted model, and the OP with the position of its valve: S = {} %, J = {} %.",
         number(found.s),
         number(found.j)
     );

@@ -1,20 +1,20 @@
 //! Jelali's two-parameter Hammerstein fit by direct search.
 //!
 //! # What it measures
-//! S and J of He's valve with which a linear model with coloured errors explains the PV best, and how much
-//! better it does than behind a valve that follows.
+//! S and J of He's valve with which a linear model with coloured errors explains the PV best, and its gain over a
+//! valve that follows.
 //!
 //! # Assumptions
 //! An oscillating loop with one valve before one linear process.
 //!
 //! # Equations
 //! ```text
-//! outside: S and J that make SSE least, by a pattern search from the best places of a grid
+//! outside: S and J with the smallest SSE, by a pattern search from the best points of a grid
 //! inside:  y(k) = c + sum_{i=1..2} a_i y(k-i) + sum_{j=0..1} b_j x(k-d-j) + sum_{l=1..2} c_l e(k-l) + e(k)
 //! gain = ln(SSE with S = 0 / SSE)
 //! ```
-//! In the pattern search (Hooke and Jeeves) ln S and J/S are moved in turn by a step, which is halved where
-//! neither makes SSE less. Sticks if the gain exceeds `least`.
+//! The pattern search (Hooke and Jeeves) moves ln S and J/S in turn by a step, which is halved if neither lowers
+//! SSE. Sticks if the gain exceeds `least`.
 //!
 //! # Parameters
 //! | name | unit | default | source |
@@ -22,13 +22,13 @@
 //! | `least` | | 0.1 | ours |
 //!
 //! # Limits
-//! The errors have several minima along S; the grid has 31 places. J is known worse than S.
-//! He's valve never forgets where it began, which is taken to be `x(0) = u(0)`.
+//! The errors have several minima along S; the grid has 31 points. J is less certain than S. He's valve never
+//! forgets its initial position, which is assumed to be `x(0) = u(0)`.
 //!
 //! # Deviations from the paper
-//! Recalled, not read. Ours: a grid and pattern searches from its two best places, in place of a genetic
-//! algorithm before the pattern search, so that the same data always give the same answer; the delay from
-//! a model of order five on the grid; the moving average in two steps of least squares; the threshold; a
+//! Recalled, not read. Ours: a grid and pattern searches from its two best points, instead of a genetic algorithm
+//! before the pattern search, so that the same data always give the same result. The delay comes from a model of
+//! order five on the grid, the moving average from two steps of least squares. Also ours: the threshold, and a
 //! period of at most 60 samples and at most 1,500 samples.
 //!
 //! # References
@@ -41,19 +41,19 @@ use crate::finding::Abstention;
 use crate::identify::arx::TAPS;
 use crate::valve::{He, Model};
 
-/// Gain above which the valve is said to stick. Ours.
+/// Gain above which the valve sticks. Ours.
 pub const LEAST: f64 = 0.1;
 /// Orders of the linear model.
 const ORDERS: Orders = Orders { past: 2, taps: 2, errors: 2 };
 /// The grid: S in shares of the span, J in shares of S.
 pub(super) const GRID_S: [f64; 10] = [0.05, 0.1, 0.16, 0.24, 0.33, 0.44, 0.56, 0.7, 0.84, 1.0];
 pub(super) const GRID_J: [f64; 3] = [0.1, 0.45, 1.0];
-/// How far apart, in ln S, places are from which the search begins.
+/// Smallest distance in ln S between starting points of the search.
 const APART: f64 = 0.5;
-/// First steps of ln S and J/S, and how often they are halved.
+/// First steps of ln S and J/S, and the number of halvings.
 const STEPS: (f64, f64) = (0.12, 0.16);
 const HALVINGS: i32 = 3;
-/// Places that a search tries.
+/// Points per search.
 const TRIALS: usize = 10;
 
 /// Fits OP (percent) and PV of a loop that oscillates with `period` samples.
@@ -144,7 +144,7 @@ struct Place {
     ratio: f64,
 }
 
-/// Goes downhill from `place`, saying what was tried.
+/// Searches downhill from `place` and reports the tried points.
 fn search(mut place: Place, value: impl Fn(Place) -> Option<f64>, mut say: impl FnMut(Place, f64)) {
     let mut trials = 0;
     let mut look = |place: Place| {

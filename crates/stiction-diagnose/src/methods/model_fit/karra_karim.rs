@@ -1,8 +1,8 @@
 //! Karra and Karim's diagnosis with an extended ARMAX model.
 //!
 //! # What it measures
-//! Whether a sticking valve, a disturbance from outside or an aggressive controller makes a loop oscillate,
-//! by which of the models that know or do not know each of them explains the PV best.
+//! Whether a sticking valve, a disturbance from outside or an aggressive controller causes the oscillation. The
+//! answer is the model, with or without each of them, that explains the PV best.
 //!
 //! # Assumptions
 //! An oscillating loop with one valve before one linear process of low order, and one cause.
@@ -14,9 +14,9 @@
 //! BIC = -2 ln L + p ln m
 //! gain = (BIC of the best with x = u less BIC of the best with a valve) / m
 //! ```
-//! Sticks if the gain exceeds `least`. Otherwise the oscillation comes from outside if a walk above 0 is best
-//! and the disturbance is more than half of the variance of the two parts of the PV; else the controller is
-//! aggressive. p is 5, 2 more with S and J, 1 more with a walk.
+//! Sticks if the gain exceeds `least`. Otherwise the oscillation comes from outside if a walk above 0 is best and
+//! the disturbance is more than half of the variance of the two parts of the PV; else the controller is aggressive.
+//! p is 5, plus 2 with S and J, plus 1 with a walk.
 //!
 //! # Parameters
 //! | name | unit | default | source |
@@ -24,12 +24,12 @@
 //! | `least` | | 0.05 | ours |
 //!
 //! # Limits
-//! A disturbance with corners looks like a sticking valve. That the controller is aggressive is what is left
-//! when nothing else is found.
+//! A disturbance with corners looks like a sticking valve. An aggressive controller is only the remaining cause if
+//! nothing else is found.
 //!
 //! # Deviations from the paper
-//! Recalled, not read. Ours: the grid of S and J and its refinement by models of order five; the walks; the
-//! estimation (see `earx`); the rules in numbers; a period of at most 60 samples and at most 1,500 samples.
+//! Recalled, not read. Ours: the grid of S and J and its refinement by models of order five, the walks, the
+//! estimation (see `earx`), the numeric rules, and a period of at most 60 samples and at most 1,500 samples.
 //!
 //! # References
 //! S. Karra, M. N. Karim, Comprehensive methodology for detection and diagnosis of oscillatory control
@@ -44,19 +44,19 @@ use crate::finding::Abstention;
 use crate::series::variance;
 use crate::valve::{He, Model};
 
-/// Gain above which the valve is said to stick. Ours.
+/// Gain above which the valve sticks. Ours.
 pub const LEAST: f64 = 0.05;
-/// How fast the disturbance may wander. Ours.
+/// Tried walks of the disturbance. Ours.
 const WALKS: [f64; 3] = [0.0, 0.01, 0.3];
-/// Numbers that are fitted: coefficients, S and J, walk.
+/// Fitted numbers: coefficients, S and J, walk.
 const COEFFICIENTS: f64 = 5.0;
 const BANDS: f64 = 2.0;
 /// Share of the disturbance above which it is the cause. Ours.
 const OUTSIDE: f64 = 0.5;
-/// Steps of ln S and J/S about the best.
+/// Steps of ln S and J/S around the best.
 const FINER: (f64, f64) = (0.09, 0.15);
 
-/// What makes a loop oscillate.
+/// The cause of an oscillation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cause {
     /// The valve sticks.
@@ -78,12 +78,12 @@ impl Cause {
     }
 }
 
-/// The best model of each kind, and the cause by them.
+/// The best model of each kind, and the resulting cause.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KarraKarim {
     /// The fit with a valve; its gain is per sample.
     pub fit: HammersteinFit,
-    /// What makes the loop oscillate.
+    /// The cause of the oscillation.
     pub cause: Cause,
     /// Share of the disturbance in the variance of both parts of the PV, by the best model.
     pub disturbance_share: f64,

@@ -1,12 +1,12 @@
 //! Lee, Ren and Huang's Hammerstein fit over a bounded region.
 //!
 //! # What it measures
-//! S and J of He's valve, within the triangle that the OP allows, with which a process of low order and
-//! constrained gain and poles explains the PV best.
+//! S and J of He's valve, within the triangle that the OP allows, with which a process of low order and constrained
+//! gain and poles explains the PV best.
 //!
 //! # Assumptions
-//! An oscillating loop with one valve before a process of at most second order with dead time; its gain has
-//! the sign that the controller counts on.
+//! An oscillating loop with one valve before a process of at most second order with dead time; its gain has the
+//! sign that the controller assumes.
 //!
 //! # Equations
 //! ```text
@@ -15,7 +15,7 @@
 //!           stable: |a2| < 1, |a1| < 1 - a2;   b of the sign of -sum dOP dPV
 //! gain = ln(SSE with S = 0 / SSE)
 //! ```
-//! Where least squares breaks a constraint, the candidate is left out; if that happens with S = 0, its input
+//! A candidate whose least-squares fit violates a constraint is left out; if that happens with S = 0, its input
 //! counts as explaining nothing (b = 0). Sticks if the gain exceeds `least`.
 //!
 //! # Parameters
@@ -24,14 +24,14 @@
 //! | `least` | | 0.05 | ours |
 //!
 //! # Limits
-//! The input enters at one sample only; a slip that comes between two is not quite explained. Disturbances
-//! with corners are taken for slips.
-//! He's valve never forgets where it began, which is taken to be `x(0) = u(0)`.
+//! The input enters at one sample only, so a slip between two samples is not fully explained. Disturbances with
+//! corners look like slips. He's valve never forgets its initial position, which is assumed to be `x(0) = u(0)`.
 //!
 //! # Deviations from the paper
-//! Recalled, not read. The paper minimises over S, J and the process by a constrained optimiser; ours
-//! searches a grid of S and J, refined once, and keeps what meets the constraints. The delay from a model of
-//! order five, then from those near; the threshold; a period of at most 60 samples and at most 1,500 samples.
+//! Recalled, not read. The paper minimises over S, J and the process by a constrained optimiser; ours searches a
+//! grid of S and J, refined once, and keeps the candidates within the constraints. Ours: the delay from a model of
+//! order five, then from neighbouring ones; the threshold; a period of at most 60 samples and at most 1,500
+//! samples.
 //!
 //! # References
 //! K. H. Lee, Z. Ren, B. Huang, Novel closed-loop stiction detection and quantification method via system
@@ -46,20 +46,19 @@ use crate::Bands;
 use crate::finding::Abstention;
 use crate::valve::{He, Model};
 
-/// Gain above which the valve is said to stick. Ours.
+/// Gain above which the valve sticks. Ours.
 pub const LEAST: f64 = 0.05;
 /// Orders of the process.
 const ORDERS: Orders = Orders { past: 2, taps: 1, errors: 0 };
-/// Places of each grid that are judged: the best before models of order five.
+/// Judged points of each grid: the best before models of order five.
 const JUDGED: usize = 8;
-/// Steps of ln S and of J/S about the best.
+/// Steps of ln S and of J/S around the best.
 const FINER: (f64, f64) = (0.09, 0.15);
 
 /// Fits OP (percent) and PV of a loop that oscillates with `period` samples.
 ///
 /// # Errors
-/// If there is no period, too few samples, a signal that does not move, or no process within the
-/// constraints.
+/// If there is no period, too few samples, a signal that does not move, or no process within the constraints.
 pub fn fit(
     op: &[f64],
     pv: &[f64],
@@ -127,7 +126,7 @@ pub fn fit(
     })
 }
 
-/// Bands whose process meets the constraints.
+/// Bands whose process is within the constraints.
 struct Judged {
     bands: Bands,
     delay: usize,

@@ -1,9 +1,8 @@
 //! The published fits of a valve model before a linear process, as detectors.
 //!
 //! # What it measures
-//! How much better a sticking valve before a linear process explains the PV than one that follows; each
-//! method by its own models and criterion, which are documented where they are computed:
-//! [`srinivasan`], [`lee`], [`jelali`], [`karra_karim`].
+//! How much better a sticking valve before a linear process explains the PV than one that follows. Each method has
+//! its own models and criterion, documented in its file: [`srinivasan`], [`lee`], [`jelali`], [`karra_karim`].
 //!
 //! # Assumptions
 //! An oscillating loop with one valve before one linear process.
@@ -18,8 +17,8 @@
 //! | `least` | none | 0.1 for Jelali, else 0.05 | ours |
 //!
 //! # Limits
-//! S and J depend on the model: those of one are not those of another. Corners that something else makes
-//! are taken for slips.
+//! S and J depend on the model: those of one differ from those of another. Corners from other causes look like
+//! slips.
 //!
 //! # Deviations from the paper
 //! See the methods; all are recalled, not read. The thresholds are ours.
@@ -45,10 +44,10 @@ use crate::finding::{
 use karra_karim::KarraKarim;
 use published::HammersteinFit;
 
-/// Whose fit.
+/// The method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FittedBy {
-    /// Srinivasan's, of one parameter.
+    /// Srinivasan's, with one parameter.
     Srinivasan,
     /// Lee, Ren and Huang's.
     Lee,
@@ -61,13 +60,13 @@ pub enum FittedBy {
 /// A fit with its threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelFit {
-    /// Whose.
+    /// The method.
     pub by: FittedBy,
-    /// Gain above which the valve is said to stick.
+    /// Gain above which the valve sticks.
     pub least: f64,
 }
 
-/// What a fit found.
+/// The result of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelFitResult {
     /// The gain.
@@ -78,9 +77,9 @@ pub struct ModelFitResult {
     pub decision: Decision,
     /// The fit.
     pub fit: HammersteinFit,
-    /// Of Karra and Karim's: the cause, and the share of the disturbance.
+    /// For Karra and Karim's: the cause, and the share of the disturbance.
     pub cause: Option<(karra_karim::Cause, f64)>,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
@@ -187,13 +186,13 @@ impl Detector for ModelFit {
     fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
         let r = self.run(subject)?;
         let fit = &r.fit;
-        let how = if fit.sticks { "clearly better" } else { "hardly better, or not," };
+        let how = if fit.sticks { "clearly better" } else { "hardly better, if at all," };
         let cause = r.cause.map_or(String::new(), |(cause, _)| {
             format!("; by its models the cause is {}", cause.name())
         });
         let reason = format!(
-            "a sticking valve (S {:.2} %, J {:.2} %) before a linear process explains the PV {how} than a \
-             valve that follows: gain {:.3} (above {:.2} sticks){cause}",
+            "a sticking valve (S = {:.2} %, J = {:.2} %) before a linear process explains the PV {how} than a \
+             valve that follows: gain {:.3} (sticks above {:.2}){cause}",
             fit.s, fit.j, r.statistic, r.threshold
         );
         let mut numbers = vec![

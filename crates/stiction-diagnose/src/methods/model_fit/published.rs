@@ -1,4 +1,4 @@
-//! What the published Hammerstein methods share: what they are given, and what they return.
+//! The common inputs and results of the published Hammerstein methods.
 
 use crate::Bands;
 use crate::finding::Abstention;
@@ -8,15 +8,15 @@ use crate::simd::Width;
 use crate::valve::lanes::{LANES, Lane, Laned, follow};
 use crate::valve::{Model, Start, Valve};
 
-/// Samples a period to which denser recordings are brought.
+/// Samples per period after reduction of denser recordings.
 pub const SAMPLES_PER_PERIOD: f64 = 60.0;
-/// Samples of which the last are taken from longer recordings.
+/// Most samples: the last ones of longer recordings.
 pub const MOST_SAMPLES: usize = 1500;
-/// Samples below which nothing is fitted.
+/// Fewest samples for a fit.
 pub const FEWEST_SAMPLES: usize = 100;
-/// Samples a period below which the slips cannot be seen.
+/// Fewest samples per period: with fewer, slips are invisible.
 pub const SHORTEST_PERIOD: f64 = 8.0;
-/// Delays beside one and two samples, shares of the period.
+/// Delays besides one and two samples, shares of the period.
 const DELAYS: [f64; 4] = [0.05, 0.1, 0.16, 0.24];
 
 /// A valve model before a linear process, fitted to OP and PV.
@@ -32,13 +32,13 @@ pub struct HammersteinFit {
     pub delay: usize,
     /// Logarithm of the mean square error with a valve that follows over that with this one.
     pub gain: f64,
-    /// Gain above which the valve is said to stick.
+    /// Gain above which the valve sticks.
     pub threshold: f64,
-    /// Whether it is said to stick.
+    /// Whether the valve sticks.
     pub sticks: bool,
-    /// S that were tried with the gain of the best J, ascending in S.
+    /// The tried S with the gain of the best J, ascending in S.
     pub profile: Vec<(f64, f64)>,
-    /// Recorded samples to one of the fit.
+    /// Recorded samples per sample of the fit.
     pub factor: usize,
     /// First recorded sample of the fit.
     pub from: usize,
@@ -48,11 +48,11 @@ pub struct HammersteinFit {
     pub vp: Vec<f64>,
     /// PV of mean 0 and variance 1.
     pub pv: Vec<f64>,
-    /// PV as the fit has it; NaN nowhere, the PV itself where nothing is predicted yet.
+    /// PV of the fit; never NaN, the PV itself at samples without a prediction.
     pub fitted: Vec<f64>,
 }
 
-/// OP and PV as the methods see them.
+/// OP and PV as input of the methods.
 pub(super) struct Window {
     pub op: Vec<f64>,
     pub pv: Vec<f64>,
@@ -64,7 +64,7 @@ pub(super) struct Window {
     pub from: usize,
 }
 
-/// Bands that were tried, with what they leave.
+/// The tried bands, with their errors.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidate {
     pub bands: Bands,
@@ -73,7 +73,7 @@ pub(super) struct Candidate {
 }
 
 impl Window {
-    /// Of recorded OP (percent) and PV, with a period in samples.
+    /// From recorded OP (percent) and PV, with a period in samples.
     pub fn of(op: &[f64], pv: &[f64], period: Option<f64>) -> Result<Self, Abstention> {
         let Some(period) = period.filter(|p| p.is_finite() && *p >= SHORTEST_PERIOD) else {
             return Err(Abstention(format!(
@@ -88,8 +88,8 @@ impl Window {
         let n = (op.len() / factor).min(MOST_SAMPLES);
         if n < FEWEST_SAMPLES || period > 0.5 * n as f64 {
             return Err(Abstention(format!(
-                "needs {FEWEST_SAMPLES} samples and two periods; there are {n} samples, and the period \
-                 is {period:.0} of them"
+                "needs {FEWEST_SAMPLES} samples and two periods; there are {n} samples, and the period is \
+                 {period:.0} samples"
             )));
         }
         let from = op.len() - n * factor;
@@ -113,7 +113,7 @@ impl Window {
         delays
     }
 
-    /// The PV, ready to be fitted.
+    /// The PV, prepared for the fit.
     pub fn target(&self) -> Result<Target, Abstention> {
         Target::new(&self.pv, &self.delays())
             .ok_or_else(|| Abstention("the PV cannot be predicted from its past".to_owned()))
@@ -127,7 +127,7 @@ impl Window {
         vp
     }
 
-    /// What linear models of order five leave behind valves with each of `bands`, at the best delay.
+    /// The errors of linear models of order five behind valves with each of `bands`, at the best delay.
     pub fn try_all<M: Laned>(&self, target: &Target, bands: &[Bands]) -> Vec<Candidate> {
         let mut tried = vec![];
         for bands in bands.chunks(LANES) {
@@ -139,7 +139,7 @@ impl Window {
         tried
     }
 
-    /// Positions less the first OP, in spans: of the order of the PV.
+    /// Positions less the first OP, in spans: as large as the PV.
     fn centred(&self, mut vp: Vec<Lane>) -> Vec<Lane> {
         let (level, scale) = (self.op[0], 1.0 / self.span);
         for x in &mut vp {
@@ -148,7 +148,7 @@ impl Window {
         vp
     }
 
-    /// Positions of one valve that begins where the OP does, percent.
+    /// Positions of one valve that begins at the OP, percent.
     pub fn positions(&self, model: Model, bands: Bands) -> Result<Vec<f64>, Abstention> {
         self.positions_from(model, bands, self.op[0])
     }
@@ -180,7 +180,7 @@ impl Window {
     }
 }
 
-/// `ln(a / b)` of two mean square errors, finite whatever they are.
+/// `ln(a / b)` of two mean square errors, always finite.
 pub(super) fn gain(a: f64, b: f64) -> f64 {
     let floor = 1e-9;
     ((a.max(0.0) + floor) / (b.max(0.0) + floor)).ln()

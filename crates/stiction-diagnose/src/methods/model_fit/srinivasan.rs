@@ -1,12 +1,10 @@
 //! Srinivasan's one-parameter Hammerstein fit.
 //!
 //! # What it measures
-//! The jump `d` of Stenman's valve with which a linear model explains the PV best, and how much better it
-//! does than without.
+//! The jump `d` of Stenman's valve with which a linear model explains the PV best, and its gain over none.
 //!
 //! # Assumptions
-//! An oscillating loop with one valve before one linear process. Dead band without slips is not what the
-//! valve model knows.
+//! An oscillating loop with one valve before one linear process. The valve model has no dead band without slips.
 //!
 //! # Equations
 //! ```text
@@ -23,15 +21,14 @@
 //! | `least` | | 0.05 | ours |
 //!
 //! # Limits
-//! S and J are both d here: where a valve has dead band, d lies between J and S. Corners that a disturbance
-//! makes are explained by d, too.
-//! Stenman's valve never forgets where it began, which is one of five places: d is known to a
-//! factor of 1.6 at best, even on a clean simulated loop, and the profile is rough.
+//! S and J are both d here: for a valve with a dead band, d is between J and S. Corners by a disturbance are also
+//! explained by d. Stenman's valve never forgets its initial position, which is one of five. So d has an
+//! uncertainty of at least a factor of 1.6, even on a clean simulated loop, and the profile is rough.
 //!
 //! # Deviations from the paper
-//! Recalled, not read. Ours: d on a grid of shares of the OP's span and once more about its best; the
-//! delay from the model with d = 0, and for the best d once more; five starts of the
-//! valve; no moving average; the threshold; a period of at most 60 samples and at most 1,500 samples.
+//! Recalled, not read. Ours: d on a grid of shares of the OP's span and once more around its best. The delay is that of
+//! the model with d = 0, and is found again for the best d. Also ours: five starts of the valve, no moving average, the
+//! threshold, and a period of at most 60 samples and at most 1,500 samples.
 //!
 //! # References
 //! R. Srinivasan, R. Rengaswamy, S. Narasimhan, R. Miller, Control loop performance assessment. 2.
@@ -43,13 +40,13 @@ use super::published::{HammersteinFit, Window, behind, gain, profile};
 use crate::finding::Abstention;
 use crate::valve::{He, Model};
 
-/// Gain above which the valve is said to stick. Ours.
+/// Gain above which the valve sticks. Ours.
 pub const LEAST: f64 = 0.05;
 /// Orders of the linear model.
 const ORDERS: Orders = Orders { past: 2, taps: 2, errors: 0 };
 /// Values of d in the grid.
 const VALUES: i32 = 15;
-/// Where the valve may begin, shares of d from the OP: it never forgets it.
+/// Initial positions of the valve, shares of d from the OP: it never forgets them.
 const STARTS: [f64; 5] = [0.0, -0.8, -0.4, 0.4, 0.8];
 
 /// Fits OP (percent) and PV of a loop that oscillates with `period` samples.
@@ -115,7 +112,7 @@ pub fn fit(
     })
 }
 
-/// A jump that was tried, share of the span, with the start of the valve, shares of d from the OP.
+/// A tried jump, share of the span, with the initial position of the valve, shares of d from the OP.
 #[derive(Clone, Copy)]
 struct Judged {
     d: f64,
@@ -124,7 +121,7 @@ struct Judged {
     mse: f64,
 }
 
-/// Where the valve begins, percent.
+/// Initial position of the valve, percent.
 fn begins(window: &Window, d: f64, start: f64) -> f64 {
     window.op[0] + start * d * window.span
 }

@@ -1,15 +1,14 @@
 //! Rossi and Scali's fit of relay responses.
 //!
 //! # What it measures
-//! Whether the PV looks like what a relay leaves behind the process, from triangle to square, or like
-//! a sine. A sticking valve is such a relay.
+//! Whether the PV looks like the response of the process to a relay, from triangle to square, or like a sine. A
+//! sticking valve is such a relay.
 //!
 //! # Assumptions
 //! An oscillating loop with a self-regulating process of about first order.
 //!
 //! # Equations
-//! In each half wave of the PV about its mean, of length `L` between interpolated crossings, by least
-//! squares:
+//! In each half wave of the PV around its mean, of length `L` between interpolated crossings, by least squares:
 //! ```text
 //! sine:      A sin(pi t / L)
 //! triangle:  k1 t up to the apex, k2 (L - t) beyond; the apex is the inner sample of least error
@@ -17,9 +16,9 @@
 //! S = (E_sin - E) / (E_sin + E),  E = min(E_tri, E_rel);  each E the mean square error, averaged over
 //!                                 the half waves
 //! ```
-//! The relay response is a first-order lag under a square wave of half period `L`, moved by the dead
-//! time that lets it cross zero when it does: it rises towards one level, and falls towards the other
-//! once the relay has switched (derived here). S above 0.21 sticks, below 0 does not.
+//! The relay response is that of a first-order lag to a square wave of half period `L`, shifted by the dead time
+//! that gives the crossing of zero. It rises towards one level, and falls towards the other once the relay has
+//! switched (derived here). S above 0.21 sticks, below 0 does not.
 //!
 //! # Parameters
 //! | name | unit | default | source |
@@ -28,8 +27,8 @@
 //! | `lower` | none | 0 | Rossi & Scali 2005, recalled, not read |
 //!
 //! # Limits
-//! The relay's shape has a parameter more than the sine, so noise alone draws S above 0. Half waves of
-//! fewer than five samples are left out, and fewer than four half waves are not judged.
+//! The relay's shape has one parameter more than the sine, so noise alone moves S above 0. Half waves of fewer than
+//! five samples are left out. Four half waves are needed.
 //!
 //! # Deviations from the paper
 //! Recalled, not read. Ours: mean square errors averaged before they are compared; the ratio `L/tau`
@@ -53,9 +52,9 @@ use crate::series::{HalfWave, centred, half_waves};
 /// The fit of relay responses with its thresholds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RelayFit {
-    /// Above it, the index speaks for stiction.
+    /// Above it, the index indicates stiction.
     pub upper: f64,
-    /// Below it, the index speaks against.
+    /// Below it, the index indicates none.
     pub lower: f64,
 }
 
@@ -68,7 +67,7 @@ impl Default for RelayFit {
 /// A half wave with its three shapes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RelayFitWave {
-    /// Where it lies.
+    /// Its range.
     pub wave: HalfWave,
     /// Amplitude of the sine, negative below zero.
     pub sine: f64,
@@ -80,7 +79,7 @@ pub struct RelayFitWave {
     pub mse: [f64; 3],
 }
 
-/// What the fit of relay responses found.
+/// The result of the fit of relay responses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RelayFitResult {
     /// The index S, -1 to 1.
@@ -95,12 +94,12 @@ pub struct RelayFitResult {
     pub values: Vec<f64>,
     /// The fits.
     pub waves: Vec<RelayFitWave>,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
 impl RelayFit {
-    /// What this method is.
+    /// The description of this method.
     pub const METHOD: Method = Method {
         name: "relay-fit",
         title: "Rossi and Scali's fit of relay responses",
@@ -180,7 +179,7 @@ impl Detector for RelayFit {
             _ => format!("is hardly nearer to {shape} than to a sine"),
         };
         let reason = format!(
-            "the PV {what}: S is {:.3} (above {:.2} sticks, below {:.2} does not) over {} half waves",
+            "the PV {what}: S is {:.3} (sticks above {:.2}, does not below {:.2}) over {} half waves",
             r.statistic,
             self.upper,
             self.lower,

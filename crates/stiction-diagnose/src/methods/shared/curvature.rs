@@ -4,15 +4,15 @@ use crate::finding::Abstention;
 use crate::methods::subject::Subject;
 use crate::series::median;
 
-/// Lag of the second difference, as a share of the period: ours. The corners of a triangle wave then
-/// fill a third of the time, and noise is averaged over a twelfth of the period.
+/// Lag of the second difference, as a share of the period: ours. The corners of a triangle wave then fill a third
+/// of the time, and noise is averaged over a twelfth of the period.
 pub const LAG_SHARE: f64 = 1.0 / 12.0;
 
 /// The axis of second differences.
 #[cfg(feature = "figure")]
 pub const LABEL: &str = "second difference of the PV (standard deviations)";
 
-/// Lags without which a segment is too short: two periods. Ours.
+/// Fewest lags in a segment: two periods. Ours.
 const LEAST_LAGS: usize = 24;
 
 /// Second differences of a PV.
@@ -20,26 +20,26 @@ const LEAST_LAGS: usize = 24;
 pub struct Curvature {
     /// `p(k - lag) - 2 p(k) + p(k + lag)` of the PV averaged over `lag` samples.
     pub values: Vec<f64>,
-    /// Samples.
+    /// The lag, samples.
     pub lag: usize,
-    /// What white noise of the PV contributes to the standard deviation of the values.
+    /// Standard deviation of the values from white noise of the PV.
     pub noise: f64,
 }
 
-/// Standard deviation of the white noise on a smooth signal: from the median size of its third
-/// differences, which corners and jumps do not move.
+/// Standard deviation of the white noise on a smooth signal: from the median size of its third differences, which
+/// corners and jumps do not affect.
 fn noise(x: &[f64]) -> f64 {
     let thirds: Vec<f64> =
         x.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
     if thirds.is_empty() { 0.0 } else { 1.4826 * median(&thirds) / 20f64.sqrt() }
 }
 
-/// The curvature of a PV, given less its mean, over a share of the subject's period. Without a period
-/// there is none: noise and random walks bend like anything.
+/// The curvature of a PV without its mean, over a share of the subject's period. Without a period there is none:
+/// noise and random walks have any curvature.
 pub fn curvature(subject: &Subject<'_>, pv: &[f64]) -> Result<Curvature, Abstention> {
     let period = subject.period.filter(|period| *period > 0.0 && period.is_finite());
     let Some(period) = period else {
-        return Err(Abstention("needs an oscillation, and none is established".to_owned()));
+        return Err(Abstention("needs an oscillation, and none was detected".to_owned()));
     };
     let lag = ((period * LAG_SHARE).round() as usize).max(1);
     if pv.len() / lag < LEAST_LAGS {

@@ -1,4 +1,4 @@
-//! Rests over time, and in the map of what follows the valve over the OP.
+//! Rests over time, and in the plot of a follower over the OP.
 
 use super::stuck::StuckSpan;
 use crate::drawing::{Scene, thinned};
@@ -6,10 +6,10 @@ use crate::series::span;
 use std::ops::Range;
 use stiction_figure::figure::{Legend, Panel, Series, colour};
 
-/// Points of a map at most.
+/// Most points of a map.
 const MOST: usize = 1_500;
 
-/// A signal that follows the valve, and where it rests.
+/// A signal that follows the valve, with its rests.
 pub struct Follower<'a> {
     pub name: &'static str,
     pub label: String,
@@ -17,7 +17,7 @@ pub struct Follower<'a> {
     pub rests: Vec<StuckSpan>,
 }
 
-/// Whether a rest reaches into some samples.
+/// Whether a rest overlaps some samples.
 pub fn overlaps(rest: &StuckSpan, range: &Range<usize>) -> bool {
     rest.first < range.end && rest.end > range.start
 }

@@ -1,4 +1,4 @@
-//! Half waves over time and laid over each other, with what was fitted to them.
+//! Half waves over time and overlaid, with their fits.
 
 use crate::drawing::{Scene, sheet};
 use crate::series::HalfWave;
@@ -8,18 +8,18 @@ use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour}
 /// Half waves shown over time.
 pub const SHOWN: usize = 6;
 
-/// Half waves laid over each other at most.
+/// Most overlaid half waves.
 const OVERLAID: usize = 12;
 
-/// Places within a half wave at which it is averaged.
+/// Number of averaged points in a half wave.
 const PLACES: usize = 49;
 
-/// A shape that was fitted to every half wave.
+/// A shape fitted to every half wave.
 pub struct Shape<'a> {
     pub name: &'static str,
     pub series: fn(&str, Vec<f64>, Vec<f64>) -> Series,
     pub colour: usize,
-    /// Its value in the half wave of that index at a place, in samples.
+    /// Its value in the half wave of that index, at a position in samples.
     pub at: &'a dyn Fn(usize, f64) -> f64,
 }
 
@@ -29,14 +29,14 @@ pub fn sine(wave: &HalfWave, amplitude: f64, k: f64) -> f64 {
     amplitude * (std::f64::consts::PI * phase).sin()
 }
 
-/// So many neighbours from the middle of a list: where they begin and end.
+/// Begin and end of this many neighbours from the middle of a list.
 pub fn middle(count: usize, wanted: usize) -> Range<usize> {
     let shown = count.min(wanted);
     let first = (count - shown) / 2;
     first..first + shown
 }
 
-/// A few half waves over time with what was fitted to them, and all laid over each other.
+/// A few half waves over time with their fits, and all overlaid.
 pub fn fits(
     scene: &Scene<'_>,
     lead: &str,
@@ -112,8 +112,8 @@ pub fn fits(
         overlay = overlay.with((shape.series)(&name, places.clone(), average).colour(shape.colour));
     }
     let caption = format!(
-        "{lead} Above: the middle {} of {} half waves. Below: {} half waves turned upright and laid over \
-         each other; the means are over all.",
+        "{lead} Above: the middle {} of {} half waves. Below: {} half waves turned upright and overlaid; the means \
+         are over all.",
         shown.len(),
         waves.len(),
         overlaid
@@ -121,7 +121,7 @@ pub fn fits(
     Some(sheet(caption).with(trend).with(overlay))
 }
 
-/// The value at a place between samples; before the first and beyond the last, theirs.
+/// The value between samples; before the first and beyond the last, theirs.
 fn between(values: &[f64], place: f64) -> f64 {
     let last = values.len().saturating_sub(1);
     let place = place.clamp(0.0, last as f64);

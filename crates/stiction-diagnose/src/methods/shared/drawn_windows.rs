@@ -1,13 +1,13 @@
-//! OP and PV where most windows are marked.
+//! OP and PV in the part with the most marked windows.
 
 use crate::drawing::{Scene, sheet};
 use std::ops::Range;
 use stiction_figure::figure::{Annotation, Figure, colour};
 
-/// Windows shown at most.
+/// Most windows in a figure.
 const SHOWN: usize = 100;
 
-/// OP and PV where most windows are marked.
+/// OP and PV in the part with the most marked windows.
 pub fn marked(scene: &Scene<'_>, lead: &str, marked: &[bool], window: usize) -> Option<Figure> {
     let periods = scene.end().len();
     let shown = (periods / window.max(1)).clamp(20, SHOWN).min(marked.len());
@@ -31,14 +31,14 @@ pub fn marked(scene: &Scene<'_>, lead: &str, marked: &[bool], window: usize) -> 
     }
     let count = marked.iter().filter(|m| **m).count();
     let caption = format!(
-        "{lead}: {count} of {} windows. Shown are those {shown} windows in a row that hold most of them.",
+        "{lead}: {count} of {} windows. The figure shows the {shown} consecutive windows with the most of them.",
         marked.len()
     );
     let [op, pv] = panels;
     Some(sheet(caption).with(op).with(pv))
 }
 
-/// The first so many neighbours among which most are marked.
+/// The first group of this many neighbours with the most marks.
 fn busiest(marked: &[bool], length: usize) -> Range<usize> {
     let length = length.min(marked.len());
     let mut now = marked[..length].iter().filter(|m| **m).count();

@@ -1,11 +1,11 @@
 //! Ellipses through points: of OP and PV, or OP and control error.
 //!
-//! The direct fit of Fitzgibbon, Pilu and Fisher, in the stable form of Halíř and Flusser: of all conics
-//! `a x² + b x y + c y² + d x + e y + f = 0` with `4 a c - b² = 1`, which are ellipses, the one of least
-//! squares of the left-hand side (both recalled, not read; the equations were derived again). It is
-//! affine invariant: scaling an axis scales the ellipse. It prefers small ellipses where points cover
-//! only part of one. Where it has no solution, the ellipse of the points' covariance is taken, that of
-//! which evenly spread points have this covariance.
+//! The direct fit of Fitzgibbon, Pilu and Fisher, in the stable form of Halíř and Flusser. Among all conics `a x² +
+//! b x y + c y² + d x + e y + f = 0` with `4 a c - b² = 1`, which are ellipses, it is the one with the least
+//! squares of the left-hand side (both recalled, not read; the equations were derived again). It is affine
+//! invariant: scaling an axis scales the ellipse. It prefers small ellipses if points cover only part of one.
+//! Without a solution, the result is the ellipse of the points' covariance, on which evenly spread points have this
+//! covariance.
 //!
 //! References: Fitzgibbon, Pilu, Fisher, IEEE Trans. Pattern Anal. Mach. Intell. 21 (1999) 476-480;
 //! Halíř, Flusser, WSCG 1998.
@@ -13,7 +13,7 @@
 use crate::series::{mean, std};
 use nalgebra::{Matrix3, Vector3};
 
-/// How an ellipse was found.
+/// The method of an ellipse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EllipseSource {
     /// By the direct fit.
@@ -32,13 +32,13 @@ pub struct Ellipse {
     /// Root mean square distance of the points from it along the ray from its centre, as a share of
     /// the ellipse's radius there.
     pub residual: f64,
-    /// How it was found.
+    /// Its method.
     pub source: EllipseSource,
 }
 
 impl Ellipse {
-    /// The ellipse that fits the points (`x`, `y`) best; `None` if there are fewer than six, or all
-    /// lie on a line, or a number is not finite.
+    /// The ellipse that fits the points (`x`, `y`) best; `None` if there are fewer than six, all lie on a line, or
+    /// a number is not finite.
     pub fn fit(x: &[f64], y: &[f64]) -> Option<Self> {
         let n = x.len().min(y.len());
         let (x, y) = (&x[..n], &y[..n]);
@@ -47,7 +47,7 @@ impl Ellipse {
         if n < 6 || !usable(sx) || !usable(sy) {
             return None;
         }
-        // In standard deviations, where all sums are of one size.
+        // In standard deviations, in which all sums have similar sizes.
         let points: Vec<[f64; 2]> =
             x.iter().zip(y).map(|(x, y)| [(x - mx) / sx, (y - my) / sy]).collect();
         let direct = direct_fit(&points).and_then(|(c, q)| Some((c, q, residual(&points, c, q)?)));
@@ -75,14 +75,14 @@ impl Ellipse {
         xx * x * x + 2.0 * xy * x * y + yy * y * y
     }
 
-    /// The chord through the centre along the first axis: with OP on it, the apparent stiction of
-    /// Choudhury, Shah and Thornhill, `2 m n / sqrt(m² sin² alpha + n² cos² alpha)` for the semi-axes
-    /// `m`, `n` and the angle `alpha` of `m`.
+    /// The chord through the centre along the first axis. With OP on it, it is the apparent stiction of Choudhury,
+    /// Shah and Thornhill, `2 m n / sqrt(m² sin² alpha + n² cos² alpha)` for the semi-axes `m`, `n` and the angle
+    /// `alpha` of `m`.
     pub fn op_width(&self) -> f64 {
         2.0 / self.form[0].sqrt()
     }
 
-    /// Its semi-axes, the longer first, in units that mean something only if both axes have the same.
+    /// Its semi-axes, the longer first, in units that are meaningful only if both axes have the same.
     pub fn semi_axes(&self) -> [f64; 2] {
         let [xx, xy, yy] = self.form;
         let (middle, reach) = ((xx + yy) / 2.0, ((xx - yy) / 2.0).hypot(xy));
@@ -108,13 +108,13 @@ impl Ellipse {
         (0..n).map(point).collect()
     }
 
-    /// It as a closed line: `x` and `y` of its points.
+    /// The ellipse as a closed line: `x` and `y` of its points.
     pub fn closed_outline(&self) -> (Vec<f64>, Vec<f64>) {
         let points = self.outline(180);
         points.iter().chain(points.first()).map(|[x, y]| (*x, *y)).unzip()
     }
 
-    /// The point (`x`, `y`) in coordinates in which the ellipse is the unit circle about the origin.
+    /// The point (`x`, `y`) in coordinates in which the ellipse is the unit circle around the origin.
     pub fn to_circle(self, x: f64, y: f64) -> [f64; 2] {
         let (x, y) = (x - self.centre[0], y - self.centre[1]);
         let [xx, xy, yy] = self.form;

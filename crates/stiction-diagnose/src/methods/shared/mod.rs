@@ -1,4 +1,4 @@
-//! What several methods share: their measures, and the figures of these.
+//! Common parts of several methods: their measures, and the figures of these.
 
 pub mod curvature;
 #[cfg(feature = "figure")]

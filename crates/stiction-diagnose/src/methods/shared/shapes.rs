@@ -1,15 +1,15 @@
-//! Shapes of least squares in the half waves of a signal: sine, triangle, square, and what a square
-//! wave becomes behind a first-order lag.
+//! Least-squares shapes in the half waves of a signal: sine, triangle, square, and a square wave behind a
+//! first-order lag.
 
 use crate::finding::Abstention;
 use crate::methods::subject::Subject;
 use crate::series::HalfWave;
 
-/// Samples in the shortest half wave that is looked at. Ours: with fewer, a triangle whose apex is free
-/// passes through all of them.
+/// Samples in the shortest half wave that is used. Ours: with fewer, a triangle with a free apex passes through all
+/// of them.
 pub const LEAST_SAMPLES: usize = 5;
 
-/// Half waves without which a shape is not judged: two cycles. Ours.
+/// Fewest half waves for a judgement: two cycles. Ours.
 pub const LEAST_HALF_WAVES: usize = 4;
 
 /// The samples of one half wave.
@@ -25,17 +25,17 @@ pub fn pieces<'a>(x: &'a [f64], waves: &[HalfWave]) -> Vec<Piece<'a>> {
     long.map(|&wave| Piece { wave, y: &x[wave.first..wave.end] }).collect()
 }
 
-/// Whether so many half waves are enough to judge by.
+/// Whether this many half waves are enough for a judgement.
 pub fn enough(count: usize) -> Result<(), Abstention> {
     if count >= LEAST_HALF_WAVES {
         return Ok(());
     }
     Err(Abstention(format!(
-        "finds {count} half waves of {LEAST_SAMPLES} samples or more, but needs {LEAST_HALF_WAVES}"
+        "finds {count} half waves of at least {LEAST_SAMPLES} samples, but needs {LEAST_HALF_WAVES}"
     )))
 }
 
-/// `statistic`, if the numbers it was made of could be represented.
+/// `statistic`, if its input could be represented.
 pub fn representable(statistic: f64) -> Result<f64, Abstention> {
     if statistic.is_finite() {
         Ok(statistic)
@@ -44,27 +44,27 @@ pub fn representable(statistic: f64) -> Result<f64, Abstention> {
     }
 }
 
-/// Notes in `caveats` that no oscillation is known, for a method that takes one for granted.
+/// Notes in `caveats` that no oscillation is known, for a method that assumes one.
 pub fn presume_oscillation(subject: &Subject<'_>, caveats: &mut Vec<String>) {
     if subject.period.is_none() {
-        caveats.push("the method presumes an oscillation, and none is established".to_owned());
+        caveats.push("the method assumes an oscillation, and none was detected".to_owned());
     }
 }
 
-/// A triangle on a half wave: two lines through its two zeros, each of least squares on its side of
-/// the apex. They need not meet there.
+/// A triangle on a half wave: two lines through its two zeros, each by least squares on its side of the apex. They
+/// need not meet there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Triangle {
-    /// Sample at which the sides change over.
+    /// Sample of the apex.
     pub apex: usize,
     /// Slope of the first side, per sample.
     pub rise: f64,
-    /// Slope of the second side towards its zero, per sample: positive where the first is.
+    /// Slope of the second side towards its zero, per sample: positive if the first is.
     pub fall: f64,
 }
 
 impl Triangle {
-    /// Its value at the place `k` of its half wave, in samples.
+    /// Its value at `k` in its half wave, in samples.
     pub fn at(&self, wave: &HalfWave, k: f64) -> f64 {
         if k <= self.apex as f64 { self.rise * (k - wave.from) } else { self.fall * (wave.to - k) }
     }
@@ -112,8 +112,8 @@ impl Piece<'_> {
         self.scaled(std::iter::repeat_n(1.0, self.y.len()))
     }
 
-    /// The triangle of the best apex among the inner samples, and its mean square error. The sample
-    /// at the apex has its say in the slopes of both sides.
+    /// The triangle with the best apex among the inner samples, and its mean square error. The sample at the apex
+    /// counts in the slopes of both sides.
     pub fn triangle(&self) -> (Triangle, f64) {
         let (n, length) = (self.y.len(), self.wave.length());
         // Sums over the samples from each apex on.
@@ -147,12 +147,12 @@ impl Piece<'_> {
         (triangle, self.mse(|i| triangle.at(&self.wave, (self.wave.first + i) as f64)))
     }
 
-    /// What a square wave of this half period becomes behind a first-order lag and a dead time: the
-    /// best of those whose half period is `LEAST_RATIO` to `LARGEST_RATIO` time constants.
+    /// The response of a first-order lag with dead time to a square wave of this half period: the best with a half
+    /// period of `LEAST_RATIO` to `LARGEST_RATIO` time constants.
     pub fn relay(&self) -> (Relay, f64) {
         let (mut low, mut high) = (LEAST_RATIO, LARGEST_RATIO);
         let mut best = Relay { amplitude: 0.0, ratio: low };
-        // Twice over a geometric grid, the second time between the neighbours of the first's best.
+        // Two passes over a geometric grid, the second between the neighbours of the first's best.
         for _ in 0..2 {
             let step = (high / low).powf(1.0 / (RATIOS - 1) as f64);
             let ratios: [f64; RATIOS] = std::array::from_fn(|i| low * step.powi(i as i32));
@@ -184,24 +184,24 @@ impl Piece<'_> {
     }
 }
 
-/// Ratios tried at a time.
+/// Ratios per search step.
 const RATIOS: usize = 16;
-/// Half period over time constant from which on the response is a triangle.
+/// Half period over time constant below which the response is a triangle.
 const LEAST_RATIO: f64 = 0.1;
-/// Half period over time constant up to which the response is not yet a square wave.
+/// Half period over time constant above which the response is a square wave.
 const LARGEST_RATIO: f64 = 20.0;
 
 /// The response of a first-order lag with dead time to a relay, between two crossings of zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Relay {
-    /// The level that either side tends to.
+    /// The final level of either side.
     pub amplitude: f64,
     /// Half period over time constant.
     pub ratio: f64,
 }
 
 impl Relay {
-    /// Its value at the place `k` of its half wave, in samples.
+    /// Its value at `k` in its half wave, in samples.
     pub fn at(&self, wave: &HalfWave, k: f64) -> f64 {
         let g = (-self.ratio * (k - wave.from) / wave.length()).exp();
         self.amplitude * (1.0 - g).min(self.ratio.exp() * g - 1.0)

@@ -1,20 +1,19 @@
-//! Where a recorded stem rests although it is told to move.
+//! Rests of a recorded stem while its OP moves.
 
 use crate::series::{median, median_absolute_deviation, span};
 
-/// Standard deviations of the noise within which a stem counts as resting. Ours: two samples in a row
-/// beyond it are chance once in 10^8.
+/// Standard deviations of the noise within which a stem counts as resting. Ours: two consecutive samples beyond it
+/// occur by chance once in 10^8.
 const NOISE_WIDTH: f64 = 4.0;
 
-/// How far the OP must travel for a rest to count, in tolerances. Ours: a stem that follows the OP stays
-/// within the tolerance of its mean for at most two of them.
+/// Smallest OP travel of a rest, in tolerances. Ours: a stem that follows the OP stays within the tolerance of its
+/// mean for at most two of them.
 const LEAST_TRAVEL: f64 = 3.0;
 
-/// Samples of a rest from which noise is estimated. Ours.
+/// Samples of a rest for the estimate of noise. Ours.
 const NOISE_SAMPLES: usize = 8;
 
-/// Largest step that is taken for the resolution of the sensor, percent. Ours: coarser ones are taken
-/// for slips of the stem.
+/// Largest step that counts as resolution of the sensor, percent. Ours: coarser ones count as slips of the stem.
 const LARGEST_QUANTUM: f64 = 1.0;
 
 /// Rounding of the samples, as a share of the largest.
@@ -31,20 +30,20 @@ pub struct StuckSpan {
     pub level: f64,
 }
 
-/// What the samples of a stem can tell.
+/// Resolution of a stem's samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rests {
     pub spans: Vec<StuckSpan>,
-    /// Within so much of its level a stem counts as resting.
+    /// Distance from its level within which a stem counts as resting.
     pub tolerance: f64,
     /// Standard deviation of the noise.
     pub noise: f64,
-    /// Step of which all others are multiples; 0 for none.
+    /// Common divisor of all steps; 0 for none.
     pub quantum: f64,
 }
 
-/// The step of which all steps of `x` are multiples, but for one in a hundred; 0 if there is none, or
-/// none so small as a sensor's.
+/// The common divisor of all steps of `x`, except for one in a hundred; 0 if there is none, or none as small as a
+/// sensor's.
 fn quantum(x: &[f64]) -> f64 {
     let steps: Vec<f64> = x.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let moves = || steps.iter().filter(|step| **step > 0.0);
@@ -56,8 +55,8 @@ fn quantum(x: &[f64]) -> f64 {
     if least <= LARGEST_QUANTUM && 100 * odd.count() <= moves().count() { least } else { 0.0 }
 }
 
-/// Cuts `x` where two samples in a row leave the tolerance about the mean of what went before, and keeps
-/// the pieces during which `u` travels.
+/// Cuts `x` where two consecutive samples leave the tolerance around the mean of the samples before, and keeps the
+/// pieces during which `u` travels.
 fn rests(u: &[f64], x: &[f64], tolerance: f64, least_travel: f64) -> Vec<StuckSpan> {
     let mut spans = vec![];
     let mut first = 0;

@@ -1,4 +1,4 @@
-//! What the windowed methods share: moments of a window, and how far the OP went in sticky runs.
+//! Common parts of the windowed methods: moments of a window, and OP travel in sticky runs.
 
 use crate::series::quantile;
 
@@ -14,7 +14,7 @@ pub struct Moments {
 impl Moments {
     /// The moments of `x`, which is not empty.
     pub fn of(x: &[f64]) -> Self {
-        // About the first sample, so that a constant window has no spread by rounding.
+        // Relative to the first sample, so that a constant window has no spread by rounding.
         let n = x.len() as f64;
         let (mut sum, mut squares) = (0.0, 0.0);
         for v in x {
@@ -26,8 +26,7 @@ impl Moments {
     }
 }
 
-/// How far the OP went, `|first - last|`, in each run of neighbouring marked windows of `window`
-/// samples.
+/// OP travel, `|first - last|`, in each run of neighbouring marked windows of `window` samples.
 pub fn op_travel(op: &[f64], marked: &[bool], window: usize) -> Vec<f64> {
     let mut travels = vec![];
     let mut from = None;
@@ -45,7 +44,7 @@ pub fn op_travel(op: &[f64], marked: &[bool], window: usize) -> Vec<f64> {
     travels
 }
 
-/// The value under which 95 % of `travels` lie; `None` if there is none.
+/// The value above 95 % of `travels`; `None` if there is none.
 pub fn percentile_95(travels: &[f64]) -> Option<f64> {
     (!travels.is_empty()).then(|| quantile(travels, 0.95))
 }

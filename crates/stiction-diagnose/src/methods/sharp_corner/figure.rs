@@ -5,7 +5,7 @@ use crate::drawing::{Scene, sheet};
 use crate::spoken::number;
 use stiction_figure::figure::{Figure, Legend, Panel, Series, colour};
 
-/// Cycles drawn at most.
+/// Most drawn cycles.
 const CYCLES: usize = 3;
 
 pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &SharpCornerResult) -> Option<Figure> {
@@ -15,8 +15,8 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &SharpCornerResult) -> 
     let chosen = (0..shown)
         .map(|i| &found.cycles[if shown > 1 { i * (count - 1) / (shown - 1) } else { 0 }]);
     let caption = format!(
-        "{shown} of the {count} cycles that resemble an ellipse. A corner is sharp if two straight strokes \
-         describe it; {} % of all corners are.",
+        "{shown} of the {count} cycles that resemble an ellipse. A corner is sharp if two straight lines describe \
+         it; {} % of all corners are sharp.",
         number(100.0 * found.share)
     );
     let figure = chosen
@@ -26,7 +26,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &SharpCornerResult) -> 
     (shown > 0).then_some(figure)
 }
 
-/// A cycle with the strokes that describe its corners.
+/// A cycle with the lines that describe its corners.
 fn corners(scene: &Scene<'_>, cycle: &SharpCornerCycle) -> Panel {
     let closed = |x: &[f64]| -> Vec<f64> { x.iter().chain(x.first()).copied().collect() };
     let (x, y) = cycle.ellipse.closed_outline();

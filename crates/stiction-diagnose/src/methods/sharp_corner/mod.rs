@@ -1,26 +1,25 @@
 //! Sharp corners of the cycles of control error and OP (HAW Hamburg).
 //!
 //! # What it measures
-//! In a linear loop, OP and control error move along an ellipse. When a sticking valve slips, both
-//! turn at once: the cycle has two corners, one for each slip. Each cycle is compared with an ellipse, and
-//! what lies about its outermost points is reduced to as few points as describe it: two straight arms
-//! and a corner are three.
+//! In a linear loop, OP and control error move along an ellipse. When a sticking valve slips, both reverse at once:
+//! the cycle has two corners, one for each slip. Each cycle is compared with an ellipse, and the parts around its
+//! outermost points are reduced to as few points as describe them: two straight arms and a corner are three.
 //!
 //! # Assumptions
 //! An oscillation of at least 16 samples per period whose cycles resemble ellipses; noise that averages
 //! out within a 48th of a cycle.
 //!
 //! # Equations
-//! * cycles: between upward crossings of zero of the error, limited to half to twice the frequency of
-//!   the oscillation; each is reduced to at most 48 means of equal duration, and long sides of the
-//!   polygon through them, where a signal jumps, are filled with points;
+//! * cycles: between upward crossings of zero of the error, limited to half to twice the frequency of the
+//!   oscillation. Each is reduced to at most 48 means of equal duration, and long sides of the polygon through
+//!   them, at jumps of a signal, are filled with points;
 //! * similarity: one less the residual of the [`Ellipse`] fitted to the cycle;
-//! * corner: in coordinates in which that ellipse is the unit circle, the points within 60° about the
-//!   point farthest from the centre, and about the farthest on the other side; by Douglas and Peucker, as few of them as leave no other farther than the
-//!   tolerance from the line through them;
+//! * corner: in coordinates in which that ellipse is the unit circle, the points within 60° of the point farthest
+//!   from the centre, and of the farthest on the other side. Douglas and Peucker's method keeps as few of them as
+//!   possible with no other farther than the tolerance from the line through them;
 //! * sharp: three points. The arc of a circle has five: each half of it, 60°, bulges by
 //!   `1 - cos 30° = 0.134` from its chord, and the tolerance is half of this;
-//! * more than five points are noise; undecided if they are the majority;
+//! * more than five points are noise; undecided if most corners are noise;
 //! * share of sharp corners among the others of all similar cycles; magnitude: the mean width of the
 //!   ellipses along the OP.
 //!
@@ -33,13 +32,13 @@
 //! | share | 0.5 | | ours |
 //!
 //! # Limits
-//! A triangular or square disturbance makes corners without stiction, and a slow process rounds
-//! them with it. Noise can hide corners, and rarely makes them.
+//! A triangular or square disturbance makes corners without stiction, and a slow process rounds the corners of a
+//! sticking valve. Noise can cover corners, and rarely makes them.
 //!
 //! # Deviations from the paper
-//! No paper; a user's guide to the tool describes the steps and the similarity of 50 %, not the
-//! similarity's definition, the crop, the tolerance or how cycles are combined: those are ours. The
-//! guide compares images; here the points themselves are used.
+//! No paper. A user's guide to the tool describes the steps and the similarity of 50 %, but not the similarity's
+//! definition, the crop, the tolerance or how cycles are combined: those are ours. The guide compares images; here
+//! the points themselves are used.
 //!
 //! # References
 //! HAW Hamburg, Process Automation, Stiction Analyser, user's guide (read); Douglas, Peucker,
@@ -58,22 +57,22 @@ use crate::series::{Direction, band_passed, mean, span, zero_crossings};
 
 /// Similarity to an ellipse from which a cycle counts, as in the user's guide.
 pub const SIMILARITY: f64 = 0.5;
-/// How far to either side of its outermost point a corner reaches, degrees; ours.
+/// Reach of a corner to either side of its outermost point, degrees; ours.
 pub const REACH: f64 = 60.0;
-/// Distance from a line that is taken for straight, radii; ours: half of what the arc bulges.
+/// Largest distance from a straight line, radii; ours: half of the arc's bulge.
 pub const TOLERANCE: f64 = 0.067;
 /// Share of sharp corners from which the valve sticks; ours.
 pub const SHARE: f64 = 0.5;
 
-/// Points that describe the arc of a circle at most; closed form, see the module.
+/// Most points that describe the arc of a circle; closed form, see the module.
 const ARC: usize = 5;
-/// Means a cycle is reduced to at most; ours.
+/// Most means in a cycle; ours.
 const POINTS: usize = 48;
-/// Samples of a cycle at least; ours.
+/// Fewest samples of a cycle; ours.
 const FEWEST_SAMPLES: f64 = 16.0;
-/// Similar cycles at least; ours.
+/// Fewest similar cycles; ours.
 const FEWEST_CYCLES: usize = 3;
-/// Cycles examined at most, evenly spaced; ours, for speed.
+/// Most examined cycles, evenly spaced; ours, for speed.
 const MOST_CYCLES: usize = 200;
 
 static METHOD: Method = Method {
@@ -81,9 +80,8 @@ static METHOD: Method = Method {
     title: "Sharp corners",
     source: "HAW Hamburg, Stiction Analyser, user's guide (read); details ours",
     statistic: "share of sharp corners",
-    rule: "sticks if at least half (the threshold, ours) of the outermost corners are \
-           sharp, in cycles of error and OP that resemble an ellipse by more than 50 %; undecided if noise \
-           drowns most corners",
+    rule: "sticks if at least half (the threshold, ours) of the outermost corners are sharp, in cycles of error \
+           and OP that resemble an ellipse by more than 50 %; undecided if noise covers most corners",
     applies: Applies::AnyLoop,
     decides: Decides::Stiction,
     needs: Needs::Error,
@@ -96,9 +94,9 @@ static METHOD: Method = Method {
 pub struct SharpCorner {
     /// Similarity to an ellipse from which a cycle counts.
     pub similarity: f64,
-    /// How far to either side of its outermost point a corner reaches, degrees.
+    /// Reach of a corner to either side of its outermost point, degrees.
     pub reach: f64,
-    /// Distance from a line that is taken for straight, radii.
+    /// Largest distance from a straight line, radii.
     pub tolerance: f64,
     /// Share of sharp corners from which the valve sticks.
     pub share: f64,
@@ -123,21 +121,21 @@ pub struct SharpCornerCycle {
     pub error: Vec<f64>,
     /// The ellipse through both.
     pub ellipse: Ellipse,
-    /// How much they resemble it, at most 1.
+    /// Their similarity, at most 1.
     pub similarity: f64,
-    /// The corners about the outermost point and the outermost on the other side: indices into the cycle of the points that
-    /// describe them; three for a sharp one.
+    /// The corners around the outermost point and the outermost on the other side: indices into the cycle of the
+    /// points that describe them; three for a sharp one.
     pub corners: [Vec<usize>; 2],
 }
 
-/// What the method finds.
+/// The result of the method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SharpCornerResult {
     /// The cycles that resemble an ellipse.
     pub cycles: Vec<SharpCornerCycle>,
     /// Number of cycles examined.
     pub examined: usize,
-    /// Number of corners that are no noise: described by at most five points.
+    /// Number of corners that are not noise: described by at most five points.
     pub clear: usize,
     /// Share of sharp ones among these.
     pub share: f64,
@@ -145,7 +143,7 @@ pub struct SharpCornerResult {
     pub magnitude: f64,
     /// The decision.
     pub decision: Decision,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
@@ -244,7 +242,7 @@ impl SharpCorner {
         Some(SharpCornerCycle { first, end, op, error, ellipse, similarity, corners })
     }
 
-    /// The points that describe what lies about the point `apex`.
+    /// The points that describe the cycle around the point `apex`.
     fn corner(&self, circle: &[[f64; 2]], apex: usize) -> Vec<usize> {
         let n = circle.len();
         let [ax, ay] = circle[apex];
@@ -253,7 +251,7 @@ impl SharpCorner {
             (ax * y - ay * x).atan2(ax * x + ay * y).abs() <= self.reach.to_radians()
         };
         let count = |step: usize| (1..n / 2).take_while(|m| inside((apex + m * step) % n)).count();
-        // Going back by one is going on by n - 1.
+        // One step back is n - 1 steps forward.
         let (ahead, back) = (count(1), count(n - 1));
         let crop: Vec<usize> = (0..=ahead + back).map(|m| (apex + n - back + m) % n).collect();
         let points: Vec<[f64; 2]> = crop.iter().map(|k| circle[*k]).collect();
@@ -281,11 +279,11 @@ impl Detector for SharpCorner {
         let reason = if similar < FEWEST_CYCLES {
             format!("only {similar} of {} cycles resemble an ellipse", result.examined)
         } else if result.decision == Decision::Undecided {
-            format!("only {} of {} corners are not drowned by noise", result.clear, 2 * similar)
+            format!("only {} of {} corners are not covered by noise", result.clear, 2 * similar)
         } else {
             format!(
-                "{:.0} % of {} clear corners of {similar} cycles are sharp, against {:.0} %; the cycles \
-                 are {:.3} % wide along the OP",
+                "{:.0} % of {} clear corners of {similar} cycles are sharp (limit {:.0} %); the cycles are {:.3} % \
+                 wide along the OP",
                 100.0 * result.share,
                 result.clear,
                 100.0 * self.share,
@@ -312,8 +310,8 @@ fn reduced(x: &[f64]) -> Vec<f64> {
     (0..n).map(|i| mean(&x[i * x.len() / n..(i + 1) * x.len() / n])).collect()
 }
 
-/// The closed polygon through the points (`x`, `y`), with points put on its long sides so that none is
-/// longer than a share of `1 / POINTS` of the whole, in ranges of either axis.
+/// The closed polygon through the points (`x`, `y`), with points added on its long sides so that none is longer
+/// than a share of `1 / POINTS` of the whole, in ranges of either axis.
 fn filled(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let (sx, sy) = (span(x), span(y));
     let sides: Vec<f64> = (0..x.len())
@@ -337,8 +335,8 @@ fn filled(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
     points
 }
 
-/// Indices of the points Douglas and Peucker leave: ends, and, between any two that are left, no point
-/// farther than `tolerance` from the segment joining them.
+/// Indices of the points that Douglas and Peucker keep: the ends, and enough points that no other is farther than
+/// `tolerance` from the segment between its kept neighbours.
 fn simplified(points: &[[f64; 2]], tolerance: f64) -> Vec<usize> {
     let mut left = vec![0];
     let mut open = vec![(0, points.len().saturating_sub(1))];

@@ -1,14 +1,14 @@
 //! Hägglund's shape: square wave or sine.
 //!
 //! # What it measures
-//! Whether the half waves of the control error are nearer to a square wave or to a sine. In a loop
-//! whose process is fast against the period, a sticking valve makes the error nearly square.
+//! Whether the half waves of the control error are nearer to a square wave or to a sine. If the process is fast
+//! against the period, a sticking valve makes the error nearly square.
 //!
 //! # Assumptions
 //! An oscillating loop with a self-regulating process whose time constant is short against the period.
 //!
 //! # Equations
-//! In each half wave of the control error about its mean, by least squares:
+//! In each half wave of the control error around its mean, by least squares:
 //! ```text
 //! V_sq = sum (e - a)^2,   V_sin = sum (e - b sin(pi t / L))^2
 //! index = (V_sin - V_sq) / (V_sin + V_sq),  both V summed over all half waves
@@ -21,13 +21,11 @@
 //! | `threshold` | none | 0 | Hägglund 2011, recalled, not read |
 //!
 //! # Limits
-//! Where the process is slow the error of a sticking loop is a triangle, which a sine fits better: the
-//! index then speaks against stiction. Half waves of fewer than five samples are left out, and fewer
-//! than four half waves are not judged.
+//! If the process is slow, the error of a sticking loop is a triangle, which a sine fits better: the index is then
+//! evidence against stiction. Half waves of fewer than five samples are left out. Four half waves are needed.
 //!
 //! # Deviations from the paper
-//! Recalled, not read. The paper's method is recursive and forgets; this one looks at the whole
-//! segment.
+//! Recalled, not read. The paper's method is recursive and forgets; this one uses the whole segment.
 //!
 //! # References
 //! T. Hägglund, A shape-analysis approach for diagnosis of stiction in control valves, Control
@@ -47,7 +45,7 @@ use crate::series::{HalfWave, centred};
 /// Hägglund's shape with its threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SquareWave {
-    /// Above it, the index speaks for stiction.
+    /// Above it, the index indicates stiction.
     pub threshold: f64,
 }
 
@@ -60,7 +58,7 @@ impl Default for SquareWave {
 /// A half wave with its square wave and sine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SquareWaveFit {
-    /// Where it lies.
+    /// Its range.
     pub wave: HalfWave,
     /// Level of the square wave.
     pub square: f64,
@@ -72,7 +70,7 @@ pub struct SquareWaveFit {
     pub sine_error: f64,
 }
 
-/// What Hägglund's shape found.
+/// The result of Hägglund's shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SquareWaveResult {
     /// The index, -1 for a sine to 1 for a square wave.
@@ -85,12 +83,12 @@ pub struct SquareWaveResult {
     pub error: Vec<f64>,
     /// The fits.
     pub waves: Vec<SquareWaveFit>,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
 impl SquareWave {
-    /// What this method is.
+    /// The description of this method.
     pub const METHOD: Method = Method {
         name: "square-wave",
         title: "Hägglund's shape",
@@ -155,8 +153,7 @@ impl Detector for SquareWave {
             "a sine than to a square wave"
         };
         let reason = format!(
-            "the control error is nearer to {nearer}: the index is {:.3} (above {:.2} sticks) over {} \
-             half waves",
+            "the control error is nearer to {nearer}: the index is {:.3} (sticks above {:.2}) over {} half waves",
             r.statistic,
             r.threshold,
             r.waves.len()

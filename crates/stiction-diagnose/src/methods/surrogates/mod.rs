@@ -1,28 +1,27 @@
 //! Nonlinearity by surrogate data (Thornhill 2005).
 //!
 //! # What it measures
-//! A nonlinear loop's signal is more predictable than a linear one of the same spectrum. The signal's
-//! future is predicted from the futures of its most similar pieces; the same is done for surrogates,
-//! random series of the same spectrum and the same distribution of values. If the signal is predicted
-//! clearly better, something in the loop is nonlinear. In a plant that oscillates as a whole, the
-//! index is largest near the source.
+//! A nonlinear loop's signal is more predictable than a linear one of the same spectrum. The signal's future is
+//! predicted from the futures of its most similar pieces. The same is done for surrogates, random series of the
+//! same spectrum and distribution of values. If the signal is predicted clearly better, something in the loop is
+//! nonlinear. In a plant that oscillates as a whole, the index is largest near the source.
 //!
 //! # Assumptions
 //! A stationary record of at least ten periods of a dominant oscillation.
 //!
 //! # Equations
-//! The period is refined, within 10 %, to that of the sine that fits best, and a whole number of periods
-//! of the control error is taken in `E` means of equal duration per period, so that end and beginning meet
-//! and the oscillation is one line of the spectrum. Vectors `v_i = (x_i, ..., x_{i+E-1})`; of each,
-//! the `k` nearest `v_j` with `|i - j| >= E` predict `x` after a horizon of `E`:
+//! The period is refined, within 10 %, to that of the best-fitting sine. A whole number of periods of the control
+//! error is averaged to `E` means of equal duration per period, so that end and beginning meet and the oscillation
+//! is one line of the spectrum. Vectors `v_i = (x_i, ..., x_{i+E-1})`; for each, the `k` nearest `v_j` with `|i -
+//! j| >= E` predict `x` after a horizon of `E`:
 //! * `Gamma = sum (x_{i+E-1+E} - mean x_{j+E-1+E})²`;
 //! * `N = (mean Gamma_s - Gamma) / (3 sd Gamma_s)` over the surrogates `s`; nonlinear if `N > 1`.
 //!
-//! Surrogates: the phases of the Fourier transform at random, then by turns the values of the series
-//! in the order of the surrogate, and the magnitudes of the transform under the phases of the surrogate
-//! (iterated amplitude-adjusted Fourier transform, Schreiber & Schmitz), ending with the values.
-//! Distances of vectors follow from one another: `d²(i+1, j+1) = d²(i, j) - (x_i - x_j)² +
-//! (x_{i+E} - x_{j+E})²`, so that the work does not grow with `E`.
+//! Surrogates: the phases of the Fourier transform are random. Then, in turns, the values of the series are put in
+//! the order of the surrogate, and the magnitudes of the transform under the phases of the surrogate (iterated
+//! amplitude-adjusted Fourier transform, Schreiber & Schmitz), ending with the values. Distances of vectors follow
+//! from one another: `d²(i+1, j+1) = d²(i, j) - (x_i - x_j)² + (x_{i+E} - x_{j+E})²`, so that the work does not
+//! grow with `E`.
 //!
 //! # Parameters
 //! | name | default | unit | source |
@@ -36,14 +35,14 @@
 //! | seed | 2005 | | ours |
 //!
 //! # Limits
-//! Any nonlinearity counts, in the valve or not. Without a known period nothing is said. A change of
-//! amplitude or a transient looks nonlinear. Cycles that repeat exactly are predicted no better than their
-//! surrogates, which repeat as well: a sticky loop with steady cycles is called linear. `N` varies by some tenths with the seed.
+//! Any nonlinearity counts, in the valve or not. A known period is needed. A change of amplitude or a transient
+//! looks nonlinear. Cycles that repeat exactly are predicted no better than their surrogates, which repeat as well:
+//! a sticky loop with steady cycles is called linear. `N` varies by some tenths with the seed.
 //!
 //! # Deviations from the paper
-//! Formulas and limits were recalled, not read. The middle of a long record is used. Surrogates are
-//! refined by a few iterations only, and end with the values, so that the spectrum is met nearly. The
-//! original cuts the record where its end matches its beginning.
+//! Formulas and limits were recalled, not read. The middle of a long record is used. Surrogates are refined by a
+//! few iterations only, and end with the values, so that their spectrum is approximate. The original cuts the
+//! record where its end matches its beginning.
 //!
 //! # References
 //! Thornhill, IEEE Trans. Control Syst. Technol. 13 (2005) 434-443 (not read); Schreiber, Schmitz, Phys.
@@ -62,7 +61,7 @@ use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use realfft::num_complex::Complex;
 
-/// Neighbours that predict; recalled.
+/// Number of predicting neighbours; recalled.
 pub const NEIGHBOURS: usize = 8;
 /// Number of surrogates; recalled.
 pub const SURROGATES: usize = 50;
@@ -70,14 +69,14 @@ pub const SURROGATES: usize = 50;
 pub const LIMIT: f64 = 1.0;
 /// Samples per period after resampling; ours.
 pub const SAMPLES_PER_PERIOD: usize = 8;
-/// Samples used at most, after resampling; ours.
+/// Most samples, after resampling; ours.
 pub const MOST_SAMPLES: usize = 192;
 /// Iterations of a surrogate; ours.
 pub const ITERATIONS: usize = 6;
 /// Seed of the surrogates' phases; ours.
 pub const SEED: u64 = 2005;
 
-/// Periods below which nothing is said; ours.
+/// Fewest periods; ours.
 const FEWEST_PERIODS: f64 = 10.0;
 
 static METHOD: Method = Method {
@@ -98,7 +97,7 @@ static METHOD: Method = Method {
 /// The method with its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surrogates {
-    /// Neighbours that predict.
+    /// Number of predicting neighbours.
     pub neighbours: usize,
     /// Number of surrogates.
     pub surrogates: usize,
@@ -106,7 +105,7 @@ pub struct Surrogates {
     pub limit: f64,
     /// Samples per period after resampling; fewer if fewer are recorded.
     pub samples_per_period: usize,
-    /// Samples used at most, after resampling.
+    /// Most samples, after resampling.
     pub most_samples: usize,
     /// Iterations of a surrogate.
     pub iterations: usize,
@@ -128,14 +127,14 @@ impl Default for Surrogates {
     }
 }
 
-/// What the method finds.
+/// The result of the method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurrogatesResult {
     /// N from which the loop is nonlinear.
     pub limit: f64,
-    /// The series that was tested: resampled, less its mean and over its standard deviation.
+    /// The tested series: resampled, less its mean and over its standard deviation.
     pub series: Vec<f64>,
-    /// Recorded sample at which it begins.
+    /// Its first recorded sample.
     pub first: usize,
     /// The refined period, recorded samples.
     pub period: f64,
@@ -149,7 +148,7 @@ pub struct SurrogatesResult {
     pub n: f64,
     /// The decision.
     pub decision: Decision,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
@@ -175,7 +174,7 @@ impl Surrogates {
         }
         let embedding = self.samples_per_period.clamp(4, 64).min(period as usize);
         let recorded = &error.values;
-        // At least the periods that are needed, however few samples are wished for.
+        // At least the needed periods, even if fewer samples are requested.
         let most = (self.most_samples.min(4096) / embedding).max(FEWEST_PERIODS as usize);
         let reach = (recorded.len() as f64 / period) as usize;
         let length = ((most.min(reach) as f64 * period) as usize).min(recorded.len());
@@ -237,8 +236,7 @@ impl Detector for Surrogates {
         let result = self.run(subject)?;
         let average = mean(&result.surrogates);
         let reason = format!(
-            "the error is predicted with a squared error of {:.3} against {:.3} of {} surrogates, \
-             N = {:.2}; threshold {}",
+            "the squared prediction error is {:.3}, against {:.3} of {} surrogates; N = {:.2}, threshold {}",
             result.gamma,
             average,
             result.surrogates.len(),
@@ -258,10 +256,10 @@ impl Detector for Surrogates {
     }
 }
 
-/// The period near `period` of the sine that takes most of `x`, which has no mean.
+/// The period near `period` of the sine that explains most of `x`, which has no mean.
 fn refined(x: &[f64], period: f64) -> f64 {
     let power = |period: f64| {
-        // The sum of x times a turning pointer.
+        // The sum of x times a rotating phasor.
         let (s, c) = (std::f64::consts::TAU / period).sin_cos();
         let (turn, mut pointer) = (Complex::new(c, s), Complex::new(1.0, 0.0));
         let mut sum = Complex::new(0.0, 0.0);
@@ -271,7 +269,7 @@ fn refined(x: &[f64], period: f64) -> f64 {
         }
         sum.norm_sqr()
     };
-    // The line is as wide as one period in the whole length; steps of a fifth of that find its top.
+    // The line is as wide as one period in the whole length; steps of a fifth of that find its maximum.
     let periods = x.len() as f64 / period;
     let best = |places: &mut dyn Iterator<Item = f64>| {
         places.map(|p| (power(p), p)).max_by(|a, b| a.0.total_cmp(&b.0)).map_or(period, |b| b.1)
@@ -285,7 +283,7 @@ fn refined(x: &[f64], period: f64) -> f64 {
     best(&mut (-5..=5).map(|i| x.len() as f64 / (turns + 0.04 * f64::from(i))))
 }
 
-/// `n` means of `x` over neighbouring intervals of `step` samples, of which there are enough.
+/// `n` means of `x` over neighbouring intervals of `step` samples; there are enough samples.
 fn resampled(x: &[f64], step: f64, n: usize) -> Vec<f64> {
     let mut sums = vec![0.0; x.len() + 1];
     for (k, v) in x.iter().enumerate() {
@@ -298,12 +296,12 @@ fn resampled(x: &[f64], step: f64, n: usize) -> Vec<f64> {
     (0..n).map(|i| (sum_to((i + 1) as f64 * step) - sum_to(i as f64 * step)) / step).collect()
 }
 
-/// Prediction errors of series of one length, with the room they need.
+/// Prediction errors of series of one length, with their buffers.
 struct Predictor {
     embedding: usize,
     neighbours: usize,
     vectors: usize,
-    /// Squared distances of one vector from all others, and room for those of the next.
+    /// Squared distances of one vector from all others, and a buffer for those of the next.
     distances: Vec<f64>,
     next: Vec<f64>,
     /// The nearest vectors of the one before and of this one, with their distances.
@@ -363,8 +361,8 @@ impl Predictor {
     fn find_nearest(&mut self, i: usize) {
         let (e, n, k) = (self.embedding, self.vectors, self.neighbours);
         let allowed = [0..(i + 1).saturating_sub(e), (i + e).min(n)..n];
-        // The neighbours of the vector before, moved on, are near: no vector farther than the
-        // farthest of them is among the nearest.
+        // The neighbours of the previous vector, moved on, are near: no vector farther than the farthest of them is
+        // among the nearest.
         let mut bound: f64 = 0.0;
         let mut known = 0;
         for j in self.before.iter().map(|j| j + 1) {
@@ -397,7 +395,7 @@ impl Predictor {
     }
 }
 
-/// Where surrogates of a series come from.
+/// The source of a series' surrogates.
 struct Source {
     random: Xoshiro256PlusPlus,
     transform: Transform,
@@ -449,8 +447,8 @@ impl Source {
 
     /// Replaces each value of the surrogate by the series' value of the same rank.
     fn take_values(&mut self) {
-        // Integers sort fast: the bits of a number, so turned that they have its order, with its place
-        // in the last twelve, which are far below what matters. Places are below 4096.
+        // Integers sort fast. The bits of a number are mapped to an integer of the same order, with its index in
+        // the last twelve bits, which are far below the relevant digits. Indices are below 4096.
         for (k, (order, value)) in self.order.iter_mut().zip(&self.surrogate).enumerate() {
             let bits = value.to_bits();
             let ordered = if bits >> 63 == 1 { !bits } else { bits | 1 << 63 };

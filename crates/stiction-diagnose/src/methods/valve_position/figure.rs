@@ -26,8 +26,8 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &MeasuredValve) -> Opti
         map = map.with(Series::points("slips", x, y).colour(colour::BLACK));
     }
     let mut caption =
-        "Valve position over time and over the OP, at the end of the segment. A rest is where \
-                       the OP travels and the valve does not; a slip is where it ends."
+        "Valve position over time and over the OP, at the end of the segment. During a rest the OP travels and the \
+         valve does not; a slip ends it."
             .to_owned();
     if let (Ok(band), Ok(offset)) = (&found.dead_band, &found.offset) {
         // VP = OP - offset -+ half of the dead band, while it moves.
@@ -42,7 +42,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &MeasuredValve) -> Opti
             map = map.with(series(name, op.to_vec(), ends.to_vec()).colour(colour::BLACK));
         }
         caption.push_str(&format!(
-            " The straight lines lie a dead band of {} % apart: where the moving valve stands.",
+            " The straight lines, a dead band of {} % apart, show the position of the moving valve.",
             number(band.median)
         ));
     }

@@ -1,21 +1,21 @@
 //! Stiction measured on the valve itself, where its position is recorded.
 //!
 //! # What it measures
-//! From OP and measured valve position (VP): dead band, S, J, offset, travel and reversals. With the
-//! position known nothing has to be inferred; as a detector it is the judge of all others. Its decision, and the S
-//! and J of a diagnosis, are those of a [fit](crate::identify::lagged_position) that knows of lags and noise; what
-//! is measured on rests and slips is shown beside it.
+//! From OP and measured valve position (VP): dead band, S, J, offset, travel and reversals. With the position known
+//! nothing has to be inferred; as a detector it judges all others. Its decision, and the S and J of a diagnosis,
+//! are those of a [fit](crate::identify::lagged_position) that allows for lags and noise. Measurements of rests and
+//! slips are reported beside it.
 //!
 //! # Assumptions
-//! OP and VP are percent of the same span and sampled at the same times, so densely that the stem's
-//! motion can be told from noise.
+//! OP and VP are percent of the same span and sampled at the same times, densely enough to distinguish the stem's
+//! motion from noise.
 //!
 //! # Equations
 //! The stem *rests* while VP stays within a tolerance of its level and the OP travels by more than three
 //! tolerances; the tolerance is four standard deviations of the noise, at least a quantum. With
 //! `e = OP - VP`:
 //! ```text
-//! dead band = median e of a rising stem - median e of a falling one = 2 fd,  taken where motion ends
+//! dead band = median e of a rising stem - median e of a falling one = 2 fd,  where motion ends
 //!             in a rest, or, if there are few rests, while the stem moves; then less T times the rate
 //!             of the OP, with the lag T that fits best
 //! S = travel of the OP from the beginning of a rest to the slip that ends it, where the stem goes
@@ -23,21 +23,21 @@
 //! J = S - dead band for each of these; where the stem goes on in the same direction, the travel itself
 //! offset = mean of the two medians of e
 //! ```
-//! A slip falls between two samples: the OP half way between them counts, but no less than it reached
-//! before. Medians, with quartiles and counts.
+//! A slip occurs between two samples: the OP half-way between them counts, but at least its previous extreme.
+//! Medians, with quartiles and counts.
 //!
 //! # Parameters
 //! None.
 //!
 //! # Limits
-//! The error of a single S is half of what the OP moves in a sample, plus half a quantum of VP. An S
-//! below three tolerances leaves no rest to see; then S is the dead band. A stem that moves to and fro
-//! within a few samples cannot be told from noise, and is not judged. A lag of the stem makes rests begin
-//! late and S small. Different spans of OP and VP show as S.
+//! The error of a single S is half of the OP movement in a sample, plus half a quantum of VP. An S below three
+//! tolerances shows no rest; then S is the dead band. A stem that moves up and down within a few samples cannot be
+//! distinguished from noise, and is not judged. A lag of the stem makes rests begin late and S small. Different
+//! spans of OP and VP look like S.
 //!
 //! # Deviations from the paper
-//! There is none; all is ours. What ISA-75.25.01 calls dead band is S here, and what it calls
-//! resolution is J (recalled, not read).
+//! None; everything is ours. ISA-75.25.01 uses "dead band" for our S, and "resolution" for our J (recalled, not
+//! read).
 //!
 //! # References
 //! None.
@@ -57,7 +57,7 @@ use crate::identify::lagged_position::{
 use crate::series::{median, quantile};
 use nalgebra::{Matrix3, Vector3};
 
-/// Rests in each direction from which the dead band is taken. Ours.
+/// Fewest rests in each direction for the dead band. Ours.
 const LEAST_RESTS: usize = 3;
 
 /// The measurement on the valve.
@@ -69,16 +69,16 @@ pub struct ValvePosition {}
 pub struct Spread {
     /// Median.
     pub median: f64,
-    /// A quarter of the events lie below.
+    /// Lower quartile of the events.
     pub lower_quartile: f64,
-    /// A quarter of the events lie above.
+    /// Upper quartile of the events.
     pub upper_quartile: f64,
     /// Number of events.
     pub count: usize,
 }
 
 impl Spread {
-    /// Of these events; `None` for none.
+    /// From these events; `None` for none.
     fn of(events: &[f64]) -> Option<Self> {
         (!events.is_empty()).then(|| Self {
             median: median(events),
@@ -89,38 +89,38 @@ impl Spread {
     }
 }
 
-/// What is measured on a valve, or why it cannot be.
+/// A measurement on a valve, or why it is missing.
 pub type Measured = Result<Spread, Abstention>;
 
-/// A rest with the motion about it.
+/// A rest with the motion before and after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rest {
-    /// When and where the stem rests.
+    /// Time and position of the rest.
     pub span: StuckSpan,
     /// OP when the stem came to rest; `None` if the recording begins at rest.
     pub op_stop: Option<f64>,
     /// OP when it slipped; `None` if the recording ends at rest.
     pub op_slip: Option<f64>,
-    /// Whether it came upwards.
+    /// Whether the motion before was upwards.
     pub came_up: bool,
-    /// Whether it went upwards.
+    /// Whether the motion after was upwards.
     pub went_up: bool,
 }
 
 impl Rest {
-    /// How far the OP travelled from stop to slip, percent.
+    /// OP travel from stop to slip, percent.
     pub fn travel(&self) -> Option<f64> {
         let travel = self.op_slip? - self.op_stop?;
         Some(if self.went_up { travel } else { -travel })
     }
 
-    /// Whether the stem went back to where it came from.
+    /// Whether the stem reversed.
     pub fn reverses(&self) -> bool {
         self.came_up != self.went_up
     }
 }
 
-/// A valve as its recorded position shows it.
+/// A valve measured by its recorded position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredValve {
     /// Stick band plus dead band S, percent.
@@ -131,29 +131,29 @@ pub struct MeasuredValve {
     pub dead_band: Measured,
     /// OP less VP, midway between rising and falling, percent.
     pub offset: Measured,
-    /// Smallest change of VP that can be told from noise and quantum, percent.
+    /// Smallest change of VP above noise and quantum, percent.
     pub resolution: f64,
     /// Standard deviation of the noise on VP, percent.
     pub noise: f64,
-    /// Step of which all steps of VP are multiples, percent; 0 for none up to 1 %.
+    /// Common divisor of all steps of VP, percent; 0 for none up to 1 %.
     pub quantum: f64,
-    /// Distance the stem goes, percent of span per hour.
+    /// Travel of the stem, percent of span per hour.
     pub travel_per_hour: f64,
-    /// How often it turns back, per hour.
+    /// Reversals per hour.
     pub reversals_per_hour: f64,
     /// Share of the time in which it rests while the OP travels.
     pub stuck_share: f64,
     /// The rests.
     pub rests: Vec<Rest>,
-    /// What the fit says, or why it says nothing.
+    /// The result of the fit, or why there is none.
     pub judgement: Result<Judgement, Abstention>,
-    /// That of the fit; undecided if it says nothing, or nothing certain.
+    /// That of the fit; undecided if there is no result, or no certain one.
     pub decision: Decision,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
-/// The turning points of `x`: where it turns back by more than `threshold`; with the first and last.
+/// The turning points of `x`: reversals by more than `threshold`, with the first and last sample.
 fn turning_points(x: &[f64], threshold: f64) -> Vec<usize> {
     let mut turns = vec![0];
     let (mut low, mut high) = (0, 0);
@@ -185,7 +185,7 @@ fn turning_points(x: &[f64], threshold: f64) -> Vec<usize> {
     turns
 }
 
-/// Looks at how a span begins and ends.
+/// Finds how a span begins and ends.
 fn rest(span: &StuckSpan, u: &[f64], x: &[f64], tolerance: f64) -> Rest {
     let StuckSpan { first, end, level } = *span;
     let rounding = 1e-9 * level.abs().max(tolerance);
@@ -195,7 +195,7 @@ fn rest(span: &StuckSpan, u: &[f64], x: &[f64], tolerance: f64) -> Rest {
     let op_stop = (first > 0).then(|| {
         let mut at = first;
         if (x[first - 1] - level).abs() <= 2.0 * tolerance {
-            // It creeps in: the rest begins where it first reaches the level.
+            // It creeps in: the rest begins when it first reaches the level.
             let way = sign(came_up);
             at = (first..end).find(|&i| way * (x[i] - level) >= -rounding).unwrap_or(first);
         }
@@ -205,7 +205,7 @@ fn rest(span: &StuckSpan, u: &[f64], x: &[f64], tolerance: f64) -> Rest {
         let way = sign(went_up);
         let mut last = end - 1;
         if (x[end] - level).abs() <= 2.0 * tolerance {
-            // It creeps out: the rest ends where it last was on the other side of the level.
+            // It creeps out: the rest ends when it last was on the other side of the level.
             last = (first..end).rfind(|&i| way * (x[i] - level) <= rounding).unwrap_or(end - 1);
         }
         let before = u[first..=last].iter().map(|u| way * u).fold(f64::NEG_INFINITY, f64::max);
@@ -215,15 +215,14 @@ fn rest(span: &StuckSpan, u: &[f64], x: &[f64], tolerance: f64) -> Rest {
 }
 
 impl ValvePosition {
-    /// What this method is.
+    /// The description of this method.
     pub const METHOD: Method = Method {
         name: "direct",
         title: "Direct measurement on the valve position",
         source: "ours",
         statistic: "t of the best valve without stiction",
         rule: "sticks if every valve with S up to 0.3 %, behind any lag, is worse than the best by more than 2.5 \
-               standard deviations; 5 where S is below 1.5 times the OP's changes, \
-               2 where it is clear of them and likely",
+               standard deviations; 5 if S is below 1.5 times the OP's changes, 2 if it is clear of them and likely",
         applies: Applies::AnyLoop,
         decides: Decides::Stiction,
         needs: Needs::OpAndVp,
@@ -239,7 +238,9 @@ impl ValvePosition {
         let caveats = subject.check(&Self::METHOD)?;
         let (u, x) = (&subject.segment.op, subject.segment.vp.as_deref().unwrap_or_default());
         if u.len() != x.len() || !u.iter().chain(x).all(|v| v.abs() < 1e100) {
-            return Err(Abstention("the valve position is not one number a sample".to_owned()));
+            return Err(Abstention(
+                "the valve position does not have one number per sample".to_owned(),
+            ));
         }
         let found = find_rests(u, x, 0.0);
         let tolerance = found.tolerance;
@@ -253,8 +254,8 @@ impl ValvePosition {
         let (up, down) = distances(u, x, &rests, &legs);
         let few = |what: &str| {
             Abstention(format!(
-                "the stem is not seen to move both ways by more than {:.3} %, which noise could make, so \
-                 its {what} is not known",
+                "the stem does not move in both directions by more than {:.3} % (the noise), so its {what} is not \
+                 known",
                 2.0 * tolerance
             ))
         };
@@ -278,7 +279,7 @@ impl ValvePosition {
             rests.filter_map(Rest::travel).filter(|travel| *travel >= 0.0).collect()
         };
         let (back, onward) = (travels(true), travels(false));
-        // Where the stem turns back without a rest that could be seen, the dead band is all there is.
+        // If the stem reverses without a visible rest, the dead band is the only measurement.
         let s = match (Spread::of(&back), &dead_band) {
             (Some(s), _) => Ok(s),
             (None, Ok(band)) => Ok(Spread { median: band.median.max(0.0), ..*band }),
@@ -321,8 +322,8 @@ impl ValvePosition {
     }
 }
 
-/// OP less VP of a rising stem and of a falling one: where they come to rest, or, if that is seldom,
-/// while they move, less what a lag of the stem makes of it.
+/// OP less VP of a rising stem and of a falling one: at the start of rests or, if these are few, during motion,
+/// less the effect of a lag of the stem.
 fn distances(
     u: &[f64],
     x: &[f64],
@@ -358,8 +359,8 @@ fn distances(
     (side(true), side(false))
 }
 
-/// By how many samples a moving stem follows the OP: the lag `T` of `e = offset + fd direction + T rate`,
-/// by least squares over direction, distance and rate of moving samples; 0 if there is none.
+/// Samples by which a moving stem follows the OP: the lag `T` of `e = offset + fd direction + T rate`, by least
+/// squares over direction, distance and rate of moving samples; 0 if there is none.
 fn lag(moving: &[(bool, f64, f64)]) -> f64 {
     let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for &(up, distance, rate) in moving {

@@ -5,7 +5,7 @@ use crate::drawing::{Scene, sheet};
 use crate::spoken::number;
 use stiction_figure::figure::{Figure, Legend, Panel, Scale, Series, colour};
 
-/// Patterns by their symbols: of the OP, then of what follows the valve.
+/// Patterns by their symbols: of the OP, then of the signal behind the valve.
 const PATTERNS: [&str; 9] = ["DD", "DS", "DI", "SD", "SS", "SI", "ID", "IS", "II"];
 
 pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &YamashitaResult) -> Option<Figure> {
@@ -48,7 +48,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &YamashitaResult) -> Op
         .map(|count| 100.0 * *count as f64 / all.max(1) as f64)
         .collect();
     let places: Vec<f64> = (0..PATTERNS.len()).map(|i| i as f64).collect();
-    // Those that speak for stiction apart from the others.
+    // The patterns of stiction apart from the others.
     let is_sticky = |i: &usize| matches!(PATTERNS[*i], "DS" | "IS");
     let bars = |name: &str, sticky: bool| {
         let y: Vec<f64> = (0..PATTERNS.len())
@@ -70,9 +70,9 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &YamashitaResult) -> Op
         other => format!("{} standard deviations", number(other)),
     };
     let caption = format!(
-        "Steps that increase (I), stay (S) or decrease (D), against {dead_zone} of all steps. \
-         Above: the end of the segment, with the steps in which the OP moves and the {name} stays; below: \
-         how often each pattern is. rho1, the share of these two among all steps that are not SS, is {}.",
+        "Steps that increase (I), stay (S) or decrease (D), against {dead_zone} of all steps. Above: the end of \
+         the segment, with the steps in which the OP moves and the {name} stays. Below: how often each pattern \
+         occurs. rho1, the share of these two among all steps that are not SS, is {}.",
         number(found.statistic)
     );
     let figure = sheet(caption)

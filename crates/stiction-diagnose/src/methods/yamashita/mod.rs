@@ -5,9 +5,9 @@
 //! (I), steady (S) or decreasing (D); a sticking valve spends its time in the patterns IS and DS.
 //!
 //! # Assumptions
-//! A signal that follows the valve at once: its measured position, or the PV of a fast flow loop. In a
-//! slow loop the PV lags behind and the patterns mean nothing; so the method, made for self-regulating
-//! loops, warns where the loop is not a flow.
+//! A signal that follows the valve at once: its measured position, or the PV of a fast flow loop. In a slow loop
+//! the PV lags behind and the patterns are meaningless. The method, made for self-regulating loops, therefore warns
+//! if the loop is not a flow.
 //!
 //! # Equations
 //! The differences of either signal from sample to sample, less their mean, over their standard
@@ -18,23 +18,23 @@
 //! rho2 = as rho1, but of the runs of IS only those that II or SI follows, of DS those before DD or SD
 //! rho3 = rho1 without the runs of IS that DD, DI, SD, ID or DS follows, and without their mirrors
 //! ```
-//! rho1 above 0.25 sticks, else not: of eight patterns other than SS two count, so 0.25 is what chance
-//! gives. rho2 and rho3 are reported beside it.
+//! rho1 above 0.25 sticks, else not: of eight patterns other than SS two count, so chance gives 0.25. rho2 and rho3
+//! are reported beside it.
 //!
 //! # Parameters
 //! | name | unit | default | source |
 //! |---|---|---|---|
 //! | `threshold` | none | 0.25 | Yamashita 2006, recalled, not read |
 //! | `dead_zone` | standard deviations | 0.5 | ours |
-//! | `follower` | | PV | ours; the valve position where it is recorded and asked for |
+//! | `follower` | | PV | ours; optionally the recorded valve position |
 //!
 //! # Limits
-//! Sensitive to the sample time: below about eight samples a cycle patterns blur, and far above noise
-//! makes them. Dead time and lag between valve and PV read as stiction.
+//! Sensitive to the sample time: below about eight samples a cycle patterns blur, and far above, noise makes them.
+//! Dead time and lag between valve and PV look like stiction.
 //!
 //! # Deviations from the paper
-//! Recalled, not read. That the decision rests on rho1 and not on rho3 is ours: at 0.25 rho1 agrees
-//! with what is known of eight of nine recorded loops, rho3 of four.
+//! Recalled, not read. The decision by rho1 and not rho3 is ours: at 0.25 rho1 agrees with the known state of eight
+//! of nine recorded loops, rho3 of four.
 //!
 //! # References
 //! Y. Yamashita, An automatic method for detection of valve stiction in process control loops, Control
@@ -51,10 +51,10 @@ use crate::finding::{
 use crate::recording::LoopType;
 use crate::series::span;
 
-/// The signal that is taken to follow the valve.
+/// The signal that follows the valve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Follower {
-    /// The PV, which stands for the flow.
+    /// The PV instead of the flow.
     #[default]
     Pv,
     /// The measured valve position.
@@ -64,11 +64,11 @@ pub enum Follower {
 /// Yamashita's patterns with threshold and dead zone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Yamashita {
-    /// Above it, rho1 speaks for stiction.
+    /// Above it, rho1 indicates stiction.
     pub threshold: f64,
-    /// Steps within so many standard deviations of their mean count as steady.
+    /// Steps within this many standard deviations of their mean count as steady.
     pub dead_zone: f64,
-    /// What follows the valve.
+    /// The signal that follows the valve.
     pub follower: Follower,
 }
 
@@ -78,7 +78,7 @@ impl Default for Yamashita {
     }
 }
 
-/// What Yamashita's patterns found.
+/// The result of Yamashita's patterns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct YamashitaResult {
     /// rho1, which decides.
@@ -87,22 +87,21 @@ pub struct YamashitaResult {
     pub threshold: f64,
     /// The verdict.
     pub decision: Decision,
-    /// What followed the OP.
+    /// The signal that follows the valve.
     pub follower: Follower,
-    /// Steps up to so many standard deviations were steady.
+    /// Steps up to this many standard deviations were steady.
     pub dead_zone: f64,
-    /// Share of the movement that stays without an answer, and then finds one in the same direction.
+    /// Share of the OP's movement without a response that is then followed by one in the same direction.
     pub rho2: f64,
-    /// rho1 without what cannot come from stiction.
+    /// rho1 without patterns that stiction cannot cause.
     pub rho3: f64,
-    /// How many steps have each pattern: by the OP's symbol in the order D, S, I, then by that of what
-    /// follows.
+    /// Number of steps with each pattern: by the OP's symbol in the order D, S, I, then by that of the follower.
     pub patterns: [[usize; 3]; 3],
     /// Symbols of the OP's steps: -1, 0, 1.
     pub op_symbols: Vec<i8>,
-    /// Symbols of the steps of what follows the valve.
+    /// Symbols of the follower's steps.
     pub follower_symbols: Vec<i8>,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
@@ -139,7 +138,7 @@ fn runs(u: &[i8], x: &[i8]) -> (usize, usize) {
 }
 
 impl Yamashita {
-    /// What this method is.
+    /// The description of this method.
     pub const METHOD: Method = Method {
         name: "yamashita",
         title: "Yamashita's patterns",
@@ -253,8 +252,8 @@ impl Detector for Yamashita {
             Follower::Vp => "valve position",
         };
         let reason = format!(
-            "in {:.0} % of the steps in which anything moves the OP moves and the {name} does not: \
-             rho1 is {:.3} (above {:.2} sticks), rho2 {:.3}, rho3 {:.3}",
+            "in {:.0} % of the steps with movement, the OP moves and the {name} does not: rho1 is {:.3} (sticks \
+             above {:.2}), rho2 {:.3}, rho3 {:.3}",
             100.0 * r.statistic,
             r.statistic,
             r.threshold,

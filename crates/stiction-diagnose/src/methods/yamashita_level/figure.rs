@@ -1,4 +1,4 @@
-//! Its figure: how often the PV bends by how much.
+//! Its figure: the density of the PV's second derivative.
 
 use super::YamashitaLevelResult;
 use crate::drawing::{Scene, histogram, sheet};
@@ -10,7 +10,7 @@ use stiction_figure::figure::{Figure, Legend, Panel, Series, colour};
 
 pub(in crate::methods) fn draw(_: &Scene<'_>, found: &YamashitaLevelResult) -> Option<Figure> {
     let values = standardised(&found.curvature)?;
-    // What lies farther out than the axis is counted at its ends.
+    // Values beyond the axis are counted at its ends.
     let reach = 6.0;
     let inside: Vec<f64> = values.iter().map(|v| v.clamp(-reach, reach)).collect();
     let (x, shares) = histogram(&inside);
@@ -19,7 +19,7 @@ pub(in crate::methods) fn draw(_: &Scene<'_>, found: &YamashitaLevelResult) -> O
     let density: Vec<f64> = shares.iter().map(|share| share / 100.0 / width).collect();
     let steps = || (0..=120).map(|i| -4.0 + 8.0 * f64::from(i) / 120.0);
     let gaussian: Vec<f64> = steps().map(|z| (-0.5 * z * z).exp() / TAU.sqrt()).collect();
-    // Of a sinusoid with standard deviation 1, but for the ends, where it is infinite.
+    // For a sinusoid with standard deviation 1, except for the ends, where it is infinite.
     let sine_x: Vec<f64> = steps().map(|z| 0.245 * z).map(|share| share * 2f64.sqrt()).collect();
     let sine: Vec<f64> = sine_x.iter().map(|z| 1.0 / (PI * (2.0 - z * z).sqrt())).collect();
     let panel = Panel::new(LABEL, "density (per standard deviation)")
@@ -34,9 +34,9 @@ pub(in crate::methods) fn draw(_: &Scene<'_>, found: &YamashitaLevelResult) -> O
                 .colour(colour::VERMILION),
         );
     let caption = format!(
-        "How often the PV bends by how much. A triangle wave behind a sticking valve bends at its corners \
-         only, which gives a high middle and long tails; its excess kurtosis is above 0. Found: {}. What \
-         lies beyond six standard deviations is counted at the ends.",
+        "Density of the PV's second derivative. A triangle wave behind a sticking valve bends only at its corners, \
+         which gives a high middle and long tails, with an excess kurtosis above 0. This one is {}. Values beyond \
+         six standard deviations are counted at the ends.",
         number(found.statistic)
     );
     Some(sheet(caption).with(panel))

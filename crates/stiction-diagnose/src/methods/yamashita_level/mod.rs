@@ -1,9 +1,9 @@
 //! Yamashita's excess kurtosis, for level loops.
 //!
 //! # What it measures
-//! Whether the second derivative of the PV has heavy tails. Behind a sticking valve the level is a
-//! triangle wave: its second derivative is zero but for the corners. That of a sinusoid is a sinusoid,
-//! whose distribution has no tails at all.
+//! Whether the second derivative of the PV has heavy tails. Behind a sticking valve the level is a triangle wave:
+//! its second derivative is zero except at the corners. That of a sinusoid is a sinusoid, whose distribution has no
+//! tails.
 //!
 //! # Assumptions
 //! An oscillating loop with an integrating process; noise that is about Gaussian.
@@ -13,9 +13,9 @@
 //! z(k) = p(k - m) - 2 p(k) + p(k + m),  p = PV averaged over m samples,  m = period / 12
 //! kurtosis = mean (z - mean z)^4 / var(z)^2 - 3
 //! ```
-//! It is -1.5 for a sinusoid, 0 for Gaussian noise, negative for any sinusoid in Gaussian noise, and, of
-//! a triangle wave, 2.4 without the averaging (derived here) and about 1.6 with it (simulated). Above 0:
-//! sticks. Below -0.75: does not stick.
+//! It is -1.5 for a sinusoid, 0 for Gaussian noise and negative for any sinusoid in Gaussian noise. For a triangle
+//! wave it is 2.4 without the averaging (derived here) and about 1.6 with it (simulated). Above 0: sticks. Below
+//! -0.75: does not stick.
 //!
 //! # Parameters
 //! | name | unit | default | source |
@@ -24,12 +24,12 @@
 //! | `lower` | none | -0.75 | ours: half way between sinusoid and noise |
 //!
 //! # Limits
-//! Abstains without an oscillation. Steps of the set point or of the load are corners too. Noise alone
-//! gives 0, give or take `sqrt(24/count)` of independent values.
+//! Abstains without an oscillation. Steps of the set point or of the load are also corners. Noise alone gives 0,
+//! plus or minus `sqrt(24/count)` of independent values.
 //!
 //! # Deviations from the paper
-//! Only the idea was recalled, not read: excess kurtosis of the twice differenced PV. Lag, averaging
-//! and thresholds are ours; differences from sample to sample would show noise and nothing else.
+//! Only the idea was recalled, not read: excess kurtosis of the twice differenced PV. Lag, averaging and thresholds
+//! are ours; differences from sample to sample would show only noise.
 //!
 //! # References
 //! Y. Yamashita, a method for level control loops, 2006 (recalled; the title is not verified).
@@ -49,9 +49,9 @@ use crate::series::{centred, excess_kurtosis};
 /// The excess kurtosis with its thresholds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct YamashitaLevel {
-    /// Above it, the kurtosis speaks for stiction.
+    /// Above it, the kurtosis indicates stiction.
     pub upper: f64,
-    /// Below it, the kurtosis speaks against.
+    /// Below it, the kurtosis indicates none.
     pub lower: f64,
 }
 
@@ -61,7 +61,7 @@ impl Default for YamashitaLevel {
     }
 }
 
-/// What the excess kurtosis found.
+/// The result of the excess kurtosis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct YamashitaLevelResult {
     /// The excess kurtosis.
@@ -74,12 +74,12 @@ pub struct YamashitaLevelResult {
     pub curvature: Vec<f64>,
     /// Their lag, samples.
     pub lag: usize,
-    /// What to keep in mind.
+    /// Cautions.
     pub caveats: Vec<String>,
 }
 
 impl YamashitaLevel {
-    /// What this method is.
+    /// The description of this method.
     pub const METHOD: Method = Method {
         name: "yamashita-level",
         title: "Yamashita's excess kurtosis for levels",
@@ -137,8 +137,8 @@ impl Detector for YamashitaLevel {
             _ => "bends neither like a sinusoid nor in corners",
         };
         let reason = format!(
-            "the PV {what}: the excess kurtosis of its second difference is {:.2} (above {:.2} \
-             sticks, below {:.2} does not)",
+            "the PV {what}: the excess kurtosis of its second difference is {:.2} (sticks above {:.2}, does not \
+             below {:.2})",
             r.statistic, self.upper, self.lower
         );
         let numbers = vec![

@@ -1,4 +1,4 @@
-//! The recording's clock: where it went back, and how long a sample lasts.
+//! The recording's clock: backward steps, and the sample time.
 
 use super::repair::{GridRepair, RepairKind};
 use crate::recording::{Channel, Modes};
@@ -8,10 +8,10 @@ use std::collections::BTreeMap;
 /// Times this close, in sample times, are the same.
 pub(super) const SAME: f64 = 1e-6;
 
-/// The most backward steps that can be the clock's; with more, rows are in disorder.
+/// The most backward steps of a clock; with more, rows are in disorder.
 const MOST_CLOCK_STEPS: usize = 10;
 
-/// What is known of the clock from the reference channel: how far it went back, each time.
+/// Backward steps of the clock in the reference channel: the size of each.
 pub(super) struct Clock {
     shifts: Vec<f64>,
 }
@@ -41,7 +41,7 @@ impl Clock {
             twice.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
             twice.dedup_by(|a, b| a.0 == b.0 && a.1.total_cmp(&b.1).is_eq());
             if twice.len() as f64 <= 1.5 * ((high - low) / step + 1.0) {
-                // Each time is used once: rows in disorder, not a clock that went back.
+                // Each time occurs once: rows in disorder, not a clock that went back.
                 clock.shifts.clear();
                 return clock;
             }
@@ -53,15 +53,15 @@ impl Clock {
             count: clock.shifts.len(),
             first_s: time[back[0]],
             done: format!(
-                "the clock went back, by {} s in all; rows are taken in the order of the file, and \
-                 later times are moved on by as much",
+                "the clock went back by {} s in all; rows stay in the order of the file, and later times are moved \
+                 by as much",
                 clock.shifts.iter().sum::<f64>()
             ),
         });
         clock
     }
 
-    /// The times as they would be if the clock had not gone back; `None` where nothing changes.
+    /// The times without the backward steps; `None` where nothing changes.
     pub(super) fn unwound(&self, time: &[f64]) -> Option<Vec<f64>> {
         let back = time.windows(2).filter(|pair| pair[1] < pair[0]).count();
         if self.shifts.is_empty() || back > self.shifts.len() {
@@ -88,11 +88,11 @@ impl Clock {
     }
 }
 
-/// The commonest time between samples in order of time, and the share of the steps that have it.
+/// The most frequent time between samples in order of time, and its share of the steps.
 ///
-/// Steps are sorted into classes 5 % wide; it is the mean of the fullest class and its neighbours,
-/// or, if all times agree with it, the mean step. It is rounded to nine digits, which is what times
-/// are written with; and to three if that is within a thousandth and the times are not regular anyway.
+/// Steps are sorted into classes 5 % wide. The result is the mean of the largest class and its neighbours or, if
+/// all times agree with it, the mean step. It is rounded to nine digits, the precision of written times, or to
+/// three if that is within a thousandth and the times are not regular anyway.
 pub(super) fn commonest_step(time: &[f64]) -> Option<(f64, f64)> {
     let class = |step: f64| (20.0 * step.ln()).round() as i64;
     let steps: Vec<f64> = time.windows(2).map(|t| t[1] - t[0]).filter(|d| *d > 0.0).collect();
@@ -103,7 +103,7 @@ pub(super) fn commonest_step(time: &[f64]) -> Option<(f64, f64)> {
         return Some((exact_step(time, first), 1.0));
     }
     let mut classes: BTreeMap<i64, usize> = BTreeMap::new();
-    // Neighbours mostly are of one class: ask for the logarithm only when the step changes.
+    // Most neighbours are of one class, so the logarithm is only needed when the step changes.
     let (mut last, mut key) = (first, class(first));
     for &step in &steps {
         if step != last {
@@ -125,7 +125,7 @@ pub(super) fn commonest_step(time: &[f64]) -> Option<(f64, f64)> {
     Some((step, share))
 }
 
-/// The step of times that are regular but for gaps, to more digits than any single difference has.
+/// The step of times that are regular except for gaps, to more digits than any single difference has.
 fn exact_step(time: &[f64], typical: f64) -> f64 {
     // The longest run without a gap.
     let (mut from, mut best) = (0, 0..1);
@@ -145,13 +145,13 @@ fn exact_step(time: &[f64], typical: f64) -> f64 {
     rounded(mean, 8, 0.1 * SAME / steps)
 }
 
-/// The value to so many digits after the first, if that changes it by no more than a share.
+/// The value to this many digits after the first, if that changes it by at most a share.
 fn rounded(value: f64, digits: usize, share: f64) -> f64 {
     let round = format!("{value:.digits$e}").parse().unwrap_or(value);
     if (round - value).abs() <= share.max(2e-15) * value { round } else { value }
 }
 
-/// Times between these closer than this to a point of the grid are on it.
+/// Largest distance of a time from its point of the grid.
 pub(super) fn tolerance(step: f64, from: f64, to: f64) -> f64 {
     (SAME * step).max(4.0 * f64::EPSILON * from.abs().max(to.abs())).min(0.25 * step)
 }

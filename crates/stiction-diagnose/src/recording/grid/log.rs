@@ -1,4 +1,4 @@
-//! Counting what is mended.
+//! Counts the repairs.
 
 use super::repair::{GridRepair, RepairKind};
 use super::track::{Resampled, Run, State};
@@ -6,7 +6,7 @@ use super::{LEAST_KNOWN_VP, LONGEST_BRIDGE};
 use crate::recording::{Channel, Recording};
 use std::collections::BTreeMap;
 
-/// Counts what is mended, over all runs.
+/// Counts the repairs, over all runs.
 #[derive(Default)]
 pub(super) struct Log {
     counts: BTreeMap<(RepairKind, &'static str), (usize, f64)>,

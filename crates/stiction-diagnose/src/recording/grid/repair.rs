@@ -1,23 +1,23 @@
-//! What had to be mended.
+//! The repairs of a recording.
 
-/// Something that had to be mended, and how often.
+/// A repair, with its count.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct GridRepair {
-    /// What was wrong.
+    /// The fault.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub kind: RepairKind,
     /// The signal, such as `PV`; or `time` for all.
     pub signal: &'static str,
-    /// How many samples, or steps of the clock.
+    /// Number of samples, or of steps of the clock.
     pub count: usize,
-    /// The first place, s on the recording's clock.
+    /// The first time, s on the recording's clock.
     pub first_s: f64,
-    /// What was done, a sentence.
+    /// The repair, a sentence.
     pub done: String,
 }
 
-/// What can be wrong with the times or samples of a recording.
+/// A fault in the times or samples of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RepairKind {
     /// Several samples at one time.
@@ -30,7 +30,7 @@ pub enum RepairKind {
     Irregular,
     /// A few bad or missing samples that were bridged.
     Bridged,
-    /// Bad or missing samples too many to bridge; the recording is cut there.
+    /// Too many bad or missing samples to bridge; the recording is cut there.
     Gap,
     /// The loop was not in automatic; the recording is cut there.
     NotAutomatic,

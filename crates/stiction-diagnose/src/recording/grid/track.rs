@@ -6,14 +6,13 @@ use super::{Interpolation, LONGEST_BRIDGE};
 use crate::error::{Error, Result};
 use crate::recording::{Channel, Quality};
 
-/// The most points a grid may have, so that one wrong time stamp does not fill the memory.
+/// The most points of a grid, so that one wrong time stamp does not fill the memory.
 const MOST_POINTS: f64 = 2e7;
 
-/// A channel in which fewer than this share of the steps are of the commonest length is taken to be
-/// stored on change.
+/// Smallest share of steps with the most frequent length; with fewer, a channel counts as stored on change.
 const REGULAR_SHARE: f64 = 0.5;
 
-/// Part of the grid in which the reference channel has no long gap; it begins at a sample.
+/// Part of the grid without a long gap in the reference channel; it begins at a sample.
 pub(super) struct Run {
     pub from: f64,
     pub to: f64,
@@ -25,7 +24,7 @@ pub(super) struct Track {
     pub time: Vec<f64>,
     value: Vec<f64>,
     usable: Vec<bool>,
-    /// Its own commonest step.
+    /// Its own most frequent step.
     pub step: Option<f64>,
     on_change: bool,
 }
@@ -88,10 +87,9 @@ impl Track {
             RepairKind::Duplicate,
             different,
             first_different,
-            "of different values at one time, the last in the file was taken",
+            "of different values at one time, the last in the file was used",
         );
-        // A row without a value is no sample of a channel that is stored on change, so ask of those
-        // rows only that have one.
+        // A row without a value is not a sample of a channel stored on change, so only rows with a value count.
         let missing = channel.quality.iter().filter(|q| **q == Quality::Missing).count();
         if 2 * missing > channel.quality.len() {
             let kept: Vec<f64> =
@@ -143,8 +141,8 @@ impl Track {
             points += steps + 1.0;
             if points > MOST_POINTS {
                 return Err(Error::Inconsistent(format!(
-                    "a grid of {step} s from {} s to {} s has more than {MOST_POINTS} points; give \
-                     a longer sample time, or mend the time stamps",
+                    "a grid of {step} s from {} s to {} s has more than {MOST_POINTS} points; use a longer sample \
+                     time, or correct the time stamps",
                     self.first(),
                     self.last()
                 )));
@@ -193,7 +191,7 @@ impl Track {
             let q = (after < self.time.len()).then_some(after);
             let gap = q.map_or(f64::INFINITY, |q| self.time[q] - self.time[p]);
             let limit = if rule == Interpolation::Hold && q.is_none() {
-                // Nothing follows: a held value is good for one step.
+                // After the last sample, a held value is valid for one step.
                 t - self.time[p]
             } else {
                 gap
@@ -222,7 +220,7 @@ impl Track {
         (0..end).rev().find(|&i| self.usable[i]).unwrap_or(0)
     }
 
-    /// Every point, held over whatever is missing; before the first usable sample, that one.
+    /// Every point, held over missing ones; before the first usable sample, that one.
     pub(super) fn held(&self, run: &Run, step: f64) -> Vec<f64> {
         let tolerance = tolerance(step, run.from, run.to);
         let usable = |i: &usize| self.usable[*i];
@@ -246,13 +244,13 @@ impl Track {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum State {
-    /// A sample lies there.
+    /// At a sample.
     Sample,
-    /// It lies between two samples that follow one another.
+    /// Between two consecutive samples.
     Between,
-    /// A few samples are missing there.
+    /// Within a few missing samples.
     Bridged,
-    /// Not known.
+    /// Unknown.
     Unknown,
 }
 
@@ -267,7 +265,7 @@ impl Resampled {
         known as f64 / points.len().max(1) as f64
     }
 
-    /// The values, with straight lines over what is not known and held ends.
+    /// The values, with straight lines over unknown ones and held ends.
     pub(super) fn filled(&self, points: std::ops::Range<usize>) -> Vec<f64> {
         let mut values = self.values[points.clone()].to_vec();
         let known: Vec<usize> =

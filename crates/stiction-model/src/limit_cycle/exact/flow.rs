@@ -7,16 +7,16 @@ use super::series::Series;
 use nalgebra::Complex;
 use std::collections::VecDeque;
 
-/// How a stem behaves at a slip, in units of `fs`.
+/// Behaviour of a stem at a slip, in units of `fs`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Stem {
     /// It lands `fd` behind the OP and follows it until the OP turns.
     Follows { fd: f64 },
-    /// It goes on by `jump` and sticks at once.
+    /// It moves on by `jump` and sticks at once.
     Jumps { jump: f64 },
 }
 
-/// The VP over a segment that lasts until the next begins.
+/// The VP over a segment until the next begins.
 #[derive(Debug, Clone, Copy)]
 enum Course<T> {
     Held(T),
@@ -44,13 +44,13 @@ impl Range {
         self.high = self.high.max(value);
     }
 
-    /// Takes all extremes of `signal` on `0..=end`.
+    /// Includes all extremes of `signal` on `0..=end`.
     fn sweep(&mut self, signal: &Series<f64>, end: f64) {
         self.take(signal.0[0]);
         self.take(signal.at(end));
         let slope = signal.slope();
         for slope in [slope, slope.times(-1.0)] {
-            // A segment has at most a few turns; each search goes on behind the last.
+            // A segment has at most a few turns; each search continues behind the last one.
             let (mut from, mut rest) = (0.0, slope);
             for _ in 0..8 {
                 let Some(s) = rest.rises(end - from) else { break };
@@ -76,7 +76,7 @@ pub(super) struct Ranges {
 struct Record {
     begin: f64,
     interval: f64,
-    /// Of the samples, not counting those at events.
+    /// Number of samples, without those at events.
     taken: usize,
     trajectory: Trajectory,
 }
@@ -90,7 +90,7 @@ impl Record {
         into.pv.push(pv);
     }
 
-    /// Takes the samples within a segment of `length` that begins at `time`, its end excluded.
+    /// Adds the samples within a segment of `length` that begins at `time`, its end excluded.
     fn sweep(&mut self, time: f64, length: f64, signals: [&Series<f64>; 3]) {
         loop {
             let s = self.begin + self.taken as f64 * self.interval - time;
@@ -107,7 +107,7 @@ impl Record {
     }
 }
 
-/// What ended a segment of motion.
+/// The end of a segment of motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Event {
     /// The stem breaks away; it has not moved yet.
@@ -131,32 +131,32 @@ pub(super) struct Flow<'a, T> {
     pub(super) position: T,
     /// Direction of motion, 0 while stuck.
     motion: f64,
-    /// Direction of the slip that is due or was last.
+    /// Direction of the next slip if it is due, or else of the last one.
     pub(super) direction: f64,
-    /// When the stem began to stick.
+    /// Time at which the stem began to stick.
     pub(super) stuck_since: T,
     /// Pieces of the VP, the first of them at `time - theta`.
     past: VecDeque<Piece<T>>,
-    /// Steps left.
+    /// Remaining steps.
     pub(super) steps: usize,
     /// The last slip or stop.
     last_event: f64,
     pub(super) ranges: Option<Ranges>,
     record: Option<Box<Record>>,
-    /// The states over the segment under way.
+    /// The states over the present segment.
     course: Vec<Series<T>>,
 }
 
-/// Nodes and weights of Gauss's quadrature with six of them, on one side of the middle.
+/// Nodes and weights of Gauss's quadrature with six nodes, on one side of the middle.
 const GAUSS: [(f64, f64); 3] = [
     (0.238_619_186_083_196_9, 0.467_913_934_572_691),
     (0.661_209_386_466_264_5, 0.360_761_573_048_138_6),
     (0.932_469_514_203_152, 0.171_324_492_379_170_35),
 ];
 
-/// Beyond this, in units of `fs`, a motion diverges.
+/// Limit of divergence, in units of `fs`.
 const FAR: f64 = 1e5;
-/// Per unit of time a resting loop moves less than this.
+/// Largest speed of a loop at rest, per unit of time.
 const REST: f64 = 1e-12;
 
 impl<'a, T: Number> Flow<'a, T> {
@@ -194,14 +194,14 @@ impl<'a, T: Number> Flow<'a, T> {
         Self::stuck(plant, stem, state, position, steps)
     }
 
-    /// Begins to note the ranges of the signals.
+    /// Starts recording the ranges of the signals.
     pub(super) fn watch(&mut self) {
         let empty = Range::EMPTY;
         self.ranges = Some(Ranges { op: empty, vp: empty, pv: empty });
         self.note_position();
     }
 
-    /// Begins to record the signals, every `interval` and at events.
+    /// Starts recording the signals, every `interval` and at events.
     pub(super) fn record(&mut self, interval: f64) {
         let begin = self.time.value();
         let record = Record { begin, interval, taken: 0, trajectory: Trajectory::default() };
@@ -209,7 +209,7 @@ impl<'a, T: Number> Flow<'a, T> {
         self.take();
     }
 
-    /// What was recorded, in units, `op_unit` percent to 1.
+    /// The recorded signals, in units, `op_unit` percent to 1.
     pub(super) fn recorded(self, op_unit: f64) -> Option<Trajectory> {
         let plant = self.plant;
         let Trajectory { time_s, op, vp, pv } = self.record?.trajectory;
@@ -224,7 +224,7 @@ impl<'a, T: Number> Flow<'a, T> {
         })
     }
 
-    /// Records the present.
+    /// Records the present values.
     fn take(&mut self) {
         let (time, op) = (self.time.value(), self.plant.op(&self.state).value());
         let (vp, pv) = (self.position.value(), self.state[0].value());
@@ -240,13 +240,13 @@ impl<'a, T: Number> Flow<'a, T> {
         }
     }
 
-    /// Whether the process sees the same VP as the stem stands at, now and before.
+    /// Whether the process input equals the stem position, now and before.
     pub(super) fn is_clean(&self) -> bool {
         self.motion == 0.0
             && self.time.value() - self.stuck_since.value() >= self.plant.dead_time * (1.0 - 1e-12)
     }
 
-    /// Makes the motion larger by `factor`, its past included.
+    /// Scales the motion by `factor`, including its past.
     pub(super) fn enlarge(&mut self, factor: f64) {
         self.state = self.state.map(|w| w * factor);
         self.position = self.position * factor;
@@ -287,7 +287,7 @@ impl<'a, T: Number> Flow<'a, T> {
         self.note_position();
     }
 
-    /// Moves on to the next slip, which is then due.
+    /// Continues to the next slip, which is then due.
     pub(super) fn run_to_slip(&mut self) -> Event {
         let mut still = 0;
         while self.steps > 0 {
@@ -317,7 +317,7 @@ impl<'a, T: Number> Flow<'a, T> {
         Event::Exhausted
     }
 
-    /// The VP that the process sees from now on, and when that piece of it ends.
+    /// The present VP at the process, and the end of that piece of it.
     fn delayed(&mut self) -> (Course<T>, Option<T>) {
         let delay = T::of(self.plant.dead_time);
         while let Some(next) = self.past.get(1) {
@@ -337,7 +337,7 @@ impl<'a, T: Number> Flow<'a, T> {
         (vp, self.past.get(1).map(|next| next.start + delay))
     }
 
-    /// The integral of `e^(rate s) x` over the last dead time, the VP `x` having been that `s` ago.
+    /// The integral of `e^(rate s) x` over the last dead time, with the VP `x` of `s` ago.
     pub(super) fn way(&self, rate: Complex<f64>) -> Complex<f64> {
         let now = self.time.value();
         let begin = now - self.plant.dead_time;
@@ -390,7 +390,7 @@ impl<'a, T: Number> Flow<'a, T> {
             }
         }
 
-        // What ends it early: the OP turns, or it leaves the stuck stem behind.
+        // Early ends: the OP turns, or leaves the band of the stuck stem.
         let mut event = None;
         if self.motion != 0.0 {
             let turning = op.slope().times(-self.motion);
@@ -419,7 +419,7 @@ impl<'a, T: Number> Flow<'a, T> {
         }
 
         if let Some(offset) = following {
-            // Even without dead time: the ranges need it.
+            // Also without dead time, because the ranges need it.
             let vp = op.plus(T::of(-offset));
             if !instant {
                 self.past.push_back(Piece { start: self.time, vp: Course::Following(vp) });
@@ -454,8 +454,7 @@ impl<'a, T: Number> Flow<'a, T> {
         }
     }
 
-    /// The states as power series, into `course`, and the OP; `closed` is how far a stem behind no dead time
-    /// trails.
+    /// The states as power series, into `course`, and the OP; `closed` is the lag of a stem without dead time.
     fn expand(&mut self, seen: &Course<T>, closed: Option<f64>) -> Series<T> {
         let zero = T::of(0.0);
         let plant = self.plant;
@@ -493,11 +492,10 @@ impl<'a, T: Number> Flow<'a, T> {
         op
     }
 
-    /// How long a segment the series in `course` are good for: at least 1, and longer where their last terms
-    /// say so.
+    /// Valid length of a segment for the series in `course`: at least 1, and longer if their last terms allow it.
     fn reach(&self) -> f64 {
         const LONGEST: f64 = 8.0;
-        // By then a term is below the rounding of a double, and those after it are smaller still.
+        // A term is then below the rounding of a double, and later ones are smaller.
         const NOTHING: f64 = 1e-17;
         let last = super::series::DEGREE;
         let (mut size, mut before, mut end) = (1f64, 0f64, 0f64);

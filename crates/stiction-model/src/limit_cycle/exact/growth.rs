@@ -7,25 +7,25 @@ use nalgebra::{DMatrix, DVector};
 
 /// The fastest growing mode of a loop that is unstable without friction.
 ///
-/// With `x = u - d` the loop is linear but for `d`, and friction keeps `|d| <= 1`. Let `s`, of positive real part,
-/// solve `C (sI - A)^-1 B e^(-s theta) = 1`. Then
+/// With `x = u - d` the loop is linear except for `d`, and friction keeps `|d| <= 1`. Let `s`, of positive real
+/// part, solve `C (sI - A)^-1 B e^(-s theta) = 1`. Then
 /// ```text
 /// z(t) = C (sI - A)^-1 w(t) + integral of e^(s (t - r)) x(r) dr from t - theta to t        z' = s z - d
 /// ```
-/// (derived for this project). So `z` grows for ever once it is beyond all that `d` may still add:
-/// `|integral of e^(-s r) d(r) dr|` is at most `1 / re s`, and as `d` is real, at most
-/// `(2 / im s) / (1 - exp(-pi re s / im s))`.
+/// (derived for this project). So `z` grows for ever once it is beyond the largest possible contribution of `d`:
+/// `|integral of e^(-s r) d(r) dr|` is at most `1 / re s`, and as `d` is real, at most `(2 / im s) / (1 - exp(-pi
+/// re s / im s))`.
 #[derive(Debug, Clone)]
 pub(super) struct Growth {
     root: Complex<f64>,
     /// `C (sI - A)^-1`.
     left: DVector<Complex<f64>>,
-    /// Beyond it `z` grows.
+    /// Value beyond which `z` grows.
     limit: f64,
 }
 
 impl Growth {
-    /// Of `plant`; `None` if no growing mode was found.
+    /// For `plant`; `None` if no growing mode was found.
     pub(super) fn of(plant: &Plant) -> Option<Self> {
         let (root, left) = (0..9)
             .filter_map(|k| growing(plant, Complex::new(0.05, 0.02 * 2f64.powi(k) - 0.02)))
@@ -41,7 +41,7 @@ impl Growth {
         Some(Self { root, left, limit: 1.001 * limit })
     }
 
-    /// Whether the motion has grown beyond what friction can undo.
+    /// Whether the motion has grown beyond the influence of friction.
     pub(super) fn is_certain(&self, flow: &Flow<'_, f64>) -> bool {
         let w = self.left.iter().zip(&flow.state);
         let state: Complex<f64> = w.map(|(left, w)| left * *w).sum();

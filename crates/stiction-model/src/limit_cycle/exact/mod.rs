@@ -1,20 +1,20 @@
 //! Exact limit cycles: the flow of the loop from slip to slip, and its periodic orbits.
 //!
 //! # What it computes
-//! Period, amplitudes, middles and Floquet multipliers of the limit cycles of a linear process of any
-//! order with dead time under a P, PI or PID controller, around a two-phase valve (also Kano's,
-//! Choudhury's, the play) or one that moves in slips alone (He's, He and Wang's, Stenman's). Whether a
-//! loop has none, and why; and where none could be found, that it is not known. [`cycle`] follows one
-//! motion and is fast, [`cycles`] follows many, [`member`] walks along a family.
+//! Period, amplitudes, middles and Floquet multipliers of the limit cycles of a linear process of any order with
+//! dead time under a P, PI or PID controller. The valve is a two-phase one (also Kano's, Choudhury's, the play) or
+//! one that moves only in slips (He's, He and Wang's, Stenman's). If a loop has no cycle, the reason is given; if
+//! none could be found, the result is "not known". [`cycle`] follows one motion and is fast, [`cycles`] follows
+//! many, [`member`] follows a family.
 //!
 //! # Assumptions
-//! Those of [`ContinuousLoop`]. The process does not pass its input straight through, and a derivative
-//! without filter stands before a process whose numerator is two degrees below its denominator, so
-//! that the OP is continuous. The OP stays off its limits.
+//! Those of [`ContinuousLoop`]. The process has no direct feedthrough, and a derivative without filter needs a
+//! process whose numerator is two degrees below its denominator, so that the OP is continuous. The OP stays off its
+//! limits.
 //!
 //! # Equations
-//! **The linear part.** Counted from the equilibrium without friction, where VP = OP, the set point,
-//! the load and its weights drop out, and the loop is its own mirror image:
+//! **The linear part.** Relative to the equilibrium without friction, where VP = OP, the set point, the load and
+//! its weights drop out, and the loop is its own mirror image:
 //! ```text
 //! w' = A w + B x(t - theta)        u = C w
 //! ```
@@ -25,68 +25,65 @@
 //! `u - x`,
 //! ```text
 //! two-phase:  x = u - d fd, until d du/dt falls through zero; then it is stuck
-//! He:         x goes on by d J, and is stuck at once (He and Wang: by d K J)
+//! He:         x moves on by d J, and is stuck at once (He and Wang: by d K J)
 //! ```
-//! These are the sampled models as the sample time goes to 0: there the slip follows the crossing
-//! within a sample, and the turn likewise. A turn is either one of a smooth OP, or comes with a jump of
-//! `du/dt`, when an earlier slip reaches a process of first order: then the stem stops at that instant.
+//! These are the sampled models as the sample time goes to 0: there the slip follows the crossing within a sample,
+//! and the turn likewise. A turn is that of a smooth OP, or comes with a jump of `du/dt` when an earlier slip
+//! reaches a process of first order: then the stem stops at that instant.
 //!
-//! **The flow.** The loop with a moving stem is a delay equation: its input is what the OP was a dead time
-//! ago. By the method of steps it is solved segment by segment. Over a segment the input is a power
-//! series, known from the past, and the states are power series too,
+//! **The flow.** The loop with a moving stem is a delay equation: its input is the OP of a dead time ago. It is
+//! solved segment by segment (method of steps). Over a segment the input is a power series, known from the past,
+//! and the states are power series too,
 //! ```text
 //! w(k+1) = (A w(k) + B x(k)) / (k + 1)
 //! ```
-//! cut after the 20th power. A segment is at most 1 long in the unit of time above, so that what is cut
-//! off is of the order `1 / 21!`, which a double does not see; it is longer where the last terms are
-//! below `1e-17` even so, as when only the slow modes are left. Segments also end where the piece of the
-//! past that the process sees does. Without dead time a moving stem closes the loop, `x(k) = u(k)`
-//! but for the offset. An event is where a power series rises through zero; segments are halved until
-//! the coefficients prove that there is none or one, and that one is found by Newton's method in a
-//! bracket. Extremes are found the same way, in the derivative.
+//! cut after the 20th power. A segment is at most 1 long in the unit of time above, so that the omitted terms are
+//! of the order `1 / 21!`, which is below a double's rounding. It is longer where the last terms are below `1e-17`
+//! even then, for example with only slow modes left. Segments also end with the piece of the past that the process
+//! sees. Without dead time a moving stem closes the loop, `x(k) = u(k)` except for the offset. An event is where a
+//! power series rises through zero. Segments are halved until the coefficients prove that there is none or one,
+//! which Newton's method finds in a bracket. Extremes are found in the same way, in the derivative.
 //!
-//! **The event map.** At a slip before which the stem was stuck for a dead time, the process sees
-//! nothing but the position before the slip, which is `C w - d fs`: so `w` alone determines all that
-//! follows. The map `P` takes it from one such slip to another, `n` slips later, turned by the sign of
-//! the slip so that every slip is upward. A cycle is a fixed point. If the last slip is downward, the
-//! fixed point is half of a cycle that is its own mirror image; else it is all of one. Newton's method
-//! solves `P(w) = w`. The derivative of `P` comes from the same code run in numbers that carry their
-//! derivatives: through the series, and through the times of events by the implicit function theorem,
-//! `dt = -dg / g'` for the event `g = 0`; the jumps of the variational equation (saltation) are in this.
+//! **The event map.** Consider a slip before which the stem was stuck for a dead time. Then the process only sees
+//! the position before the slip, which is `C w - d fs`, so `w` alone determines the future. The map `P` takes it
+//! from one such slip to another, `n` slips later, multiplied by the sign of the slip so that every slip is upward.
+//! A cycle is a fixed point. If the last slip is downward, the fixed point is half of a symmetric cycle; else it is
+//! all of one. Newton's method solves `P(w) = w`. The derivative of `P` comes from the same code in numbers with
+//! derivatives: through the series, and through the times of events by the implicit function theorem, `dt = -dg /
+//! g'` for the event `g = 0`. This includes the jumps of the variational equation (saltation).
 //!
-//! **Stability.** The eigenvalues of the derivative of `P` at the fixed point, squared if it is half a
-//! cycle, are the Floquet multipliers over a period: with the event the direction along the cycle is
-//! gone, and with the position its other trivial one. All within the unit circle: the cycle attracts.
-//! Where a stem moves in slips alone its position before a slip stays what it was but for steps of J:
-//! a multiplier is 1, and cycles come in a family with the offset of the positions as parameter, each
-//! attracting, at best, towards the family. The same holds for a two-phase stem if the OP turns at
-//! the slip itself. Along the family Newton's method is given the position.
+//! **Stability.** The eigenvalues of the derivative of `P` at the fixed point, squared if it is half a cycle, are
+//! the Floquet multipliers over a period. The event removes the direction along the cycle, and the position removes
+//! the other trivial direction. If all are within the unit circle, the cycle attracts. A stem that moves only in
+//! slips keeps its position before a slip except for steps of J: one multiplier is 1, and cycles form a family with
+//! the offset of the positions as parameter. Each can only attract towards the family. The same holds for a
+//! two-phase stem if the OP turns at the slip itself. Along the family Newton's method uses a given position.
 //!
-//! **The closed form** for a controller that cancels the process, its derivation and its map
-//! `a(n+1) = J - (1 - q) a(n)`: [`CancelledLoop`]. Where it applies, the search begins there.
+//! **The closed form** for a controller that cancels the process, its derivation and its map `a(n+1) = J - (1 - q)
+//! a(n)`: [`CancelledLoop`]. If it applies, the search starts there.
 //!
 //! # Verdicts
-//! A motion is followed from slip to slip; now and then Newton's method is tried from where it is.
-//! It ends at an attracting cycle near by; at rest; with dead band alone, in strokes that shrink; in growth
-//! that friction cannot undo; or it is not known. As `|u - x| <= fs` along every motion, friction is a bounded
-//! disturbance of the linear loop, so that a loop diverges only if it is unstable without friction, and
-//! does so once its fastest growing mode `z`, of rate `s` in `z' = s z - (u - x)`, exceeds all that `u - x`
-//! may still take from it: `1 / re s`, or less where it oscillates.
+//! A motion is followed from slip to slip, with Newton's method from some of its states. It can end at a nearby
+//! attracting cycle, at rest, with dead band alone in shrinking strokes, or in growth beyond the influence of
+//! friction. Otherwise its end is not known. Along every motion `|u - x| <= fs`, so friction is a bounded disturbance of the
+//! linear loop. A loop therefore diverges only if it is unstable without friction. It does so once its fastest
+//! growing mode `z`, of rate `s` in `z' = s z - (u - x)`, exceeds the largest possible effect of `u - x`: `1 / re
+//! s`, or less if it oscillates.
 //!
 //! # Limits
-//! * [`cycle`] gives the end of one motion: a loop may have other ends. [`cycles`] starts some tens of
-//!   motions of very different size; no finite number proves that there is nothing else. Unstable cycles
-//!   are those that Newton's method came across. In 19 of 60 random loops a cycle and a motion to rest both
-//!   attract; between beginnings that end differently, halved 30 times, no orbit was met: what parts them is
-//!   whether the OP ever turns, not an orbit that repels.
-//! * If the stem never rests for a dead time, the state at a slip is a function, not a vector: then a
-//!   cycle is found only by following the motion until it repeats itself to 1e-11, with
-//!   steps ahead where it creeps; it attracts, and its multipliers are not known.
-//! * A motion that slides to rest needs the OP never to turn; the least noise ends that, and the loop
-//!   then cycles after all.
-//! * What a sampled loop does differs in the order of its sample time, and not smoothly.
-//! * A process or filter far faster than the cycle costs steps; beyond 200,000 it is said that the motion
-//!   was not settled.
+//! * [`cycle`] gives the end of one motion: a loop may have other ends. [`cycles`] starts some tens of motions of
+//!   very different size; no finite number proves that there is nothing else. Unstable cycles are those met by
+//!   Newton's method. In 19 of 60 random loops a cycle and a motion to rest both attract. Halving the interval
+//!   between initial states with different ends 30 times met no orbit: they are separated by whether the OP ever
+//!   turns, not by a repelling orbit.
+//! * If the stem never rests for a dead time, the state at a slip is a function, not a vector. A cycle is then
+//!   found only by following the motion until it repeats itself to 1e-11, with extrapolation where it creeps. It
+//!   attracts, and its multipliers are not known.
+//! * A motion that slides to rest needs an OP that never turns; the smallest noise ends that, and the loop then
+//!   cycles.
+//! * A sampled loop differs by the order of its sample time, and not smoothly.
+//! * A process or filter far faster than the cycle costs steps; beyond 200,000 the motion is reported as not
+//!   settled.
 //!
 //! # References
 //! E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", Springer, 1993, for the
@@ -130,32 +127,32 @@ use plant::Plant;
 use search::{End, Search};
 use std::fmt;
 
-/// What became of the search for cycles of a loop.
+/// The result of the search for cycles of a loop.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CycleOutcome {
     /// It cycles.
     Cycles {
-        /// The cycles that were found: those that attract first, each sort with growing OP amplitude.
+        /// The cycles found: attracting ones first, each sort with growing OP amplitude.
         cycles: Vec<Cycle>,
-        /// What other motions do that do not end in a cycle.
+        /// The ends of other motions that are not a cycle.
         beside: Vec<NoCycle>,
         /// Why another motion could not be followed to its end, if there was one.
         unsettled: Option<String>,
     },
-    /// It does not: every motion that was followed ended otherwise.
+    /// It does not cycle: every motion ended differently.
     None {
-        /// How they ended, each way once.
+        /// The ends, each kind once.
         reasons: Vec<NoCycle>,
     },
     /// Whether it cycles is not known.
     NotFound {
-        /// What failed.
+        /// The failure.
         reason: String,
     },
 }
 
 impl CycleOutcome {
-    /// The cycles that were found, none if there are none.
+    /// The cycles found; empty if there are none.
     pub fn cycles(&self) -> &[Cycle] {
         match self {
             Self::Cycles { cycles, .. } => cycles,
@@ -163,27 +160,27 @@ impl CycleOutcome {
         }
     }
 
-    /// The attracting cycle, if just one was found.
+    /// The attracting cycle, if exactly one was found.
     pub fn attractor(&self) -> Option<&Cycle> {
         let mut stable = self.cycles().iter().filter(|cycle| cycle.stable);
         stable.next().filter(|_| stable.next().is_none())
     }
 }
 
-/// Why a motion ends in no cycle.
+/// Why a motion does not end in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NoCycle {
     /// The valve does not stick.
     NoFriction,
-    /// A valve with dead band alone: strokes and OP amplitude shrink to nothing.
+    /// A valve with dead band alone: strokes and OP amplitude shrink to zero.
     Decays {
-        /// What is left of a stroke at the next.
+        /// Ratio of a stroke to the one before.
         ratio: f64,
     },
     /// It comes to rest.
     Rests {
-        /// Whether the stem creeps to its last position, following an OP that never turns; else it
-        /// is stuck, and the OP comes to rest within the static friction band.
+        /// Whether the stem creeps to its last position, following an OP that never turns. Otherwise it is stuck,
+        /// and the OP comes to rest within the static friction band.
         moving: bool,
     },
     /// It grows without bound: the loop is unstable even without friction.
@@ -212,7 +209,7 @@ impl fmt::Display for NoCycle {
     }
 }
 
-/// A valve model as the flow sees it: its stem, and how much OP is 1. `None` if it does not stick.
+/// A valve model for the flow: its stem, and the OP unit. `None` if it does not stick.
 fn stem(model: Model, bands: Bands) -> Result<Option<(Stem, f64)>> {
     let (bands, factor) = match model {
         Model::TwoPhase | Model::Kano => (bands, 0.0),
@@ -233,7 +230,7 @@ fn stem(model: Model, bands: Bands) -> Result<Option<(Stem, f64)>> {
     if unit == 0.0 {
         return Ok(None);
     }
-    // Steps of no size are a slide.
+    // Steps of size zero are a slide.
     let stem = if factor == 0.0 || bands.j() == 0.0 {
         Stem::Follows { fd: bands.fd() / unit }
     } else {
@@ -242,10 +239,10 @@ fn stem(model: Model, bands: Bands) -> Result<Option<(Stem, f64)>> {
     Ok(Some((stem, unit)))
 }
 
-/// The cycle in which a loop ends from near its equilibrium.
+/// The final cycle of a loop that starts near its equilibrium.
 ///
 /// # Errors
-/// If the loop is not one that can be computed exactly; the message says why.
+/// If the loop cannot be computed exactly; the message gives the reason.
 pub fn cycle(l: &ContinuousLoop) -> Result<CycleOutcome> {
     let Some((stem, unit)) = stem(l.model, l.bands)? else {
         return Ok(CycleOutcome::None { reasons: vec![NoCycle::NoFriction] });
@@ -256,7 +253,7 @@ pub fn cycle(l: &ContinuousLoop) -> Result<CycleOutcome> {
     Ok(search.only(end))
 }
 
-/// Where the motion goes that starts near the equilibrium, or on the cycle where that is known.
+/// The end of the motion that starts near the equilibrium, or on the cycle if that is known.
 fn first_end(l: &ContinuousLoop, search: &mut Search<'_>) -> End {
     let (mut state, mut position) = search.first();
     if let (Stem::Follows { .. }, Some(closed)) =
@@ -271,7 +268,7 @@ fn first_end(l: &ContinuousLoop, search: &mut Search<'_>) -> End {
 /// One period of a motion.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trajectory {
-    /// Times since a slip upward, s; where the VP jumps, the same time stands twice.
+    /// Times since a slip upward, s; where the VP jumps, the same time occurs twice.
     pub time_s: Vec<f64>,
     /// OP, percent.
     pub op: Vec<f64>,
@@ -281,8 +278,8 @@ pub struct Trajectory {
     pub pv: Vec<f64>,
 }
 
-/// The cycle in which a loop ends, as [`cycle`] finds it, over one period: at `samples` times equally far
-/// apart, and at every slip and every stop of the stem. `None` if it ends in none.
+/// The final cycle of a loop, as [`cycle`] finds it, over one period: at `samples` equally spaced times, and at
+/// every slip and every stop of the stem. `None` if there is none.
 ///
 /// The values are those of the flow: exact at each time, not interpolated.
 ///
@@ -302,12 +299,14 @@ pub fn trajectory(l: &ContinuousLoop, samples: usize) -> Result<Option<(Cycle, T
     let End::Orbit(index) = first_end(l, &mut search) else { return Ok(None) };
     let found = &search.found[index];
     let trajectory = found.trajectory(samples, unit).ok_or_else(|| {
-        Error::Inconsistent("the cycle was found, but could not be followed once around".to_owned())
+        Error::Inconsistent(
+            "the cycle was found, but could not be followed over one period".to_owned(),
+        )
     })?;
     Ok(Some((found.cycle.clone(), trajectory)))
 }
 
-/// All cycles that motions from near the equilibrium to far outside the friction bands meet.
+/// All cycles met by motions from near the equilibrium to far outside the friction bands.
 ///
 /// # Errors
 /// As [`cycle`].
@@ -352,7 +351,7 @@ pub fn member(l: &ContinuousLoop, offset: f64) -> Result<CycleOutcome> {
     let Some(symmetric) = symmetric.filter(|orbit| orbit.map.direction < 0.0) else {
         return nowhere("the symmetric member of the family was not found");
     };
-    // From member to member, in strides that are halved where one fails.
+    // From member to member, in steps that are halved where one fails.
     let map = Shooting {
         slips: 2 * symmetric.map.slips,
         direction: 1.0,
@@ -375,8 +374,8 @@ pub fn member(l: &ContinuousLoop, offset: f64) -> Result<CycleOutcome> {
             None if stride < 1e-3 => {
                 return Ok(CycleOutcome::NotFound {
                     reason: format!(
-                        "the family could be followed to an offset of {} %, no further: beyond, \
-                         the stem slips more often, or rests for less than the dead time",
+                        "the family could be followed to an offset of {} %, no further: beyond it, the stem slips \
+                         more often, or rests for less than the dead time",
                         done * offset
                     ),
                 });

@@ -1,8 +1,8 @@
-//! Numbers that may carry derivatives.
+//! Numbers with optional derivatives.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// What the flow is computed in: plain numbers, or [`Jet`]s.
+/// The number type of the flow: plain numbers, or [`Jet`]s.
 pub(super) trait Number:
     Copy
     + Add<Output = Self>

@@ -8,22 +8,22 @@ use super::plant::{Plant, STATES, eigenvalues};
 use nalgebra::Complex;
 use nalgebra::{DMatrix, DVector};
 
-/// Steps of a flow that is still looked at.
+/// Most steps of a flow.
 pub(super) const PATIENCE: usize = 200_000;
 
-/// A state at a slip, turned so that the slip is upward.
+/// A state at a slip, multiplied by its sign so that the slip is upward.
 pub(super) type State = [f64; STATES];
 
-/// A map of the state over `slips` slips, both ends of which find the stem stuck for a dead time.
+/// A map of the state over `slips` slips, with the stem stuck for a dead time at both ends.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shooting<'a> {
     pub(super) plant: &'a Plant,
     pub(super) stem: Stem,
     /// Slips from end to end.
     pub(super) slips: usize,
-    /// Direction of the last: -1 if the orbit is its own mirror image and this is half of it.
+    /// Direction of the last: -1 if the orbit is symmetric and this is half of it.
     pub(super) direction: f64,
-    /// Steps of the flow that it may take.
+    /// Allowed steps of the flow.
     pub(super) patience: usize,
 }
 
@@ -33,12 +33,12 @@ pub(super) struct Orbit<'a> {
     pub(super) map: Shooting<'a>,
     /// At its slip, upward.
     pub(super) state: State,
-    /// Of one period.
+    /// Multipliers of one period.
     pub(super) multipliers: Vec<Complex<f64>>,
 }
 
 impl<'a> Shooting<'a> {
-    /// The state at the last slip, turned so that the slip is upward.
+    /// The state at the last slip, multiplied by its sign so that the slip is upward.
     fn passage<T: Number>(&self, state: [T; STATES]) -> Option<[T; STATES]> {
         let mut flow = Flow::slipping(self.plant, self.stem, state, self.patience);
         for _ in 0..self.slips {
@@ -74,8 +74,8 @@ impl<'a> Shooting<'a> {
 
     /// The orbit near `guess`, by Newton's method.
     ///
-    /// Orbits of a stem that jumps come in families, along which the map cannot tell one from the
-    /// other: of one that is not its own mirror image, the position before the slip is kept.
+    /// Orbits of a stem that jumps come in families, along which the map is constant. For an orbit that is not
+    /// symmetric, the position before the slip is kept.
     pub(super) fn orbit(self, guess: &State) -> Option<Orbit<'a>> {
         let family = matches!(self.stem, Stem::Jumps { .. }) && self.direction > 0.0;
         let position = family.then(|| self.plant.op(guess) - 1.0);
@@ -116,7 +116,7 @@ impl<'a> Shooting<'a> {
                 }
             };
             let far = (0..n).map(|i| step[i].abs()).fold(0.0, f64::max) / size;
-            // Far from the orbit a whole step leads to where another sequence of slips begins.
+            // Far from the orbit a whole step leads to a different sequence of slips.
             let part = if far > 2.0 { 2.0 / far } else { 1.0 };
             (0..n).for_each(|i| state[i] += part * step[i]);
         }
@@ -130,7 +130,7 @@ impl<'a> Shooting<'a> {
 }
 
 impl Orbit<'_> {
-    /// Whether motions beside it approach it, or its family.
+    /// Whether nearby motions approach it, or its family.
     pub(super) fn is_stable(&self) -> bool {
         let from_one = |i: &usize| (self.multipliers[*i] - 1.0).norm();
         let family = (0..self.multipliers.len())
@@ -159,7 +159,7 @@ impl Orbit<'_> {
     }
 }
 
-/// What `flow` watched over `time`, which is half a period if the other half mirrors it.
+/// The signals of `flow` over `time`, which is half a period if the other half mirrors it.
 pub(super) fn measure(
     plant: &Plant,
     flow: &Flow<'_, f64>,

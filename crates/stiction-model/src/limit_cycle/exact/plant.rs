@@ -1,4 +1,4 @@
-//! The linear part of a loop, free of units.
+//! The linear part of a loop, without units.
 
 use super::super::ContinuousLoop;
 use super::series::DEGREE;
@@ -6,20 +6,19 @@ use crate::error::{Error, Result};
 use nalgebra::Complex;
 use nalgebra::{DMatrix, Schur};
 
-/// States at most: a process, the integral and the filter of the derivative.
+/// Most states: a process, the integral and the filter of the derivative.
 pub(super) const STATES: usize = crate::closed_loop::Process::MAX_ORDER + 2;
 
-/// Process and controller about their equilibrium, as
-/// `w' = A w + B v(t - theta)`, `u = C w`, `y = w_0`.
+/// Process and controller around their equilibrium, as `w' = A w + B v(t - theta)`, `u = C w`, `y = w_0`.
 ///
-/// Time counts in [`Plant::time_s`], OP and VP in `fs`, the PV in [`Plant::pv_unit`]. In that time
-/// no eigenvalue of `A`, nor of the loop closed without dead time, exceeds 1, so that the terms of a
-/// power series over a segment of 1 fall as `1 / k!`.
+/// Time is in units of [`Plant::time_s`], OP and VP of `fs`, the PV of [`Plant::pv_unit`]. In that time no
+/// eigenvalue of `A`, nor of the loop closed without dead time, exceeds 1, so that the terms of a power series over
+/// a segment of 1 fall as `1 / k!`.
 #[derive(Debug, Clone)]
 pub(super) struct Plant {
     /// Number of states.
     pub(super) order: usize,
-    /// How many of them are the process's; then follow the integral, if there is one, and the filter.
+    /// Number of process states; after them come the integral, if there is one, and the filter.
     process_order: usize,
     integrates: bool,
     pub(super) a: [[f64; STATES]; STATES],
@@ -37,7 +36,7 @@ pub(super) struct Plant {
 }
 
 impl Plant {
-    /// The linear part of `l`, OP and VP counted in `op_unit`.
+    /// The linear part of `l`, OP and VP in units of `op_unit`.
     pub(super) fn new(l: &ContinuousLoop, op_unit: f64) -> Result<Self> {
         l.check()?;
         let (num, den) = l.process.coefficients();
@@ -48,16 +47,16 @@ impl Plant {
         let (kp, ki, kd) = l.controller.gains();
         if num[0] != 0.0 {
             return Err(Error::Inconsistent(
-                "the exact cycle needs a process that does not pass its input straight through: \
-                 its numerator must be of lower degree than its denominator"
+                "the exact cycle needs a process without direct feedthrough: its numerator must be of lower degree \
+                 than its denominator"
                     .to_owned(),
             ));
         }
         let filter_s = l.controller.filter_s();
         if kd != 0.0 && filter_s == 0.0 && num[1] != 0.0 {
             return Err(Error::Inconsistent(
-                "the derivative needs a filter time: without one, the OP jumps whenever a slip \
-                 reaches a process of which the numerator is but one degree below the denominator"
+                "the derivative needs a filter time: without one, the OP jumps whenever a slip reaches a process \
+                 whose numerator is only one degree below the denominator"
                     .to_owned(),
             ));
         }
@@ -73,7 +72,7 @@ impl Plant {
         if n == 0 {
             return Err(Error::Inconsistent("the process has no dynamics".to_owned()));
         }
-        // A unit of time that makes the largest eigenvalue 1, found from a first guess.
+        // A unit of time that makes the largest eigenvalue 1, from a first guess.
         let guess = (0..n).map(|i| den[i + 1].abs().powf(1.0 / (i + 1) as f64)).fold(0.0, f64::max);
         let guess = if guess > 0.0 { guess } else { 1.0 };
         let build = |rate: f64| {
@@ -151,8 +150,8 @@ impl Plant {
         (1..self.order).fold(w[0] * self.c[0], |sum, i| sum + w[i] * self.c[i])
     }
 
-    /// The process at rest under VP `position`, with the integral such that the OP is `op`; of an
-    /// integrating process, which does not rest there, the PV is `position` instead.
+    /// The process at rest under VP `position`, with the integral such that the OP is `op`. An integrating process
+    /// does not rest there; its PV is `position` instead.
     pub(super) fn resting(&self, position: f64, op: f64) -> [f64; STATES] {
         let n = self.process_order;
         let mut state = [0.0; STATES];
@@ -175,7 +174,7 @@ impl Plant {
 
 const _: () = assert!(DEGREE == 20, "1/21! is below a double's rounding; a lower degree is not");
 
-/// OP (equal to VP) and PV at which the loop would rest without friction.
+/// OP (equal to VP) and PV at rest without friction.
 fn equilibrium(l: &ContinuousLoop, num: f64, den: f64) -> Result<(f64, f64)> {
     let (kp, ki, _) = l.controller.gains();
     let nowhere =

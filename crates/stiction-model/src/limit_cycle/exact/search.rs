@@ -1,4 +1,4 @@
-//! Where a motion goes, and the orbits it leads to.
+//! The end of a motion, and the orbits it leads to.
 
 use super::super::Cycle;
 use super::flow::{Event, Flow, Stem};
@@ -8,14 +8,14 @@ use super::plant::{Plant, STATES};
 use super::{CycleOutcome, NoCycle, Trajectory};
 use std::collections::VecDeque;
 
-/// Slips of a motion that is followed.
+/// Most slips of a motion.
 const SLIPS: usize = 600;
-/// Slips after which it is asked whether growth is beyond friction: most motions have ended by then.
+/// Slips after which growth beyond friction is checked: most motions have ended by then.
 const GROWING: usize = 8;
-/// Slips of a period, or of half of it, at most.
+/// Most slips of a period, or of half of it.
 const LONGEST: usize = 12;
 
-/// Where a motion goes.
+/// The end of a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum End {
     /// To the orbit of this index.
@@ -26,27 +26,27 @@ pub(super) enum End {
     Unknown(String),
 }
 
-/// A slip on the way.
+/// A slip of the motion.
 #[derive(Debug, Clone, Copy)]
 struct Slip {
-    /// Turned so that the slip is upward.
+    /// Multiplied by its sign so that the slip is upward.
     state: State,
     direction: f64,
     time: f64,
     clean: bool,
-    /// Steps that the flow had left.
+    /// Remaining steps of the flow.
     steps: usize,
 }
 
-/// How a motion creeps towards a cycle on which the stem never rests for a dead time, which
-/// is where Newton's method has no vector to work on.
+/// How a motion creeps towards a cycle on which the stem never rests for a dead time, so that Newton's method has
+/// no vector to work on.
 ///
-/// There the stem stands further out at each slip, by a part of what is still missing that is about the same at
-/// each. So it is known how much is missing (Aitken's extrapolation), and the whole motion is made larger by that.
-/// What the enlarged motion lacks to be one of the loop's dies out in the next slips.
+/// There the stem is farther out at each slip, by a nearly constant share of the remaining distance. So the
+/// remaining distance is known (Aitken's extrapolation), and the whole motion is enlarged by it. The errors of the
+/// enlarged motion decay in the next slips.
 #[derive(Debug, Default)]
 struct Creep {
-    /// How far out the stem stood, the latest last.
+    /// Distances of the stem, the latest last.
     sizes: Vec<f64>,
 }
 
@@ -54,7 +54,7 @@ impl Creep {
     /// Slips between one enlargement and the next.
     const PAUSE: usize = 8;
 
-    /// By how much to enlarge the motion, that stands `size` out at a slip.
+    /// Factor by which to enlarge the motion, with distance `size` at a slip.
     fn ahead(&mut self, size: f64, clean: bool) -> Option<f64> {
         if clean {
             self.sizes.clear();
@@ -66,7 +66,7 @@ impl Creep {
         }
         let gain = |k: usize| self.sizes[n - k] - self.sizes[n - k - 1];
         let (ratio, before) = (gain(1) / gain(2), gain(2) / gain(3));
-        // Only approaches are shortened: with a ratio above 1 it would be an orbit that repels.
+        // Only approaches are shortened: with a ratio above 1 it would be a repelling orbit.
         let steady = (ratio - before).abs() < 0.2 * (1.0 - ratio);
         if !(ratio > 0.5 && ratio < 0.9999 && steady && gain(1).abs() > 1e-11 * size) {
             return None;
@@ -83,12 +83,12 @@ pub(super) struct Found<'a> {
     /// `None` if the motion settled on it but shooting does not apply.
     pub(super) orbit: Option<Orbit<'a>>,
     pub(super) cycle: Cycle,
-    /// The motion on it, a slip being due.
+    /// The motion on it, with a slip due.
     begin: Flow<'a, f64>,
 }
 
 impl Found<'_> {
-    /// The cycle once around, `op_unit` percent to 1.
+    /// One period of the cycle, `op_unit` percent to 1.
     pub(super) fn trajectory(&self, samples: usize, op_unit: f64) -> Option<Trajectory> {
         let mut flow = self.begin.clone();
         let period = self.cycle.period_s / flow.plant.time_s;
@@ -103,7 +103,7 @@ impl Found<'_> {
     }
 }
 
-/// The orbits of a loop, as far as they have been met.
+/// The known orbits of a loop.
 #[derive(Debug)]
 pub(super) struct Search<'a> {
     pub(super) plant: &'a Plant,
@@ -168,7 +168,7 @@ impl<'a> Search<'a> {
             {
                 flow.enlarge(factor);
             }
-            // Without a slip jump the stroke may shrink to nothing, ever more slowly.
+            // Without a slip jump the stroke may shrink to zero, ever more slowly.
             let now = flow.position.abs();
             if self.is_play() {
                 let ratio = now / size;
@@ -181,8 +181,8 @@ impl<'a> Search<'a> {
             flow.slip();
         }
         End::Unknown(format!(
-            "the motion neither settled nor came to rest in {SLIPS} slips, and shooting from it \
-             found no orbit beside it"
+            "the motion neither settled nor came to rest in {SLIPS} slips, and shooting from it found no nearby \
+             orbit"
         ))
     }
 
@@ -190,7 +190,7 @@ impl<'a> Search<'a> {
         self.stem == Stem::Follows { fd: 1.0 }
     }
 
-    /// How far two states are apart.
+    /// Distance of two states.
     fn distance(&self, a: &State, b: &State) -> f64 {
         let (mut gap, mut size) = (0f64, 1f64);
         for i in 0..self.plant.order {
@@ -200,7 +200,7 @@ impl<'a> Search<'a> {
         gap / size
     }
 
-    /// Tries to find an orbit near the last slips; the end, if the motion is on its way to it.
+    /// Tries to find an orbit near the last slips; the end, if the motion approaches it.
     fn shoot(&mut self, past: &VecDeque<Slip>) -> Option<End> {
         let last = past[0];
         if !last.clean {
@@ -234,8 +234,8 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// The index of the orbit to which Newton's method leads from `guess`, from which the motion took `steps`
-    /// steps: an orbit near by takes about as many, and one that is being lost takes ever more.
+    /// The index of the orbit that Newton's method finds from `guess`, from which the motion took `steps` steps. A
+    /// nearby orbit takes about as many, and a search that diverges takes more and more.
     pub(super) fn newton(
         &mut self,
         guess: &State,
@@ -246,7 +246,7 @@ impl<'a> Search<'a> {
         let patience = (10 * steps + 100).min(PATIENCE);
         let map = Shooting { plant: self.plant, stem: self.stem, slips, direction, patience };
         let mut orbit = map.orbit(guess)?;
-        // The shortest period, or half period, that it has.
+        // Its shortest period or half period.
         'shorter: for part in 1..slips {
             if slips.is_multiple_of(part) {
                 for direction in [-1.0, 1.0] {
@@ -266,7 +266,7 @@ impl<'a> Search<'a> {
         Some(self.keep(Found { orbit: Some(orbit), cycle, begin }))
     }
 
-    /// Adds an orbit unless it is there; its index.
+    /// Adds an orbit unless it is known; its index.
     fn keep(&mut self, new: Found<'a>) -> usize {
         let same = |a: f64, b: f64| (a - b).abs() <= 1e-7 * a.abs().max(b.abs());
         let known = self.found.iter().position(|old| {
@@ -300,7 +300,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// A motion that repeats itself without shooting having found it.
+    /// A motion that repeats itself although shooting has not found it.
     fn keep_settled(
         &mut self,
         mut flow: Flow<'a, f64>,
@@ -332,8 +332,8 @@ impl<'a> Search<'a> {
         End::Orbit(self.keep(Found { orbit: None, cycle, begin }))
     }
 
-    /// Where the motion begins that leads most loops to their cycle: stuck at half a jump below the
-    /// equilibrium, all else at rest there.
+    /// The initial state that leads most loops to their cycle: stuck at half a jump below the equilibrium,
+    /// everything else at rest there.
     pub(super) fn first(&self) -> (State, f64) {
         let position = match self.stem {
             Stem::Follows { fd } if fd < 1.0 => -0.5 * (1.0 - fd),
@@ -343,14 +343,14 @@ impl<'a> Search<'a> {
         ([0.0; STATES], position)
     }
 
-    /// Other beginnings, from far within the friction bands to far outside: each state off its
-    /// equilibrium, and the loop at rest elsewhere before its set point or load changes.
+    /// Other initial states, from far within the friction bands to far outside: each state off its equilibrium, and
+    /// the loop at rest elsewhere before its set point or load changes.
     pub(super) fn starts(&self) -> Vec<(State, f64)> {
         let (_, position) = self.first();
         let mut all = vec![];
         for size in [0.3, 1.0, 3.0, 10.0, 100.0] {
             for i in 0..self.plant.order {
-                // A unit of OP for each state that the OP sees, a unit of the state for others.
+                // One unit of OP for each state that affects the OP, one unit of the state for others.
                 let unit = if self.plant.c[i] == 0.0 { 1.0 } else { 1.0 / self.plant.c[i].abs() };
                 for sign in [1.0, -1.0] {
                     let mut state = [0.0; STATES];
@@ -365,7 +365,7 @@ impl<'a> Search<'a> {
         all
     }
 
-    /// The end of a single motion: what else was met on the way is left out.
+    /// The end of a single motion, without other orbits met before.
     pub(super) fn only(mut self, end: End) -> CycleOutcome {
         match end {
             End::Orbit(index) => self.found = vec![self.found.swap_remove(index)],
@@ -374,7 +374,7 @@ impl<'a> Search<'a> {
         self.outcome(vec![end])
     }
 
-    /// The orbits that are met on the way and `ends` of other motions, as an outcome.
+    /// The orbits met before, and `ends` of other motions, as an outcome.
     pub(super) fn outcome(self, ends: Vec<End>) -> CycleOutcome {
         let mut cycles: Vec<Cycle> = self.found.into_iter().map(|found| found.cycle).collect();
         cycles.sort_by(|a, b| b.stable.cmp(&a.stable).then(a.half_pp.op.total_cmp(&b.half_pp.op)));

@@ -1,12 +1,12 @@
-//! Power series of a signal over a short segment of time, and where it rises through zero.
+//! Power series of a signal over a short segment of time, and its rises through zero.
 
 use super::number::Number;
 
-/// Highest power that is kept. Segments are so short (see [`Plant`](super::plant::Plant)) that the
-/// next would not change a double.
+/// Highest power. Segments are short enough (see [`Plant`](super::plant::Plant)) that the next would not change a
+/// double.
 pub(super) const DEGREE: usize = 20;
 
-/// `c0 + c1 s + c2 s^2 + ...`, with `s` counted from the start of the segment.
+/// `c0 + c1 s + c2 s^2 + ...`, with `s` relative to the start of the segment.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Series<T>(pub(super) [T; DEGREE + 1]);
 
@@ -23,7 +23,7 @@ impl<T: Number> Series<T> {
         self.0.iter().rev().fold(T::of(0.0), |sum, c| sum * s + *c)
     }
 
-    /// The signal counted from `s` on.
+    /// The signal relative to `s`.
     pub(super) fn from(mut self, s: T) -> Self {
         for i in 0..DEGREE {
             for j in (i..DEGREE).rev() {
@@ -33,7 +33,7 @@ impl<T: Number> Series<T> {
         self
     }
 
-    /// How far the signal gets from where it is, at most, until `end`.
+    /// Largest distance of the signal from its start, until `end`.
     pub(super) fn range(&self, end: f64) -> f64 {
         self.0[1..].iter().rev().fold(0.0, |sum, c| (sum + c.value().abs()) * end)
     }
@@ -69,10 +69,10 @@ impl Series<f64> {
 
     /// The first `s` in `0..=end` at which the signal rises through zero; 0 if it begins above.
     ///
-    /// No rise is overlooked but one that falls again within `end / 2^40`: a segment is halved until
-    /// its coefficients bound the signal away from zero or its slope.
+    /// It misses only a rise that falls again within `end / 2^40`: a segment is halved until its coefficients bound
+    /// the signal, or its slope, away from zero.
     pub(super) fn rise(&self, end: f64) -> Option<f64> {
-        // What begins at zero has, later on, the sign of what is left when a power of s is taken out.
+        // A signal that begins at zero has, later on, the sign of the rest after division by a power of s.
         let zeros = self.0.iter().take_while(|c| c.abs() <= Self::ROUNDING).count();
         match self.0.get(zeros) {
             None => None,
@@ -86,7 +86,7 @@ impl Series<f64> {
         }
     }
 
-    /// As [`rise`](Self::rise), but where it begins above does not matter.
+    /// As [`rise`](Self::rise), but a start above zero is ignored.
     pub(super) fn rises(&self, end: f64) -> Option<f64> {
         let mut power = 1.0;
         let unit = Self(self.0.map(|c| {
@@ -101,7 +101,7 @@ impl Series<f64> {
         unit.rise_in_unit(40, 1e-18 * size).map(|s| s * end)
     }
 
-    /// `flat` is the size below which a part of the segment has no shape that could be told from rounding.
+    /// `flat` is the size below which a part of the segment is only rounding.
     fn rise_in_unit(&self, halvings: u32, flat: f64) -> Option<f64> {
         let c = &self.0;
         let range: f64 = c[1..].iter().map(|c| c.abs()).sum();
@@ -113,7 +113,7 @@ impl Series<f64> {
             let rises = c[1] > 0.0 && c[0] <= 0.0 && self.at(1.0) > 0.0;
             return rises.then(|| self.root_in_unit());
         }
-        // Nothing proves anything of a part that is zero all over: halves of halves would be asked for ever.
+        // A part that is zero everywhere would be halved for ever.
         if halvings == 0 || c[0].abs() + range <= flat {
             return (c[0] <= 0.0 && self.at(1.0) > 0.0).then_some(0.5);
         }
@@ -128,7 +128,7 @@ impl Series<f64> {
             .or_else(|| left.from(1.0).rise_in_unit(halvings - 1, flat).map(|s| 0.5 + 0.5 * s))
     }
 
-    /// The zero of a signal that rises all the way from 0 to 1: Newton's method, kept in a bracket.
+    /// The zero of a signal that rises all the way from 0 to 1: Newton's method in a bracket.
     fn root_in_unit(&self) -> f64 {
         let (mut low, mut high) = (0.0, 1.0);
         let mut s = (-self.0[0] / self.0[1]).clamp(0.0, 1.0);

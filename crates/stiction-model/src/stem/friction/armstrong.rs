@@ -6,11 +6,10 @@ use crate::error::{Result, non_negative, positive};
 /// The seven-parameter law.
 ///
 /// * Presliding: a spring of stiffness `kt`, `F = kt (x - x_anchor)`.
-/// * Sliding: `F = (Fc + Fv |v| + Fs(t2) / (1 + (v(t - tL)/vs)^2)) sgn v`: the Stribeck part sees
-///   the velocity `tL` seconds ago.
-/// * Breakaway when the presliding force exceeds `Fc + Fs(t2)` after a dwell of `t2` seconds, where
-///   `Fs(t2) = Fs,a + (Fs,inf - Fs,a) t2 / (t2 + gamma)` rises from the Stribeck part `Fs,a` met at
-///   the end of the last slip.
+/// * Sliding: `F = (Fc + Fv |v| + Fs(t2) / (1 + (v(t - tL)/vs)^2)) sgn v`. The Stribeck part depends on the
+///   velocity `tL` seconds ago.
+/// * Breakaway when the presliding force exceeds `Fc + Fs(t2)` after a dwell of `t2` seconds, where `Fs(t2) = Fs,a
+///   + (Fs,inf - Fs,a) t2 / (t2 + gamma)` rises from the Stribeck part `Fs,a` at the end of the last slip.
 ///
 /// A stem that has not yet moved starts from `Fs,inf`. Presliding is quasi-static here: its force
 /// balance holds without inertia, because the law gives the spring no damping. At an end stop
@@ -53,15 +52,14 @@ impl Armstrong {
         Ok(self)
     }
 
-    /// Static friction above Coulomb after `dwell_s` at rest, N, if it was `last_n` at the end of
-    /// the last slip.
+    /// Static friction above Coulomb after `dwell_s` at rest, N, if it was `last_n` at the end of the last slip.
     pub fn static_excess_after(&self, last_n: f64, dwell_s: f64) -> f64 {
         // t2 / (t2 + gamma), written so that an endless dwell gives 1.
         let risen = if self.rise_s == 0.0 { 1.0 } else { 1.0 / (1.0 + self.rise_s / dwell_s) };
         last_n + (self.static_excess_n - last_n) * risen
     }
 
-    /// The factor by which motion lowers the static excess, seen at the remembered velocity.
+    /// The factor by which motion lowers the static excess, at the remembered velocity.
     pub(crate) fn stribeck_factor(&self, remembered: f64) -> f64 {
         let ratio = remembered / self.stribeck_m_per_s;
         1.0 / (1.0 + ratio * ratio)

@@ -1,6 +1,6 @@
-//! What the laws with an inner deflection (Dahl, LuGre, GMS) have in common.
+//! Common parts of the laws with an inner deflection (Dahl, LuGre, GMS).
 
-/// Most elements a law may have.
+/// Most elements of a law.
 pub(crate) const ELEMENTS: usize = 3;
 
 /// Friction force and rates of deflection; `rates[0]` and `rates[1]` are not used.
@@ -17,8 +17,8 @@ pub(crate) struct Gradient<const N: usize> {
 
 /// A friction law over the state `[position, velocity, deflections...]`.
 ///
-/// `direction` (+1 or -1) stands for `sgn v`, so that each formula is smooth through zero velocity;
-/// the simulation changes it when the velocity does change sign.
+/// `direction` (+1 or -1) replaces `sgn v`, so that each formula is smooth through zero velocity; the simulation
+/// changes it when the velocity changes sign.
 pub(crate) trait BristleLaw<const N: usize> {
     fn response(&self, y: &[f64; N], direction: f64) -> Response<N>;
 
@@ -30,7 +30,7 @@ pub(crate) trait BristleLaw<const N: usize> {
     /// Typical size of each deflection, m: the scale of its error tolerance.
     fn deflection_scale(&self) -> [f64; N];
 
-    /// How far each sticking element is from slipping, N; infinite where there is none.
+    /// Distance of each sticking element from slipping, N; infinite without one.
     fn stick_margins(&self, _y: &[f64; N], _direction: f64) -> [f64; ELEMENTS] {
         [f64::INFINITY; ELEMENTS]
     }

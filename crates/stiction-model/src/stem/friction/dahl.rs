@@ -5,9 +5,9 @@ use crate::error::{Result, non_negative, positive};
 
 /// Dahl's law: `z' = v - s0 |v| z / Fc`, `F = s0 z + Fv v`.
 ///
-/// The bristle deflection `z` (m) makes friction a hysteresis of the displacement: no static
-/// friction above the Coulomb level, hence no stick-slip. Dahl's own law has no viscous part; with
-/// `Fv = 0` nothing damps small vibrations about a resting position.
+/// The bristle deflection `z` (m) makes friction a hysteresis of the displacement. There is no static friction
+/// above the Coulomb level, hence no stick-slip. Dahl's own law has no viscous part; with `Fv = 0` nothing damps
+/// small vibrations around a rest position.
 ///
 /// Reference: P. R. Dahl, "A solid friction model", Aerospace Corporation TOR-0158(3107-18)-1
 /// (1968); recalled, not verified.

@@ -24,8 +24,8 @@ pub struct GmsElement {
 /// * slips with `z_i' = (C alpha_i / k_i) (sgn v - F_i / (alpha_i s(v)))` until the velocity changes
 ///   sign.
 ///
-/// `F = sum F_i + Fv v`. Because `F_i` holds `z_i'`, the slipping rate is solved from the two
-/// equations together. Two elements give what is called SGMS, one GMS1.
+/// `F = sum F_i + Fv v`. Because `F_i` contains `z_i'`, the slipping rate is solved from the two equations
+/// together. Two elements give the law called SGMS, one gives GMS1.
 ///
 /// Reference: F. Al-Bender, V. Lampaert, J. Swevers, "The generalized Maxwell-slip model", IEEE
 /// Trans. Automatic Control 50 (2005) 1883-1887; recalled, not verified. The damping inside each
@@ -88,7 +88,7 @@ impl Gms {
     }
 }
 
-/// A [`Gms`] law in use: which of its elements slip.
+/// A [`Gms`] law during simulation, with its slipping elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GmsInUse {
     law: Gms,

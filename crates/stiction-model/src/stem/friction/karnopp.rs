@@ -9,12 +9,11 @@ use crate::error::{Result, non_negative};
 /// * A stuck stem gathers momentum `M v' = net - Fb sgn(net)` once `|net| > Fb`, without moving, and
 ///   slips when `|v|` has reached the band.
 ///
-/// `Fb` is `Fs`, or sliding friction at the edge of the band if that is greater: otherwise a stem
-/// just out of the band would at once fall back into it, over and over.
+/// `Fb` is `Fs`, or sliding friction at the edge of the band if that is greater: otherwise a stem just outside the
+/// band would fall back into it again and again.
 ///
-/// With a band of 0 this is [`Classical`]. The band was introduced to keep fixed-step integrators
-/// from chattering; located events need none, so it is here for comparison with models identified
-/// with one.
+/// With a band of 0 this is [`Classical`]. The band was introduced to keep fixed-step integrators from chattering.
+/// Located events need none, so it is included for comparison with models identified with a band.
 ///
 /// Reference: D. Karnopp, "Computer simulation of stick-slip friction in mechanical dynamic
 /// systems", J. Dyn. Syst. Meas. Control 107 (1985) 100-103; recalled, not verified.

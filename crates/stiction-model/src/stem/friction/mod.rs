@@ -9,7 +9,7 @@
 //! | `gms` | [`Gms`]: bristles in parallel, each sticking or slipping |
 //! | `armstrong` | [`Armstrong`]: seven parameters, with memory and dwell |
 //!
-//! Friction is taken positive when it opposes upward motion, so the force balance subtracts it.
+//! Friction is positive when it opposes upward motion, so the force balance subtracts it.
 
 mod armstrong;
 pub(crate) mod bristle;
@@ -46,21 +46,21 @@ pub enum FrictionLaw {
     Armstrong(Armstrong),
 }
 
-/// A friction law as a menu would show it.
+/// The description of a friction law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LawEntry {
     /// Name, as a user writes it.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Its principle, in one line.
     pub summary: &'static str,
-    /// Where it was published; recalled, not verified, unless said otherwise.
+    /// Its source; recalled, not verified, unless stated otherwise.
     pub source: &'static str,
     /// Names of its parameters, with their units, in the order [`FrictionLaw::from_name`] takes
     /// them.
     pub parameters: &'static [&'static str],
 }
 
-/// Every friction law. The journal papers are cited from memory; they were not at hand.
+/// Every friction law. The journal papers are cited from memory.
 pub const LAWS: [LawEntry; 6] = [
     LawEntry {
         name: "classical",
@@ -302,8 +302,8 @@ impl FrictionLaw {
         }
     }
 
-    /// Steepest fall of steady friction with velocity, leaving out the viscous part, N s/m. With at
-    /// least so much viscous friction the whole rises with velocity everywhere.
+    /// Steepest fall of steady friction with velocity, without the viscous part, N s/m. With at least this much
+    /// viscous friction the total rises with velocity everywhere.
     ///
     /// `sqrt(2/e) (Fs - Fc)/vs` for the Stribeck curve (at `v = vs/sqrt 2`), `3 sqrt(3)/8 Fs,inf/vs`
     /// for Armstrong's, 0 for Dahl's, and infinite if static friction acts only at rest (`vs = 0`).
@@ -311,9 +311,8 @@ impl FrictionLaw {
         self.fall_over_stribeck((2.0 / std::f64::consts::E).sqrt(), 0.375 * 3.0_f64.sqrt())
     }
 
-    /// Steepest line from static friction down to the friction of motion, leaving out the viscous
-    /// part, N s/m. With at least so much viscous friction the whole never dips below static
-    /// friction.
+    /// Steepest line from static friction down to the friction of motion, without the viscous part, N s/m. With at
+    /// least this much viscous friction the total never falls below static friction.
     ///
     /// `0.6382 (Fs - Fc)/vs` for the Stribeck curve: the greatest `(1 - exp(-r^2))/r`, which is
     /// `2r/(1 + 2r^2)` at the root of `exp(r^2) = 1 + 2r^2`, `r^2 = 1.2564`. `Fs,inf/(2 vs)` for
