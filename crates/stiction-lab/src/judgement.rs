@@ -34,7 +34,7 @@ impl Judgement {
         Self {
             sentence: words::verdict(&diagnosis),
             why: words::why(&diagnosis),
-            probability: diagnosis.verdict.probability.map(words::percent),
+            probability: diagnosis.verdict.shown_probability().map(words::percent),
             s: stiction.s.map(words::interval),
             j: stiction.j.map(words::interval),
             s_below: diagnosis

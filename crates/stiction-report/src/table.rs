@@ -63,7 +63,7 @@ pub const COLUMNS: [LoopColumn; 27] = {
         column("amplitude", Numbers(|l| oscillation(l)?.amplitude)),
         column("verdict", Texts(|l| name(l.diagnosis.verdict.class.name()))),
         column("grade", Texts(|l| name(l.diagnosis.verdict.grade.name()))),
-        column("probability", Numbers(|l| l.diagnosis.verdict.probability)),
+        column("probability", Numbers(|l| l.diagnosis.verdict.shown_probability())),
         column("basis", Texts(|l| name(l.diagnosis.verdict.basis.name()))),
         column("votes_sticks", Counts(|l| Some(l.diagnosis.verdict.votes.sticks))),
         column("votes_does_not_stick", Counts(|l| Some(l.diagnosis.verdict.votes.does_not_stick))),

@@ -241,19 +241,19 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
     let ask = match diagnosis.undecided_by() {
         Some(Ruling::Mistaken) => {
             return Some(format!(
-                "Check the assignment of the columns. OP and PV of one loop, {position}, or a manual step test would \
+                "Check the assignment of the columns. OP and PV of one loop, {position}, or a test of the valve would \
                  decide."
             ));
         }
         Some(Ruling::Strange) => {
             return Some(format!(
-                "Only {position} or a manual step test would decide. A longer recording would not help, because it \
+                "Only {position} or a test of the valve would decide. A longer recording would not help, because it \
                  is unlike the simulated loops."
             ));
         }
         Some(Ruling::Harmless) => {
             return Some(format!(
-                "If certainty is needed, {position} or a manual step test would decide."
+                "If certainty is needed, {position} or a test of the valve would decide."
             ));
         }
         Some(Ruling::Blind) => {
@@ -262,7 +262,7 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
         }
         _ => recording(diagnosis, segment),
     };
-    Some(format!("{ask}, {position}, or a manual step test would decide."))
+    Some(format!("{ask}, {position}, or a test of the valve would decide."))
 }
 
 /// The slips that are missing, as an instruction.

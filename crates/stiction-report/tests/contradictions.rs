@@ -74,7 +74,7 @@ fn of_population(loops: std::ops::Range<u64>) -> impl ParallelIterator<Item = Pa
 /// What a page may not say, and of which pages it is asked: a name, and what is wrong with a page, if anything is.
 type Rule = (&'static str, fn(&Page) -> Option<String>);
 
-const RULES: [Rule; 14] = [
+const RULES: [Rule; 18] = [
     ("slips of the pen", |page| {
         const NEVER: [&str; 10] = [
             "unknown share",
@@ -128,12 +128,37 @@ const RULES: [Rule; 14] = [
         let said = page.texts.iter().find_map(|text| text.strip_prefix("sticks: "))?;
         (said != p).then(|| format!("{said} and {p}"))
     }),
+    ("a probability is shown on the page as in the table", |page| {
+        let shown = page.texts.iter().any(|text| text.starts_with("sticks: "));
+        let wanted = page.diagnosis.verdict.shown_probability().is_some();
+        (shown != wanted).then(|| format!("shown {shown}, in the table {wanted}"))
+    }),
+    ("data that cannot answer are not called fit", |page| {
+        (page.diagnosis.verdict.grade == Grade::CannotAnswer && page.starts("Data: fit"))
+            .then(|| page.find(|text| text == "Data: fit"))?
+    }),
+    ("evidence agrees with its probability", |page| {
+        page.find(|text| {
+            let Some((_, rest)) = text.split_once(" alone: ") else { return false };
+            let Some((p, because)) = rest.split_once(" % (") else { return false };
+            let Ok(p) = p.trim_start_matches(|c: char| !c.is_ascii_digit()).parse::<f64>() else {
+                return false;
+            };
+            let agrees = because.split("although").next().unwrap_or(because);
+            (p >= 55.0 && agrees.contains("closer to sines"))
+                || (p <= 45.0 && agrees.contains("closer to triangles"))
+        })
+    }),
+    ("a cause that is ruled out first is likely", |page| {
+        let first = page.diagnosis.verdict.alternatives.first()?;
+        (first.likelihood < 0.2).then(|| page.find(|text| text.starts_with("First rule out")))?
+    }),
     ("what is to be done fits the grade", |page| {
         use Grade::*;
         let grade = page.diagnosis.verdict.grade;
         let only = [
             ("Leave the valve alone", &[Fine, ProbablyFine][..]),
-            ("Test the valve", &[Sticks, ProbablySticks]),
+            ("Test the valve", &[Sticks, ProbablySticks, Unclear]),
             ("If confirmed,", &[Sticks, ProbablySticks]),
             ("Check the possible faults", &[DoesNotRespond]),
         ];

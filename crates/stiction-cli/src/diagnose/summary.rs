@@ -68,7 +68,7 @@ fn line(diagnosis: &Diagnosis) -> String {
     let grade = coloured(verdict.grade, verdict.grade.name());
     let mut out = format!("{}: {grade}", name(&diagnosis.name));
     // Writing to a string cannot fail.
-    let _ = match verdict.probability {
+    let _ = match verdict.shown_probability() {
         Some(p) => write!(out, " ({})", words::percent(p)),
         None => Ok(()),
     };
@@ -283,7 +283,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
             diagnosis.name.clone(),
             diagnosis.loop_type.name().to_owned(),
             coloured(diagnosis.verdict.grade, diagnosis.verdict.grade.name()),
-            diagnosis.verdict.probability.map_or("-".to_owned(), words::percent),
+            diagnosis.verdict.shown_probability().map_or("-".to_owned(), words::percent),
             format!("{sticks}:{does_not_stick}"),
             band(diagnosis),
             diagnosis.fitness.class.name().to_owned(),

@@ -32,8 +32,8 @@ pub fn sayings(weighing: &Weighing) -> Vec<Saying> {
             percent(*probability),
             match line {
                 Line::Model => models(evidence),
-                Line::Patterns => patterns(evidence),
-                _ => shapes(evidence),
+                Line::Patterns => patterns(evidence, *probability),
+                _ => shapes(evidence, *probability),
             }
         ),
     };
@@ -60,31 +60,46 @@ fn models(evidence: &Evidence) -> String {
     )
 }
 
-fn patterns(evidence: &Evidence) -> String {
-    let value = |name: &str| evidence.get(name).filter(|v| v.is_finite());
-    let mut parts = vec![];
-    if let Some(rho) = value("rho1") {
-        parts.push(format!(
-            "the OP moves and the PV does not in {:.0} % of the steps with movement, by chance in 25 %",
-            100.0 * rho
-        ));
-    }
-    if let Some(travel) = value("rest_travel").filter(|travel| *travel > 0.0) {
-        parts.push(format!(
-            "the PV rests while the OP travels up to {} %",
-            rough(travel * evidence.op_span)
-        ));
-    }
-    if value("pv_constant").is_some_and(|constant| constant > 0.0) {
-        parts.push("the PV never moves while the OP does".to_owned());
-    }
-    match parts.is_empty() {
-        true => "no pattern could be counted".to_owned(),
-        false => parts.join("; "),
+/// Observations that agree with the probability of their line, then those that do not. Each is given with whether it is
+/// evidence of sticking.
+fn agreeing(parts: Vec<(bool, String)>, probability: f64, none: &str) -> String {
+    let (with, against): (Vec<_>, Vec<_>) =
+        parts.into_iter().partition(|(sticks, _)| *sticks == (probability >= 0.5));
+    let joined = |parts: Vec<(bool, String)>| {
+        parts.into_iter().map(|(_, part)| part).collect::<Vec<_>>().join("; ")
+    };
+    match (with.is_empty(), against.is_empty()) {
+        (true, true) => none.to_owned(),
+        (false, true) => joined(with),
+        (true, false) => format!("all features together, although {}", joined(against)),
+        (false, false) => format!("{}, although {}", joined(with), joined(against)),
     }
 }
 
-fn shapes(evidence: &Evidence) -> String {
+fn patterns(evidence: &Evidence, probability: f64) -> String {
+    let value = |name: &str| evidence.get(name).filter(|v| v.is_finite());
+    let mut parts = vec![];
+    if let Some(rho) = value("rho1") {
+        let text = format!(
+            "the OP moves and the PV does not in {:.0} % of the steps with movement, by chance in 25 %",
+            100.0 * rho
+        );
+        parts.push((rho > 0.25, text));
+    }
+    if let Some(travel) = value("rest_travel").filter(|travel| *travel > 0.0) {
+        let text = format!(
+            "the PV rests while the OP travels up to {} %",
+            rough(travel * evidence.op_span)
+        );
+        parts.push((true, text));
+    }
+    if value("pv_constant").is_some_and(|constant| constant > 0.0) {
+        parts.push((true, "the PV never moves while the OP does".to_owned()));
+    }
+    agreeing(parts, probability, "no pattern could be counted")
+}
+
+fn shapes(evidence: &Evidence, probability: f64) -> String {
     let value = |name: &str| evidence.get(name).filter(|v| v.is_finite());
     let nearer = |index: f64| match index {
         i if i >= 0.55 => "closer to triangles than to sines",
@@ -94,16 +109,15 @@ fn shapes(evidence: &Evidence) -> String {
     let mut parts = vec![];
     for (signal, name) in [("OP", "op_triangle"), ("error", "error_triangle")] {
         if let Some(index) = value(name) {
-            parts.push(format!(
-                "half waves of the {signal} are {}, index {index:.2}",
-                nearer(index)
-            ));
+            let text =
+                format!("half waves of the {signal} are {}, index {index:.2}", nearer(index));
+            // Between the two an index is no evidence, so it contradicts neither.
+            let sticks =
+                if (0.45..0.55).contains(&index) { probability >= 0.5 } else { index > 0.5 };
+            parts.push((sticks, text));
         }
     }
-    match parts.is_empty() {
-        true => "too few waves".to_owned(),
-        false => parts.join("; "),
-    }
+    agreeing(parts, probability, "too few waves")
 }
 
 /// Other possible causes, the likeliest first, without the concluded one.

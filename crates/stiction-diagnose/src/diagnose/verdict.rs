@@ -229,6 +229,13 @@ pub struct Verdict {
     pub overruled: Option<Override>,
 }
 
+impl Verdict {
+    /// The probability as pages and tables show it: none where the data cannot answer.
+    pub fn shown_probability(&self) -> Option<f64> {
+        self.probability.filter(|_| self.grade != Grade::CannotAnswer)
+    }
+}
+
 /// The conclusion of a person on a valve, beside the computed verdict.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]

@@ -173,7 +173,7 @@ fn row(Loop { diagnosis, source }: &Loop<'_>, path: &str, later: bool) -> Markup
                 (badge(&Badge::from(verdict.grade)))
                 @if verdict.overruled.is_some() { " overruled" }
             }
-            (cell(verdict.probability.map(|p| (p, percent(p)))))
+            (cell(verdict.shown_probability().map(|p| (p, percent(p)))))
             (cell(s))
             (cell(period.map(|p| (p, spoken(p)))))
             (cell(swing.map(|a| (a, format!("{} {unit}", rough(a)).trim_end().to_owned()))))

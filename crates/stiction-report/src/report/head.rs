@@ -13,6 +13,8 @@ use stiction_diagnose::recording::fitness::Class;
 const CAUSES: usize = 3;
 /// Causes less likely than this are not listed.
 const LEAST_LIKELY: f64 = 0.01;
+/// Likelihood from which another cause is ruled out first.
+const WORTH_RULING_OUT: f64 = 0.2;
 
 /// The information that an engineer with three minutes needs.
 pub(super) fn head(
@@ -35,7 +37,7 @@ pub(super) fn head(
         diagnosis.segment().and_then(|segment| views::head_map(segment, s, context).filter(drawn));
     Head {
         line: line(diagnosis, source),
-        probability: diagnosis.verdict.probability,
+        probability: diagnosis.verdict.shown_probability(),
         facts: facts(diagnosis),
         actions: actions(diagnosis, fitted),
         causes: causes(diagnosis),
@@ -125,11 +127,13 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
             None => "If confirmed, inspect packing, actuator and positioner.".to_owned(),
         }
     };
-    let first = verdict.alternatives.first().map(|other| other.cause);
-    let elsewhere = || match first {
-        Some(Cause::StickingValve | Cause::NormalOperation) | None => None,
-        Some(cause) => Some(format!("First rule out {}.", words::cause(cause.name()))),
-    };
+    let sticks = verdict.probability.unwrap_or(0.0);
+    let first = verdict.alternatives.first().filter(|other| {
+        !matches!(other.cause, Cause::StickingValve | Cause::NormalOperation)
+            && other.likelihood >= WORTH_RULING_OUT.max(sticks)
+    });
+    let elsewhere =
+        || first.map(|other| format!("First rule out {}.", words::cause(other.cause.name())));
     match verdict.grade {
         Grade::Sticks => {
             let mut all = if verdict.basis == Basis::ValvePosition { vec![] } else { vec![test()] };
@@ -147,7 +151,9 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
             vec!["Check the possible faults (see Why).".to_owned()]
         }
         Grade::Unclear => {
+            let due = verdict.confirm.is_some() || verdict.no_test.is_some();
             let mut all: Vec<String> = elsewhere().into_iter().collect();
+            all.extend(due.then(test));
             all.extend(words::what_would_answer(diagnosis));
             all
         }
@@ -172,6 +178,9 @@ pub(super) fn remarks(diagnosis: &Diagnosis) -> Vec<String> {
     let fitness = &diagnosis.fitness;
     let caveats = fitness.measures.iter().filter(|m| m.class != Class::Fit).count();
     let mut all = vec![match fitness.class {
+        Class::Fit if diagnosis.mistaken().is_some() => {
+            "Data: fit, but the columns are probably mixed up".to_owned()
+        }
         Class::Fit => "Data: fit".to_owned(),
         Class::Caveats if caveats == 1 => "Data: fit, one caveat".to_owned(),
         Class::Caveats => format!("Data: fit, {caveats} caveats"),

@@ -70,7 +70,7 @@ pub fn told(case: &Loop<'_>) -> Told {
         badge: Badge::from(diagnosis.verdict.grade),
         headline: words::verdict(diagnosis),
         overruled: diagnosis.verdict.overruled.as_ref().map(words::overruled),
-        probability: diagnosis.verdict.probability.map(words::percent),
+        probability: diagnosis.verdict.shown_probability().map(words::percent),
         line: head::line(diagnosis, source),
         facts: head::facts(diagnosis),
         actions: head::actions(diagnosis, None),

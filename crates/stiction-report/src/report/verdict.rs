@@ -303,6 +303,6 @@ pub(super) fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
 
 /// The probability as a fact; `None` if there is none.
 pub(super) fn probability(diagnosis: &Diagnosis) -> Option<Fact> {
-    let p = diagnosis.verdict.probability?;
+    let p = diagnosis.verdict.shown_probability()?;
     Some(Fact::new("probability of sticking", percent(p), ""))
 }
