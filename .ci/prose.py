@@ -46,7 +46,7 @@ SENTENCE = re.compile(r"(?<=[.!?])\s+(?=[A-Z`*(\"])")
 CITATION = re.compile(r"\b(?:19|20)\d\d\b|\bdoi\b|https?:", re.IGNORECASE)
 # What a person does not read as prose, or has not written.
 LEFT_OUT = re.compile(
-    r"(^|/)(tests?|benches|node_modules|dist|target|fuzz|font)/|^\.ci/|^docs/style\.md$|test_\w+\.py$|tests?\.rs$|\.test\.tsx?$"
+    r"(^|/)(tests?|benches|node_modules|dist|target|fuzz|font)/|^\.ci/|^docs/style\.md$|test_\w+\.py$|tests?\.rs$|/build\.rs$|\.test\.tsx?$"
 )
 LITERAL = re.compile(
     r"""(?P<doc>//[/!][^\n]*)|//[^\n]*|/\*.*?\*/|r(?P<hash>\#*)"(?P<raw>.*?)"(?P=hash)|"(?P<text>(?:[^"\\]|\\.)*)"|'(?:[^'\\\n]|\\.[^'\n]*)'""",

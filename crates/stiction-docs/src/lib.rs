@@ -1,10 +1,10 @@
-//! The documentation as a site: a folder of HTML pages that is read from the disk, without a network.
+//! The documentation as a site: a folder of HTML pages that needs no network.
 //!
-//! * [`contents`]: which pages there are, in which order, and the Markdown of those that are written by hand;
-//! * [`markdown`]: a page of Markdown as HTML, with its links set to where things are in the site;
-//! * [`schema`]: a JSON schema as tables that people read.
+//! * [`contents`]: the pages, their order, and the Markdown of those written by hand;
+//! * [`markdown`]: a page of Markdown as HTML, with links adapted to the site;
+//! * [`schema`]: a JSON schema as readable tables.
 //!
-//! Pages that are made, such as the help of the commands, are handed in as Markdown. Nothing here touches a file: a
+//! Generated pages, such as the help of the commands, are handed in as Markdown. Nothing here touches a file: a
 //! [`Site`] becomes a list of names and bytes, and equal input gives equal output.
 //!
 //! ```
@@ -30,21 +30,21 @@ use contents::{CONTENTS, FIGURES};
 use markdown::Rendered;
 use std::collections::BTreeSet;
 
-/// A page of the site as it is handed in.
+/// A page handed in to the site.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Page {
-    /// Its file, from the folder of the site on, with `/` between folders.
+    /// Its file, relative to the folder of the site, with `/` between folders.
     pub path: String,
     /// Its title, for the browser and the search.
     pub title: String,
-    /// What it says, in Markdown; its links are relative to its place in the site.
+    /// Its content, in Markdown; its links are relative to its place in the site.
     pub markdown: String,
-    /// The page of the contents that it belongs to, if it does not stand there itself.
+    /// The page of the contents that it belongs to, if it is not in the contents itself.
     pub under: Option<String>,
 }
 
 impl Page {
-    /// A page that stands in the contents.
+    /// A page of the contents.
     pub fn new(
         path: impl Into<String>,
         title: impl Into<String>,
@@ -65,9 +65,9 @@ impl Page {
 /// A file of the site.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct File {
-    /// Its name from the folder of the site on, with `/` between folders.
+    /// Its name relative to the folder of the site, with `/` between folders.
     pub path: String,
-    /// What it holds.
+    /// Its content.
     pub bytes: Vec<u8>,
 }
 
@@ -78,7 +78,7 @@ impl File {
     }
 }
 
-/// A page of the contents that nobody handed in, or one that was handed in and has no place there.
+/// A page of the contents that was not handed in, or a handed-in page without a place in them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Missing(String);
 
@@ -99,17 +99,17 @@ pub struct Site {
 }
 
 impl Site {
-    /// A site with the pages that are written by hand; `tool` is what makes it, with its version.
+    /// A site with the pages written by hand; `tool` is the program that makes it, with its version.
     pub fn new(tool: impl Into<String>) -> Self {
         Self { tool: tool.into(), pages: vec![], files: vec![] }
     }
 
-    /// Adds a page that was made.
+    /// Adds a generated page.
     pub fn add(&mut self, page: Page) {
         self.pages.push(page);
     }
 
-    /// Adds a file that pages show or lead to.
+    /// Adds a file for pages.
     pub fn file(&mut self, file: File) {
         self.files.push(file);
     }
@@ -117,7 +117,7 @@ impl Site {
     /// All files of the site, by name.
     ///
     /// # Errors
-    /// If a page that the contents name was not added, or one was added that they do not name.
+    /// If a page of the contents was not added, or an added page is not in the contents.
     pub fn files(&self) -> Result<Vec<File>, Missing> {
         let mut rendered: Vec<Rendered> = vec![];
         for listed in contents::pages() {
@@ -150,7 +150,7 @@ impl Site {
     }
 }
 
-/// The way from a file of the site to another, with `/` between folders.
+/// The relative path from one file of the site to another, with `/` between folders.
 pub fn relative(from: &str, to: &str) -> String {
     let folders = |path: &str| -> Vec<String> {
         let mut parts: Vec<String> = path.split('/').map(str::to_owned).collect();

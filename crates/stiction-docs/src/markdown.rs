@@ -1,4 +1,4 @@
-//! A page of Markdown as HTML: headings that can be led to, links set to where things are in the site.
+//! A page of Markdown as HTML: headings with anchors, links adapted to the site.
 
 use crate::contents::{Listed, Written, pages, place_of};
 use crate::{Page, relative};
@@ -7,7 +7,7 @@ use pulldown_cmark::{
 };
 use std::collections::BTreeMap;
 
-/// A page as HTML, with what is known of it.
+/// A page as HTML, with information about it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rendered {
     /// Its file in the site.
@@ -16,46 +16,46 @@ pub struct Rendered {
     pub title: String,
     /// The page of the contents that it is, or belongs to.
     pub listed: String,
-    /// What it says, as HTML.
+    /// Its content, as HTML.
     pub html: String,
-    /// Its headings, and what stands under each as plain text.
+    /// Its headings, and the plain text under each.
     pub parts: Vec<Part>,
 }
 
-/// What stands under a heading.
+/// The text under a heading.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Part {
-    /// How deep the heading is: 1 for the title of the page.
+    /// Level of the heading: 1 for the title of the page.
     pub level: usize,
     /// The heading.
     pub heading: String,
     /// Its anchor.
     pub anchor: String,
-    /// What stands under it, without marks.
+    /// The text under it, without markup.
     pub text: String,
 }
 
-/// A page of the contents that is written by hand.
+/// A page of the contents written by hand.
 pub(crate) fn written(listed: &Listed, written: Written) -> Rendered {
     render(listed.path, listed.title, listed.path, written.markdown, Some(written.source))
 }
 
-/// A page that was made, with the page of the contents that it is or belongs to.
+/// A generated page, with the page of the contents that it is or belongs to.
 pub(crate) fn made(page: &Page, listed: &str) -> Rendered {
     render(&page.path, &page.title, listed, &page.markdown, None)
 }
 
-/// Renders Markdown; `source` is the file of the repository that its links start from, if it is one.
+/// Renders Markdown; `source` is the file of the repository from which its links start, if it is one.
 fn render(path: &str, title: &str, listed: &str, markdown: &str, source: Option<&str>) -> Rendered {
     let options =
         Options::ENABLE_TABLES | Options::ENABLE_FOOTNOTES | Options::ENABLE_STRIKETHROUGH;
-    // Remarks for programs are none for readers.
+    // Comments for programs are not for readers.
     let events: Vec<Event<'_>> = Parser::new_ext(markdown, options)
         .filter(|event| !matches!(event, Event::Html(text) if text.starts_with("<!--")))
         .collect();
     let mut page =
         Writer { path, source, anchors: BTreeMap::new(), parts: vec![], here: 0, done: vec![] };
-    // A document that is made to be read elsewhere has no title of its own, and its chapters are as high as one.
+    // A document for reading elsewhere has no title of its own, and its chapters have the level of one.
     let untitled =
         !matches!(events.first(), Some(Event::Start(Tag::Heading { level: HeadingLevel::H1, .. })));
     if untitled {
@@ -68,25 +68,25 @@ fn render(path: &str, title: &str, listed: &str, markdown: &str, source: Option<
     Rendered { path, title, listed, html: text, parts: page.parts }
 }
 
-/// A page while it is written.
+/// A page during writing.
 struct Writer<'a> {
     path: &'a str,
     source: Option<&'a str>,
-    /// How often each anchor has been given.
+    /// Number of uses of each anchor.
     anchors: BTreeMap<String, usize>,
     parts: Vec<Part>,
-    /// The part that is written to.
+    /// The current part.
     here: usize,
     done: Vec<Event<'a>>,
 }
 
 impl<'a> Writer<'a> {
-    /// Writes events; all headings go deeper by `deeper`.
+    /// Writes events; all headings are lowered by `deeper` levels.
     fn write(&mut self, events: Vec<Event<'a>>, deeper: usize) {
         let mut events = events.into_iter().peekable();
-        // Where a link leads that is none here, and the language of a block of code.
+        // Target of a link outside the site, and the language of a block of code.
         let mut untied: Vec<Option<String>> = vec![];
-        // Whether a table explains words, and the part that it stands in.
+        // Whether a table explains words, and its part.
         let (mut explains, mut section) = (false, self.here);
         while let Some(event) = events.next() {
             match event {
@@ -107,7 +107,7 @@ impl<'a> Writer<'a> {
                     self.code(&kind, &code);
                 }
                 Event::Start(Tag::Table(columns)) => {
-                    // A table that is wider than the page is moved across, with keys too.
+                    // A table wider than the page can be scrolled, also with keys.
                     self.raw("<div class=\"rows\" role=\"region\" aria-label=\"Table\" tabindex=\"0\">\n");
                     self.done.push(Event::Start(Tag::Table(columns)));
                 }
@@ -119,7 +119,7 @@ impl<'a> Writer<'a> {
                 Event::Start(Tag::TableHead) => {
                     let until = |event: &Event<'_>| !matches!(event, Event::End(TagEnd::TableHead));
                     let head: Vec<Event<'a>> = events.by_ref().take_while(until).collect();
-                    // Without heads it explains words, a row each: they are looked for as headings are.
+                    // A table without heads explains words, one per row: they are searched as headings are.
                     explains = head.iter().all(|event| plain(event).is_none());
                     section = self.here;
                     self.done.push(Event::Start(Tag::TableHead));
@@ -134,7 +134,7 @@ impl<'a> Writer<'a> {
                 Event::Start(Tag::Link { link_type, dest_url, title, id }) => {
                     match self.target(&dest_url) {
                         Ok(there) => {
-                            // What is called by its file there is called by its title here.
+                            // A link named after its file is shown with its title.
                             let title_of = self.title_of(&dest_url);
                             if let (Some(Event::Text(said) | Event::Code(said)), Some(name)) =
                                 (events.peek_mut(), title_of)
@@ -168,7 +168,7 @@ impl<'a> Writer<'a> {
                     _ => self.done.push(Event::End(TagEnd::Link)),
                 },
                 Event::Start(Tag::Image { dest_url, title, id, .. }) => {
-                    // What it shows in words is not searched: the text around it says the same.
+                    // The text of figures is not searched, because the text around them has the same content.
                     let shown = self.target(&dest_url).unwrap_or_default();
                     let (link_type, dest_url) = (LinkType::Inline, CowStr::from(shown));
                     self.done.push(Event::Start(Tag::Image { link_type, dest_url, title, id }));
@@ -215,7 +215,7 @@ impl<'a> Writer<'a> {
         self.parts.push(Part { level, heading, anchor: anchor.clone(), text: String::new() });
         self.raw(format!("<h{level} id=\"{anchor}\">"));
         self.write(inner, 0);
-        // The heading is known; below it nothing stands yet.
+        // The heading is known; its text follows.
         if let Some(part) = self.parts.get_mut(self.here) {
             part.text.clear();
         }
@@ -228,7 +228,7 @@ impl<'a> Writer<'a> {
         self.raw(format!("</h{level}>\n"));
     }
 
-    /// Writes the first cell of a row that explains it.
+    /// Writes the first cell of an explaining row.
     fn word(&mut self, section: usize, inner: Vec<Event<'a>>) {
         let heading = inner.iter().filter_map(plain).collect::<String>().trim().to_owned();
         let anchor = self.anchor(&heading);
@@ -246,7 +246,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The anchor of a heading, as code hosts make it; the second of a name is told by a number.
+    /// The anchor of a heading, as code hosts make it; repeated names get a number.
     fn anchor(&mut self, heading: &str) -> String {
         let anchor: String = heading
             .to_lowercase()
@@ -282,13 +282,13 @@ impl<'a> Writer<'a> {
         self.raw(format!("<pre tabindex=\"0\"><code{class}>{lines}</code></pre>\n"));
     }
 
-    /// The title of the page that a link leads to, if it is one of the contents.
+    /// The title of the page at the end of a link, if it is in the contents.
     fn title_of(&self, link: &str) -> Option<&'static str> {
         let file = self.file_of(link.split('#').next()?)?;
         pages().find(|page| place_of(&file) == Some(page.path)).map(|page| page.title)
     }
 
-    /// The file of the repository that a relative link names.
+    /// The file of the repository in a relative link.
     fn file_of(&self, link: &str) -> Option<String> {
         let mut parts: Vec<&str> = self.source?.split('/').collect();
         parts.pop();
@@ -302,7 +302,7 @@ impl<'a> Writer<'a> {
         Some(parts.join("/"))
     }
 
-    /// Where a link leads from this page, or the file of the repository that is not in the site.
+    /// The target of a link on this page, or the file of the repository that is not in the site.
     fn target(&self, link: &str) -> Result<String, String> {
         if link.starts_with('#') || link.contains("://") || link.starts_with("mailto:") {
             return Ok(link.to_owned());
@@ -323,7 +323,7 @@ fn plain<'e>(event: &'e Event<'_>) -> Option<&'e str> {
     }
 }
 
-/// What documentation tests need and readers do not.
+/// Lines that documentation tests need and readers do not.
 fn without_hidden_lines(code: &str) -> String {
     code.lines()
         .filter(|line| *line != "#" && !line.starts_with("# "))
@@ -358,7 +358,7 @@ fn with_comments(language: &str, code: &str) -> String {
     html
 }
 
-/// A line of a shell with its options marked, which a narrow page must not break at their hyphens; escaped.
+/// A line of a shell with its options marked, so that a narrow page does not break them at hyphens; escaped.
 fn with_options(language: &str, line: &str) -> String {
     if !matches!(language, "sh" | "bash") {
         return escaped(line);
@@ -373,7 +373,7 @@ fn with_options(language: &str, line: &str) -> String {
     words.collect()
 }
 
-/// HTML as the text that a reader sees.
+/// HTML as visible text.
 fn without_tags(html: &str) -> String {
     let mut text = String::new();
     let mut inside = false;
@@ -391,12 +391,12 @@ fn without_tags(html: &str) -> String {
     text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&amp;", "&")
 }
 
-/// Text as it stands in HTML.
+/// Text escaped for HTML.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Text as it stands in a line or a cell of Markdown, without marks of its own but code.
+/// Text escaped for a line or a cell of Markdown, with code as the only markup.
 pub fn literal(text: &str) -> String {
     let mut out = String::new();
     let mut code = false;

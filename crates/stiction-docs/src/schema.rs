@@ -21,13 +21,13 @@ pub fn tables(schema: &Value) -> String {
     text
 }
 
-/// A description in one line; what it lists stands in a row.
+/// A description in one line, including its list.
 fn told(description: &str) -> String {
     let lines = description.lines().map(|line| line.trim_start_matches("* "));
     literal(&lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" "))
 }
 
-/// What an object holds, or which words or forms there are.
+/// The content of an object, or its possible words or forms.
 fn fields(of: &Value, text: &mut String) {
     if let Some(properties) = of["properties"].as_object() {
         table(properties, &of["required"], text);
@@ -55,7 +55,7 @@ fn fields(of: &Value, text: &mut String) {
 fn table(properties: &Map<String, Value>, required: &Value, text: &mut String) {
     let needed: Vec<&str> =
         required.as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-    text.push_str("| field | type | what it is |\n|---|---|---|\n");
+    text.push_str("| field | type | description |\n|---|---|---|\n");
     for (name, of) in properties {
         let about = of["description"].as_str().map_or(String::new(), told);
         let left_out = if needed.contains(&&**name) { "" } else { " Can be left out." };

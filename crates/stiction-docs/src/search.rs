@@ -1,4 +1,4 @@
-//! The index of the search: a part of a page a row, as a script, because a page on the disk may load no data.
+//! The index of the search: a part of a page a row, as a script, because a page on the disk may not load data.
 
 use crate::markdown::Rendered;
 

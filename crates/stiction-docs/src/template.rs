@@ -1,19 +1,19 @@
-//! What stands around every page: the list of contents, the search, the way to the next page.
+//! The frame of every page: the list of contents, the search, the links to neighbouring pages.
 
 use crate::contents::{self, Section};
 use crate::markdown::Rendered;
 use crate::{relative, search};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-/// Style and script of all pages, and where they stand.
+/// Style and script of all pages, and their places.
 pub(crate) const STYLE: &str = include_str!("site.css");
 pub(crate) const STYLE_PATH: &str = "assets/site.css";
 pub(crate) const SCRIPT: &str = include_str!("site.js");
 pub(crate) const SCRIPT_PATH: &str = "assets/site.js";
 
-/// The page that a reader opens.
+/// The first page.
 const START: &str = "index.html";
-/// Pages with fewer chapters have no list of them.
+/// Fewest chapters for a list of them.
 const CHAPTERS: usize = 3;
 
 /// A page as an HTML document.
@@ -86,7 +86,7 @@ fn list(sections: &[Section], page: &Rendered) -> Markup {
     }
 }
 
-/// All sections with their pages, as the first page shows them.
+/// All sections with their pages, for the first page.
 fn overview(sections: &[Section]) -> Markup {
     html! {
         div.sections {
@@ -110,7 +110,7 @@ fn neighbours(page: &Rendered) -> Markup {
     let all: Vec<_> = contents::pages().collect();
     let place = all.iter().position(|each| each.path == page.listed);
     let before = match place {
-        // What belongs to a page leads back to it.
+        // A page that belongs to another leads back to it.
         Some(place) if page.listed != page.path => Some(all[place]),
         Some(place) => place.checked_sub(1).map(|place| all[place]),
         None => None,

@@ -1,12 +1,12 @@
-//! Compiles the library that goes into every FMU, of the sources in `crates/stiction-fmu`. The build script of what ships
-//! does it, and a light build at the first export; so this file knows the standard library alone.
+//! Compiles the library of every FMU from the sources in `crates/stiction-fmu`. The build script of a release does
+//! it, or a light build at the first export, so this file only uses the standard library.
 //!
-//! The bytes do not depend on where they are compiled: paths of the machine are replaced.
+//! The bytes do not depend on the machine: its paths are replaced.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What compiles, where the sources are, and where the outcome goes.
+/// Compiler, sources and target of a compilation.
 pub struct Compiler<'a> {
     /// The program `cargo`.
     pub cargo: &'a str,
@@ -23,21 +23,21 @@ pub struct Compiler<'a> {
 }
 
 impl Compiler<'_> {
-    /// Compiles the library for one target, or finds that it is as it would be; says where it is.
+    /// Compiles the library for one target, unless it is up to date; returns its path.
     ///
     /// # Errors
-    /// What the compiler says.
+    /// The message of the compiler.
     pub fn library(&self, target: &str, os: &str) -> Result<PathBuf, String> {
         let mut command = Command::new(self.cargo);
         command
-            // As nothing but a library for C: beside one for Rust it would not be optimised as a whole.
+            // Only as a library for C: together with one for Rust it would not be optimised as a whole.
             .args(["rustc", "--profile", "dist", "--lib", "--crate-type", "cdylib", "--locked"])
             .args(["--config", "profile.dist.strip=true", "--target", target, "--manifest-path"])
             .arg(self.root.join("crates/stiction-fmu/Cargo.toml"))
             .arg("--target-dir")
             .arg(self.folder)
             .env("CARGO_ENCODED_RUSTFLAGS", self.flags(target)?)
-            // What clippy wraps an outer build in has no part in the library.
+            // The wrapper of clippy in an outer build does not apply to the library.
             .env_remove("RUSTC_WORKSPACE_WRAPPER");
         answer(&mut command)?;
         let name = match os {
@@ -48,7 +48,7 @@ impl Compiler<'_> {
         Ok(self.folder.join(target).join("dist").join(name))
     }
 
-    /// Flags of the compiler: those of this build if the target is the same, and what keeps paths out.
+    /// Flags of the compiler: those of this build if the target is the same, and flags that remove paths.
     fn flags(&self, target: &str) -> Result<String, String> {
         let mut flags: Vec<String> = vec![];
         if target == self.own {
@@ -59,7 +59,7 @@ impl Compiler<'_> {
             .map(PathBuf::from)
             .or_else(|| Some(std::env::home_dir()?.join(".cargo")));
         let sysroot = answer(Command::new(self.rustc).args(["--print", "sysroot"]))?;
-        // The last that fits is taken.
+        // The last match wins.
         let paths = [
             (Some(self.root.to_owned()), "stiction"),
             (Some(self.folder.to_owned()), "target"),
@@ -78,15 +78,17 @@ impl Compiler<'_> {
     }
 }
 
-/// What a program prints.
+/// The output of a program.
 ///
 /// # Errors
-/// If it cannot be run or fails: what it says of that.
+/// If it cannot be run or fails: its message.
 pub fn answer(command: &mut Command) -> Result<String, String> {
     let program = command.get_program().to_string_lossy().into_owned();
     let output = command.output().map_err(|e| format!("{program} cannot be run: {e}"))?;
     match output.status.success() {
         true => Ok(String::from_utf8_lossy(&output.stdout).into_owned()),
-        false => Err(format!("{program} says: {}", String::from_utf8_lossy(&output.stderr).trim())),
+        false => {
+            Err(format!("{program} failed: {}", String::from_utf8_lossy(&output.stderr).trim()))
+        }
     }
 }

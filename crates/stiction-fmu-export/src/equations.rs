@@ -1,15 +1,15 @@
-//! The equations of a model, as its page shows them.
+//! The equations of a model for its page.
 
 use stiction_model::stem::friction::LAWS;
 use stiction_model::valve::Model as Law;
 
-/// What a page says about the laws: equations as text, and where they come from.
+/// Text about the laws: equations and their source.
 pub struct Equations {
     /// Line by line.
     pub text: &'static str,
-    /// What the letters mean.
+    /// The symbols.
     pub symbols: String,
-    /// Where it was published.
+    /// Its source.
     pub source: &'static str,
 }
 
@@ -29,38 +29,38 @@ OP = Kc (e + integral of e / Ti - Td dPV/dt),   e = SP - PV,   sampled
 tau dy/dt = -y + gain (VP + load)(t - dead time),   PV = y + noise
 a second lag follows if tau2 is given";
 
-/// Those of a law of a valve or of friction.
+/// The equations of a law of a valve or of friction.
 pub fn of(model: &str, law: &str) -> Equations {
     let text = match law {
         "chen" => {
-            "moving, u goes on in direction d:   x = u - d fd\n\
-             moving, otherwise:                  x stays, it is stuck from the next sample on\n\
-             stuck, |u - x| > fs:                d = sgn(u - x),  x = u - d fd   it slips\n\
-             stuck, otherwise:                   x stays"
+            "moving, u goes on in direction d    x = u - d fd\n\
+             moving, otherwise                   x stays; it is stuck from the next sample\n\
+             stuck, |u - x| > fs                 d = sgn(u - x),  x = u - d fd   it slips\n\
+             stuck, otherwise                    x stays"
         }
         "two-phase" | "kano" => {
-            "moving, u goes on in direction d:   x = u - d fd\n\
-             otherwise, |u - x| > fs:            d = sgn(u - x),  x = u - d fd   it slips\n\
-             otherwise:                          x stays                         it is stuck"
+            "moving, u goes on in direction d    x = u - d fd\n\
+             otherwise, |u - x| > fs             d = sgn(u - x),  x = u - d fd   it slips\n\
+             otherwise                           x stays                         it is stuck"
         }
         "choudhury" => {
-            "moving, u goes on in direction d:   x = u - d fd\n\
-             turning, |u - x| > fs:              breaks away\n\
-             stuck, going on, |u - us| > J:      breaks away   (us: u at which it stopped)\n\
-             breaking away:                      x = u - d fd;   otherwise x stays"
+            "moving, u goes on in direction d    x = u - d fd\n\
+             turning, |u - x| > fs               breaks away\n\
+             stuck, going on, |u - us| > J       breaks away   (us: u at which it stopped)\n\
+             breaking away                       x = u - d fd;   otherwise x stays"
         }
-        "he" => "|u - x| > fs:   x = u - sgn(u - x) fd\notherwise:      x stays",
-        "he-wang" => "|u - x| > fs:   x = x + K (u - x - sgn(u - x) fd)\notherwise:      x stays",
-        "stenman" => "|u - x| > J:   x = u\notherwise:     x stays",
+        "he" => "|u - x| > fs    x = u - sgn(u - x) fd\notherwise       x stays",
+        "he-wang" => "|u - x| > fs    x = x + K (u - x - sgn(u - x) fd)\notherwise       x stays",
+        "stenman" => "|u - x| > J    x = u\notherwise      x stays",
         "play" => "x = x limited to u - S/2 ... u + S/2",
         "ideal" => "x = u",
         "classical" => {
-            "moving:    F = [Fc + (Fs - Fc) exp(-(v/vs)^2)] sgn v + Fv v\n\
-             at rest:   F = the force that acts, up to Fs"
+            "moving     F = [Fc + (Fs - Fc) exp(-(v/vs)^2)] sgn v + Fv v\n\
+             at rest    F = the force that acts, up to Fs"
         }
         "karnopp" => {
-            "moving:    F = [Fc + (Fs - Fc) exp(-(v/vs)^2)] sgn v + Fv v\n\
-             |v| < band:   at rest, F = the force that acts, up to Fs"
+            "moving        F = [Fc + (Fs - Fc) exp(-(v/vs)^2)] sgn v + Fv v\n\
+             |v| < band    at rest, F = the force that acts, up to Fs"
         }
         "dahl" => "dz/dt = v - s0 |v| z / Fc,   F = s0 z + Fv v",
         "lugre" => {
@@ -69,12 +69,12 @@ pub fn of(model: &str, law: &str) -> Equations {
         }
         "gms" => {
             "F = sum of Fi + Fv v,   Fi = ki zi + ni dzi/dt,   s = Fc + (Fs - Fc) exp(-(v/vs)^2)\n\
-             element i sticks:   dzi/dt = v, until Fi sgn v > ai s\n\
-             element i slips:    dzi/dt = C ai / ki (sgn v - Fi / (ai s)), until v changes its sign"
+             element i sticks    dzi/dt = v, until Fi sgn v > ai s\n\
+             element i slips     dzi/dt = C ai / ki (sgn v - Fi / (ai s)), until v changes its sign"
         }
         _ => {
-            "presliding:   F = kt (x - anchor), until |F| > Fc + Fs(t2) after a rest of t2\n\
-             sliding:      F = {Fc + Fv |v| + Fs(t2) / (1 + [v(t - tL) / vs]^2)} sgn v"
+            "presliding    F = kt (x - anchor), until |F| > Fc + Fs(t2) after a rest of t2\n\
+             sliding       F = {Fc + Fv |v| + Fs(t2) / (1 + [v(t - tL) / vs]^2)} sgn v"
         }
     };
     let symbols = match law {

@@ -1,6 +1,6 @@
 //! Writes functional mock-up units (FMU): a zip of `modelDescription.xml`, `resources/stiction.json`, a page that
-//! documents the model, its licences, an icon, and the library. Whoever uses the FMU needs no compiler, and neither does
-//! whoever exports it with what ships (the profile `dist`): the library is built in. A lighter build compiles it at the
+//! documents the model, its licences, an icon, and the library. Using the FMU needs no compiler. Neither does
+//! exporting it with a release (profile `dist`), which contains the library. A lighter build compiles it at the
 //! first export.
 //!
 //! ```
@@ -33,10 +33,10 @@ use zip::{CompressionMethod, ZipWriter};
 /// Why an FMU could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The parameters do not go together, or are not known.
+    /// The parameters are inconsistent, or unknown.
     #[error("{0}")]
     Model(String),
-    /// There is no name for a platform in FMI.
+    /// FMI has no name for a platform.
     #[error("FMI has no folder for a library of {arch} under {os}")]
     Platform {
         /// The processor.
@@ -49,8 +49,8 @@ pub enum Error {
     Twice(String),
     /// The library is not built in, and could not be compiled.
     #[error(
-        "the library of FMUs is not part of this build and could not be compiled: {0}; build with `--profile dist`, \
-         which holds it"
+        "the library for FMUs is not part of this build and could not be compiled: {0}. Build with `--profile \
+         dist`, which contains it"
     )]
     Compiler(String),
     /// The zip could not be written.
@@ -65,7 +65,7 @@ pub enum Error {
 const ICON: &[u8] = include_bytes!("icon.png");
 const ICON_SVG: &[u8] = include_bytes!("icon.svg");
 
-/// `terminalsAndIcons.xml` of FMI 3.0: how large the icon is.
+/// `terminalsAndIcons.xml` of FMI 3.0: the size of the icon.
 const TERMINALS_AND_ICONS: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <fmiTerminalsAndIcons fmiVersion="3.0">
   <GraphicalRepresentation>
@@ -75,18 +75,18 @@ const TERMINALS_AND_ICONS: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 </fmiTerminalsAndIcons>
 "#;
 
-/// Licences, in `documentation/licenses`; `license.txt` is where a reader begins.
+/// Licences, in `documentation/licenses`; `license.txt` is the entry point.
 const LICENCES: [(&str, &str); 3] = [
     ("license.txt", include_str!("license.txt")),
     ("LICENSE-MIT.txt", include_str!("../../../LICENSE-MIT")),
     ("LICENSE-APACHE.txt", include_str!("../../../LICENSE-APACHE")),
 ];
 
-/// The FMU as the bytes of its file, the same for the same model and moment. `generated_s` is when it was generated,
-/// seconds after the beginning of 1970 in UTC, for its description; `None` leaves that out.
+/// The FMU as the bytes of its file, the same for the same model and time. `generated_s` is its time of generation
+/// for its description, seconds after the beginning of 1970 in UTC; `None` leaves it out.
 ///
 /// # Errors
-/// If the start values do not go together, or FMI has no place for a library.
+/// If the start values are inconsistent, or FMI has no folder for a library.
 pub fn write(
     fmu: &Fmu,
     fmi: Fmi,
@@ -123,7 +123,7 @@ pub fn write(
         }
         files.push((name, Cow::Borrowed(&*library.bytes)));
     }
-    // The zip's oldest time, so that the same model gives the same bytes.
+    // The oldest time of a zip, so that the same model gives the same bytes.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(zip::DateTime::default());

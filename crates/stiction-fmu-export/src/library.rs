@@ -1,4 +1,4 @@
-//! The libraries that FMUs hold, one for each platform.
+//! The libraries in FMUs, one for each platform.
 
 use crate::Error;
 use crate::compile::Compiler;
@@ -16,7 +16,7 @@ pub struct Library {
     pub bytes: Cow<'static, [u8]>,
 }
 
-/// A platform on which FMUs of this build run.
+/// A platform for FMUs of this build.
 #[derive(Debug)]
 pub struct Platform {
     /// As Rust names it, such as `x86_64-unknown-linux-gnu`.
@@ -25,11 +25,11 @@ pub struct Platform {
     pub arch: &'static str,
     /// Its operating system, such as `linux`.
     pub os: &'static str,
-    /// Its library, in what ships.
+    /// Its library, in a release.
     library: Option<&'static [u8]>,
 }
 
-/// The platform that this crate is built for, and those that the variable `STICTION_FMU_TARGETS` listed when it was built.
+/// The platform of this build, and those in the variable `STICTION_FMU_TARGETS` when it was built.
 pub const PLATFORMS: &[Platform] = &include!(concat!(env!("OUT_DIR"), "/platforms.rs"));
 
 impl Platform {
@@ -38,7 +38,7 @@ impl Platform {
         self.library.is_none()
     }
 
-    /// Its library: that which is built in, or compiled now from the sources of this build.
+    /// Its library: the built-in one, or one compiled now from the sources of this build.
     fn library(&self) -> Result<Library, Error> {
         let bytes = match self.library {
             Some(bytes) => Cow::Borrowed(bytes),
@@ -52,7 +52,7 @@ impl Library {
     /// Those of all [`PLATFORMS`].
     ///
     /// # Errors
-    /// If one is not built in and cannot be compiled: its sources or `cargo` are not there.
+    /// If one is not built in and cannot be compiled, because its sources or `cargo` are missing.
     pub fn own() -> Result<Vec<Self>, Error> {
         Self::own_and(vec![])
     }
@@ -70,9 +70,9 @@ impl Library {
     }
 }
 
-/// The library of a platform, compiled from the sources of this build, or as it was when that was done before.
+/// The library of a platform, compiled from the sources of this build, or kept from an earlier compilation.
 fn compiled(platform: &Platform) -> Result<Vec<u8>, String> {
-    // A build that ships has none of these, and all libraries.
+    // A release has none of these, but all libraries.
     let root = Path::new(option_env!("STICTION_FMU_ROOT").unwrap_or_default());
     let folder = Path::new(option_env!("STICTION_FMU_FOLDER").unwrap_or_default());
     let sources = option_env!("STICTION_FMU_SOURCES").unwrap_or_default();
@@ -95,7 +95,7 @@ fn compiled(platform: &Platform) -> Result<Vec<u8>, String> {
     };
     let file = compiler.library(platform.target, platform.os)?;
     let bytes = std::fs::read(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-    // Where it cannot be kept, it is compiled again.
+    // If it cannot be kept, it is compiled again.
     let _ = stiction_io::whole::write(&kept, &bytes);
     Ok(bytes)
 }

@@ -1,4 +1,4 @@
-//! The page inside an FMU: what the model is, its equations, what it does, how to simulate it, its variables.
+//! The page inside an FMU: the model, its equations, an example of its behaviour, its simulation, its variables.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use stiction_fmu::{Fmi, Fmu};
@@ -62,21 +62,21 @@ pub fn page(fmu: &Fmu, fmi: Fmi, icon: &str) -> Result<String, Error> {
     Ok(document.into_string())
 }
 
-/// What a step means.
+/// The meaning of a step.
 fn semantics(fmu: &Fmu) -> &'static str {
     match fmu.model() {
         "valve" => {
-            "The valve takes one sample in each communication step: OP is held over the step, and VP at its end is the \
-             answer to it. S and J may be changed while the simulation runs. It begins at rest at VP_start; let the OP begin \
-             there too, or set VP_start."
+            "The valve takes one sample in each communication step: OP is held over the step, and VP at its end is \
+             the response to it. S and J may be changed while the simulation runs. It starts at rest at VP_start: \
+             let the OP start there too, or set VP_start."
         }
         "stem" => {
-            "In co-simulation the stem is integrated over the communication step with OP held, and its events are located; \
-             nothing else depends on the step. It begins at rest at VP_start."
+            "In co-simulation the stem is integrated over the communication step with OP held, and its events are \
+             located; nothing else depends on the step. It starts at rest at VP_start."
         }
         _ => {
-            "The loop plays all of its own samples that fall into the communication step, its first moment included \
-             and its last not."
+            "The loop runs all of its own samples within the communication step, including its start but not its \
+             end."
         }
     }
 }

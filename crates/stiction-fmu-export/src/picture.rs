@@ -1,4 +1,4 @@
-//! The picture of a model: what it answers to an OP that swings, or how a loop cycles.
+//! The picture of a model: its response to an oscillating OP, or the cycle of a loop.
 
 use stiction_figure::figure::colour;
 use stiction_figure::{Figure, Panel, Series};
@@ -9,14 +9,14 @@ use crate::Error;
 /// Steps in a picture.
 const STEPS: usize = 1_200;
 
-/// The picture as SVG, and what it shows.
+/// The picture as SVG, and its caption.
 pub fn picture(fmu: &Fmu) -> Result<(String, &'static str), Error> {
     let (figure, caption) = if fmu.model() == "loop" { cycle(fmu)? } else { answer(fmu)? };
     let svg = figure.columns(2).width(960.0).svg();
     Ok((svg.map_err(|e| Error::Model(e.to_string()))?, caption))
 }
 
-/// VP after an OP that swings by a quarter of the span about 50 % with a period of 60 s.
+/// VP for an OP that swings by a quarter of the span around 50 % with a period of 60 s.
 fn answer(fmu: &Fmu) -> Result<(Figure, &'static str), Error> {
     const STEP_S: f64 = 0.1;
     let time: Vec<f64> = (1..=STEPS).map(|k| k as f64 * STEP_S).collect();
@@ -28,16 +28,17 @@ fn answer(fmu: &Fmu) -> Result<(Figure, &'static str), Error> {
     let trend = Panel::new("time (s)", "OP, VP (%)")
         .with(Series::line("valve position VP", &time[..], vp).colour(colour::VERMILION))
         .with(Series::dashed("controller output OP", time, op).colour(colour::BLUE));
-    let caption = "With its start values: VP while OP swings by \u{b1}25 % about 50 % in 60 s, over time and against OP.";
+    let caption = "With its start values: VP while OP swings by \u{b1}25 % around 50 % in 60 s, over time and over \
+                   OP.";
     Ok((Figure::new("").with(trend).with(map), caption))
 }
 
-/// The loop left to itself.
+/// The undisturbed loop.
 fn cycle(fmu: &Fmu) -> Result<(Figure, &'static str), Error> {
     let start = |name: &str| {
         fmu.variables().iter().find(|v| v.name == name).and_then(|v| v.start).unwrap_or_default()
     };
-    // A cycle takes several times as long as the loop needs to answer.
+    // A cycle is several times as long as the response time of the loop.
     let sample_time = start("sample_time");
     let length_s = 20.0 * (start("Ti") + start("tau") + start("tau2") + start("dead_time"));
     let step_s = (length_s / STEPS as f64).clamp(sample_time, 100.0 * sample_time);
@@ -51,5 +52,5 @@ fn cycle(fmu: &Fmu) -> Result<(Figure, &'static str), Error> {
     let below = Panel::new("time (s)", "OP, VP (%)")
         .with(Series::line("valve position VP", &time[..], vp).colour(colour::VERMILION))
         .with(Series::dashed("controller output OP", time, op).colour(colour::BLUE));
-    Ok((Figure::new("").with(above).with(below), "With its start values: the loop left to itself."))
+    Ok((Figure::new("").with(above).with(below), "With its start values: the undisturbed loop."))
 }

@@ -5,7 +5,7 @@ use stiction_fmu::Fmu;
 use stiction_io::Scenario;
 use stiction_io::scenario::System;
 
-/// What a scenario and a loop inside an FMU both have: the key of the one, the variable of the other.
+/// Common settings of a scenario and of a loop inside an FMU: the key of the one, the variable of the other.
 const SHARED: [(&str, &str); 20] = [
     ("sample_time", "sample_time"),
     ("operating_point.op", "OP_rest"),
@@ -32,11 +32,11 @@ const SHARED: [(&str, &str); 20] = [
 /// The loop of `scenario` with all its settings.
 ///
 /// # Errors
-/// If it is no closed loop, or has a setting that a loop inside an FMU does not have; the message names it.
+/// If it is not a closed loop, or has a setting that a loop inside an FMU does not have; the message names it.
 pub fn of_scenario(scenario: &Scenario) -> Result<Fmu, Error> {
     let System::ClosedLoop(plant) = &scenario.system else {
         return Err(Error::Model(
-            "only a closed loop can be exported from a scenario; of a valve alone, export the valve".to_owned(),
+            "only a closed loop can be exported from a scenario; for a valve alone, export the valve".to_owned(),
         ));
     };
     let (model, bands) = scenario.valve;
@@ -45,14 +45,14 @@ pub fn of_scenario(scenario: &Scenario) -> Result<Fmu, Error> {
         fmu = fmu.clone().with(name, value).map_err(Error::Model)?;
         Ok(())
     };
-    // What a scenario leaves out is not what the FMU's own loop has.
+    // Settings that the scenario leaves out differ from those of the FMU's own loop.
     for (name, value) in [("dead_time", 0.0), ("SP", plant.pv_rest)] {
         set(name, value)?;
     }
     let settings = scenario.settings();
     if settings.iter().all(|(key, ..)| key != "controller.ti") {
         return Err(Error::Model(
-            "a loop inside an FMU needs integral action; give controller.kc and controller.ti"
+            "a loop inside an FMU needs integral action; set controller.kc and controller.ti"
                 .to_owned(),
         ));
     }
@@ -106,7 +106,7 @@ fn pair(key: &str, value: &str) -> Result<(f64, f64), Error> {
 
 fn refused(key: &str, value: &str) -> Error {
     Error::Model(format!(
-        "{key} = {value} has no place in a loop inside an FMU, which is a positional PI or PID controller, a valve and a \
-         process of first or second order; set point and load are constants that the importer changes"
+        "{key} = {value} is not possible in a loop inside an FMU, which is a positional PI or PID controller, a \
+         valve and a process of first or second order. Set point and load are constants that the importer changes"
     ))
 }

@@ -1,4 +1,4 @@
-//! Between C and the rest: pointers become slices, panics and refusals become a status and a log entry.
+//! The boundary to C: pointers become slices, panics and refusals become a status and a log entry.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -16,7 +16,7 @@ pub(crate) const DISCARD: c_int = 2;
 /// `Error`, in either version.
 pub(crate) const ERROR: c_int = 3;
 
-/// More than any array of an importer holds.
+/// Larger than any array of an importer.
 const MOST: usize = 1 << 24;
 
 /// `fmi2CallbackLogger`.
@@ -25,7 +25,7 @@ pub(crate) type Logger2 =
 /// `fmi3LogMessageCallback`.
 pub(crate) type Logger3 = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
 
-/// Where an importer wants to read about refusals.
+/// The importer's logger.
 #[derive(Clone, Copy)]
 pub(crate) enum Log {
     V2(Option<Logger2>, *mut c_void, *const c_char),
@@ -33,12 +33,12 @@ pub(crate) enum Log {
 }
 
 impl Log {
-    /// Tells the importer about an error.
+    /// Reports an error to the importer.
     pub(crate) fn error(self, message: &str) {
         let message = CString::new(message.replace('\0', " ")).unwrap_or_default();
         let (category, format) = (c"logStatusError".as_ptr(), c"%s".as_ptr());
-        // SAFETY: the importer gave these functions for this purpose; all texts end with 0 and outlive
-        // the call, the name because it belongs to the importer's call or to the instance.
+        // SAFETY: the importer gave these functions for this purpose. All texts end with 0 and outlive the call;
+        // the name belongs to the importer's call or to the instance.
         unsafe {
             match self {
                 Self::V2(Some(logger), environment, name) => {
@@ -53,19 +53,19 @@ impl Log {
     }
 }
 
-/// What an importer's pointer to an instance points to.
+/// Target of an importer's pointer to an instance.
 #[repr(C)]
 struct Handle {
     instance: Instance,
     log: Log,
-    /// What `log` names it by.
+    /// Its name in `log`.
     _name: CString,
 }
 
-/// Makes an instance, or tells why not and gives null.
+/// Makes an instance, or logs the reason and returns null.
 ///
 /// # Safety
-/// `name` is null or a text, `log` holds what the importer gave with it.
+/// `name` is null or a text, `log` is from the importer's same call.
 pub(crate) unsafe fn instantiate(
     name: *const c_char,
     log: impl Fn(*const c_char) -> Log,
@@ -88,7 +88,7 @@ pub(crate) unsafe fn instantiate(
     }
 }
 
-/// Frees what [`instantiate`] has made; null is nothing.
+/// Frees the result of [`instantiate`]; null is ignored.
 ///
 /// # Safety
 /// `instance` is null or comes from [`instantiate`] and has not been freed.
@@ -100,13 +100,13 @@ pub(crate) unsafe fn free(instance: *mut c_void) {
     }
 }
 
-/// What an importer's pointer to an instance can only be.
+/// The valid content of an importer's pointer to an instance.
 #[inline(always)]
 fn handle(instance: *mut c_void) -> Option<NonNull<Handle>> {
     NonNull::new(instance.cast::<Handle>()).filter(|handle| handle.is_aligned())
 }
 
-/// Does `work` with an instance. A refusal is logged and becomes an error, a panic ends the instance.
+/// Does `work` with an instance. A refusal is logged and becomes an error; a panic ends the instance.
 ///
 /// # Safety
 /// `instance` is null or comes from [`instantiate`] and has not been freed; no other call is in it.
@@ -119,7 +119,7 @@ pub(crate) unsafe fn call(
     unsafe { call_or(instance, ERROR, work) }
 }
 
-/// The same, with another status for a refusal, or another type for its sentence.
+/// The same, with a different status for a refusal, or a different type for its sentence.
 ///
 /// # Safety
 /// As for [`call`].
@@ -131,8 +131,8 @@ pub(crate) unsafe fn call_or<E: ToString>(
 ) -> c_int {
     let Some(handle) = handle(instance) else { return ERROR };
     let handle = handle.as_ptr();
-    // SAFETY: by the contract it points to a handle, and nobody else uses it during the call. The
-    // reference ends before the importer's logger is called, which may call us again.
+    // SAFETY: by the contract it points to a handle, and nobody else uses it during the call. The reference ends
+    // before the importer's logger is called, which may call us again.
     let done = catch_unwind(AssertUnwindSafe(|| work(unsafe { &mut (*handle).instance })));
     match done {
         Ok(Ok(())) => return OK,
@@ -155,7 +155,7 @@ unsafe fn log_refusal(handle: *mut Handle, why: impl ToString) {
     log.error(&why.to_string());
 }
 
-/// Ends an instance, in a call of which there was a panic.
+/// Ends an instance after a panic in a call.
 ///
 /// # Safety
 /// As for [`call`].
@@ -170,7 +170,7 @@ unsafe fn broken(handle: *mut Handle) {
     }
 }
 
-/// Gives the values of variables of one kind to an importer; one number that is there, at once.
+/// Writes the values of variables of one kind to an importer; a single available number without delay.
 ///
 /// # Safety
 /// As for [`call`], [`values`] and [`room`].
@@ -220,8 +220,7 @@ pub(crate) unsafe fn get<T>(
     }
 }
 
-/// Takes the values of variables of one kind from an importer; one number that only the next step asks
-/// about, at once.
+/// Reads the values of variables of one kind from an importer; a single number for the next step without delay.
 ///
 /// # Safety
 /// As for [`call`] and [`values`].
@@ -272,10 +271,10 @@ pub(crate) unsafe fn set<T: Copy>(
     }
 }
 
-/// What an importer's array holds.
+/// The content of an importer's array.
 ///
 /// # Safety
-/// If `count` is not 0 and `array` not null, it holds that many values during `'a`.
+/// If `count` is not 0 and `array` not null, it contains this many values during `'a`.
 #[inline]
 pub(crate) unsafe fn values<'a, T>(array: *const T, count: usize) -> Result<&'a [T]> {
     if count == 0 {
@@ -284,20 +283,20 @@ pub(crate) unsafe fn values<'a, T>(array: *const T, count: usize) -> Result<&'a 
     if array.is_null() || !array.is_aligned() || count > MOST {
         return Err(none("an array of", count));
     }
-    // SAFETY: not null, aligned, and as long as the contract says.
+    // SAFETY: not null, aligned, and as long as the contract requires.
     Ok(unsafe { std::slice::from_raw_parts(array, count) })
 }
 
 #[cold]
 fn none(what: &str, count: usize) -> String {
-    format!("{what} {count} values was announced, but there is none")
+    format!("{what} {count} values was announced, but is missing")
 }
 
-/// An importer's array to be filled; it need not hold anything yet.
+/// An importer's array to fill; its content is not read.
 ///
 /// # Safety
-/// If `count` is not 0 and `array` not null, there is room for that many values during `'a`, which
-/// nobody else uses.
+/// If `count` is not 0 and `array` not null, there is room for this many values during `'a`, which nobody else
+/// uses.
 #[inline]
 pub(crate) unsafe fn room<'a, T>(array: *mut T, count: usize) -> Result<&'a mut [MaybeUninit<T>]> {
     if count == 0 {
@@ -306,11 +305,11 @@ pub(crate) unsafe fn room<'a, T>(array: *mut T, count: usize) -> Result<&'a mut 
     if array.is_null() || !array.is_aligned() || count > MOST {
         return Err(none("room for", count));
     }
-    // SAFETY: not null, aligned, and as long as the contract says; what it holds is not read.
+    // SAFETY: not null, aligned, and as long as the contract requires; its content is not read.
     Ok(unsafe { std::slice::from_raw_parts_mut(array.cast(), count) })
 }
 
-/// Writes one value where an importer wants it, if it does.
+/// Writes one value for an importer, if there is a place for it.
 ///
 /// # Safety
 /// `place` is null or points to room for the value.
@@ -335,7 +334,7 @@ pub(crate) unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a str
     text.to_str().map_err(|_| format!("{what} is not in UTF-8"))
 }
 
-/// Copies the state of an instance to `place`: into the state that is there, or a new one for null.
+/// Copies the state of an instance to `place`: into the existing state, or a new one for null.
 ///
 /// # Safety
 /// `place` is null or points to null or to a state from here that has not been freed.
@@ -345,7 +344,7 @@ pub(crate) unsafe fn get_state(
     place: *mut *mut c_void,
 ) -> Result<()> {
     if place.is_null() || !place.is_aligned() {
-        return Err(format!("{call}: there is no place for the state"));
+        return Err(format!("{call}: no room for the state was given"));
     }
     // SAFETY: by the contract.
     unsafe {
@@ -357,19 +356,18 @@ pub(crate) unsafe fn get_state(
     Ok(())
 }
 
-/// A state as an importer holds it.
+/// A state in the hands of an importer.
 pub(crate) fn boxed(state: State) -> *mut c_void {
     Box::into_raw(Box::new(state)).cast()
 }
 
-/// The state an importer holds.
+/// The importer's state.
 ///
 /// # Safety
 /// `state` is null or a state from here that has not been freed during `'a`.
 pub(crate) unsafe fn state<'a>(call: &str, state: *mut c_void) -> Result<&'a State> {
     // SAFETY: by the contract.
-    unsafe { state.cast::<State>().as_ref() }
-        .ok_or_else(|| format!("{call}: there is no state where one was announced"))
+    unsafe { state.cast::<State>().as_ref() }.ok_or_else(|| format!("{call}: the state is missing"))
 }
 
 /// Frees a state and forgets it.
@@ -380,7 +378,7 @@ pub(crate) unsafe fn free_state(place: *mut *mut c_void) {
     if place.is_null() || !place.is_aligned() {
         return;
     }
-    // SAFETY: by the contract what it points to is null or such a box.
+    // SAFETY: by the contract it points to null or to such a box.
     unsafe {
         if !(*place).is_null() {
             drop(Box::from_raw((*place).cast::<State>()));
@@ -413,7 +411,7 @@ pub(crate) unsafe fn serialise(
     Ok(())
 }
 
-/// Makes a state of an importer's bytes.
+/// Makes a state from an importer's bytes.
 ///
 /// # Safety
 /// By the contract of an importer.
@@ -425,7 +423,7 @@ pub(crate) unsafe fn deserialise(
     place: *mut *mut c_void,
 ) -> Result<()> {
     if place.is_null() {
-        return Err(format!("{name}: there is no place for the state"));
+        return Err(format!("{name}: no room for the state was given"));
     }
     // SAFETY: by the contract of an importer.
     unsafe {
@@ -436,7 +434,7 @@ pub(crate) unsafe fn deserialise(
     Ok(())
 }
 
-/// Refuses all of these variables, because none is of the type.
+/// Refuses all of these variables, because none has the type.
 ///
 /// # Safety
 /// As for [`call`] and [`values`].
@@ -457,20 +455,20 @@ pub(crate) unsafe fn none_of(
     unsafe { call(instance, refuse) }
 }
 
-/// Defines functions that do one thing with an instance, which is told their name.
+/// Defines functions that do one thing with an instance; they get their name.
 macro_rules! calls {
     ($($name:ident($($arg:ident: $type:ty),*) |$i:pat_param, $called:pat_param| $work:expr;)*) => {$(
         #[unsafe(no_mangle)]
         pub unsafe extern "C" fn $name(instance: *mut c_void, $($arg: $type),*) -> c_int {
             let $called = stringify!($name);
-            // SAFETY: by the contract of an importer; so is what the work does.
+            // SAFETY: by the contract of an importer, also for the work.
             unsafe { $crate::boundary::call(instance, |$i: &mut Instance| $work) }
         }
     )*};
 }
 pub(crate) use calls;
 
-/// Defines functions for variables of types that there are none of.
+/// Defines functions for variables of types that no variable has.
 macro_rules! none_of_type {
     ($($name:ident($($arg:ident: $type:ty),*);)*) => {$(
         #[unsafe(no_mangle)]
@@ -487,7 +485,7 @@ macro_rules! none_of_type {
 }
 pub(crate) use none_of_type;
 
-/// Defines functions for what is not provided.
+/// Defines functions for missing features.
 macro_rules! refused {
     ($($name:ident($($arg:ident: $type:ty),*): $why:literal;)*) => {$(
         #[unsafe(no_mangle)]
@@ -500,7 +498,7 @@ macro_rules! refused {
 }
 pub(crate) use refused;
 
-/// Defines a function that tells numbers about the equations.
+/// Defines a function that returns numbers of the equations.
 macro_rules! told {
     ($name:ident, $of:ident) => {
         #[unsafe(no_mangle)]

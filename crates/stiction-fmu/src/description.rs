@@ -43,7 +43,7 @@ impl Fmi {
     }
 }
 
-/// Units, the declared types that have them, and what they are in terms of SI: factor, and exponents of kg, m, s.
+/// Units, their declared types, and their SI definition: factor, and exponents of kg, m, s.
 const UNITS: [(&str, &str, f64, [i32; 3]); 15] = [
     ("%", "Percent", 0.01, [0, 0, 0]),
     ("%/s", "PercentRate", 0.01, [0, 0, -1]),
@@ -63,8 +63,8 @@ const UNITS: [(&str, &str, f64, [i32; 3]); 15] = [
 ];
 
 impl Fmu {
-    /// The name of the library in the FMU, without ending: an identifier of C, such as `stiction_valve_two_phase`.
-    /// By model and law, because some importers tell libraries apart by this name alone.
+    /// The name of the library in the FMU, without ending: a C identifier, such as `stiction_valve_two_phase`. It
+    /// contains model and law, because some importers distinguish libraries by this name alone.
     pub fn identifier(&self) -> String {
         format!("stiction_{}_{}", self.model(), self.law()).replace('-', "_")
     }
@@ -76,8 +76,8 @@ impl Fmu {
         Some(format!("{directory}/{}.{ending}", self.identifier()))
     }
 
-    /// The text of `modelDescription.xml`, `generated_s` seconds after the beginning of 1970 in UTC, if that is to
-    /// be told.
+    /// The text of `modelDescription.xml`, with `generated_s` in seconds after the beginning of 1970 in UTC, if it
+    /// is given.
     pub fn xml(&self, version: Fmi, generated_s: Option<u64>) -> String {
         let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
         // Writing to a string cannot fail.
@@ -88,12 +88,12 @@ impl Fmu {
         xml
     }
 
-    /// A line about it.
+    /// Its name in one line.
     pub fn title(&self) -> String {
         format!("stiction {} {}", self.model(), self.law())
     }
 
-    /// What it is, in a line.
+    /// Its description in one line.
     pub fn summary(&self) -> String {
         let what = match self.model() {
             "valve" => "Sticking control valve, data-driven model",
@@ -109,13 +109,13 @@ impl Fmu {
         rates.filter_map(|(v, rate)| v.rate_of.map(|state| (state, rate)))
     }
 
-    /// What a solver from outside watches: value references.
+    /// Variables for an external solver to watch: value references.
     fn indicators(&self) -> impl Iterator<Item = u32> {
         let all = self.variables().iter().zip(0..);
         all.filter_map(|(v, reference)| v.indicates.then_some(reference))
     }
 
-    /// What both versions say about where the FMU comes from.
+    /// Attributes of both versions about the origin of the FMU.
     fn write_origin(&self, xml: &mut String, generated_s: Option<u64>) -> std::fmt::Result {
         const VERSION: &str = env!("CARGO_PKG_VERSION");
         write!(
@@ -236,7 +236,7 @@ impl Fmu {
         writeln!(xml, "/>{end}")
     }
 
-    /// The states that a variable depends on, counted from `first`, as an attribute, where it is one that tells them.
+    /// The states that a variable depends on, counted from `first`, as an attribute, if the variable declares them.
     fn dependencies(&self, reference: u32, first: u32) -> String {
         let Some(on) = self.variables()[reference as usize].depends_on else {
             return String::new();
@@ -252,7 +252,7 @@ impl Fmu {
         if self.is_continuous() { self.states().map(|(_, rate)| rate).collect() } else { vec![] }
     }
 
-    /// What has to be computed at the start: outputs, states and their rates.
+    /// Unknowns at the start: outputs, states and their rates.
     fn initial_unknowns(&self) -> Vec<u32> {
         let mut initial: Vec<u32> = self.outputs().chain(self.rates()).collect();
         if self.is_continuous() {
@@ -312,7 +312,7 @@ impl Fmu {
         outputs.filter_map(|(v, reference)| (v.causality == Causality::Output).then_some(reference))
     }
 
-    /// The units that its variables have, and a type for each.
+    /// The units of its variables, and a type for each.
     fn write_units(&self, xml: &mut String, version: Fmi) -> std::fmt::Result {
         let used =
             || UNITS.iter().filter(|(unit, ..)| self.variables().iter().any(|v| v.unit == *unit));
@@ -354,8 +354,8 @@ impl Fmu {
     }
 }
 
-/// A moment in the form of XML, in UTC. The calendar is the Gregorian one, its years counted from March, so that a
-/// leap day is a year's last.
+/// A time in the form of XML, in UTC. The calendar is the Gregorian one, its years counted from March, so that a
+/// leap day is the last day of a year.
 fn date_and_time(seconds: u64) -> String {
     const DAY: u64 = 86_400;
     /// Days from 1 March of the year 0 to the beginning of 1970, and days in 400 years.
@@ -404,8 +404,8 @@ fn write_attributes(xml: &mut String, v: &Variable, version: Fmi) -> std::fmt::R
         UNITS.iter().find(|(unit, ..)| v.kind == VariableKind::Float64 && *unit == v.unit);
     if let Some((unit, name, ..)) = declared {
         write!(xml, " declaredType=\"{name}\"")?;
-        // The type has the unit already. Some importers of 2.0 look here only; a strict one of 3.0, fmi-rs, knows
-        // no such attribute of a variable.
+        // The type already has the unit. Some importers of 2.0 use only this attribute; fmi-rs, a strict importer
+        // of 3.0, rejects it.
         if version == Fmi::V2 {
             write!(xml, " unit=\"{unit}\"")?;
         }

@@ -1,9 +1,9 @@
 //! FMI 2.0: the functions of its standard, which documents them.
 //!
 //! # Safety
-//! An importer keeps the contract of the standard: an instance or a state is null or one that was given
-//! here and has not been freed, arrays are as long as announced, texts end with 0, and there is one call
-//! at a time in an instance. Whatever else it does wrong is refused and logged.
+//! An importer keeps the contract of the standard: an instance or a state is null or one from here that has not
+//! been freed, arrays have the announced length, texts end with 0, and there is one call at a time in an instance.
+//! All other wrong use is refused and logged.
 #![allow(unsafe_code, non_snake_case, missing_docs)]
 #![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
 
@@ -160,7 +160,7 @@ typed!(
     VariableKind::Boolean,
     c_int,
     |v: f64| v as c_int,
-    // All but 0 is true in C.
+    // In C everything except 0 is true.
     |v: c_int| f64::from(u8::from(v != 0))
 );
 
@@ -237,7 +237,7 @@ calls! {
 pub unsafe extern "C" fn fmi2NewDiscreteStates(c: *mut c_void, info: *mut EventInfo) -> c_int {
     let update = |i: &mut Instance| {
         let passed = i.update_discrete_states("fmi2NewDiscreteStates")?;
-        // Events that follow at once have passed too: one call is enough.
+        // Immediately following events have passed too: one call is enough.
         let info_now = EventInfo {
             new_discrete_states_needed: 0,
             terminate_simulation: 0,
@@ -272,7 +272,7 @@ pub unsafe extern "C" fn fmi2DoStep(
     unsafe { call_or(c, ERROR, |i| i.do_step("fmi2DoStep", time, step)) }
 }
 
-/// Tells a status that is known, and discards the question otherwise.
+/// Returns a known status, and discards the call otherwise.
 unsafe fn status<T>(
     c: *mut c_void,
     name: &str,

@@ -1,4 +1,5 @@
-//! FMI 3.0: the functions of its standard, which documents them. Co-simulation and model exchange; all else is refused.
+//! FMI 3.0: the functions of its standard, which documents them. Co-simulation and model exchange; everything else
+//! is refused.
 //!
 //! # Safety
 //! As for [`fmi2`](crate::fmi2).
@@ -16,7 +17,7 @@ use crate::instance::{Instance, Modes, Result};
 use crate::resources;
 use crate::variables::VariableKind;
 
-/// `fmi3Boolean`, a `bool` of C: received as a byte, because not every byte is one.
+/// `fmi3Boolean`, a `bool` of C: received as a byte, because not every byte is a valid one.
 type Boolean = u8;
 const FALSE: Boolean = 0;
 
@@ -29,7 +30,7 @@ pub extern "C" fn fmi3GetVersion() -> *const c_char {
 pub type LogMessage =
     Option<unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char)>;
 
-/// Refuses to make an instance, and says why.
+/// Refuses to make an instance, with the reason.
 fn not_made(environment: *mut c_void, log: LogMessage, why: &str) -> *mut c_void {
     Log::V3(log, environment).error(why);
     std::ptr::null_mut()
@@ -91,7 +92,7 @@ pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
     not_made(
         environment,
         log,
-        "there are co-simulation and model exchange, but no scheduled execution",
+        "only co-simulation and model exchange are supported, not scheduled execution",
     )
 }
 
@@ -112,10 +113,10 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
 ) -> *mut c_void {
     let checked = || {
         if event_mode_used != FALSE {
-            return Err("there is no event mode in co-simulation".to_owned());
+            return Err("co-simulation has no event mode".to_owned());
         }
         if intermediate_count > 0 {
-            return Err("there are no intermediate values within a step".to_owned());
+            return Err("a step has no intermediate values".to_owned());
         }
         Ok(())
     };
@@ -271,7 +272,7 @@ calls! {
 
 refused! {
     fmi3GetNumberOfVariableDependencies(_of: u32, _n: *mut usize):
-        "dependencies are in the description, not asked at run time";
+        "dependencies are in the description, not available at run time";
     fmi3GetVariableDependencies(
         _of: u32,
         _elements: *mut usize,
@@ -279,7 +280,7 @@ refused! {
         _on_elements: *mut usize,
         _kinds: *mut c_int,
         _n: usize
-    ): "dependencies are in the description, not asked at run time";
+    ): "dependencies are in the description, not available at run time";
     fmi3GetDirectionalDerivative(
         _unknowns: *const u32,
         _n_unknowns: usize,
@@ -302,7 +303,7 @@ refused! {
     ): "adjoint derivatives are not provided";
     fmi3EnterConfigurationMode(): "there are no structural parameters to configure";
     fmi3ExitConfigurationMode(): "there are no structural parameters to configure";
-    fmi3EnterStepMode(): "there is no event mode to leave in co-simulation";
+    fmi3EnterStepMode(): "co-simulation has no event mode to leave";
     fmi3ActivateModelPartition(_clock: u32, _time: f64): "this is for scheduled execution";
 }
 
@@ -310,7 +311,7 @@ refused! {
 
 calls! {
     fmi3EnterEventMode() |i, name| i.switch(name, Modes::CONTINUOUS.or(Modes::EVENT), Modes::EVENT);
-    // Discrete variables depend on no input but by the events themselves: there is nothing to evaluate before these.
+    // Discrete variables depend on inputs only through events, so there is nothing to evaluate before these.
     fmi3EvaluateDiscreteStates() |i, name| i.switch(name, Modes::EVENT, Modes::EVENT);
     fmi3EnterContinuousTimeMode() |i, name| i.switch(name, Modes::EVENT, Modes::CONTINUOUS);
     fmi3CompletedIntegratorStep(
@@ -343,7 +344,7 @@ pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
         let passed = i.update_discrete_states("fmi3UpdateDiscreteStates")?;
         // SAFETY: by the contract of an importer.
         unsafe {
-            // Events that follow at once have passed too: one call is enough.
+            // Immediately following events have passed too: one call is enough.
             tell(needed, FALSE);
             tell(terminate_simulation, FALSE);
             tell(nominals_changed, FALSE);

@@ -1,4 +1,4 @@
-//! What one FMU is: a model, and the start values of its variables.
+//! One FMU: a model, and the start values of its variables.
 
 use std::ops::{Deref, DerefMut};
 
@@ -13,7 +13,7 @@ use crate::sticky_loop::{self, LoopModel};
 use crate::valve::{self, ValveModel};
 use crate::variables::{Numbers, Values, Variable, VariableKind};
 
-/// A model as a menu would show it.
+/// The description of a model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct ModelEntry {
@@ -21,11 +21,11 @@ pub struct ModelEntry {
     pub model: &'static str,
     /// The law of the valve, or the friction law or parameter set of the stem.
     pub law: &'static str,
-    /// What it is, in one line.
+    /// Its description, in one line.
     pub summary: &'static str,
 }
 
-/// Every model there is, with each of its laws.
+/// Every model, with each of its laws.
 pub fn models() -> Vec<ModelEntry> {
     let valves = |model: &'static str| {
         Law::ALL.into_iter().map(move |law| {
@@ -41,7 +41,7 @@ pub fn models() -> Vec<ModelEntry> {
     valves("valve").chain(laws).chain(sets).chain(valves("loop")).collect()
 }
 
-/// A functional mock-up unit: which model it is, with which start values.
+/// A functional mock-up unit: its model and start values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fmu {
     model: &'static str,
@@ -49,7 +49,7 @@ pub struct Fmu {
     table: Vec<Variable>,
 }
 
-/// The models, in the words of a message.
+/// The models, for messages.
 const MODELS: &str = "valve, stem, loop";
 
 impl Fmu {
@@ -57,7 +57,7 @@ impl Fmu {
     /// parameter sets of [`stiction_model::stem`], with its usual start values.
     ///
     /// # Errors
-    /// If there is none; the sentence lists those there are.
+    /// If there is none; the sentence lists the known ones.
     pub fn new(model: &str, law: &str) -> Result<Self, String> {
         match model {
             "valve" | "loop" => {
@@ -84,11 +84,11 @@ impl Fmu {
         }
     }
 
-    /// The same with another start value. Yes and no are 1 and 0.
+    /// The same with another start value. Boolean values are 1 and 0.
     ///
     /// # Errors
-    /// If there is no such variable, it is computed and not set, or the value is not of its type. What
-    /// values go together, [`Fmu::check`] says.
+    /// If there is no such variable, it is computed and not set, or the value is not of its type. [`Fmu::check`]
+    /// checks combinations of values.
     pub fn with(mut self, name: &str, value: f64) -> Result<Self, String> {
         let Some(variable) = self.table.iter_mut().find(|v| v.name == name) else {
             let known: Vec<_> = self.settings().map(|v| v.name).collect();
@@ -110,11 +110,10 @@ impl Fmu {
         Ok(self)
     }
 
-    /// Reads what [`Fmu::json`] writes. Missing parameters have their usual values.
+    /// Reads the output of [`Fmu::json`]. Missing parameters have their usual values.
     ///
     /// # Errors
-    /// If the text is no flat JSON object, a key is unknown or given twice, or a value is not of its
-    /// type.
+    /// If the text is not a flat JSON object, a key is unknown or occurs twice, or a value is not of its type.
     pub fn from_json(text: &str) -> Result<Self, String> {
         let pairs = json::read(text)?;
         let word = |key: &str, allowed: &str| match pairs.iter().find(|(k, _)| k == key) {
@@ -125,7 +124,7 @@ impl Fmu {
         let model = word("model", MODELS)?;
         let law = word("law", "the laws of the model, such as \"two-phase\" or \"lugre\"")?;
         let mut fmu = Self::new(model, law)?;
-        // The supply last, for it follows the range of pressures until it is given.
+        // The supply last, because it follows the range of pressures until it is given.
         let (supply, others): (Vec<_>, Vec<_>) = pairs.iter().partition(|(key, _)| key == "supply");
         for (key, value) in others.into_iter().chain(supply) {
             if key == "model" || key == "law" {
@@ -146,8 +145,7 @@ impl Fmu {
         Ok(fmu)
     }
 
-    /// The text of `resources/stiction.json`: model, law, and the start value of every variable that is
-    /// set.
+    /// The text of `resources/stiction.json`: model, law, and the start value of every settable variable.
     pub fn json(&self) -> String {
         let mut text = format!("{{\n  \"model\": \"{}\",\n  \"law\": \"{}\"", self.model, self.law);
         for variable in self.settings() {
@@ -162,7 +160,7 @@ impl Fmu {
         text + "\n}\n"
     }
 
-    /// Whether the start values go together.
+    /// Whether the start values are consistent.
     ///
     /// # Errors
     /// If not; the sentence names the parameter.
@@ -170,11 +168,11 @@ impl Fmu {
         self.build().restart(&mut self.starts(), 0.0)
     }
 
-    /// What it does in co-simulation: the variables called `names` after each step of `step_s`, s, over which the
-    /// first input (OP, or SP of a loop) is held at a value of `input`.
+    /// Its result in co-simulation: the variables called `names` after each step of `step_s`, s. The first input
+    /// (OP, or SP of a loop) is held over it at a value of `input`.
     ///
     /// # Errors
-    /// If there is no such variable, or the model cannot go on.
+    /// If there is no such variable, or the model cannot continue.
     pub fn follow(
         &self,
         step_s: f64,
@@ -211,23 +209,23 @@ impl Fmu {
         self.law
     }
 
-    /// All variables; the value reference of each is its place.
+    /// All variables; the value reference of each is its index.
     pub fn variables(&self) -> &[Variable] {
         &self.table
     }
 
-    /// The variables that are set from outside.
+    /// The variables that an importer sets.
     pub fn settings(&self) -> impl Iterator<Item = &Variable> {
         self.table.iter().filter(|v| v.is_set())
     }
 
-    /// Whether it can be computed by a solver from outside: model exchange.
+    /// Whether an external solver can compute it: model exchange.
     pub fn is_continuous(&self) -> bool {
         self.model == "stem" && stem::is_continuous(self.law)
     }
 
-    /// What ties a description to this library: the same for the same model, law and variables, whatever
-    /// their start values.
+    /// The token that ties a description to this library: the same for the same model, law and variables, with any
+    /// start values.
     pub fn token(&self) -> String {
         let mut text = format!("{} {}", self.model, self.law);
         for (i, v) in self.table.iter().enumerate() {
@@ -268,8 +266,7 @@ impl Fmu {
     }
 }
 
-/// A model. A valve computes next to nothing in a step, so it lies where it is used; the others have their
-/// own place.
+/// A model. A valve needs hardly any computation in a step, so it is stored in place; the others are boxed.
 pub(crate) enum AnyFmuModel {
     Valve(ValveModel),
     Other(Box<dyn FmuModel>),

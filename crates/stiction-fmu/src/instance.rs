@@ -1,4 +1,4 @@
-//! One instance: which call is permitted when, and what it does.
+//! One instance: the permitted calls in each mode, and their effect.
 
 use crate::fmu::{AnyFmuModel, Fmu, accept, hash};
 use crate::model::Continuous;
@@ -53,15 +53,15 @@ impl Modes {
     }
 }
 
-/// What is to be done before outputs can be read or the next step taken.
+/// Pending work before outputs can be read or the next step taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stale {
     Nothing,
-    /// Begin with new parameters.
+    /// Start with new parameters.
     Restart,
-    /// Take over tuned parameters.
+    /// Apply tuned parameters.
     Tune,
-    /// Go where the solver is.
+    /// Move to the solver's time and states.
     Place,
 }
 
@@ -80,18 +80,18 @@ fn settable(variable: &Variable) -> Modes {
     }
 }
 
-/// What can be done at once, as things stand: for all else, ask. Kept by [`Instance::stand`].
+/// The calls that can be done without checks at present. Kept by [`Instance::stand`].
 #[derive(Debug, Clone, Copy, Default)]
 struct Open {
-    /// Numbers that can be read.
+    /// Readable numbers.
     readable: Set,
-    /// Numbers that can be set, and that only the next step asks about.
+    /// Numbers that can be set and matter only for the next step.
     held: Set,
     /// Whether a step can be taken.
     step: bool,
 }
 
-/// The variables that have something in common.
+/// Variables with a common property.
 #[derive(Debug, Clone, Copy)]
 struct Groups {
     /// By [`VariableKind`].
@@ -117,7 +117,7 @@ impl Groups {
     }
 }
 
-/// An instance of a model: what each step needs comes first, so that it lies together in the cache.
+/// An instance of a model. The data of each step come first, so that they are together in the cache.
 #[repr(C, align(64))]
 pub(crate) struct Instance {
     open: Open,
@@ -128,7 +128,7 @@ pub(crate) struct Instance {
     fmu: Fmu,
 }
 
-/// Everything that a copy of the state of an instance holds.
+/// A copy of the state of an instance.
 #[derive(Clone)]
 #[repr(C)]
 pub(crate) struct State {
@@ -145,8 +145,8 @@ impl Instance {
     /// A fresh instance.
     ///
     /// # Errors
-    /// If the token belongs to another description, or the model cannot be computed by a solver from
-    /// outside though it is to be.
+    /// If the token belongs to another description, or an external solver cannot compute the model although it is
+    /// to be used for model exchange.
     pub(crate) fn new(fmu: Fmu, token: &str, exchange: bool) -> Result<Self> {
         let own = fmu.token();
         if token != own {
@@ -178,7 +178,7 @@ impl Instance {
         Ok(instance)
     }
 
-    /// From now on in this mode, with this to be done.
+    /// Enters this mode, with this pending work.
     fn stand(&mut self, mode: Modes, stale: Stale) {
         (self.state.mode, self.state.stale) = (mode, stale);
         let numbers = self.groups.kinds[VariableKind::Float64 as usize];
@@ -191,7 +191,7 @@ impl Instance {
         };
     }
 
-    /// What can be set in this mode.
+    /// The settable variables in this mode.
     fn settable(&self) -> Set {
         let mode = self.state.mode;
         self.groups.inputs.only_if(INPUT.has(mode))
@@ -208,7 +208,7 @@ impl Instance {
     #[cold]
     fn out_of_order(&self, call: &str, modes: Modes) -> String {
         format!(
-            "{call} is permitted in these modes: {}; but the instance is in this: {}",
+            "{call} is permitted in these modes: {}. The mode of the instance is {}",
             modes.names(),
             self.state.mode.names()
         )
@@ -227,7 +227,7 @@ impl Instance {
         ))
     }
 
-    /// Takes the start time.
+    /// Sets the start time.
     pub(crate) fn set_up(&mut self, call: &str, start: f64, stop: Option<f64>) -> Result<()> {
         self.permit(call, Modes::INSTANTIATED)?;
         if !start.is_finite() || stop.is_some_and(|stop| !(stop > start)) {
@@ -264,7 +264,7 @@ impl Instance {
         Ok(())
     }
 
-    /// As it was when it was made.
+    /// Resets it to its first state.
     pub(crate) fn reset(&mut self) {
         self.state.model = self.fmu.build();
         self.state.values = self.fmu.starts();
@@ -272,17 +272,17 @@ impl Instance {
         self.stand(Modes::INSTANTIATED, Stale::Restart);
     }
 
-    /// The time up to which the instance has come.
+    /// The present time of the instance.
     pub(crate) fn time(&self) -> f64 {
         self.state.values[0]
     }
 
-    /// Gives up, after what must not happen has happened.
+    /// Ends the instance after an internal defect.
     pub(crate) fn fail(&mut self) {
         self.stand(Modes::ERROR, self.state.stale);
     }
 
-    /// Brings the outputs up to date.
+    /// Updates the outputs.
     fn refresh(&mut self, call: &str) -> Result<()> {
         let time = self.time();
         let State { model, values, stale, started, .. } = &mut self.state;
@@ -295,8 +295,8 @@ impl Instance {
                     let states = model.continuous().map_or(0, |model| model.states().len());
                     if states != rates {
                         return Err(format!(
-                            "{call}: in model exchange air_lag_s cannot become 0 or cease to be 0, because \
-                             the description says whether the pressure is a state"
+                            "{call}: in model exchange air_lag_s cannot change between 0 and other values, because \
+                             the description states whether the pressure is a state"
                         ));
                     }
                 }
@@ -312,29 +312,29 @@ impl Instance {
         Ok(())
     }
 
-    /// Why this reference is not one for this call.
+    /// Why this reference is not valid for this call.
     #[cold]
     pub(crate) fn foreign(&self, call: &str, reference: u32) -> String {
         match self.fmu.variables().get(reference as usize) {
             None => format!(
-                "{call}: there is no variable with the value reference {reference}; they go from 0 to {}",
+                "{call}: there is no variable with the value reference {reference}; the range is 0 to {}",
                 self.fmu.variables().len() - 1
             ),
             Some(variable) => format!(
-                "{call}: the variable {} (value reference {reference}) is of the type {:?}, which this \
-                 function is not for",
+                "{call}: the variable {} (value reference {reference}) is of the type {:?}, which this function \
+                 does not support",
                 variable.name, variable.kind
             ),
         }
     }
 
-    /// The value of a number, if it can be had at once.
+    /// The value of a number, if it is available without an update.
     #[inline(always)]
     pub(crate) fn number(&self, reference: u32) -> Option<f64> {
         self.open.readable.has(reference).then(|| self.state.values[reference as usize])
     }
 
-    /// Gives the values of some variables of one kind to `put`.
+    /// Passes the values of some variables of one kind to `put`.
     pub(crate) fn get(
         &mut self,
         call: &str,
@@ -353,7 +353,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Sets a number, if only the next step asks about it; says whether it did.
+    /// Sets a number, if it only matters for the next step; returns whether it did.
     #[inline(always)]
     pub(crate) fn hold(&mut self, reference: u32, value: f64) -> bool {
         let held = self.open.held.has(reference) && value.is_finite();
@@ -363,7 +363,7 @@ impl Instance {
         held
     }
 
-    /// Takes the values of some variables of one kind; all of them, or none.
+    /// Sets the values of some variables of one kind; all of them, or none.
     pub(crate) fn set(
         &mut self,
         call: &str,
@@ -375,7 +375,7 @@ impl Instance {
         let settable = self.settable() & self.groups.kinds[kind as usize];
         for (i, reference) in references.iter().enumerate() {
             let value = value(i);
-            // Integers and Booleans come as such.
+            // Integers and Booleans are passed unchanged.
             if !(settable.has(*reference) && (kind != VariableKind::Float64 || value.is_finite())) {
                 return Err(self.unsettable(call, kind, *reference, value));
             }
@@ -389,7 +389,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Why a variable cannot be set to this value now.
+    /// Why a variable cannot have this value now.
     #[cold]
     fn unsettable(&self, call: &str, kind: VariableKind, reference: u32, value: f64) -> String {
         let Some(variable) =
@@ -407,7 +407,7 @@ impl Instance {
         }
     }
 
-    /// Notes what is to be done after these have been set.
+    /// Records the pending work after these have been set.
     fn touched(&mut self, references: &[u32]) {
         let parameters = self.groups.tunable | self.groups.fixed;
         let State { mode, stale, .. } = self.state;
@@ -420,7 +420,7 @@ impl Instance {
         self.stand(mode, stale);
     }
 
-    /// Goes on from `time` by `step`. A refusal is boxed, so that what is usual fits a register.
+    /// Continues from `time` by `step`. A refusal is boxed, so that the usual result fits a register.
     #[inline(always)]
     pub(crate) fn do_step(
         &mut self,
@@ -443,7 +443,7 @@ impl Instance {
         model.step(values, time, step).map_err(|why| self.stopped(call, time, why))
     }
 
-    /// Gives up, because the model cannot go on.
+    /// Ends the instance, because the model cannot continue.
     #[cold]
     fn stopped(&mut self, call: &str, time: f64, why: String) -> Box<str> {
         self.set_clock(time);
@@ -451,7 +451,7 @@ impl Instance {
         format!("{call} at {time} s: {why}").into()
     }
 
-    /// Checks that a step can be taken, tunes what has been set, and takes the step.
+    /// Checks that a step can be taken, applies tuned parameters, and takes the step.
     #[cold]
     #[inline(never)]
     fn step_with_care(
@@ -463,7 +463,7 @@ impl Instance {
         self.permit_exchange(call, false)?;
         self.permit(call, Modes::STEP)?;
         let end = time + step;
-        // Times that importers add up differ by rounding from ours.
+        // Sums of times by importers differ by rounding from ours.
         let slack = (1e-6 * step + 1e-9 * time.abs()).min(0.5 * step);
         let near = (time - self.time()).abs() <= slack;
         if !(step > 0.0 && end > time && end.is_finite() && near) {
@@ -479,13 +479,13 @@ impl Instance {
 
     fn bad_step(&self, call: &str, time: f64, step: f64) -> String {
         format!(
-            "{call}: a step of {step} s from {time} s was asked for, but it must begin where the last ended, \
-             at {} s, and be finite and above 0",
+            "{call}: the step of {step} s from {time} s must begin at the end of the last one, at {} s, and be \
+             finite and above 0",
             self.time()
         )
     }
 
-    /// Goes from one mode of model exchange to another.
+    /// Changes from one mode of model exchange to another.
     pub(crate) fn switch(&mut self, call: &str, from: Modes, to: Modes) -> Result<()> {
         self.permit_exchange(call, true)?;
         self.permit(call, from)?;
@@ -493,7 +493,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The model as equations, where the solver is.
+    /// The model as equations, at the solver's time.
     fn equations(
         &mut self,
         call: &str,
@@ -532,7 +532,7 @@ impl Instance {
         Ok(())
     }
 
-    /// What `of` tells, of as many numbers as are asked for.
+    /// The values of `of`, in the requested number.
     fn tell(
         &mut self,
         call: &str,
@@ -577,7 +577,7 @@ impl Instance {
         self.equations(call, modes).map(|(model, ..)| model.indicators().len())
     }
 
-    /// Lets events pass; says whether there was one.
+    /// Processes events; returns whether there was one.
     pub(crate) fn update_discrete_states(&mut self, call: &str) -> Result<bool> {
         let (model, values, _) = self.equations(call, Modes::EVENT)?;
         let passed = model.pass_events(values);
@@ -592,7 +592,7 @@ impl Instance {
         self.state.clone()
     }
 
-    /// Goes on from a copy.
+    /// Continues from a copy.
     pub(crate) fn set_state(&mut self, call: &str, state: &State) -> Result<()> {
         if state.token != self.state.token {
             return Err(format!("{call}: the state belongs to another model"));
@@ -653,7 +653,7 @@ fn check_length(call: &str, what: &str, asked: usize, have: usize) -> Result<()>
     if asked == have {
         Ok(())
     } else {
-        Err(format!("{call}: {asked} {what} were asked for, but there are {have}"))
+        Err(format!("{call}: {asked} {what} were requested, but there are {have}"))
     }
 }
 

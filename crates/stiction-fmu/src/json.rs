@@ -1,4 +1,4 @@
-//! The little of JSON that parameters need: one flat object of texts, numbers, and yes or no.
+//! The part of JSON for parameters: one flat object of texts, numbers and Booleans.
 
 /// A value.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,7 +17,7 @@ pub(crate) fn read(text: &str) -> Result<Vec<(String, Value)>, String> {
         loop {
             let key = rest.string()?;
             if pairs.iter().any(|(known, _)| *known == key) {
-                return Err(format!("\"{key}\" is given twice"));
+                return Err(format!("\"{key}\" occurs twice"));
             }
             rest.expect(':')?;
             let value = rest.value(&key)?;
@@ -46,7 +46,7 @@ impl<'a> Rest<'a> {
         self.text.get(self.at..).unwrap_or_default()
     }
 
-    /// What comes next, in the words of a message.
+    /// The next character, for messages.
     fn sight(&self) -> String {
         let line = self.text.get(..self.at).unwrap_or_default().matches('\n').count() + 1;
         match self.left().chars().next() {
@@ -112,7 +112,7 @@ impl<'a> Rest<'a> {
     }
 }
 
-/// Whether JSON would call it a number: parsing also knows words, and signs and points elsewhere.
+/// Whether it is a JSON number: parsing also accepts words, and signs and points in other places.
 fn is_number(word: &str) -> bool {
     let digits = word.strip_prefix('-').unwrap_or(word);
     digits.starts_with(|c: char| c.is_ascii_digit())

@@ -1,8 +1,7 @@
 //! Sticking control valves as functional mock-up units (FMU), for FMI 2.0 and 3.0.
 //!
-//! One library, the same in every FMU. `resources/stiction.json` beside it says which model an instance
-//! is and with which start values; an [`Fmu`] writes that file and the `modelDescription.xml` that
-//! belongs to it:
+//! One library, the same in every FMU. `resources/stiction.json` beside it gives the model and start values of an
+//! instance. An [`Fmu`] writes that file and its `modelDescription.xml`:
 //!
 //! ```
 //! use stiction_fmu::{Fmi, Fmu};
@@ -21,20 +20,20 @@
 //!
 //! # Time
 //!
-//! * A data-driven valve takes one sample in each step: the OP is held over the step, and the VP at its
-//!   end is the answer to it. The step is the sample time, and may change.
-//! * A physical stem is integrated over the step with the OP held, events located. Nothing depends on
-//!   the step but the hold itself. In model exchange the importer integrates, and finds the
-//!   events by their indicators; the OP may then vary as it likes.
-//! * A loop plays all of its own samples that fall into the step, its first moment included and its last
-//!   not. Its outputs are those of the last sample played.
+//! * A data-driven valve takes one sample in each step: the OP is held over the step, and the VP at its end is the
+//!   response to it. The step is the sample time, and may change.
+//! * A physical stem is integrated over the step with the OP held, and its events are located. The step only
+//!   matters for the hold itself. In model exchange the importer integrates, and finds the events by their
+//!   indicators; the OP may then vary freely.
+//! * A loop runs all of its own samples within the step, including its start but not its end. Its outputs are those
+//!   of the last sample.
 //!
-//! # How it is built
+//! # Structure
 //!
-//! `variables` is the one table of a model's variables; `model` what a model can do, whatever the
-//! version of FMI; `valve`, `stem` and `sticky_loop` are the models; `fmu` chooses one, and `json` and
-//! `description` write it down; `instance` says which call is permitted when; `fmi2` and `fmi3` are the
-//! functions an importer calls, with all that is `unsafe` there and in `boundary`.
+//! `variables` is the one table of a model's variables. `model` is the interface of a model, for any version of
+//! FMI. `valve`, `stem` and `sticky_loop` are the models. `fmu` chooses one, and `json` and `description` write its
+//! files. `instance` checks the permitted calls. `fmi2` and `fmi3` are the functions for an importer; all `unsafe`
+//! code is there and in `boundary`.
 #![deny(unsafe_code)]
 
 mod boundary;

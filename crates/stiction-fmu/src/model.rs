@@ -1,32 +1,31 @@
-//! What a model can do, whatever the version of FMI.
+//! The interface of a model, for any version of FMI.
 //!
 //! The values of all variables are kept outside, in the order of the table; a model reads inputs and
 //! parameters there, and writes its outputs.
 
 use crate::variables::Numbers;
 
-/// Why a model refused, in a sentence.
+/// The reason of a refusal, in a sentence.
 pub(crate) type Result<T> = std::result::Result<T, String>;
 
 /// A model with its state.
 pub(crate) trait FmuModel: Send + Sync {
-    /// Begins at `time` with the present parameters and inputs.
+    /// Starts at `time` with the present parameters and inputs.
     fn restart(&mut self, values: &mut Numbers, time: f64) -> Result<()>;
 
-    /// Takes over tuned parameters, going on from where it is.
+    /// Applies tuned parameters and continues from the present state.
     fn tune(&mut self, values: &Numbers) -> Result<()>;
 
-    /// Goes on from `time` by `step`, both in s, with the inputs held. After an error it
-    /// cannot go on.
+    /// Continues from `time` by `step`, both in s, with the inputs held. After an error it cannot continue.
     fn step(&mut self, values: &mut Numbers, time: f64, step: f64) -> Result<()>;
 
-    /// What it depends on besides the values, as plain numbers.
+    /// Its state besides the values, as plain numbers.
     fn memory(&self) -> Vec<f64>;
 
-    /// Goes on from there; it has been restarted with the same parameters before.
+    /// Continues from there; it has been restarted with the same parameters before.
     fn recall(&mut self, values: &Numbers, memory: &[f64]) -> Result<()>;
 
-    /// The model as differential equations, if it can be computed by a solver from outside.
+    /// The model as differential equations, if an external solver can compute it.
     fn continuous(&mut self) -> Option<&mut dyn Continuous> {
         None
     }
@@ -43,20 +42,20 @@ pub(crate) trait Continuous {
     /// Sizes of the states, by which a solver scales its tolerance.
     fn nominals(&self, values: &Numbers) -> Vec<f64>;
 
-    /// Goes where the solver is, with `states` if they have changed, and writes the outputs.
+    /// Moves to the solver's time, with `states` if they have changed, and writes the outputs.
     fn place(&mut self, values: &mut Numbers, time: f64, states: Option<&[f64]>);
 
     /// The rates of the states.
     fn rates(&self, values: &Numbers) -> Vec<f64>;
 
-    /// Numbers whose change of sign is an event; always as many.
+    /// Numbers whose change of sign is an event; their number is constant.
     fn indicators(&self) -> Vec<f64>;
 
-    /// Goes over into what follows an event, if there is one; says whether there was.
+    /// Changes to the mode after an event, if there is one; returns whether there was.
     fn pass_events(&mut self, values: &mut Numbers) -> Result<bool>;
 }
 
-/// Counts how often a stem begins to move or turns round.
+/// Counts the slips of a stem: starts of motion and reversals.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Moves {
     /// Direction of the last motion: 1 up, -1 down, 0 at rest.
@@ -64,7 +63,7 @@ pub(crate) struct Moves {
 }
 
 impl Moves {
-    /// Notes a sample at which the stem went from `before` to `after`; `outputs` are
+    /// Records a sample in which the stem moved from `before` to `after`; `outputs` are
     /// [`MOVES`](crate::variables::MOVES).
     #[inline]
     pub(crate) fn note(&mut self, before: f64, after: f64, outputs: &mut [f64]) {
@@ -90,7 +89,7 @@ impl Moves {
     }
 }
 
-/// Counts one slip, as far as 32 bits go.
+/// Counts one slip, up to 32 bits.
 pub(crate) fn count(outputs: &mut [f64]) {
     outputs[1] = (outputs[1] + 1.0).min(f64::from(i32::MAX));
 }

@@ -1,4 +1,4 @@
-//! The parameters inside an FMU, where an importer says its resources are.
+//! The parameters inside an FMU, in its resources.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use crate::fmu::Fmu;
 /// The file's name.
 const FILE: &str = "stiction.json";
 
-/// More than any file of parameters holds.
+/// Larger than any file of parameters.
 const MOST_BYTES: u64 = 1 << 20;
 
 /// Reads the parameters in this directory.
@@ -17,13 +17,13 @@ pub(crate) fn read(directory: &Path) -> Result<Fmu, String> {
         |why: String| format!("the parameters in {} cannot be used: {why}", path.display());
     let size = std::fs::metadata(&path).map_err(|e| refuse(e.to_string()))?.len();
     if size > MOST_BYTES {
-        return Err(refuse(format!("the file holds {size} bytes, more than {MOST_BYTES}")));
+        return Err(refuse(format!("the file has {size} bytes, more than {MOST_BYTES}")));
     }
     let text = std::fs::read_to_string(&path).map_err(|e| refuse(e.to_string()))?;
     Fmu::from_json(&text).map_err(refuse)
 }
 
-/// The directory that a `file:` URI names, as FMI 2.0 has it.
+/// The directory of a `file:` URI, as in FMI 2.0.
 pub(crate) fn directory(uri: &str) -> Result<PathBuf, String> {
     let refuse = || format!("the location of the resources, \"{uri}\", is not a file: URI");
     let scheme = uri.get(..5).ok_or_else(refuse)?;
@@ -52,7 +52,7 @@ fn is_drive(path: &str) -> bool {
     matches!(path.as_bytes(), [letter, b':', ..] if letter.is_ascii_alphabetic())
 }
 
-/// The text with its `%20` and the like resolved.
+/// The text with its `%20` and similar codes decoded.
 fn decoded(text: &str) -> Option<String> {
     let mut bytes = vec![];
     let mut rest = text.bytes();

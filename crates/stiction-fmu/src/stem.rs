@@ -1,4 +1,4 @@
-//! The physical stem: integrated over a step with the OP held, or by a solver from outside.
+//! The physical stem: integrated over a step with the OP held, or by an external solver.
 
 use stiction_model::stem::friction::{Armstrong, Dahl, LAWS};
 use stiction_model::stem::{
@@ -23,10 +23,10 @@ const AIR_LAG: usize = PARAMETERS + 7;
 const TOLERANCE: usize = PARAMETERS + 9;
 const RELAXED: usize = TOLERANCE + 1;
 const VP_START: usize = TOLERANCE + 2;
-/// The parameters of the friction law, and then the rates.
+/// The parameters of the friction law, followed by the rates.
 const LAW: usize = TOLERANCE + 3;
 
-/// What a friction law is at first: from a parameter set with that law, or else close to one.
+/// Initial friction law: from a parameter set with that law, or else close to one.
 pub(crate) fn preset(name: &str) -> Option<Result<(StemParameters, FrictionLaw)>> {
     let set = match name {
         "classical" => "cts",
@@ -70,7 +70,7 @@ fn friction_parameter(name: &str) -> (&'static str, &'static str) {
         "band_m_per_s" => ("m/s", "Half width of the band of velocities that count as zero"),
         "stiffness_n_per_m" => ("N/m", "Stiffness of the bristles"),
         "damping_n_s_per_m" => ("N.s/m", "Damping of the bristles"),
-        "attraction_n_per_s" => ("N/s", "How fast a slipping element follows the steady level"),
+        "attraction_n_per_s" => ("N/s", "How fast a slipping element approaches the steady level"),
         "stiffness_1_n_per_m" => ("N/m", "Stiffness of the first element"),
         "stiffness_2_n_per_m" => ("N/m", "Stiffness of the second element"),
         "stiffness_3_n_per_m" => ("N/m", "Stiffness of the third element"),
@@ -88,7 +88,7 @@ fn friction_parameter(name: &str) -> (&'static str, &'static str) {
     }
 }
 
-/// The names of the deflections that a law has as states.
+/// The deflections that are states of a law.
 fn deflections(law: &str) -> &'static [(&'static str, &'static str)] {
     match law {
         "dahl" | "lugre" => &[("z", "der(z)")],
@@ -97,7 +97,7 @@ fn deflections(law: &str) -> &'static [(&'static str, &'static str)] {
     }
 }
 
-/// Whether a solver from outside can compute a stem with this law.
+/// Whether an external solver can compute a stem with this law.
 pub(crate) fn is_continuous(law: &str) -> bool {
     law != "armstrong"
 }
@@ -109,7 +109,7 @@ pub(crate) fn variables(stem: &StemParameters, law: &FrictionLaw) -> Vec<Variabl
     let mut table = vec![
         Variable::TIME,
         Variable::input("OP", "%", 50.0, "Controller output"),
-        // A parameter, for an importer may leave an input at 0 that nothing is connected to.
+        // A parameter, because an importer may leave an unconnected input at 0.
         p(
             "supply",
             "Pa",
@@ -124,11 +124,7 @@ pub(crate) fn variables(stem: &StemParameters, law: &FrictionLaw) -> Vec<Variabl
         Variable::output("position", "m", "Position of the stem, 0 closed")
             .depends_on(&[POSITION as u32]),
         Variable::output("velocity", "m/s", "Velocity of the stem").depends_on(&[VELOCITY as u32]),
-        Variable::output(
-            "friction",
-            "N",
-            "Friction force, positive if it holds back upward motion",
-        ),
+        Variable::output("friction", "N", "Friction force, positive if it opposes upward motion"),
         Variable::output("pressure", "Pa", "Acting air pressure"),
         p("mass_kg", "kg", stem.mass_kg, "Mass of the moving parts"),
         p("spring_n_per_m", "N/m", stem.spring_n_per_m, "Spring constant"),
@@ -149,9 +145,9 @@ pub(crate) fn variables(stem: &StemParameters, law: &FrictionLaw) -> Vec<Variabl
             "tolerance",
             "1",
             Stem::DEFAULT_TOLERANCE,
-            "Relative tolerance of the integrator; not of one from outside",
+            "Relative tolerance of the built-in integrator",
         ),
-        p("relaxed", "", 0.0, "Whether bristles begin relaxed instead of carrying the net force")
+        p("relaxed", "", 0.0, "Whether bristles start relaxed instead of carrying the net force")
             .boolean(),
         p("VP_start", "%", 50.0, "Valve position at the start"),
     ]);
@@ -190,7 +186,7 @@ const PRESSURE_RATE: &str = "der(pressure)";
 const INDICATORS: [&str; MovingStem::GUARDS] =
     ["event_1", "event_2", "event_3", "event_4", "event_5", "event_6"];
 
-/// Makes the acting pressure a state if there is a lag, and not if there is none.
+/// Makes the acting pressure a state if there is a lag, and only then.
 fn mark_pressure(table: &mut [Variable]) {
     let lags = table[AIR_LAG].start.is_some_and(|lag| lag > 0.0);
     if let Some(rate) = table.iter_mut().find(|v| v.name == PRESSURE_RATE) {
@@ -198,14 +194,13 @@ fn mark_pressure(table: &mut [Variable]) {
     }
 }
 
-/// A supply pressure that drives the valve fully open, unless another is given: a tenth above the pressure at
-/// 100 % OP, Pa.
+/// Default supply pressure, which drives the valve fully open: a tenth above the pressure at 100 % OP, Pa.
 fn enough_pa(pressure_max_pa: f64) -> f64 {
     pressure_max_pa + pressure_max_pa.abs() / 10.0
 }
 
-/// What else another start value changes, which was `before`: whether the pressure is a state, and a supply
-/// that was just enough.
+/// Other changes by a start value, which was `before`: whether the pressure is a state, and a supply that was just
+/// enough.
 pub(crate) fn adapt(table: &mut [Variable], name: &str, before: Option<f64>) {
     mark_pressure(table);
     if name == table[PRESSURE_MAX].name && table[SUPPLY].start == before.map(enough_pa) {
@@ -216,7 +211,7 @@ pub(crate) fn adapt(table: &mut [Variable], name: &str, before: Option<f64>) {
 #[derive(Debug, Clone)]
 pub(crate) struct StemModel {
     law: &'static str,
-    /// How many parameters the law has.
+    /// Number of parameters of the law.
     count: usize,
     moving: Option<MovingStem>,
     parameters: StemParameters,
@@ -268,7 +263,7 @@ impl StemModel {
         }
     }
 
-    /// Counts what has happened since the last step.
+    /// Counts the events since the last step.
     fn count_slips(&self, values: &mut Numbers) {
         let Some(moving) = &self.moving else { return };
         for _ in 0..moving.slips() {
@@ -307,7 +302,7 @@ impl FmuModel for StemModel {
         let Some(moving) = &mut self.moving else { return Ok(()) };
         moving.hold(demand_pa, time + step).map_err(|e| e.to_string())?;
         if !moving.sample().position_m.is_finite() {
-            return Err(format!("with OP = {} the VP is too great to compute", values[OP]));
+            return Err(format!("with OP = {} the VP is too large to compute", values[OP]));
         }
         self.count_slips(values);
         self.show(values);
@@ -339,15 +334,16 @@ impl Continuous for StemModel {
         self.moving.as_ref().and_then(MovingStem::states).unwrap_or_default()
     }
 
-    /// A solver keeps the error of a state below its tolerance times the nominal. What counts is the position, so
-    /// the other nominals are such errors as show in it as much as one of the position does.
+    /// A solver keeps the error of a state below its tolerance times the nominal. The relevant state is the
+    /// position, so the other nominals are errors with the same effect on it.
     ///
-    /// * Velocity: an error lasts for a step of the solver. A nominal as small as the velocities of a slide, a stroke
-    ///   in seconds, has a solver resolve how a light and much damped stem approaches its speed within microseconds,
-    ///   after every change of the input: CVode then takes steps of a tenth of a millisecond, and gives up.
-    /// * Deflection of bristles: shifts the position by as much as a force of their stiffness does on the spring.
+    /// * Velocity: an error lasts for a step of the solver. With a nominal as small as the velocity of a slide (a
+    ///   stroke in seconds) a solver resolves the approach of a light and strongly damped stem to its speed, which
+    ///   takes microseconds after every change of the input. CVode then takes steps of a tenth of a millisecond,
+    ///   and gives up.
+    /// * Deflection of bristles: it shifts the position like a force of their stiffness on the spring.
     fn nominals(&self, values: &Numbers) -> Vec<f64> {
-        /// A step that a solver should manage through a slide, s: this project's choice.
+        /// Step of a solver during a slide, s: this project's choice.
         const STEP_S: f64 = 0.02;
         let stem = &self.parameters;
         let entry = LAWS.iter().find(|entry| entry.name == self.law);

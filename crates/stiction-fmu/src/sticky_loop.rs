@@ -18,7 +18,7 @@ const VP: usize = 5;
 const MOVED: std::ops::Range<usize> = 6..8;
 const VALVE: usize = 8;
 const REST: usize = VALVE + valve::SETTINGS;
-/// How many there are behind the valve's.
+/// Number of references after those of the valve.
 const OTHERS: usize = 19;
 
 /// Most samples in one step.
@@ -52,7 +52,7 @@ pub(crate) fn variables() -> Vec<Variable> {
         p("tau", "s", 5.93, "Process time constant"),
         p("tau2", "s", 0.0, "Second process time constant; 0 for a process of the first order"),
         p("dead_time", "s", 1.07, "Dead time of the process"),
-        p("OP_rest", "%", 0.0, "OP and VP at the operating point, where the loop begins at rest"),
+        p("OP_rest", "%", 0.0, "OP and VP at the operating point, where the loop starts at rest"),
         p("PV_rest", "%", 0.0, "PV at the operating point"),
         p("noise_sd", "%", 0.0, "Standard deviation of the measurement noise"),
         p("noise_tau", "s", 0.0, "Correlation time of the measurement noise; 0 for white noise"),
@@ -64,7 +64,7 @@ pub(crate) fn variables() -> Vec<Variable> {
     table
 }
 
-/// A loop and what drives it, built from its parameters.
+/// A loop and its external signals, built from its parameters.
 #[derive(Debug, Clone)]
 struct Built {
     player: Player,
@@ -132,9 +132,9 @@ fn build(law: Law, values: &[f64]) -> stiction_model::Result<Built> {
 pub(crate) struct LoopModel {
     law: Law,
     built: Option<Built>,
-    /// When the first sample is due, s.
+    /// Time of the first sample, s.
     start_s: f64,
-    /// Samples played.
+    /// Number of samples.
     played: u64,
     moves: Moves,
 }
@@ -170,11 +170,11 @@ impl FmuModel for LoopModel {
 
     fn step(&mut self, values: &mut Numbers, time: f64, step: f64) -> Result<()> {
         let Some(built) = &mut self.built else { return Ok(()) };
-        // A sample that falls on the end of the step, up to rounding, belongs to the next.
+        // A sample at the end of the step, up to rounding, belongs to the next.
         let due = ((time - self.start_s + step) / values[REST] - 1e-6).ceil();
         if !(due - self.played as f64 <= MOST) {
             return Err(format!(
-                "a step of {step} s holds more than {MOST} samples of {} s",
+                "a step of {step} s has more than {MOST} samples of {} s",
                 values[REST]
             ));
         }
@@ -184,7 +184,9 @@ impl FmuModel for LoopModel {
             let now =
                 built.player.step(values[SP], values[LOAD], noise).map_err(|e| e.to_string())?;
             if !(now.pv.is_finite() && now.op.is_finite() && now.vp.is_finite()) {
-                return Err("the loop is unstable, and its signals too great to compute".to_owned());
+                return Err(
+                    "the loop is unstable, and its signals are too large to compute".to_owned()
+                );
             }
             let after = built.player.valve().model().position();
             self.moves.note(before, after, &mut values[MOVED]);
@@ -203,7 +205,7 @@ impl FmuModel for LoopModel {
     }
 
     fn recall(&mut self, _values: &Numbers, memory: &[f64]) -> Result<()> {
-        /// More draws from the noise than anyone would wait for.
+        /// Largest plausible number of noise samples.
         const MOST_DRAWS: f64 = 1e9;
         let foreign = || "this is not the state of a loop".to_owned();
         let (Some(built), [start_s, played, direction, loops @ ..]) = (&mut self.built, memory)
@@ -215,7 +217,7 @@ impl FmuModel for LoopModel {
         }
         built.player.recall(loops).map_err(|e| e.to_string())?;
         if let Some(noise) = &mut built.noise {
-            // The stream depends on its seed alone: draw again what has been drawn.
+            // The stream depends only on its seed, so the used numbers are drawn again.
             for _ in 0..*played as u64 {
                 noise.draw();
             }

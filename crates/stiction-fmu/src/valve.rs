@@ -15,7 +15,7 @@ const STEM_LAG: usize = PARAMETERS + 4;
 const LIMITED: usize = PARAMETERS + 5;
 const VP_START: usize = PARAMETERS + SETTINGS;
 
-/// How many variables [`settings`] are.
+/// Number of variables in [`settings`].
 pub(crate) const SETTINGS: usize = 8;
 
 /// The parameters of any valve, alone or in a loop.
@@ -24,13 +24,13 @@ pub(crate) fn settings() -> [Variable; SETTINGS] {
     [
         p("S", "%", 5.0, "Stick band plus dead band").tunable(),
         p("J", "%", 2.0, "Slip jump").tunable(),
-        p("K", "1", HeWang::TYPICAL_OVERSHOOT, "Overshoot of a slip, 1 to 2; of law he-wang only")
+        p("K", "1", HeWang::TYPICAL_OVERSHOOT, "Overshoot of a slip, 1 to 2; law he-wang only")
             .tunable(),
         p(
             "rest_tolerance",
             "%/s",
             0.0,
-            "Speed of the OP that counts as a pause; of law two-phase only",
+            "Speed of the OP that counts as a pause; law two-phase only",
         ),
         p("stem_lag", "s", 0.0, "Time constant of the stem behind the law; 0 for none"),
         p("limited", "", 0.0, "Whether OP and VP are limited").boolean(),
@@ -81,9 +81,9 @@ pub(crate) fn variables() -> Vec<Variable> {
 #[derive(Debug, Clone)]
 #[repr(C)]
 pub(crate) struct ValveModel {
-    /// The sample time it is built for, s: the last step.
+    /// Its sample time, s: the last step.
     sample_time: f64,
-    /// Where the model inside has come to, before limits and lag.
+    /// Position of the model, before limits and lag.
     position: f64,
     moves: Moves,
     valve: Assembly,
@@ -98,7 +98,7 @@ impl ValveModel {
         Self { law, valve, sample_time: 1.0, position: 0.0, bare: true, moves: Moves::default() }
     }
 
-    /// Another valve in its place, with the settings in `values`, which begins as `begin` has it.
+    /// Replaces the valve by one with the settings in `values`, which starts as in `begin`.
     #[cold]
     fn rebuild(
         &mut self,
@@ -116,7 +116,7 @@ impl ValveModel {
         Ok(())
     }
 
-    /// The first step of another length.
+    /// The first step with a different length.
     #[cold]
     #[inline(never)]
     fn step_anew(&mut self, values: &mut Numbers, step: f64) -> Result<()> {
@@ -124,7 +124,7 @@ impl ValveModel {
         self.step(values, 0.0, step)
     }
 
-    /// Goes on from where it is with other settings or another sample time.
+    /// Continues with other settings or another sample time.
     #[cold]
     fn change(&mut self, values: &Numbers, sample_time: f64) -> Result<()> {
         let memory = self.valve.memory();
@@ -134,7 +134,7 @@ impl ValveModel {
 
 #[cold]
 fn too_great(op: f64) -> String {
-    format!("with OP = {op} the VP is too great to compute")
+    format!("with OP = {op} the VP is too large to compute")
 }
 
 impl FmuModel for ValveModel {

@@ -1,4 +1,4 @@
-//! The table of variables: what drives description, getting, setting, and documentation alike.
+//! The table of variables for description, getting, setting, and documentation.
 
 /// The type of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,18 +11,18 @@ pub enum VariableKind {
     Boolean,
 }
 
-/// What a variable is for.
+/// The purpose of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Causality {
     /// Time.
     Independent,
-    /// Set from outside.
+    /// An input.
     Input,
-    /// Computed.
+    /// An output.
     Output,
-    /// Chosen before the simulation, or tuned in it.
+    /// Set before the simulation, or tuned in it.
     Parameter,
-    /// Computed, of interest to solvers.
+    /// Computed, for solvers.
     Local,
 }
 
@@ -39,7 +39,7 @@ pub enum Variability {
     Tunable,
 }
 
-/// The most variables a model has: one bit each in a [`Set`].
+/// The most variables of a model: one bit each in a [`Set`].
 pub(crate) const MOST: usize = 64;
 
 /// A set of variables, by value reference.
@@ -82,7 +82,7 @@ impl FromIterator<u32> for Set {
     }
 }
 
-/// One number for each variable there could be, in the order of the table.
+/// One number for each possible variable, in the order of the table.
 pub(crate) type Numbers = [f64; MOST];
 
 /// The values of all variables of a model.
@@ -94,12 +94,12 @@ pub(crate) struct Values {
 }
 
 impl Values {
-    /// Those of the variables that there are.
+    /// Those of the model's variables.
     pub(crate) fn known(&self) -> &[f64] {
         &self.numbers[..self.len]
     }
 
-    /// The same, to be changed.
+    /// The same, mutable.
     pub(crate) fn known_mut(&mut self) -> &mut [f64] {
         &mut self.numbers[..self.len]
     }
@@ -133,7 +133,7 @@ impl std::ops::DerefMut for Values {
     }
 }
 
-/// One variable. Its value reference is its place in the table.
+/// One variable. Its value reference is its index in the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Variable {
     /// Name.
@@ -142,20 +142,20 @@ pub struct Variable {
     pub unit: &'static str,
     /// Type.
     pub kind: VariableKind,
-    /// What it is for.
+    /// Its purpose.
     pub causality: Causality,
     /// When it may change.
     pub variability: Variability,
     /// Value at the start; `None` if it is computed.
     pub start: Option<f64>,
-    /// What it is, in one line.
+    /// Its description, in one line.
     pub description: &'static str,
     /// The value reference of the state whose rate this is.
     pub rate_of: Option<u32>,
     /// Whether a change of its sign is an event in model exchange.
     pub indicates: bool,
-    /// The states on whose values it depends at an instant, if on nothing else: no input, above all, so that
-    /// there is no algebraic loop around the FMU. `None` if it may depend on anything.
+    /// The states that determine its value at an instant, if nothing else does. In particular it does not depend on
+    /// any input, so there is no algebraic loop around the FMU. `None` if it may depend on anything.
     pub depends_on: Option<&'static [u32]>,
 }
 
@@ -165,13 +165,13 @@ pub struct Variable {
 struct VariableDocument {
     /// Name.
     name: &'static str,
-    /// What it is for.
+    /// Its purpose.
     role: &'static str,
     /// Value at the start; null if it is computed.
     start: Option<Start>,
     /// Unit; empty if there is none.
     unit: &'static str,
-    /// What it is, in one line.
+    /// Its description, in one line.
     description: &'static str,
 }
 
@@ -263,19 +263,19 @@ impl Variable {
         Self::real(Causality::Parameter, Variability::Fixed, name, unit, Some(start), description)
     }
 
-    /// The same, taking its values at samples only.
+    /// The same, changing at samples only.
     pub(crate) const fn sampled(mut self) -> Self {
         self.variability = Variability::Discrete;
         self
     }
 
-    /// The same, to be tuned while the simulation runs.
+    /// The same, tunable while the simulation runs.
     pub(crate) const fn tunable(mut self) -> Self {
         self.variability = Variability::Tunable;
         self
     }
 
-    /// The same as yes or no.
+    /// The same as a Boolean.
     pub(crate) const fn boolean(mut self) -> Self {
         self.kind = VariableKind::Boolean;
         if matches!(self.causality, Causality::Output) {
@@ -284,7 +284,7 @@ impl Variable {
         self
     }
 
-    /// The same as a whole number.
+    /// The same as an integer.
     pub(crate) const fn integer(mut self) -> Self {
         self.kind = VariableKind::Int32;
         if matches!(self.causality, Causality::Output) {
@@ -305,13 +305,13 @@ impl Variable {
         self
     }
 
-    /// The same, depending at an instant on these states only.
+    /// The same, depending at an instant only on these states.
     pub(crate) const fn depends_on(mut self, states: &'static [u32]) -> Self {
         self.depends_on = Some(states);
         self
     }
 
-    /// What it is to a user, in a word: time, input, output, parameter, tunable or local.
+    /// Its purpose in one word: time, input, output, parameter, tunable or local.
     pub fn role(&self) -> &'static str {
         match (self.causality, self.variability) {
             (Causality::Independent, _) => "time",
@@ -332,16 +332,16 @@ impl Variable {
         }
     }
 
-    /// Whether it is set from outside: the start values of such are in `stiction.json`.
+    /// Whether an importer sets it: start values of such variables are in `stiction.json`.
     pub fn is_set(&self) -> bool {
         matches!(self.causality, Causality::Input | Causality::Parameter)
     }
 }
 
-/// The outputs that all valves have, next to the VP: numbers are relative to the first.
+/// The outputs of all valves besides the VP: numbers are relative to the first.
 pub(crate) const MOVES: [Variable; 2] = [
     Variable::output("stuck", "", "Whether the stem is stuck").boolean().depends_on(&[]),
-    Variable::output("slips", "", "How often the stem has begun to move, or turned round")
+    Variable::output("slips", "", "Number of slips: starts of motion and reversals of the stem")
         .integer()
         .depends_on(&[]),
 ];

@@ -155,7 +155,7 @@ fn libraries_have_the_names_of_their_models() {
     assert_eq!(tokens.len(), names.len());
 }
 
-/// What is exported without a setting can be simulated: it begins at rest, and the supply opens it fully.
+/// A model that is exported without any setting can be simulated: it starts at rest, and the supply opens it fully.
 #[test]
 fn defaults_rest_and_are_supplied() {
     for entry in models().into_iter().filter(|entry| entry.model != "loop") {

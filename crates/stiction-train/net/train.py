@@ -240,7 +240,7 @@ def main():
     parser.add_argument("--n", type=int, default=300_000, help="members of the population")
     parser.add_argument("--seed", type=int, default=1, help="seed of their population")
     parser.add_argument("--test", type=int, default=15_000, help="members of the next seed")
-    parser.add_argument("--passes", type=int, default=5, help="passes over the loops")
+    parser.add_argument("--passes", type=int, default=5, help="passes through the loops")
     parser.add_argument("--half", action="store_true", help="train the first net alone")
     parser.add_argument("--without", action="append", default=[], help="a family to leave out")
     args = parser.parse_args()

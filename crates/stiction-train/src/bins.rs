@@ -5,20 +5,20 @@ use rayon::prelude::*;
 /// The bin of a missing value.
 pub const MISSING: u8 = 255;
 
-/// The most bins of values that are there.
+/// The most bins of known values.
 const MOST: usize = 255;
 
 /// Columns of features, each value replaced by the number of its bin.
 pub struct Bins {
-    /// For each column the ascending ends of its bins: bin k holds values above end k - 1 and up to end
-    /// k, the last bin those above all ends.
+    /// For each column the ascending ends of its bins: bin k contains values above end k - 1 and up to end k, the
+    /// last bin those above all ends.
     ends: Vec<Vec<f32>>,
     /// For each column the bin of each row.
     codes: Vec<Vec<u8>>,
 }
 
 impl Bins {
-    /// Bins of about equally many of the given rows each, or of one value each where there are few.
+    /// Bins with about equally many of the given rows, or with one value each if there are few.
     pub fn new(columns: &[Vec<f32>], rows: &[u32]) -> Self {
         let ends: Vec<Vec<f32>> = columns.par_iter().map(|column| ends(column, rows)).collect();
         let codes = columns.par_iter().zip(&ends).map(|(column, ends)| {
@@ -41,7 +41,7 @@ impl Bins {
         &self.codes[column]
     }
 
-    /// How many bins of values that are there.
+    /// Number of bins of known values.
     pub fn bins(&self, column: usize) -> usize {
         self.ends[column].len() + 1
     }

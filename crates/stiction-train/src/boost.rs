@@ -1,10 +1,9 @@
 //! Gradient boosting of trees on binned columns.
 //!
-//! Every round adds a tree (one for each class of a softmax) that is grown on the gradients of the loss
-//! at a random part of the rows and columns, shrunk by the learning rate. It stops when the loss on
-//! rows it has not seen no longer falls, and forgets the rounds after the best one. The same seed gives
-//! the same bits on any number of threads: rows and columns are worked on side by side, but each sum
-//! has one order.
+//! Every round adds a tree (one for each class of a softmax) that is grown on the gradients of the loss at a random
+//! part of the rows and columns, shrunk by the learning rate. It stops when the loss on unseen rows no longer
+//! falls, and drops the rounds after the best one. The same seed gives the same bits on any number of threads: rows
+//! and columns are processed in parallel, but each sum has one order.
 //!
 //! Sources: J. H. Friedman, "Greedy function approximation: a gradient boosting machine", Ann. Stat. 29
 //! (2001) 1189-1232; G. Ke et al., "LightGBM", NeurIPS 30 (2017) (both recalled, not read).
@@ -16,79 +15,79 @@ use anyhow::{Result, ensure};
 use rayon::prelude::*;
 use stiction_diagnose::fusion::{Ensemble, Node, sigmoid, softplus};
 
-/// Rows that are worked on together.
+/// Rows that are processed together.
 const CHUNK: usize = 4096;
 
-/// What is to be predicted, and how a miss counts.
+/// The kind of target, and its loss.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Loss {
     /// A probability of 0 or 1: logistic loss; the margin is the logit.
     Logistic,
-    /// One of so many classes, counted from 0: softmax; a margin for each.
+    /// One of this many classes, counted from 0: softmax; a margin for each.
     Softmax(usize),
     /// The quantile of that share: pinball loss; the margin is the quantile.
     Pinball(f64),
 }
 
-/// What is learned from what.
+/// The data for learning.
 pub struct Task<'a> {
     pub loss: Loss,
-    /// The truth of every row.
+    /// The target of every row.
     pub target: &'a [f64],
     /// The weight of every row.
     pub weight: &'a [f64],
-    /// The rows to learn from, ascending.
+    /// The rows for learning, ascending.
     pub train: &'a [u32],
-    /// The rows to stop by, ascending; without any, all rounds are kept.
+    /// The rows for stopping, ascending; without any, all rounds are kept.
     pub stop: &'a [u32],
-    /// The columns to look at, ascending.
+    /// The columns in use, ascending.
     pub columns: &'a [usize],
-    /// For each column of all: 1 if the margin must not fall with it, -1 if not rise, 0 if free. Not
-    /// for quantiles, whose leaves are found anew.
+    /// For each column of all: 1 if the margin must not fall with it, -1 if not rise, 0 if free. Not for quantiles,
+    /// whose leaves are computed again.
     pub monotone: &'a [i8],
 }
 
-/// How it is learned.
+/// Settings of the learning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoostOptions {
     /// The most rounds.
     pub rounds: usize,
-    /// How much of a tree is added.
+    /// Learning rate.
     pub rate: f64,
-    /// How far trees go.
+    /// Limits of trees.
     pub limits: Limits,
-    /// Share of the rows that a round sees.
+    /// Share of the rows in a round.
     pub rows: f64,
-    /// Share of the columns that a tree sees.
+    /// Share of the columns in a tree.
     pub columns: f64,
     /// Rounds without a lower loss after which it stops.
     pub patience: usize,
     pub seed: u64,
 }
 
-/// What was learned.
+/// The result of learning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boosted {
     /// A sum of trees for each margin.
     pub ensembles: Vec<Ensemble>,
-    /// What the splits by each column gained, in all.
+    /// Total gain of the splits by each column.
     pub gains: Vec<f64>,
-    /// The mean loss on the rows to stop by; on those to learn from if there are none.
+    /// The mean loss on the rows for stopping; on those for learning if there are none.
     pub loss: f64,
-    /// Rounds that were kept.
+    /// Number of kept rounds.
     pub rounds: usize,
 }
 
 /// Learns.
 ///
 /// # Errors
-/// If there is nothing to learn from, or a target is not finite or not one of the loss.
+/// If there is no data, or a target is not finite or invalid for the loss.
 pub fn boost(bins: &Bins, task: &Task<'_>, options: &BoostOptions) -> Result<Boosted> {
     task.check(bins)?;
     let n = task.target.len();
     let outputs = task.loss.outputs();
     let bases = task.bases();
-    // Margins of the rows that matter: those to learn from, then those to stop by.
+    // Margins of the rows for learning, then of those for stopping.
     let rows: Vec<u32> = task.train.iter().chain(task.stop).copied().collect();
     let mut margins: Vec<Vec<f64>> = bases.iter().map(|base| vec![*base; n]).collect();
     let judged = if task.stop.is_empty() { task.train } else { task.stop };
@@ -99,7 +98,7 @@ pub fn boost(bins: &Bins, task: &Task<'_>, options: &BoostOptions) -> Result<Boo
         let mut stream = Stream::new(options.seed, round as u64);
         let sample = stream.keep(task.train, options.rows);
         let mut gained = vec![0.0; bins.columns()];
-        // All gradients first: the classes of a softmax move together.
+        // All gradients first: the classes of a softmax change together.
         let gradients: Vec<Vec<(f32, f32)>> =
             (0..outputs).map(|output| task.gradients(output, &margins)).collect();
         for (output, gradients) in gradients.iter().enumerate() {
@@ -148,7 +147,7 @@ pub fn boost(bins: &Bins, task: &Task<'_>, options: &BoostOptions) -> Result<Boo
     Ok(Boosted { ensembles, gains, loss: best_loss, rounds })
 }
 
-/// Adds what a tree says to the margins of some rows.
+/// Adds the output of a tree to the margins of some rows.
 fn add(margins: &mut [f64], tree: &Tree, bins: &Bins, rows: &[u32]) {
     let values: Vec<f32> =
         rows.par_iter().with_min_len(CHUNK).map(|row| tree.value(bins, *row)).collect();
@@ -184,10 +183,10 @@ impl Task<'_> {
         Ok(())
     }
 
-    /// The margins to start from: those that lose least without any column.
+    /// The initial margins: those with the smallest loss without any column.
     fn bases(&self) -> Vec<f64> {
         let total: f64 = self.train.iter().map(|row| self.weight[*row as usize]).sum();
-        // A class that never comes has a base that says so, and is finite.
+        // A class that never occurs has a finite base.
         let share = |is: &dyn Fn(f64) -> f64| {
             let rows = self.train.iter().map(|row| *row as usize);
             let sum: f64 = rows.map(|row| self.weight[row] * is(self.target[row])).sum();
@@ -208,7 +207,7 @@ impl Task<'_> {
         }
     }
 
-    /// The weighted quantile of what the margins leave of some rows' targets.
+    /// The weighted quantile of the residual targets of some rows.
     fn residual_quantile(&self, rows: &[u32], margins: &[f64], share: f64) -> f64 {
         let mut residuals: Vec<(f64, f64)> = rows
             .iter()
@@ -227,7 +226,7 @@ impl Task<'_> {
         residuals.last().map_or(0.0, |(residual, _)| *residual)
     }
 
-    /// First and second derivative of the loss by a margin, at every row to learn from.
+    /// First and second derivative of the loss by a margin, at every row for learning.
     fn gradients(&self, output: usize, margins: &[Vec<f64>]) -> Vec<(f32, f32)> {
         let of = |row: usize| {
             let (y, w) = (self.target[row], self.weight[row]);
@@ -239,7 +238,7 @@ impl Task<'_> {
                 Loss::Softmax(classes) => {
                     let p = softmax(margins, row, output);
                     let hit = f64::from(y == output as f64);
-                    // A margin can be made up for by all others: K / (K - 1) of the plain curvature.
+                    // The other margins can compensate for one: K / (K - 1) of the plain curvature.
                     let k = classes as f64;
                     (p - hit, p * (1.0 - p) * k / (k - 1.0).max(1.0))
                 }

@@ -2,14 +2,14 @@
 
 use stiction_diagnose::fusion::{COVERAGE, Calibration, sigmoid, softplus};
 
-/// Classes of predicted width, each with a shift of its own.
+/// Number of classes of predicted width, each with its own shift.
 const WIDTH_CLASSES: usize = 8;
 
 /// The fewest loops in such a class.
 const FEWEST_IN_CLASS: usize = 50;
 
-/// The better of beta calibration and isotonic regression, as each does on the half it was not fitted
-/// to, and its log loss there.
+/// The better of beta calibration and isotonic regression, each judged on the half it was not fitted to, and its
+/// log loss there.
 pub fn calibration(margins: &[f64], truth: &[bool]) -> (Calibration, f64) {
     let half = |odd: usize| -> (Vec<f64>, Vec<bool>) {
         let part = margins.iter().zip(truth).skip(odd).step_by(2);
@@ -33,8 +33,8 @@ fn log_loss(map: &Calibration, margins: &[f64], truth: &[bool]) -> f64 {
     margins.iter().zip(truth).map(loss).sum::<f64>() / margins.len().max(1) as f64
 }
 
-/// Beta calibration by Newton's method on the log loss, slopes kept at 0 or above: a slope that would
-/// fall below is set to 0 and the rest fitted again.
+/// Beta calibration by Newton's method on the log loss, with slopes of at least 0: a negative slope is set to 0 and
+/// the rest fitted again.
 pub fn beta(margins: &[f64], truth: &[bool]) -> Calibration {
     let mut free = [true; 3];
     loop {
@@ -47,7 +47,7 @@ pub fn beta(margins: &[f64], truth: &[bool]) -> Calibration {
 }
 
 fn newton(margins: &[f64], truth: &[bool], free: [bool; 3]) -> [f64; 3] {
-    // A little pull to the identity keeps slopes finite where one class is missing.
+    // A small regularisation to the identity keeps slopes finite if one class is missing.
     const PULL: f64 = 1e-3;
     let aim = [1.0, 1.0, 0.0];
     let mut at = [0, 1, 2].map(|k| if free[k] { aim[k] } else { 0.0 });
@@ -106,7 +106,7 @@ fn solve(mut h: [[f64; 3]; 3], mut g: [f64; 3]) -> [f64; 3] {
 /// function for sampling with incomplete information", Ann. Math. Stat. 26 (1955) 641-647 (recalled,
 /// not read).
 pub fn isotonic(margins: &[f64], truth: &[bool]) -> Calibration {
-    /// Loops, sum of their margins, and how many are true.
+    /// Number of loops, sum of their margins, and number of true ones.
     struct Pool {
         n: f64,
         margins: f64,
@@ -118,7 +118,7 @@ pub fn isotonic(margins: &[f64], truth: &[bool]) -> Calibration {
     let mut pools: Vec<Pool> = vec![];
     for (margin, hit) in sorted {
         let mut pool = Pool { n: 1.0, margins: margin, hits: f64::from(hit) };
-        // Loops of one margin are one pool, whatever their truth.
+        // Loops of one margin are one pool, for either truth.
         while let Some(last) = pools.last()
             && (share(last) >= share(&pool) || last.margins / last.n >= pool.margins / pool.n)
         {
@@ -133,7 +133,7 @@ pub fn isotonic(margins: &[f64], truth: &[bool]) -> Calibration {
         .iter()
         .map(|pool| (pool.margins / pool.n, (pool.hits + 0.5) / (pool.n + 1.0)))
         .collect();
-    // Half a loop weighs more in a small pool and can turn two of them round.
+    // Half a loop weighs more in a small pool and can reverse the order of two.
     for k in 1..points.len() {
         points[k].1 = points[k].1.max(points[k - 1].1);
     }
@@ -141,9 +141,9 @@ pub fn isotonic(margins: &[f64], truth: &[bool]) -> Calibration {
     Calibration::Isotonic(if points.is_empty() { vec![(0.0, 0.5)] } else { points })
 }
 
-/// The shifts of conformalised quantile regression, for classes of predicted width of about equally
-/// many loops each: of `(low, high, truth)` on loops left out of training, the smallest c such that
-/// `[low - c, high + c]` covers [`COVERAGE`] of the class and one loop more.
+/// The shifts of conformalised quantile regression, for classes of predicted width with about equally many loops.
+/// From `(low, high, truth)` on loops left out of training, each is the smallest c such that `[low - c, high + c]`
+/// covers [`COVERAGE`] of the class and one loop more.
 pub fn shifts(predicted: &[(f64, f64, f64)]) -> Vec<(f64, f64)> {
     let mut sorted: Vec<(f64, f64)> = predicted
         .iter()
@@ -167,7 +167,7 @@ pub fn shifts(predicted: &[(f64, f64, f64)]) -> Vec<(f64, f64)> {
     shifts
 }
 
-/// The smallest of some values that a share of them and of one more does not exceed; 0 of none.
+/// The smallest of some values that a share of them and of one more does not exceed; 0 for none.
 pub fn upper(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let wanted = ((values.len() + 1) as f64 * share).ceil() as usize;

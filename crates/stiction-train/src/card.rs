@@ -1,4 +1,4 @@
-//! The model card: what a bundle was trained on and how good it is, in Markdown.
+//! The model card: training data and accuracy of a bundle, in Markdown.
 
 use crate::dataset::{Dataset, Truth};
 use crate::decide;
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use stiction_diagnose::fusion::{COVERAGE, LIMIT, Weighed};
 
-/// What the card is to say of the loops it was tested on.
+/// Results on the test loops for the card.
 pub struct Test<'a> {
     /// As recorded, and with the OP alone.
     pub data: &'a Both,
@@ -122,8 +122,8 @@ fn detected(out: &mut String, found: &Detection) -> std::fmt::Result {
     writeln!(out, "| decided (at most 0.2 or at least 0.8) | {decided} |")?;
     writeln!(out, "| right, of these | {right} |\n| faults called (0.8) | {recall} |")?;
     writeln!(out, "| precision (0.8) | {precision} |")?;
-    writeln!(out, "| faults that cannot show, called (0.8) | {} |", found.hidden_called)?;
-    writeln!(out, "| likeliest cause right, of loops without a fault | {} |", found.causes)?;
+    writeln!(out, "| faults invisible in the record, called (0.8) | {} |", found.hidden_called)?;
+    writeln!(out, "| likeliest cause right, for loops without a fault | {} |", found.causes)?;
 
     writeln!(out, "\n| probability | loops | predicted | observed |\n|---|---|---|---|")?;
     for (range, predicted, observed) in found.deciles.iter().filter(|(.., share)| share.n > 0) {
@@ -143,7 +143,7 @@ fn detected(out: &mut String, found: &Detection) -> std::fmt::Result {
     Ok(())
 }
 
-/// Whether S lies at or below the limit that is told, and how far from training loops are.
+/// Whether S is at or below the reported limit, and the distances from the training loops.
 fn limited(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::Result {
     let holds =
         |(truth, weighed): &(&Truth, &Weighed)| weighed.limit.is_none_or(|limit| truth.s <= limit);
@@ -221,7 +221,7 @@ fn extent(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::Re
     line("S, quantified", of(&quantified), all.len(), true)?;
     line("S, called (0.8)", of(&called), all.len(), true)?;
     line("S, called and quantified", of(&|w| called(w) && quantified(w)), all.len(), true)?;
-    // What a user meets: also valves whose sticking hides, or that slip rarely.
+    // The cases of a user: also valves with masked stiction, or with few slips.
     let any = estimates(&test.truth, weighed, |truth| Some(truth.s), |weighed| weighed.s);
     let met: Vec<_> = any
         .iter()

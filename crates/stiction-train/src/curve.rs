@@ -1,4 +1,5 @@
-//! What more loops to learn from bring, and what an observer who knows the stem would: where the verdict could go.
+//! The benefit of more loops for learning, and the limit of an observer who knows the stem: possible improvements
+//! of the verdict.
 
 use crate::bins::Bins;
 use crate::boost::{BoostOptions, Loss, Task, boost};
@@ -11,7 +12,7 @@ use std::fmt::Write;
 use stiction_diagnose::evidence::Line;
 use stiction_diagnose::fusion::{Ensemble, SURE, logit, row, softplus};
 
-/// One recipe for all sizes: that of the families left out, with more rounds.
+/// One recipe for all sizes: that of the left-out families, with more rounds.
 const RECIPE: BoostOptions = BoostOptions {
     rounds: 800,
     rate: 0.08,
@@ -22,26 +23,27 @@ const RECIPE: BoostOptions = BoostOptions {
     seed: 1,
 };
 
-/// Loops to learn from.
+/// Number of loops for learning.
 const SIZES: [usize; 5] = [10_000, 40_000, 110_000, 300_000, 500_000];
-/// Bands of what an observer gains who knows the stem, nats, from which on.
+/// Lower ends of the bands of gain for an observer who knows the stem, nats.
 const BANDS: [f64; 7] = [0.0, 15.6, 25.0, 50.0, 100.0, 200.0, 400.0];
 
-/// What trees are worth on loops that they were not grown on.
+/// Accuracy of trees on unseen loops.
 pub struct Worth {
     pub loops: usize,
     pub auc: f64,
     pub log_loss: f64,
-    /// Loops told beyond 0.02 and 0.98, and those of them that are wrong.
+    /// Loops reported beyond 0.02 and 0.98, and the wrong ones among them.
     pub sure: Share,
 }
 
-/// The learning curve, the bound, and how many of an observer's nats the search of stems reaches, as Markdown.
+/// The learning curve, the limit, and the share of an observer's nats that the search of stems reaches, as
+/// Markdown.
 ///
 /// # Errors
-/// If there is too little to learn from.
+/// If there is too little data.
 pub fn table(train: &Dataset, test: &Dataset, report: impl Fn(&str)) -> Result<String> {
-    let mut out = String::from("| loops to learn from | AUC | log loss |\n|---|---|---|\n");
+    let mut out = String::from("| loops for learning | AUC | log loss |\n|---|---|---|\n");
     let columns: Vec<usize> = (0..train.columns.len()).collect();
     let taught = train.truth.iter().filter(|truth| fault(truth).is_some()).count();
     let largest = SIZES.into_iter().filter(|size| *size < taught).chain([taught]);
@@ -70,7 +72,7 @@ fn learned(train: &Dataset, test: &Dataset, columns: &[usize], size: usize) -> R
     Ok(worth(&trees, test, |_| true))
 }
 
-/// Trees that know a fault, grown on some loops and columns.
+/// Trees for a fault, grown on some loops and columns.
 pub fn grown(train: &Dataset, known: &[u32], columns: &[usize]) -> Result<Ensemble> {
     let target: Vec<f64> =
         train.truth.iter().map(|truth| f64::from(fault(truth) == Some(true))).collect();
@@ -89,7 +91,7 @@ pub fn grown(train: &Dataset, known: &[u32], columns: &[usize]) -> Result<Ensemb
     Ok(boost(&bins, &task, &RECIPE)?.ensembles.swap_remove(0))
 }
 
-/// What trees are worth on some loops that are healthy, or visibly at fault.
+/// Accuracy of trees on loops that are healthy, or visibly faulty.
 pub fn worth(trees: &Ensemble, test: &Dataset, asked: impl Fn(&Truth) -> bool) -> Worth {
     let scored: Vec<(f64, bool)> = (0..test.truth.len())
         .filter(|k| asked(&test.truth[*k]))
@@ -108,7 +110,7 @@ pub fn worth(trees: &Ensemble, test: &Dataset, asked: impl Fn(&Truth) -> bool) -
     }
 }
 
-/// The same loops with what an observer gains who knows the stem; nothing where none sticks.
+/// The same loops with the gain of an observer who knows the stem; nothing for valves that do not stick.
 fn with_truth(data: &Dataset) -> Dataset {
     let mut knowing = data.clone();
     knowing.columns.push(Column {
@@ -121,7 +123,7 @@ fn with_truth(data: &Dataset) -> Dataset {
     knowing
 }
 
-/// How many nats the best stem that is searched gains, where the true one gains so many.
+/// Gain of the best stem in the search against the gain of the true one.
 fn reached(data: &Dataset) -> String {
     let Some(place) = data.columns.iter().position(|column| column.name == "stem_gain") else {
         return String::new();
@@ -137,8 +139,8 @@ fn reached(data: &Dataset) -> String {
     };
     let healthy = of(&|truth| !truth.cause.is_fault());
     let mut out = format!(
-        "\nNats of the best stem that is searched, beside the OP. Healthy loops: median {:.0}, 95 % quantile {:.0}.\n\n\
-         | an observer who knows the stem gains | sticky loops | the search: median | recorded every step | \
+        "\nNats of the best stem in the search, beside the OP. For healthy loops, median {:.0}, 95 % quantile {:.0}.\n\n\
+         | an observer who knows the stem gains | sticky loops | search, median | recorded every step | \
          2 to 9 steps a sample | 10 or more |\n|---|---|---|---|---|---|\n",
         quantile(healthy.clone(), 0.5),
         quantile(healthy, 0.95)

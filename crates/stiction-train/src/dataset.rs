@@ -9,30 +9,30 @@ use stiction_diagnose::fusion::Cause;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
     pub name: String,
-    /// 1 if more of it can only speak for stiction, -1 if only against, 0 if either.
+    /// 1 if larger values can only be evidence for stiction, -1 if only against, 0 if either.
     pub monotone: i8,
-    /// What it looks at.
+    /// Its line of evidence.
     pub line: Line,
-    /// Whether the OP alone is enough to measure it.
+    /// Whether it needs the OP only.
     pub op_only: bool,
 }
 
-/// What is true of a loop, and what its evidence is scaled by.
+/// The truth about a loop, and the scale of its evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// Its number in the population.
     pub index: u64,
     /// The name of its kind.
     pub kind: String,
-    /// What is the matter with it.
+    /// Its cause.
     pub cause: Cause,
-    /// Whether its fault, if it has one, shows.
+    /// Whether its fault, if it has one, is visible.
     pub visible: bool,
-    /// How often the valve slipped.
+    /// Number of slips of the valve.
     pub slips: u64,
-    /// What an observer who knows the stem gains, nats; see `stiction_population::Truth::gain`.
+    /// Gain of an observer who knows the stem, nats; see `stiction_population::Truth::gain`.
     pub nats: f64,
-    /// Range of the OP over the S that the valve has, or would have if it stuck.
+    /// Range of the OP over the actual S of the valve, or its S if it stuck.
     pub swing: f64,
     /// Percent of span.
     pub s: f64,

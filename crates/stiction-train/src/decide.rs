@@ -1,12 +1,12 @@
-//! The thresholds of the verdict, chosen by the risk that they run on loops that nothing was learned from; and what
-//! each rule beside them costs and gives.
+//! The thresholds of the verdict, chosen by their risk on loops that were not used for learning, and the cost and
+//! benefit of each additional rule.
 //!
-//! Thresholds are tried from [`Decision::CAUTIOUS`] on, outwards by a hundredth on each side in turn, and a side that
-//! breaks a constraint stays where it was: so the chance that the last ones kept break one is that of a single test,
-//! however many are tried (fixed sequence testing, as in A. Angelopoulos et al., "Learn then test", 2021; recalled, not
-//! read). Tests of shares of all decisions are exact: the upper end of a one-sided binomial interval of [`DOUBT`] must
-//! lie within the bound. They hold for loops like the simulated ones; loops of kinds left out of training are a
-//! constraint of their own.
+//! Thresholds are tried from [`Decision::CAUTIOUS`] outwards, by a hundredth on each side in turn. A side that
+//! violates a constraint stays at its last value. So the chance that the final ones violate a constraint is that of
+//! a single test, for any number of tries (fixed sequence testing, as in A. Angelopoulos et al., "Learn then test",
+//! 2021; recalled, not read). Tests of shares of all decisions are exact: the upper end of a one-sided binomial
+//! interval of [`DOUBT`] must be within the bound. They hold for loops like the simulated ones; loops of kinds left
+//! out of training have a constraint of their own.
 
 use crate::dataset::Dataset;
 use crate::families::Families;
@@ -23,22 +23,22 @@ use stiction_diagnose::fusion::{Bundle, Cause, Decision, Weighed};
 
 /// The chance that a bound does not hold.
 const DOUBT: f64 = 0.1;
-/// Of all decisions on loops that are healthy, or visibly at fault, that many may be wrong.
+/// Largest share of wrong decisions on loops that are healthy, or visibly faulty.
 const WRONG: f64 = 0.04;
-/// Of all healthy loops, and of those of each kind, that many may be accused.
+/// Largest share of accused loops, of all healthy ones and of those of each kind.
 const ACCUSED: f64 = 0.01;
 const ACCUSED_OF_KIND: f64 = 0.03;
-/// Of the sticking loops that are cleared, so many may stick by more than they are told.
+/// Largest share of cleared sticking loops whose S exceeds the reported limit.
 const BROKEN: f64 = 0.05;
-/// Of all decisions so many may be wrong on families that training has not seen: the wrong ones, and by how much their
-/// share grows where a family is left out.
+/// Largest share of wrong decisions on families that training has not seen: the wrong ones, plus the increase of
+/// their share when a family is left out.
 const LEFT_OUT: f64 = 0.05;
-/// Where it ends.
+/// End of the search.
 const ENDS: Decision = Decision { accuse: 0.6, clear: 0.4 };
-/// Shares of fewer loops than these are no reason to stop.
+/// Fewest loops of a share that can stop the search.
 const FEWEST: usize = 200;
 
-/// A loop to decide on.
+/// A loop to decide.
 struct Case<'a> {
     says: Weighed,
     signs: Signs,
@@ -46,11 +46,11 @@ struct Case<'a> {
     z: f64,
     kind: &'a str,
     fault: Option<bool>,
-    /// Of a valve that sticks, percent of span.
+    /// For a valve that sticks, percent of span.
     s: Option<f64>,
 }
 
-/// A rule that keeps a loop from being decided.
+/// A rule that prevents a decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Rule {
     /// Unlike the training.
@@ -70,7 +70,7 @@ enum Rule {
 }
 
 impl Rule {
-    /// Those of the verdict, which can be left out; and those that it no longer has, which can be put in.
+    /// The rules of the verdict, which can be left out, and former rules, which can be added.
     const KEPT: [Self; 3] = [Self::Strange, Self::Harmless, Self::NoLimit];
     const DROPPED: [Self; 4] = [Self::DeadZone, Self::Contradiction, Self::Unsupported, Self::Veto];
 
@@ -86,7 +86,7 @@ impl Rule {
         }
     }
 
-    /// The signs without what a kept rule looks at.
+    /// The inputs without those of a current rule.
     fn silenced(self, signs: Signs) -> Signs {
         match self {
             Self::Strange => Signs { distance: 0.0, ..signs },
@@ -100,7 +100,7 @@ impl Rule {
         }
     }
 
-    /// Whether a dropped rule would keep this decision back.
+    /// Whether a former rule would prevent this decision.
     fn forbids(self, case: &Case<'_>, class: VerdictClass) -> bool {
         let lines = || case.says.lines.iter().map(|(_, p): &(Line, f64)| *p);
         match self {
@@ -116,7 +116,7 @@ impl Rule {
     }
 }
 
-/// What decisions come to.
+/// Counts of decisions.
 #[derive(Debug, Clone, Default)]
 struct Counts {
     decided: Share,
@@ -212,7 +212,7 @@ fn at_most(share: Share) -> f64 {
     }
 }
 
-/// What a constraint is about.
+/// The quantity of a constraint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Constraint {
     Wrong,
@@ -248,7 +248,7 @@ impl Constraint {
         }
     }
 
-    /// What is to stay within the bound.
+    /// The constrained value.
     fn value(self, counts: &Counts, left_out: f64) -> f64 {
         let told = |share: &&Share| share.n >= FEWEST;
         match self {
@@ -264,27 +264,27 @@ impl Constraint {
     }
 }
 
-/// Thresholds that were tried, and the constraints that they break.
+/// Tried thresholds, and the constraints that they violate.
 struct Step {
     tried: Decision,
     values: [f64; Constraint::ALL.len()],
 }
 
 impl Step {
-    /// The limit keeps its promise by itself, where the walk ends.
+    /// The limit keeps its coverage by itself, at the end of the search.
     fn holds(&self) -> bool {
         let mut all = Constraint::ALL.into_iter().zip(self.values);
         all.all(|(each, value)| each == Constraint::Broken || value <= each.bound())
     }
 }
 
-/// The thresholds that constraints allow, and the way there.
+/// The final thresholds, and the search.
 pub struct Choice {
     pub decision: Decision,
     steps: Vec<Step>,
 }
 
-/// The thresholds that the constraints allow.
+/// The thresholds within the constraints.
 ///
 /// # Errors
 /// If evidence cannot be weighed.
@@ -300,7 +300,7 @@ pub fn choose(
         let left_out = families.map_or(0.0, |known| known.excess_beyond(tried.clear, tried.accuse));
         Step { tried, values: Constraint::ALL.map(|each| each.value(&counts, left_out)) }
     };
-    // Hundredths, so that what is tried does not depend on how it was reached.
+    // Hundredths, so that the tried values do not depend on the path.
     let outwards = |value: f64, by: f64| ((value + by) * 100.0).round() / 100.0;
     let mut decision = Decision::CAUTIOUS;
     let mut steps = vec![tried(decision)];
@@ -325,7 +325,7 @@ pub fn choose(
 }
 
 impl Choice {
-    /// The way there, as Markdown; a value in bold breaks its bound.
+    /// The search, as Markdown; a value in bold violates its bound.
     pub fn table(&self) -> String {
         let mut out = String::from("| accused from | cleared up to |");
         for each in Constraint::ALL {
@@ -344,7 +344,7 @@ impl Choice {
     }
 }
 
-/// What the thresholds come to on some loops, and what each rule changes there, as Markdown.
+/// The results of the thresholds on some loops, and the effect of each rule, as Markdown.
 ///
 /// # Errors
 /// If evidence cannot be weighed.
@@ -353,7 +353,7 @@ pub fn table(bundle: &Bundle, data: &Dataset) -> Result<String> {
     let cases = cases(bundle, data, &rows)?;
     let decision = &bundle.decision;
     let mut out = format!(
-        "A valve is accused from {:.0} % on and cleared up to {:.0} %.\n\n\
+        "A valve is accused from {:.0} % and cleared up to {:.0} %.\n\n\
          | rules | decided | right | faults found | healthy cleared | healthy accused | worst kind | cleared above their limit |\n\
          |---|---|---|---|---|---|---|---|\n",
         100.0 * decision.accuse,

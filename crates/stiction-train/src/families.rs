@@ -1,10 +1,10 @@
-//! What becomes of the verdict on families of loops that were left out of its training.
+//! Accuracy of the verdict on families of loops that were left out of its training.
 //!
-//! Every family in turn is left out: smaller models are trained and calibrated without it, and asked about
-//! it. From their errors follows how much confidence the verdict may show ([`Confidence`]), and by how much
-//! intervals of S must be stretched. A family of loops of one class is completed by loops of the other
-//! class, which were not trained on either, at the population's shares; and as leaving out a family
-//! changes the share of faults, log-odds are moved back to that of the whole population.
+//! Every family in turn is left out: smaller models are trained and calibrated without it, and tested on it. Their
+//! errors determine the confidence of the verdict ([`Confidence`]) and the stretch of its intervals of S. A family
+//! of one class is completed by loops of the other class, which were not used for training either, at the
+//! population's shares. Leaving out a family changes the share of faults, so log-odds are shifted back to that of
+//! the whole population.
 
 use crate::bins::Bins;
 use crate::boost::{BoostOptions, Loss, Task, boost};
@@ -24,29 +24,29 @@ use stiction_diagnose::fusion::{
 };
 use stiction_population::scoreboard::wilson;
 
-/// The most loops to train on, to calibrate on and to ask.
+/// The most loops for training, calibration and test.
 const TRAINED: usize = 40_000;
 const CALIBRATED: usize = 10_000;
 const ASKED: usize = 6_000;
 
-/// Families of fewer loops tell nothing; those of more than this share of all are the population itself.
+/// Families with fewer loops give no result; those with more than this share are the population itself.
 const FEWEST: usize = 200;
 const LARGEST: f64 = 0.6;
 
-/// The share of sure decisions that may be wrong: on either side over all families, and in each of them,
-/// but for [`EXCUSED`] families. A family of fewer sure decisions than [`COUNTED`], or of a single wrong
-/// one, is not judged.
+/// The largest share of wrong sure decisions: on either side over all families, and in each of them, except for
+/// [`EXCUSED`] families. A family with fewer sure decisions than [`COUNTED`], or with a single wrong one, is not
+/// judged.
 const WRONG: f64 = 0.04;
 const EXCUSED: usize = 2;
 const COUNTED: usize = 20;
 
-/// Intervals of S are stretched until they cover this share of all left-out families but one in so many, and at
-/// most so far: all intervals pay for the worst families.
+/// Intervals of S are stretched until they cover this share of all left-out families except one in this many, up to
+/// this limit: all intervals pay for the worst families.
 const COVERED: f64 = 0.885;
 const UNCOVERED: usize = 8;
 const MOST_STRETCH: f64 = 1.4;
 
-/// What is told where no log-odds are sure enough.
+/// The reported confidence if no log-odds are sure enough.
 const NEVER: f64 = 0.975;
 
 const fn recipe(rounds: usize, rate: f64, leaves: usize, least: f64) -> BoostOptions {
@@ -65,42 +65,41 @@ const FAULT: BoostOptions = recipe(300, 0.1, 31, 6.0);
 const S: BoostOptions = recipe(200, 0.1, 20, 20.0);
 const LIMIT_TREES: BoostOptions = recipe(150, 0.1, 15, 20.0);
 
-/// What is learned from: the columns of a model, those open to the models of a fault, and their
-/// directions.
+/// The input of learning: the columns of a model, those allowed for the models of a fault, and their directions.
 pub struct Lesson<'a> {
     pub data: &'a Dataset,
     pub bins: &'a Bins,
     pub monotone: &'a [i8],
     pub columns: &'a [usize],
     pub open: &'a [usize],
-    /// The loops to train on, and the others.
+    /// The loops for training, and the others.
     pub trained: &'a [u32],
     pub calibrated: &'a [u32],
-    /// Whether S, its limit and the distance are asked for too.
+    /// Whether S, its limit and the distance are tested too.
     pub thorough: bool,
 }
 
-/// What was found by leaving out families.
+/// The results of leaving out families.
 #[derive(Debug, Clone)]
 pub struct Families {
-    /// First that of nothing left out.
+    /// First the result with all families.
     left: Vec<Left>,
     pub confidence: Confidence,
     pub stretch: f64,
 }
 
-/// A family that was left out.
+/// A left-out family.
 #[derive(Debug, Clone)]
 struct Left {
     name: String,
     loops: usize,
-    /// Whether confidence rests on it too: not where it holds all loops of another fault.
+    /// Whether it counts for the confidence: not if it contains all loops of another fault.
     counted: bool,
-    /// Log-odds, truth and weight; the weights add up to the number of loops asked.
+    /// Log-odds, truth and weight; the weights add up to the number of tested loops.
     judged: Vec<(f64, bool, f64)>,
-    /// For every valve whose S is known: the distance from the middle of its interval, in halves of it.
+    /// For every valve with a known S: the distance from the middle of its interval, in half-widths.
     ends: Vec<f64>,
-    /// Of the valves at fault, those whose S is not above the limit.
+    /// Of the faulty valves, those whose S is not above the limit.
     limit: Share,
     /// Of all loops, those beyond the distance of 1.
     unlike: Share,
@@ -133,7 +132,7 @@ impl Sure {
 }
 
 impl std::fmt::Display for Sure {
-    /// The weighted share in percent with the interval that so many loops give, and the plain count.
+    /// The weighted share in percent with the interval for this many loops, and the plain count.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Share { k, n } = self.raw;
         if n == 0 {
@@ -148,7 +147,7 @@ impl std::fmt::Display for Sure {
 /// Leaves out every family in turn.
 ///
 /// # Errors
-/// If there is too little to learn from.
+/// If there is too little data.
 pub fn families(lesson: &Lesson<'_>, report: impl Fn(&str)) -> Result<Families> {
     let names = names(lesson.data);
     report(&format!("leaving out {} families", names.len()));
@@ -167,9 +166,9 @@ pub fn families(lesson: &Lesson<'_>, report: impl Fn(&str)) -> Result<Families> 
     Ok(Families { left, confidence, stretch })
 }
 
-/// The families to leave out with the number of their loops, and whether they count. One that holds most
-/// loops, or nearly all sticking valves, is the question itself; one of valves that do not respond is another
-/// fault, and told apart.
+/// The families to leave out with the number of their loops, and whether they count. A family with most loops, or
+/// nearly all sticking valves, is the whole question. A family of valves that do not respond is a different fault,
+/// and reported separately.
 fn names(data: &Dataset) -> Vec<(String, usize, bool)> {
     let mut found: BTreeMap<&str, [usize; 3]> = BTreeMap::new();
     let mut all = [0; 3];
@@ -231,7 +230,7 @@ impl Lesson<'_> {
         row(&self.data.row(*k as usize))
     }
 
-    /// Those of some rows that a target is known of, with it.
+    /// The rows with a known target, with it.
     fn known(&self, rows: &[u32], target: &dyn Fn(&Truth) -> Option<f64>) -> Vec<(u32, f64)> {
         rows.iter().filter_map(|k| Some((*k, target(&self.data.truth[*k as usize])?))).collect()
     }
@@ -304,7 +303,7 @@ impl Lesson<'_> {
         Ok(own.chain(opposite.into_iter().map(all(of_opposite))).collect())
     }
 
-    /// How far the S of the valves of a family lie from the middles of their intervals.
+    /// Distances of S from the middles of the intervals for the valves of a family.
     fn ends(&self, trained: &[u32], calibrated: &[u32], asked: &[u32]) -> Result<Vec<f64>> {
         let fit = |share| self.fit(trained, Loss::Pinball(share), self.columns, &S, &ln_s);
         let (low, high) = (fit(0.5 * (1.0 - COVERAGE))?, fit(0.5 * (1.0 + COVERAGE))?);
@@ -328,7 +327,7 @@ impl Lesson<'_> {
         Ok(predicted(asked).into_iter().map(end).collect())
     }
 
-    /// Of the valves at fault of a family, those whose S is not above the limit.
+    /// Of the faulty valves of a family, those whose S is not above the limit.
     fn limit(&self, trained: &[u32], calibrated: &[u32], asked: &[u32]) -> Result<Share> {
         let trees =
             self.fit(trained, Loss::Pinball(LIMIT), self.columns, &LIMIT_TREES, &limit_target)?;
@@ -347,7 +346,7 @@ fn log_odds(map: &Calibration, margin: f64) -> f64 {
 }
 
 impl Left {
-    /// Its decisions where log-odds are at least `above` in size, on the side of a fault or on the other.
+    /// Its decisions with log-odds of size `above` or more, for or against a fault.
     fn sure(&self, accusing: bool, above: f64) -> Sure {
         let mut sure = Sure::default();
         for (log_odds, hit, weight) in &self.judged {
@@ -366,7 +365,7 @@ impl Left {
         self.sure(false, clearing).with(self.sure(true, accusing))
     }
 
-    /// How far intervals of S must be stretched to cover.
+    /// The stretch of intervals of S for their coverage.
     fn stretch(&self) -> f64 {
         if self.ends.len() < 100 {
             return 1.0;
@@ -379,9 +378,9 @@ impl Left {
     }
 }
 
-/// The log-odds at which sure decisions begin, against a fault and for one, so that the most are made while
-/// at most [`WRONG`] of either side are wrong over all families, and more in at most [`EXCUSED`] of them;
-/// infinite where none are to be made.
+/// The log-odds at which sure decisions begin, against a fault and for one. They give the most decisions with at
+/// most [`WRONG`] of either side wrong over all families, and more in at most [`EXCUSED`] of them. They are
+/// infinite if no decision is allowed.
 fn thresholds(families: &[&Left]) -> [f64; 2] {
     let own = logit(SURE);
     let grid: Vec<f64> =
@@ -409,7 +408,7 @@ fn thresholds(families: &[&Left]) -> [f64; 2] {
     best.0
 }
 
-/// How far all intervals of S are stretched.
+/// The stretch of all intervals of S.
 fn stretch(families: &[&Left]) -> f64 {
     let mut wanted: Vec<f64> = families.iter().map(|each| each.stretch()).collect();
     wanted.sort_by(|a, b| b.total_cmp(a));
@@ -426,9 +425,9 @@ fn confidence(families: &[&Left]) -> Confidence {
 }
 
 impl Families {
-    /// By how much the share of wrong decisions grows where a family was left out, over all families: decisions up to
-    /// one probability against a fault, from the other on for one. Both shares are those of models of one size, so that
-    /// what a small model does not know is not counted.
+    /// Increase of the share of wrong decisions when a family is left out, over all families: decisions up to one
+    /// probability against a fault, from the other one for it. Both shares are those of models of one size, so that
+    /// the weakness of a small model does not count.
     pub fn excess_beyond(&self, clear: f64, accuse: f64) -> f64 {
         let wrong = |of: &dyn Fn(&&Left) -> bool| {
             let mut sure = Sure::default();
@@ -445,8 +444,7 @@ impl Families {
         wrong(&|each| each.counted && !each.name.is_empty()) - wrong(&|each| each.name.is_empty())
     }
 
-    /// The table for people, in Markdown. What a family is told rests on thresholds and stretches that
-    /// were found on the other families.
+    /// The table in Markdown. The reported values of a family use thresholds and stretches from the other families.
     pub fn table(&self) -> String {
         let mut out = String::from(
             "| left out | loops | AUC | decided, 20/80 % | right | wrong below 2 %, calibrated | wrong above \

@@ -5,10 +5,10 @@ use rayon::prelude::*;
 use std::ops::Range;
 use stiction_diagnose::fusion::Node;
 
-/// Bins of a histogram: those of values that are there, and that of missing ones.
+/// Bins of a histogram: those of known values, and that of missing ones.
 const BINS: usize = 256;
 
-/// Additions that are worth a task of their own.
+/// Additions that justify a parallel task.
 const WORTH_A_TASK: usize = 20_000;
 
 /// Sums of gradients and of second derivatives.
@@ -32,18 +32,18 @@ impl std::ops::Sub for Sum {
     }
 }
 
-/// How far a tree may go.
+/// Limits of a tree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// The most leaves.
     pub leaves: usize,
-    /// The least sum of second derivatives in a leaf.
+    /// The smallest sum of second derivatives in a leaf.
     pub least_weight: f64,
-    /// What is added to that sum: it pulls leaves to 0.
+    /// Addition to that sum: it pulls leaves to 0.
     pub l2: f64,
 }
 
-/// Where a column is parted, and what that gains.
+/// A split of a column, and its gain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Split {
     column: usize,
@@ -56,16 +56,16 @@ struct Split {
     monotone: i8,
 }
 
-/// A leaf that may still be split.
+/// A leaf that may be split.
 struct Leaf {
-    /// Its place in the tree.
+    /// Its index in the tree.
     node: usize,
     /// Its part of the rows.
     rows: Range<usize>,
     sum: Sum,
-    /// What its value must lie between.
+    /// Bounds of its value.
     bounds: (f64, f64),
-    /// For each column that is looked at, the sums of each bin.
+    /// For each column in use, the sums of each bin.
     histogram: Vec<Sum>,
     best: Option<Split>,
 }
@@ -82,19 +82,19 @@ pub struct Tree {
     nodes: Vec<Growing>,
     /// The rows it was grown on, those of a leaf together.
     rows: Vec<u32>,
-    /// For each leaf its place, its rows and the bounds of its value.
+    /// For each leaf its index, its rows and the bounds of its value.
     leaves: Vec<(usize, Range<usize>, (f64, f64))>,
 }
 
 impl Tree {
-    /// Grows a tree on gradients `(g, h)` of every row, given as first and second derivative of the
-    /// loss. Only the given rows, which ascend, and columns are looked at. Always the leaf is split
-    /// that gains most, `gain = score(left) + score(right) - score(leaf)` with
-    /// `score = -(2 g w + (h + l2) w^2)` at the value `w = -g / (h + l2)`, bounded.
+    /// Grows a tree on gradients `(g, h)` of every row, the first and second derivative of the loss. Only the given
+    /// rows, which ascend, and columns are used. The leaf with the largest gain is split next, `gain = score(left)
+    /// + score(right) - score(leaf)` with `score = -(2 g w + (h + l2) w^2)` at the value `w = -g / (h + l2)`,
+    /// bounded.
     ///
-    /// Where a column is monotone, the leaves on both sides of a split must keep that order, and their
-    /// middle bounds all that grows below them ("basic" in LightGBM). Missing values are outside of
-    /// that order. Adds what each split gained to `gains`.
+    /// For a monotone column, the leaves on both sides of a split must keep that order, and their middle bounds
+    /// everything below them ("basic" in LightGBM). Missing values are outside that order. Adds the gain of each
+    /// split to `gains`.
     ///
     /// Source: G. Ke et al., "LightGBM: a highly efficient gradient boosting decision tree", NeurIPS 30
     /// (2017) (recalled, not read). Sums are taken in the order of the rows, so the tree does not
@@ -138,7 +138,7 @@ impl Tree {
         Self { nodes, rows: grower.rows, leaves: places }
     }
 
-    /// Replaces the value of every leaf by what `value` says of its rows and present value.
+    /// Replaces the value of every leaf by `value` of its rows and present value.
     pub fn revalue(&mut self, value: impl Fn(&[u32], f32) -> f32 + Sync) {
         let values: Vec<f32> = self
             .leaves
@@ -153,7 +153,7 @@ impl Tree {
         }
     }
 
-    /// What it adds at a row.
+    /// Its output at a row.
     pub fn value(&self, bins: &Bins, row: u32) -> f32 {
         let mut at = 0;
         loop {
@@ -200,7 +200,7 @@ impl Grower<'_> {
         let rows = 0..self.rows.len();
         let mut histogram = self.empty();
         self.fill(rows.clone(), &mut histogram);
-        // Every histogram has every row in it: the first one's sum is that of all.
+        // Every histogram contains every row: the first one's sum is that of all.
         let sum = histogram.iter().take(BINS).fold(Sum::default(), |sum, bin| sum + *bin);
         let mut leaf = Leaf {
             node: 0,
@@ -218,7 +218,7 @@ impl Grower<'_> {
         vec![Sum::default(); self.columns.len() * BINS]
     }
 
-    /// Columns that make a task, if each means so many additions.
+    /// Columns per task, with this many additions each.
     fn columns_a_task(&self, additions: usize) -> usize {
         (WORTH_A_TASK / additions.max(1)).max(1)
     }
@@ -226,7 +226,7 @@ impl Grower<'_> {
     /// Adds the rows' gradients to their bins.
     fn fill(&self, rows: Range<usize>, histogram: &mut [Sum]) {
         let rows = &self.rows[rows];
-        // In the order of the rows, so that one column after the other reads them in a row.
+        // In the order of the rows, so that each column reads them sequentially.
         let gradients: Vec<(f32, f32)> =
             rows.iter().map(|row| self.gradients[*row as usize]).collect();
         histogram
@@ -243,7 +243,7 @@ impl Grower<'_> {
             });
     }
 
-    /// The two leaves that a split makes of one.
+    /// The two leaves of a split.
     fn part(&mut self, leaf: Leaf, split: Split, places: (usize, usize), last: bool) -> [Leaf; 2] {
         let codes = self.bins.codes(split.column);
         let goes_right = |row: &u32| match codes[*row as usize] {
@@ -293,7 +293,7 @@ impl Grower<'_> {
         if last || !children.iter().any(splittable) {
             return children;
         }
-        // The smaller child is counted; the larger one is what remains of their parent.
+        // The smaller child is counted; the larger one is its parent less the smaller.
         let small = usize::from(children[0].rows.len() > children[1].rows.len());
         let mut counted = self.empty();
         self.fill(children[small].rows.clone(), &mut counted);
@@ -312,12 +312,12 @@ impl Grower<'_> {
         (-sum.g / (sum.h + self.limits.l2)).max(low).min(high)
     }
 
-    /// What a leaf of that value takes off the loss, twice.
+    /// Twice the reduction of the loss by a leaf of that value.
     fn score(&self, sum: Sum, value: f64) -> f64 {
         -value * (2.0 * sum.g + (sum.h + self.limits.l2) * value)
     }
 
-    /// The best split of a leaf over all columns, the first of several.
+    /// The best split of a leaf over all columns, the first of equals.
     fn best(&self, leaf: &Leaf) -> Option<Split> {
         let best: Vec<Option<Split>> = leaf
             .histogram
@@ -340,14 +340,14 @@ impl Grower<'_> {
         let missing = histogram[usize::from(MISSING)];
         let bins = self.bins.bins(column);
         let unsplit = self.score(leaf.sum, self.value(leaf.sum, leaf.bounds));
-        // Rounding leaves a trace of rows that are gone; it is no gain.
+        // Rounding leaves a trace of removed rows, which is not a gain.
         let mut best_gain = 1e-9 * (1.0 + unsplit.abs());
         let mut best = None;
         let any_missing = missing.h > 1e-6 * least.max(1e-6);
         let ways: &[bool] = if any_missing { &[true, false] } else { &[true] };
         for &missing_right in ways {
             let mut left = if missing_right { Sum::default() } else { missing };
-            // The last bin's end parts the missing from all others.
+            // The end of the last bin separates missing values from all others.
             let ends = if any_missing && missing_right { bins } else { bins - 1 };
             for bin in 0..ends {
                 left = left + histogram[bin];
@@ -366,7 +366,7 @@ impl Grower<'_> {
                 let gain = self.score(left, l) + self.score(right, r) - unsplit;
                 if gain > best_gain {
                     best_gain = gain;
-                    // Where nothing is missing, what is will go the way of most.
+                    // Without missing values in training, later ones go with the majority.
                     let missing_right = if any_missing { missing_right } else { right.h > left.h };
                     best =
                         Some(Split { column, bin: bin as u8, missing_right, gain, left, monotone });

@@ -1,7 +1,7 @@
-//! What the nets say of loops that they were not trained on, put in the place of what they say of all.
+//! Output of the nets for unseen loops, instead of that for all loops.
 //!
-//! Of the loops that trees are grown on, each net was trained on those of every [`FOLDS`]th number; the trees are shown
-//! what the others say, and nothing where there are none. Of all other loops they are shown the mean, as in a diagnosis.
+//! Each net was trained on every [`FOLDS`]th of the loops for growing trees. For each of these loops, the trees get
+//! the output of the other nets, and nothing without any. For all other loops they get the mean, as in a diagnosis.
 
 use crate::dataset::Dataset;
 use crate::signals_file;
@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use std::path::Path;
 use stiction_diagnose::evidence::raw::{FEATURES, Net, OUTPUTS, values};
 
-/// Nets, and parts of the loops that trees are grown on.
+/// Number of nets, and of parts of the loops for growing trees.
 pub const FOLDS: u64 = 2;
 
-/// Records that are heard at once.
+/// Records that are processed at once.
 const AT_ONCE: usize = 2048;
 
 /// Fills the columns of the nets from the signals of the same loops; those with a number below `trained` are of the

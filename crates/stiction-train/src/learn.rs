@@ -19,22 +19,22 @@ use stiction_diagnose::fusion::{
     Quantiles, TrainedModel, row,
 };
 
-/// The fewest slips of a valve whose S is learned from: fewer show where it sticks, not how much.
+/// Fewest slips of a valve for learning S: fewer show only where it sticks.
 pub const FEWEST_SLIPS: u64 = 3;
 
-/// The probability from which on loops count for the intervals of S and J/S.
+/// The probability from which loops count for the intervals of S and J/S.
 const LIKELY: f64 = 0.7;
 
-/// Of so many loops to learn from, one is there to stop by.
+/// One of this many loops for learning is used for stopping.
 const STOP_SHARE: u64 = 8;
 
-/// The probability up to which valves are cleared, at first.
+/// The initial probability up to which valves are cleared.
 const FIRST_CLEAR: f64 = 0.2;
 
 /// The quantiles of intervals.
 const QUANTILES: [f64; 3] = [0.05, 0.5, 0.95];
 
-/// How a model is learned, and how many of them with different seeds are averaged.
+/// Settings of a model, and the number of averaged models with different seeds.
 #[derive(Debug, Clone, Copy)]
 struct Recipe {
     options: BoostOptions,
@@ -56,7 +56,7 @@ const fn recipe(members: u64, rounds: usize, rate: f64, leaves: usize, least: f6
     }
 }
 
-// The least weight of a leaf is in loops for quantiles, and in loops times p (1 - p) for probabilities.
+// The smallest weight of a leaf is in loops for quantiles, and in loops times p (1 - p) for probabilities.
 const FAULT: Recipe = recipe(3, 2000, 0.05, 31, 6.0);
 const NO_RESPONSE: Recipe = recipe(1, 150, 0.1, 8, 2.0);
 const LINE: Recipe = recipe(1, 300, 0.08, 8, 4.0);
@@ -66,28 +66,28 @@ const S: Recipe = recipe(2, 1000, 0.05, 20, 20.0);
 const J_OVER_S: Recipe = recipe(1, 500, 0.06, 14, 30.0);
 const LIMIT_OF_S: Recipe = recipe(1, 400, 0.08, 15, 20.0);
 
-/// Features that the models of a fault are kept from. They tell how a loop was recorded, and in a simulated
-/// population that can tell more of the valve than it does in a plant.
+/// Features that the models of a fault may not use. They show how a loop was recorded, which in a simulated
+/// population can reveal more about the valve than in a plant.
 const SHORTCUTS: [&str; 4] = ["samples", "op_levels", "pv_levels", "sp_known"];
-/// With the OP alone also how still and how straight it was recorded.
+/// With the OP alone, also its still and straight parts.
 const SHORTCUTS_OF_OP: [&str; 2] = ["op_still", "op_lines"];
 
-/// A bundle, and what is to be told of its making.
+/// A bundle, with information about its training.
 pub struct Learned {
     pub bundle: Bundle,
-    /// How its thresholds were chosen.
+    /// The choice of its thresholds.
     pub choice: Choice,
-    /// For each model that was learned: its name, rounds, loss on the loops to stop by.
+    /// For each learned model: its name, rounds, loss on the loops for stopping.
     pub notes: Vec<(String, usize, f64)>,
-    /// What the splits by each column gained in the models of a fault and of the median of S, of OP and
-    /// PV; each adds up to one.
+    /// Gain of the splits by each column in the models of a fault and of the median of S, of OP and PV; each adds
+    /// up to one.
     pub fault_gains: Vec<f64>,
     pub s_gains: Vec<f64>,
-    /// What leaving out families showed, of OP and PV and of the OP alone; `None` if none were.
+    /// Results of leaving out families, of OP and PV and of the OP alone; `None` if none were left out.
     pub families: Option<[Families; 2]>,
 }
 
-/// Whether a loop has a fault that shows; `None` for one that hides and teaches nothing.
+/// Whether a loop has a visible fault; `None` for an invisible one, which is not used for learning.
 pub fn fault(truth: &Truth) -> Option<bool> {
     match truth.cause.is_fault() {
         true => truth.visible.then_some(true),
@@ -95,36 +95,36 @@ pub fn fault(truth: &Truth) -> Option<bool> {
     }
 }
 
-/// `ln(S / OP span)` of a loop to learn S from.
+/// `ln(S / OP span)` of a loop for learning S.
 pub fn ln_s(truth: &Truth) -> Option<f64> {
     let known = truth.cause == Cause::StickingValve && truth.visible && truth.slips >= FEWEST_SLIPS;
     (known && truth.s > 0.0 && truth.op_span > 0.0).then(|| (truth.s / truth.op_span).ln())
 }
 
-/// J/S of a loop to learn it from.
+/// J/S of a loop for learning it.
 pub fn j_over_s(truth: &Truth) -> Option<f64> {
     ln_s(truth).map(|_| truth.j / truth.s)
 }
 
-/// `ln(S / OP span)` of any loop, as a limit bounds it: healthy valves have none, no OP moves stuck ones.
-/// A fault without an S, such as one in a loop below, is not known in this OP and bounds nothing.
+/// `ln(S / OP span)` of any loop, for the limit: minus infinity for healthy valves, infinity for stuck ones. A
+/// fault without an S, such as one in a loop below, is unknown for this OP and bounds nothing.
 pub fn limit_target(truth: &Truth) -> Option<f64> {
     let s = if truth.cause.is_fault() { truth.s } else { 0.0 };
     let known = truth.op_span > 0.0 && (s > 0.0 || !truth.cause.is_fault());
     known.then(|| Limit::target(s, truth.op_span))
 }
 
-/// The same of valves at fault only, whether it shows or not.
+/// The same for faulty valves only, visible or not.
 pub fn at_fault(truth: &Truth) -> Option<f64> {
     limit_target(truth).filter(|_| truth.cause.is_fault())
 }
 
-/// Learns all models from members of the population, as recorded and with the OP alone: from the first
-/// `trained` of them the trees, from the rest calibration and intervals, and, where `leaves_out` says so,
-/// confidence from leaving out every family in turn.
+/// Learns all models from members of the population, as recorded and with the OP alone: from the first `trained` of
+/// them the trees, from the rest calibration and intervals, and, if `leaves_out`, the confidence by leaving out
+/// every family in turn.
 ///
 /// # Errors
-/// If there are too few loops of a sort.
+/// If there are too few loops of a kind.
 pub fn learn(
     both: &Both,
     provenance: Provenance,
@@ -158,7 +158,7 @@ pub fn learn(
     Ok(Learned { bundle, choice, notes, fault_gains, s_gains, families })
 }
 
-/// Moves the limit and chooses the thresholds, by loops that nothing was learned from.
+/// Shifts the limit and chooses the thresholds, on loops that were not used for learning.
 ///
 /// # Errors
 /// If evidence cannot be weighed.
@@ -173,7 +173,7 @@ pub fn decide(
         limit::calibrate(bundle, data, rows, clear)?;
         let choice = decide::choose(bundle, data, rows, families)?;
         bundle.decision = choice.decision;
-        // What is cleared depends on the limit, and the limit on what is cleared: downwards they meet.
+        // The cleared loops depend on the limit, and the limit on the cleared loops: both converge downwards.
         if choice.decision.clear >= clear {
             return Ok(choice);
         }
@@ -181,16 +181,16 @@ pub fn decide(
     }
 }
 
-/// Leaves out every family in turn, of the evidence of OP and PV.
+/// Leaves out every family in turn, for the evidence of OP and PV.
 ///
 /// # Errors
-/// If there are too few loops of a sort.
+/// If there are too few loops of a kind.
 pub fn leave_out(data: &Dataset, trained: u64, report: impl Fn(&str)) -> Result<Families> {
     let all: Vec<usize> = (0..data.columns.len()).collect();
     School::new(data, trained, report).families(&all)
 }
 
-/// Of some columns those that models of a fault may look at.
+/// The columns that models of a fault may use.
 pub fn open(data: &Dataset, columns: &[usize]) -> Vec<usize> {
     let of_op = is_of_op(data, columns);
     let is_shortcut = |k: &usize| {
@@ -204,7 +204,7 @@ fn is_of_op(data: &Dataset, columns: &[usize]) -> bool {
     columns.iter().all(|k| data.columns[*k].op_only)
 }
 
-/// What is being learned from.
+/// The input of learning.
 struct School<'a, R> {
     data: &'a Dataset,
     bins: Bins,
@@ -245,7 +245,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         families(&lesson, &self.report)
     }
 
-    /// All models that look at these columns, and what columns gained in those of a fault and of S.
+    /// All models of these columns, and the gain of the columns in those of a fault and of S.
     fn model(
         &mut self,
         name: &str,
@@ -259,7 +259,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         let (mut trees, fault_gains) =
             self.fit(&named("fault"), Loss::Logistic, &open, &monotone, &FAULT, &target)?;
         let fault_trees = trees.swap_remove(0);
-        // Smooth, because confidence asks how far out log-odds are, which pools of loops do not tell.
+        // Smooth, because the confidence depends on log-odds, which pools of loops do not resolve.
         let (margins, truth) = self.margins(&fault_trees, &target);
         let calibration = calibrate::beta(&margins, &truth);
 
@@ -301,7 +301,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
             self.fit(&named("causes, given no fault"), loss, columns, &free, &CAUSES, &target)?;
         let causes = others.iter().copied().zip(trees).collect();
 
-        // Intervals are for loops of which S is told.
+        // Intervals are for loops with a reported S.
         let likely: Vec<u32> = self
             .calibrated
             .iter()
@@ -336,7 +336,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         Ok((model, fault_gains, s_gains))
     }
 
-    /// What tells mistaken columns; `None` without any to learn from.
+    /// The classifier of mistaken columns; `None` without any data for it.
     fn mismatch(
         &mut self,
         mistaken: &Dataset,
@@ -366,7 +366,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         Ok(Some(known))
     }
 
-    /// An upper limit on S, moved so that it holds for valves at fault.
+    /// An upper limit on S, shifted so that it holds for faulty valves.
     fn limit(&mut self, name: &str, columns: &[usize]) -> Result<Limit> {
         let free = vec![0; self.monotone.len()];
         let loss = Loss::Pinball(LIMIT);
@@ -375,7 +375,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         Ok(Limit { trees, shifts: vec![(1.0, 0.0)] })
     }
 
-    /// Quantiles, moved so that their interval covers, and what columns gained in the median.
+    /// Quantiles, shifted so that their interval covers, and the gain of the columns in the median.
     fn quantiles(
         &mut self,
         name: &str,
@@ -417,7 +417,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         calibrate::calibration(&margins, &truth).0
     }
 
-    /// What trees say of the loops to calibrate on, and what is so.
+    /// Output of trees for the calibration loops, with the truth.
     fn margins(
         &self,
         trees: &Ensemble,
@@ -430,8 +430,8 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         known.unzip()
     }
 
-    /// The mean of several models of different seeds, each stopped by other loops, and what each column
-    /// gained in them.
+    /// The mean of several models of different seeds, each stopped by different loops, and the gain of each column
+    /// in them.
     fn fit(
         &mut self,
         name: &str,
@@ -476,7 +476,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         let outputs = members[0].len();
         let mean = |output: usize| {
             let all: Vec<Ensemble> = members.iter().map(|each| each[output].clone()).collect();
-            // As the file keeps them: calibration and intervals are those of what is read.
+            // As in the file: calibration and intervals are those of the rounded trees.
             Ensemble::mean(&all).rounded()
         };
         Ok(((0..outputs).map(mean).collect(), gains))

@@ -1,9 +1,9 @@
-//! By how much the detection limit is moved, for each class of the probability: the loops that are cleared if their
-//! limit allows it, those up to twice as likely at fault, and all others.
+//! The shift of the detection limit, for each class of the probability: the loops that are cleared if their limit
+//! allows it, those up to twice as likely at fault, and all others.
 //!
-//! The promise is asked twice: of all valves at fault of a class, at most one in twenty sticks by more than its limit;
-//! and so it is of those whose limit is small enough to clear them. The second is the harder one, because a limit that
-//! is wrong is small.
+//! The coverage has two conditions. Of all faulty valves of a class, and of those whose limit is small enough to
+//! clear them, at most one in twenty sticks by more than its limit. The second is the harder one, because a wrong
+//! limit is small.
 
 use crate::calibrate;
 use crate::dataset::Dataset;
@@ -13,22 +13,22 @@ use rayon::prelude::*;
 use stiction_diagnose::diagnose::LARGEST_LIMIT;
 use stiction_diagnose::fusion::{Bundle, LIMIT, row};
 
-/// A class of fewer valves at fault is one with the next.
+/// A class with fewer faulty valves is merged with the next.
 const FEWEST: usize = 200;
 /// Steps in which a shift grows.
 const STEP: f64 = 0.01;
 const MOST: f64 = 4.0;
 
-/// A valve at fault.
+/// A faulty valve.
 struct Case {
     probability: f64,
-    /// `ln(S / OP span)` beyond the quantile that the trees tell.
+    /// `ln(S / OP span)` above the quantile from the trees.
     excess: f64,
-    /// By how much the quantile may be moved until the limit clears no more.
+    /// Largest shift of the quantile at which the limit still clears the valve.
     room: f64,
 }
 
-/// Moves the limit of the model of OP and PV, where valves are cleared up to that probability.
+/// Shifts the limit of the model of OP and PV, where valves are cleared up to that probability.
 ///
 /// # Errors
 /// If evidence cannot be weighed.
@@ -68,14 +68,14 @@ pub fn calibrate(bundle: &mut Bundle, data: &Dataset, rows: &[u32], clear: f64) 
     Ok(())
 }
 
-/// The least shift that keeps both promises in a class.
+/// The smallest shift that satisfies both conditions in a class.
 fn shift(class: &[&Case]) -> f64 {
     let of_all = calibrate::upper(class.iter().map(|case| case.excess).collect(), LIMIT);
     let mut shift = of_all;
     while shift < MOST {
         let cleared: Vec<&&Case> = class.iter().filter(|case| case.room >= shift).collect();
         let broken = cleared.iter().filter(|case| case.excess > shift).count();
-        // As the quantile of a sample, one more.
+        // One more, as for the quantile of a sample.
         if (broken + 1) as f64 <= (1.0 - LIMIT) * (cleared.len() + 1) as f64 || cleared.is_empty() {
             break;
         }

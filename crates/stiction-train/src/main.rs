@@ -42,7 +42,7 @@ use std::path::PathBuf;
 use stiction_diagnose::evidence::raw::{self, Net};
 use stiction_diagnose::fusion::Provenance;
 
-/// The share of the members that calibration and intervals rest on.
+/// The share of the members for calibration and intervals.
 const CALIBRATED: f64 = 0.2;
 
 /// Members for each recording with a mistake in its columns.
@@ -50,11 +50,11 @@ const MISTAKEN: u64 = 8;
 
 /// Train the model of the verdict on simulated loops.
 ///
-/// Simulates members of the population, gathers their evidence, learns from four fifths of them,
-/// calibrates on the rest, leaves out every family of loops in turn to find how much confidence the
-/// verdict may show, measures on members of another seed, and writes verdict.bin and its model card
-/// README.md. The same arguments and the same nets give the same bytes on any number of threads. What the nets say of
-/// the loops that they were trained on is no evidence: gather, train the nets and `hear` first.
+/// Simulates members of the population and gathers their evidence. It learns from four fifths of them, calibrates
+/// on the rest, leaves out every family of loops in turn to find the confidence of the verdict, and measures on
+/// members of another seed. It writes verdict.bin and its model card README.md. The same arguments and the same
+/// nets give the same bytes on any number of threads. The output of nets for their own training loops is no
+/// evidence: gather, train the nets and `hear` first.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction-train --n 40000 --cache matrices gather
@@ -62,22 +62,22 @@ const MISTAKEN: u64 = 8;
 
 crates/stiction-train/train.sh gathers, trains the nets, lets them be heard, and trains the trees.")]
 struct Args {
-    /// Members of the population to learn from and to calibrate on
+    /// Members of the population for learning and calibration
     #[arg(long, value_name = "N", default_value_t = 40_000, global = true,
           value_parser = clap::value_parser!(u64).range(100..=10_000_000))]
     n: u64,
-    /// Seed of their population; the next one is that of the loops to measure on
+    /// Seed of their population; the next one is that of the loops for measuring
     #[arg(long, value_name = "SEED", default_value_t = 1, global = true)]
     seed: u64,
-    /// Members to measure on [default: a quarter of N]
+    /// Members for measuring [default: a quarter of N]
     #[arg(long, value_name = "N", global = true,
           value_parser = clap::value_parser!(u64).range(100..=10_000_000))]
     test: Option<u64>,
-    /// Keep the evidence in this folder as CSV, and take it from there if it is of the same loops and
-    /// features; not found out is whether a feature is computed differently by now
+    /// Keep the evidence in this folder as CSV, and read it from there if it is of the same loops and features. It
+    /// is not checked whether the computation of a feature has changed
     #[arg(long, value_name = "DIR", global = true)]
     cache: Option<PathBuf>,
-    /// Leave out no families: confidence stays as it is calibrated, and S as it is covered; for trials
+    /// Leave out no families: confidence and intervals of S are not corrected; for trials
     #[arg(long)]
     no_families: bool,
     /// Folder for verdict.bin and README.md
@@ -90,21 +90,22 @@ struct Args {
 #[derive(Subcommand)]
 #[command(subcommand_negates_reqs = true)]
 enum Experiment {
-    /// Print what becomes of the verdict on every family of loops that is left out of its training
+    /// Print the accuracy of the verdict on every family of loops that is left out of its training
     Families,
-    /// Print what more loops to learn from bring, and what an observer who knows the stem would
+    /// Print the benefit of more loops for learning, and the limit of an observer who knows the stem
     Curve,
-    /// Print what a net brings that was trained on every second loop, but for some families
+    /// Print the benefit of a net that was trained on every second loop, except some families
     Signals {
         /// The net, of `train.py --half`
         net: PathBuf,
-        /// A family that the net was not shown, such as "kind: external wave"; may be repeated
+        /// A family without training of the net, such as "kind: external wave"; may be repeated
         #[arg(long)]
         without: Vec<String>,
     },
-    /// Only gather the evidence, and what the nets hear, into the folder of --cache
+    /// Only gather the evidence, and the input of the nets, into the folder of --cache
     Gather,
-    /// Put what the nets say, each of loops that it was not trained on, into the evidence in the folder of --cache
+    /// Add the output of the nets, for loops that they were not trained on, to the evidence in the folder of
+    /// --cache
     Hear,
 }
 
@@ -121,21 +122,20 @@ fn main() -> Result<()> {
     }
     match (&args.experiment, &args.output) {
         (Some(Experiment::Gather), _) => {
-            ensure!(
-                args.cache.is_some(),
-                "gather needs --cache DIR, the folder to keep evidence in"
-            );
+            ensure!(args.cache.is_some(), "gather needs --cache DIR, the folder for the evidence");
         }
         (Some(asked @ (Experiment::Hear | Experiment::Signals { .. })), _) => {
-            let folder =
-                args.cache.as_ref().context("hearing needs --cache DIR, as gather wrote it")?;
+            let folder = args
+                .cache
+                .as_ref()
+                .context("hear needs --cache DIR, the folder written by gather")?;
             let net = match asked {
                 Experiment::Signals { net, .. } => {
                     let bytes = std::fs::read(net)
                         .with_context(|| format!("cannot read {}", net.display()))?;
                     Net::from_bytes(&bytes)?
                 }
-                _ => raw::shipped().context("model/net.bin is no net; train it first")?.clone(),
+                _ => raw::shipped().context("model/net.bin is not a net; train it first")?.clone(),
             };
             let signals = |seed, members| folder.join(format!("signals-{seed}-{members}.bin"));
             hear::hear(&mut test.full, &signals(fresh, members), &net, 0)?;
@@ -189,7 +189,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// The evidence of the first members of a population, kept or simulated.
+/// The evidence of the first members of a population, read or simulated.
 fn gather(args: &Args, seed: u64, members: u64) -> Result<Both> {
     let key = matrix_file::key(stiction_population::VERSION, seed, members);
     let paths = args.cache.as_ref().map(|folder| {
@@ -221,7 +221,7 @@ fn gather(args: &Args, seed: u64, members: u64) -> Result<Both> {
     Ok(both)
 }
 
-/// The evidence of the first mistaken recordings of a seed, kept or made.
+/// The evidence of the first mistaken recordings of a seed, read or made.
 fn mistaken(args: &Args, seed: u64, recordings: u64) -> Result<Dataset> {
     let key = matrix_file::key_of_mistaken(stiction_population::VERSION, seed, recordings);
     let path =
@@ -239,7 +239,7 @@ fn mistaken(args: &Args, seed: u64, recordings: u64) -> Result<Dataset> {
     Ok(data)
 }
 
-/// Says how many are done, on a terminal.
+/// Prints the progress on a terminal.
 fn tell_progress(seed: u64, done: u64, all: u64, what: &str) {
     if std::io::stderr().is_terminal() {
         eprint!("\rseed {seed}: {done} of {all} {what}");
@@ -249,7 +249,7 @@ fn tell_progress(seed: u64, done: u64, all: u64, what: &str) {
     }
 }
 
-/// Says what is done, on a terminal.
+/// Prints the present step on a terminal.
 fn tell(what: &str) {
     if std::io::stderr().is_terminal() {
         eprintln!("{what}");

@@ -1,8 +1,7 @@
-//! A dataset as CSV: kept between two trainings, and read by other tools.
+//! A dataset as CSV: kept between two trainings, and for other tools.
 //!
-//! The first line says which loops it holds and is refused when others are wanted; then come a header
-//! and a row for each loop: truth, then features, empty where one could not be measured. Numbers are
-//! written so that they come back to the bit.
+//! The first line names its loops; the file is refused if others are needed. After it come a header and a row for
+//! each loop: truth, then features, empty where one could not be measured. Numbers keep their bits.
 
 use crate::dataset::{Column, Dataset, Truth};
 use anyhow::{Context, Result, bail, ensure};
@@ -17,12 +16,12 @@ const TRUTH: [&str; 14] = [
     "steps", "op_span", "families",
 ];
 
-/// What a file holds, as its first line says.
+/// The content of a file, as in its first line.
 pub fn key(population: u32, seed: u64, members: u64) -> String {
     format!("# stiction: population {population}, seed {seed}, members 0 to {members}")
 }
 
-/// The same of recordings with a mistake in their columns.
+/// The same for recordings with a mistake in their columns.
 pub fn key_of_mistaken(population: u32, seed: u64, recordings: u64) -> String {
     format!("# stiction: population {population}, seed {seed}, mistaken 0 to {recordings}")
 }
@@ -62,14 +61,14 @@ pub fn write(path: &Path, key: &str, data: &Dataset) -> Result<()> {
 /// Reads a dataset of these columns.
 ///
 /// # Errors
-/// If it holds other loops or features than wanted, or is damaged.
+/// If it contains other loops or features, or is damaged.
 pub fn read(path: &Path, wanted: &str, columns: Vec<Column>) -> Result<Dataset> {
     let text =
         std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let other = "; remove it, or name another folder";
+    let other = "; remove it, or name a different folder";
     let mut lines = text.lines();
     let (key, abstained) = (lines.next().unwrap_or(""), lines.next().unwrap_or(""));
-    ensure!(key == wanted, "{} holds \"{key}\", not \"{wanted}\"{other}", path.display());
+    ensure!(key == wanted, "{} contains \"{key}\", not \"{wanted}\"{other}", path.display());
     let header: Vec<&str> = lines.next().unwrap_or("").split(',').collect();
     let names: Vec<&str> =
         TRUTH.into_iter().chain(columns.iter().map(|column| &column.name[..])).collect();

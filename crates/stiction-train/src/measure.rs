@@ -1,4 +1,4 @@
-//! How good a bundle is on loops it has not seen.
+//! Accuracy of a bundle on unseen loops.
 
 use crate::dataset::{Dataset, Truth};
 use crate::learn::fault;
@@ -8,11 +8,10 @@ use std::ops::Range;
 use stiction_diagnose::fusion::{Bundle, Cause, Estimate, Weighed};
 use stiction_population::scoreboard::wilson;
 
-/// An S is a number, and no mere bound, if its interval reaches at most this share of it to either side
-/// on average.
+/// S is a number, and not only a bound, if its interval reaches at most this share of it to either side on average.
 pub const QUANTIFIED: f64 = stiction_diagnose::diagnose::WIDEST;
 
-/// What a bundle makes of every row.
+/// Output of a bundle for every row.
 pub fn judge(bundle: &Bundle, data: &Dataset, op_only: bool) -> Result<Vec<Weighed>> {
     let weigh = |row: usize| bundle.weigh(&data.row(row), data.truth[row].op_span, op_only);
     Ok((0..data.truth.len()).into_par_iter().map(weigh).collect::<stiction_model::Result<_>>()?)
@@ -35,7 +34,7 @@ pub fn auc(scored: &[(f64, bool)]) -> f64 {
     pairs / (positives * negatives)
 }
 
-/// A count of some.
+/// A count of a total.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Share {
     pub k: usize,
@@ -66,7 +65,7 @@ impl std::fmt::Display for Share {
     }
 }
 
-/// How faults are told.
+/// Accuracy of fault detection.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detection {
     pub auc: f64,
@@ -75,19 +74,19 @@ pub struct Detection {
     pub log_loss: f64,
     /// Tenths of probability: predicted on average, and observed.
     pub deciles: Vec<(Range<f64>, f64, Share)>,
-    /// Of all loops, those at most 0.2 or at least 0.8.
+    /// Of all loops, those with at most 0.2 or at least 0.8.
     pub decided: Share,
     /// Of those, the right ones.
     pub right: Share,
-    /// Of the faults that show, those at least 0.8.
+    /// Of the visible faults, those with at least 0.8.
     pub recall: Share,
-    /// Of the loops at least 0.8, those with a fault.
+    /// Of the loops with at least 0.8, those with a fault.
     pub precision: Share,
-    /// Of the faults that do not show, those at least 0.8.
+    /// Of the invisible faults, those with at least 0.8.
     pub hidden_called: Share,
-    /// For each kind, those at least 0.8, 0.85 and 0.9, faults that do not show left out.
+    /// For each kind, those with at least 0.8, 0.85 and 0.9, without invisible faults.
     pub called: Vec<(String, [Share; 3])>,
-    /// Of loops without a fault, those whose likeliest cause, faults left out, is the true one.
+    /// Of loops without a fault, those whose likeliest cause, apart from faults, is the true one.
     pub causes: Share,
 }
 
@@ -149,7 +148,7 @@ pub fn detection(truth: &[Truth], weighed: &[Weighed]) -> Detection {
     }
 }
 
-/// How far estimates are off, and whether their intervals contain the truth.
+/// Errors of estimates, and whether their intervals contain the truth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimation {
     /// Median and 90 % quantile of the error.
@@ -159,7 +158,7 @@ pub struct Estimation {
     pub width: f64,
 }
 
-/// Of estimates and truths: errors and widths over the truth where `relative`.
+/// From estimates and truths: errors and widths over the truth if `relative`.
 pub fn estimation(estimates: &[(Estimate, f64)], relative: bool) -> Estimation {
     let scale = |truth: f64| if relative { truth } else { 1.0 };
     let of = |each: &dyn Fn(&Estimate, f64) -> f64, share: f64| {
@@ -181,14 +180,14 @@ pub fn is_quantified(s: &Estimate) -> bool {
     s.high - s.low <= 2.0 * QUANTIFIED * s.value
 }
 
-/// The value of which a share lies at or below; NaN of none.
+/// The value with a share at or below it; NaN for none.
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let place = (share * (values.len().max(1) - 1) as f64).round() as usize;
     values.get(place).copied().unwrap_or(f64::NAN)
 }
 
-/// The estimates of sticking valves that show and pass a test, with the truth that `known` tells.
+/// The estimates of visibly sticking valves that pass a test, with the truth from `known`.
 pub fn estimates<'a>(
     truth: &'a [Truth],
     weighed: &'a [Weighed],

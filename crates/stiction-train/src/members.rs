@@ -10,14 +10,14 @@ use stiction_diagnose::fusion::{Cause, row};
 use stiction_diagnose::recording::{Grid, GridOptions, Recording};
 use stiction_population::{self, LoopKind, Simulated};
 
-/// What recordings say, with all their signals and with their OP alone.
+/// Evidence of recordings, with all their signals and with their OP alone.
 #[derive(Debug, Clone)]
 pub struct Both {
-    /// All signals that the population gives them.
+    /// All signals of the population.
     pub full: Dataset,
     /// The OP, and neither PV nor SP.
     pub alone: Dataset,
-    /// Recordings with a mistake in their columns, with all their signals; empty if none were asked for.
+    /// Recordings with a mistake in their columns, with all their signals; empty if none were requested.
     pub mistaken: Dataset,
 }
 
@@ -27,10 +27,10 @@ const BATCH: u64 = 512;
 /// The truth of a member, and its evidence if there is any.
 type Row = (Truth, Option<Vec<f32>>);
 
-/// A member: all its signals, its OP alone, and what the net hears of it.
+/// A member: all its signals, its OP alone, and the input of the net.
 type Member = ([Row; 2], Option<Input>);
 
-/// The columns of today's evidence.
+/// The columns of the present evidence.
 pub fn columns() -> Vec<Column> {
     let mut columns: Vec<Column> = evidence::features()
         .map(|feature| Column {
@@ -44,8 +44,8 @@ pub fn columns() -> Vec<Column> {
     columns
 }
 
-/// Simulates members of the population of a seed and gathers their evidence, and what the net hears of them if
-/// there is a file for it; `progress` is told how many are done.
+/// Simulates members of the population of a seed and gathers their evidence, and the input of the net if there is a
+/// file for it; `progress` is called with the number of finished ones.
 ///
 /// # Errors
 /// If a member cannot be simulated or brought onto a grid, or the file cannot be written.
@@ -90,7 +90,7 @@ pub fn mistaken(seed: u64, recordings: u64, progress: impl Fn(u64)) -> anyhow::R
     Ok(gathered.into_dataset())
 }
 
-/// Rows as they come.
+/// Collected rows.
 #[derive(Default)]
 struct Gathered {
     rows: Vec<(Truth, Vec<f32>)>,
@@ -110,7 +110,7 @@ impl Gathered {
     }
 }
 
-/// A mistake, and what the recording says. Of its truth, nothing but number and mistake has a meaning.
+/// A mistake, and the evidence of the recording. Of its truth, only number and mistake are meaningful.
 fn mistake(seed: u64, index: u64) -> stiction_model::Result<Row> {
     let (mistake, recording) = stiction_population::mistaken(seed, index)?;
     let evidence = evidence(&recording)?.map(|(evidence, _)| evidence);
@@ -133,10 +133,10 @@ fn mistake(seed: u64, index: u64) -> stiction_model::Result<Row> {
     Ok((truth, evidence.map(|evidence| row(&evidence.values))))
 }
 
-/// The evidence in a recording, if there is any, and what the net hears.
+/// The evidence in a recording, if there is any, and the input of the net.
 fn evidence(recording: &Recording) -> stiction_model::Result<Option<(Evidence, Option<Input>)>> {
     let grid = Grid::of(recording, &GridOptions::default())?;
-    // As in a diagnosis, a long recording is looked at in windows; one of them is enough to learn from.
+    // As in a diagnosis, a long recording is divided into windows; one of them is enough for learning.
     Ok(grid.longest().and_then(|segment| {
         let windows = evidence::windows(segment);
         let prepared = Prepared::of(&windows[windows.len() / 2]).ok()?;
@@ -147,7 +147,7 @@ fn evidence(recording: &Recording) -> stiction_model::Result<Option<(Evidence, O
     }))
 }
 
-/// What a member is, and what all its signals and its OP alone say.
+/// A member, and the evidence of all its signals and of its OP alone.
 fn member(seed: u64, index: u64) -> stiction_model::Result<Member> {
     let Simulated { recording, truth } = stiction_population::member(seed, index)?;
     let alone = Recording { pv: None, sp: None, ..recording.clone() };
@@ -162,7 +162,7 @@ fn member(seed: u64, index: u64) -> stiction_model::Result<Member> {
             slips: truth.slips as u64,
             nats: truth.gain,
             swing: truth.swing,
-            // S and J of a valve in the loop below are of another OP than the one recorded.
+            // S and J of a valve in the loop below refer to a different OP from the recorded one.
             s: if truth.kind == LoopKind::StickyBelow { 0.0 } else { truth.s },
             j: if truth.kind == LoopKind::StickyBelow { 0.0 } else { truth.j },
             model: truth.model.map_or_else(String::new, |model| model.describe().name.to_owned()),
@@ -177,8 +177,7 @@ fn member(seed: u64, index: u64) -> stiction_model::Result<Member> {
     Ok(([full, alone], heard))
 }
 
-/// The families that a loop belongs to: what a plant could have that the population has not is asked by leaving
-/// them out in turn.
+/// The families of a loop. Leaving them out in turn imitates conditions of a plant that the population lacks.
 fn families(truth: &stiction_population::Truth) -> Vec<String> {
     let facts = &truth.facts;
     let own = truth.families();
@@ -194,7 +193,7 @@ fn families(truth: &stiction_population::Truth) -> Vec<String> {
     names.into_iter().map(|(axis, name)| format!("{axis}: {name}")).collect()
 }
 
-/// What is the matter with a loop. A valve that sticks by so much that it never moves does not respond.
+/// The cause of a loop's behaviour. A valve that sticks so much that it never moves does not respond.
 fn cause_of(truth: &stiction_population::Truth) -> Cause {
     match truth.kind {
         LoopKind::Sticky if !truth.moves => Cause::NoResponse,

@@ -1,4 +1,4 @@
-//! What tells recordings of one loop from recordings with a mistake in their columns.
+//! The classifier of recordings with a mistake in their columns.
 
 use crate::bins::Bins;
 use crate::boost::{BoostOptions, Boosted, Loss, Task, boost};
@@ -10,20 +10,20 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use stiction_diagnose::fusion::{Ensemble, Mismatch, Weighed, row};
 
-/// Loops without a mistake for each one with a mistake, stuck valves apart: all of them are learned from, for nobody looks so
-/// much like a mistake as a PV that does not respond.
+/// Loops without a mistake for each one with a mistake, apart from stuck valves. All stuck valves are used, because
+/// a PV that does not respond looks most like a mistake.
 const TRUE_LOOPS: usize = 2;
 
-/// Of so many loops to learn from, one is there to stop by.
+/// One of this many loops for learning is used for stopping.
 const STOP_SHARE: u64 = 8;
 
-/// The shares of true loops that lie below the threshold: of all, of those that are decided, of stuck valves that show;
-/// and of every kind with at least so many of them.
+/// The shares of true loops below the threshold: of all, of the decided ones, of visibly stuck valves, and of every
+/// kind with at least this many of them.
 const KEPT: f64 = 0.993;
 const KEPT_OF_KIND: f64 = 0.98;
 const FEWEST_OF_KIND: usize = 100;
 
-/// A loop that is decided.
+/// A decided loop.
 fn is_decided(probability: f64) -> bool {
     !(probability > 0.2 && probability < 0.9)
 }
@@ -32,23 +32,23 @@ fn is_stuck(truth: &Truth) -> bool {
     truth.kind == stiction_population::LoopKind::Stuck.name()
 }
 
-/// What is learned from.
+/// The input of learning.
 pub struct Lesson<'a> {
     pub data: &'a Dataset,
     pub mistaken: &'a Dataset,
-    /// Rows of the data to learn from, and to find the threshold by.
+    /// Rows of the data for learning, and for the threshold.
     pub trained: &'a [u32],
     pub calibrated: &'a [u32],
     pub columns: &'a [usize],
     pub options: &'a BoostOptions,
-    /// The probability of a fault of a row, to find which are decided.
+    /// The probability of a fault of a row, to find the decided ones.
     pub probability: &'a dyn Fn(u32) -> f64,
 }
 
 /// Learns it; also its rounds and its loss.
 ///
 /// # Errors
-/// If there is nothing to learn from.
+/// If there is no data.
 pub fn mismatch(lesson: &Lesson<'_>) -> Result<(Mismatch, usize, f64)> {
     let Boosted { ensembles, rounds, loss, .. } = learned(lesson)?;
     let trees = Ensemble::mean(&ensembles[..1]).rounded();
@@ -100,7 +100,7 @@ fn learned(lesson: &Lesson<'_>) -> Result<Boosted> {
         .context("cannot learn mistaken columns")
 }
 
-/// The least margin that few enough true loops exceed that nothing was learned from, of all and of every sort.
+/// The smallest margin that few enough unseen true loops exceed, of all and of every kind.
 fn threshold(lesson: &Lesson<'_>, trees: &Ensemble) -> f64 {
     let mut sorts: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     let (mut all, mut decided, mut stuck) = (vec![], vec![], vec![]);
@@ -127,7 +127,7 @@ fn threshold(lesson: &Lesson<'_>, trees: &Ensemble) -> f64 {
         .max(f64::MIN)
 }
 
-/// What becomes of mistaken recordings and of true loops, for the model card.
+/// Results for mistaken recordings and for true loops, for the model card.
 pub fn table(
     mistaken: (&Dataset, &[Weighed]),
     loops: (&Dataset, &[Weighed]),

@@ -1,17 +1,17 @@
-//! What the loops of training look like, for later: their quantiles and correlations.
+//! The features of the training loops for later comparison: their quantiles and correlations.
 
 use crate::dataset::Dataset;
 use rayon::prelude::*;
 use stiction_diagnose::fusion::{QUANTILES, Reference, Spread, level, row, sigmoid};
 
-/// The most loops that correlations are computed of.
+/// The most loops for correlations.
 const MOST: usize = 30_000;
 
-/// What is added to the variance of every score, so that features that nearly repeat each other do not
-/// make a small difference between them a large distance.
+/// Addition to the variance of every score, so that a small difference between nearly equal features does not
+/// become a large distance.
 const RIDGE: f64 = 0.05;
 
-/// The share of loops left out of training that lie within the distance of 1.
+/// The share of loops left out of training within the distance of 1.
 pub const WITHIN: f64 = 0.995;
 
 /// The reference of some rows and columns; its threshold is found on other rows.
@@ -59,7 +59,7 @@ fn spread(data: &Dataset, column: usize, rows: &[u32]) -> Spread {
     }
 }
 
-/// The mean products of scores; variances below one, as of what is nearly always the same, become one.
+/// The mean products of scores; variances below one, as for nearly constant features, become one.
 fn correlations(scored: &[Vec<f64>], n: usize) -> Vec<Vec<f64>> {
     (0..n)
         .into_par_iter()

@@ -1,4 +1,4 @@
-//! What the nets bring beside the evidence: on fresh loops, and on families that neither nets nor trees were shown.
+//! Benefit of the nets beside the evidence: on fresh loops, and on families unseen by nets and trees.
 
 use crate::curve::{Worth, grown, worth};
 use crate::dataset::{Dataset, Truth};
@@ -8,11 +8,11 @@ use anyhow::Result;
 use std::fmt::Write;
 use stiction_diagnose::evidence::Line;
 
-/// Trees with and without what the nets say, as Markdown: grown on the loops that the one net was not trained on, but
-/// for the families `without`, and asked about fresh loops and those families.
+/// Trees with and without the output of the nets, as Markdown. They are grown on the loops unseen by the one net,
+/// except the families `without`, and tested on fresh loops and those families.
 ///
 /// # Errors
-/// If there is too little to learn from.
+/// If there is too little data.
 pub fn table(train: &Dataset, test: &Dataset, trained: u64, without: &[String]) -> Result<String> {
     let left_out = |truth: &Truth| truth.families.iter().any(|name| without.contains(name));
     let known: Vec<u32> = (0..train.truth.len() as u32)
@@ -29,8 +29,8 @@ pub fn table(train: &Dataset, test: &Dataset, trained: u64, without: &[String]) 
     let [with, deaf] = [&with, &deaf].map(|columns| grown(train, &known, columns));
     let (with, deaf) = (with?, deaf?);
     let mut out = format!(
-        "Trees of {} loops. Sure: told beyond 0.02 and 0.98.\n\n\
-         | asked about | loops | AUC | with the net | log loss | with the net | sure, wrong | with the net |\n\
+        "Trees of {} loops. A sure probability is beyond 0.02 or 0.98.\n\n\
+         | tested on | loops | AUC | with the net | log loss | with the net | sure, wrong | with the net |\n\
          |---|---|---|---|---|---|---|---|\n",
         known.len()
     );
@@ -49,7 +49,7 @@ pub fn table(train: &Dataset, test: &Dataset, trained: u64, without: &[String]) 
             sure(&b)
         );
     };
-    row("fresh loops of families that were shown", &|truth| !left_out(truth));
+    row("fresh loops of families in the training", &|truth| !left_out(truth));
     row("families left out, all", &left_out);
     for name in without {
         row(name, &|truth| truth.families.contains(name));

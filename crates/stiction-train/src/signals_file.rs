@@ -1,8 +1,8 @@
-//! What the net hears of simulated loops, as a file that its training reads.
+//! The input of the net for simulated loops, as a file for its training.
 //!
-//! A record for each loop, in the order of the matrix, little endian: its number as u64, its samples as u32 (0 where
-//! nothing can be heard), nothing as u32, the scalars as f32, then [`LENGTH`] samples of [`CHANNELS`] numbers as i16 in
-//! [`UNITS`] a one, zero behind the last sample.
+//! A record for each loop, in the order of the matrix, little endian: its number as u64, its samples as u32 (0
+//! without input), zero as u32, the scalars as f32, then [`LENGTH`] samples of [`CHANNELS`] numbers as i16 in
+//! [`UNITS`] per one, zero after the last sample.
 
 use anyhow::{Context, Result, ensure};
 use std::fs::File;
@@ -10,20 +10,20 @@ use std::io::{BufWriter, Read, Write};
 use std::path::Path;
 use stiction_diagnose::evidence::raw::{CHANNELS, Input, LENGTH, SCALARS};
 
-/// So many make a one.
+/// Units per one.
 pub const UNITS: f32 = 2000.0;
 
-/// Bytes before the samples of a record, and of all of it.
+/// Bytes before the samples of a record, and of the whole record.
 const HEAD: usize = 16 + 4 * SCALARS;
 const RECORD: usize = HEAD + 2 * LENGTH * CHANNELS;
 
-/// What is heard of a loop of that number, if anything is.
+/// The input for a loop of that number, if there is any.
 pub type Record = (u64, Option<Input>);
 
-/// Reads records, some at a time, until `each` has had all of them.
+/// Reads records, some at a time, and passes all of them to `each`.
 ///
 /// # Errors
-/// If the file cannot be read, or ends within a record; and what `each` says.
+/// If the file cannot be read, ends within a record, or `each` fails.
 pub fn read(
     path: &Path,
     at_once: usize,
@@ -61,14 +61,14 @@ pub struct SignalsFile {
 }
 
 impl SignalsFile {
-    /// Makes the file anew.
+    /// Creates the file.
     pub fn create(path: &Path) -> Result<Self> {
         let file =
             File::create(path).with_context(|| format!("cannot write {}", path.display()))?;
         Ok(Self { out: BufWriter::with_capacity(1 << 20, file) })
     }
 
-    /// Appends what is heard of a loop.
+    /// Appends the input for a loop.
     pub fn add(&mut self, index: u64, heard: Option<&Input>) -> Result<()> {
         let samples = heard.map_or(0, |heard| heard.values.len());
         self.out.write_all(&index.to_le_bytes())?;
@@ -87,7 +87,7 @@ impl SignalsFile {
         Ok(())
     }
 
-    /// Ends the file.
+    /// Finishes the file.
     pub fn finish(mut self) -> Result<()> {
         Ok(self.out.flush()?)
     }

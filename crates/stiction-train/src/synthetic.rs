@@ -1,13 +1,13 @@
-//! Loops that were never simulated: features drawn from simple laws, to test training on.
+//! Artificial loops: features drawn from simple laws, for testing the training.
 
 use crate::dataset::{Column, Dataset, Truth};
 use crate::random::Stream;
 use stiction_diagnose::evidence::Line;
 use stiction_diagnose::fusion::Cause;
 
-/// Rows of four columns. Column 0 speaks for a fault, column 1 (of the OP alone) does so weakly,
-/// column 2 tells causes from each other, but not sticking from normal operation, column 3 is
-/// `ln(S / span)` with noise that column 1 scales; a tenth of it is missing.
+/// Rows of four columns. Column 0 is evidence for a fault, column 1 (of the OP alone) is weak evidence, column 2
+/// distinguishes causes, but not sticking from normal operation. Column 3 is `ln(S / span)` with noise that column
+/// 1 scales; a tenth of it is missing.
 pub fn dataset(seed: u64, rows: u64) -> Dataset {
     let mut stream = Stream::new(seed, 77);
     let column = |name: &str, monotone, op_only| {

@@ -27,11 +27,11 @@ time             time                 s      Time
 OP               input             50 %      Controller output, held over each step
 VP               output               %      Valve position
 stuck            output                      Whether the stem is stuck
-slips            output                      How often the stem has begun to move, or turned round
+slips            output                      Number of slips: starts of motion and reversals of the stem
 S                tunable            4 %      Stick band plus dead band
 J                tunable            2 %      Slip jump
-K                tunable         1.99 1      Overshoot of a slip, 1 to 2; of law he-wang only
-rest_tolerance   parameter          0 %/s    Speed of the OP that counts as a pause; of law two-phase only
+K                tunable         1.99 1      Overshoot of a slip, 1 to 2; law he-wang only
+rest_tolerance   parameter          0 %/s    Speed of the OP that counts as a pause; law two-phase only
 stem_lag         parameter          0 s      Time constant of the stem behind the law; 0 for none
 limited          parameter      false        Whether OP and VP are limited
 low              parameter          0 %      Lower limit of OP and VP, if they are limited
