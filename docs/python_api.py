@@ -1,11 +1,10 @@
-"""Writes `python/stiction/_document.py`, the classes of a diagnosis as its schema has them, and `docs/python-api.md`: every
-public name of the Python package, with its signature and its documentation.
+"""Writes `python/stiction/_document.py`, the classes of a diagnosis from its schema, and `docs/python-api.md`, every public
+name of the Python package with its signature and its documentation.
 
 python3 docs/python_api.py
 
-It reads the sources and runs none but `_words.py`, so that the package need not be installed: signatures stand in the
-modules and in `_core.pyi`, documentation in their doc strings, beside attributes and, of compiled classes, in the Rust
-files.
+It reads the sources and runs only `_words.py`, so the package need not be installed. Signatures come from the modules and
+from `_core.pyi`. Documentation comes from doc strings and attributes and, for compiled classes, from the Rust files.
 """
 
 from __future__ import annotations
@@ -30,14 +29,14 @@ SCHEMA = ROOT / "docs" / "diagnosis.schema.json"
 CLASSES = PACKAGE / "_document.py"
 HEAD = """# Python API
 
-Made by `python3 docs/python_api.py`; a test compares. Names of most modules are those of `stiction` itself:
-`stiction.diagnose`. Those of `stiction.control`, `stiction.datasets`, `stiction.fmu`, `stiction.pandas`, `stiction.plant`,
-`stiction.sklearn` and `stiction.valve_test` stay in their module. Every result unpacks in the order of its attributes, and has
+Made by `python3 docs/python_api.py` and checked by a test. The names of most modules are available directly in `stiction`, such as
+`stiction.diagnose`. The names of `stiction.control`, `stiction.datasets`, `stiction.fmu`, `stiction.pandas`, `stiction.plant`,
+`stiction.sklearn` and `stiction.valve_test` stay in their modules. Every result unpacks in the order of its attributes, and has
 `to_dict()`.
 """
-CLASSES_HEAD = '''"""Results as the document of a diagnosis has them, with the words of its schema.
+CLASSES_HEAD = '''"""Results of a diagnosis, with the descriptions of its JSON schema.
 
-Made by `python3 docs/python_api.py` of `docs/diagnosis.schema.json`; a test compares.
+Made by `python3 docs/python_api.py` from `docs/diagnosis.schema.json` and checked by a test.
 """
 
 from __future__ import annotations
@@ -52,25 +51,25 @@ from stiction.recordings import Fitness
 
 __all__ = [
 '''
-#: What is not made of the schema: classes that the package has elsewhere, or has not.
+#: Classes that are not made from the schema, because the package has them elsewhere or lacks them.
 ELSEWHERE = {
     *("Finding", "Fitness", "Line", "Measure", "Number", "Weighing"),
     *("Episode", "Oscillation", "Peak", "Supervised", "Kpis", "Override", "Source"),
 }
-#: What classes are called here, where that is not their name in the schema.
+#: Names of classes, if different from the schema.
 CALLED = {"GridRepair": "Mended", "Loop": "Found"}
-#: What attributes are called here, where that is not their name in documents.
+#: Names of attributes, if different from documents.
 ATTRIBUTES = {("Loop", "loop"): "name", ("Loop", "type"): "loop_type", ("Loop", "detectors"): "findings"}
-#: What has a name is found by it.
+#: Lists of named items, which become dictionaries by name.
 TYPES = {("Loop", "detectors"): "dict[str, Finding]", ("Loop", "kpis"): "dict[str, Kpi]"}
-#: What unpacks first: what people ask for.
+#: Attributes that unpack first, because they are used most.
 FIRST = {"Loop": ["loop", "type", "verdict", "stiction", "oscillation"], "Stiction": ["S", "J", "coverage"]}
-#: Fields that are no attributes, and why.
+#: Fields that are not attributes, with the reason.
 LEFT_OUT = {
-    # `Diagnosis` has more of what was weighed, and the recording instead of its source.
+    # `Diagnosis` has more details of the evidence, and the recording instead of its source.
     ("Loop", "source"): "",
     ("Loop", "evidence"): "",
-    ("Verdict", "override"): "what people concluded is kept by the command",
+    ("Verdict", "override"): "the command keeps the conclusions of people",
 }
 #: Sections of a doc string that list names.
 LISTS = {"Parameters", "Returns", "Raises", "Attributes", "Yields", "Warns"}
@@ -102,7 +101,7 @@ def rust_documentation() -> dict[str, str]:
             if match := re.match(r"impl (\w+) \{", text):
                 owner = called.get(match[1], match[1])
             elif lines and compiled and (match := re.match(r"pub(?:\(crate\))? (?:struct|enum) (\w+)", text)):
-                # In Python it may have a name of its own.
+                # It may have another name in Python.
                 given = re.search(r'name = "(\w+)"', compiled)
                 called[match[1]] = given[1] if given else match[1]
                 found[called[match[1]]] = "\n".join(lines)
@@ -113,12 +112,12 @@ def rust_documentation() -> dict[str, str]:
 
 
 def plain(text: str) -> str:
-    """A paragraph of a doc string in one line, with code as Markdown has it."""
+    """A paragraph of a doc string in one line, with code in Markdown."""
     return re.sub(r"``([^`]+)``", r"`\1`", " ".join(text.split()))
 
 
 def listed(lines: list[str]) -> Iterator[str]:
-    """Names with what they are, as a list."""
+    """Names with their descriptions, as a list."""
     entries: list[tuple[str, list[str]]] = []
     for line in lines:
         if line and not line[0].isspace():
@@ -155,7 +154,7 @@ def documentation(text: str) -> Iterator[str]:
 
 
 def signature(name: str, function: ast.FunctionDef | ast.AsyncFunctionDef, method: bool) -> str:
-    """A function as it is called."""
+    """The signature of a function."""
     arguments = ast.parse(ast.unparse(function)).body[0].args  # type: ignore[attr-defined]
     static = any(ast.unparse(each) == "staticmethod" for each in function.decorator_list)
     if method and not static:
@@ -164,18 +163,18 @@ def signature(name: str, function: ast.FunctionDef | ast.AsyncFunctionDef, metho
     whole = f"{name}({ast.unparse(arguments)}){returns}"
     if len(whole) <= 100:
         return whole
-    # A line an argument, where one line does not hold them.
+    # One line per argument if they do not fit on one line.
     parts = re.split(r", (?![^\[(]*[\])])", ast.unparse(arguments))
     return f"{name}(\n" + "".join(f"    {part},\n" for part in parts) + f"){returns}"
 
 
 def code(text: str) -> str:
-    """A signature: Python to be read, none to be run."""
+    """A signature as a code block that is not run."""
     return f"```py\n{text}\n```"
 
 
 def of_callable(function: ast.FunctionDef | ast.AsyncFunctionDef) -> str:
-    """The doc string of a function, as its decorators complete it."""
+    """The doc string of a function, completed by its decorators."""
     text = ast.get_docstring(function) or ""
     arguments = function.args
     names = [each.arg for each in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
@@ -189,7 +188,7 @@ def of_callable(function: ast.FunctionDef | ast.AsyncFunctionDef) -> str:
 
 
 def kind_of(field: dict[str, Any]) -> str:
-    """The Python type of what a schema describes."""
+    """The Python type of a field of the schema."""
     if "$ref" in field:
         name = field["$ref"].rpartition("/")[2]
         return CALLED.get(name, name)
@@ -203,7 +202,7 @@ def kind_of(field: dict[str, Any]) -> str:
 
 
 def attribute(name: str, kind: str, said: str) -> str:
-    """An attribute of a result with its words, as the classes have it."""
+    """The source line of an attribute of a result, with its description."""
     quote = "'" if '"' in said else '"'
     one = f"    {name}: {kind} = about({quote}{said}{quote})"
     if len(one) <= 120:
@@ -243,7 +242,7 @@ def classes() -> str:
 
 
 def spoken(schema: dict[str, Any]) -> str:
-    """What a schema says of something, in Python's words."""
+    """The description in a schema, in Python's terms."""
     return re.sub(r"\bnull\b", "None", " ".join(schema["description"].split()))
 
 
@@ -296,7 +295,7 @@ def of_class(name: str, of: ast.ClassDef, rust: dict[str, str], known: dict[str,
 
 
 def public(module: ast.Module) -> list[str]:
-    """The names that a module offers, in its order."""
+    """The public names of a module, in order."""
     names: list[str] = []
     for each in module.body:
         match each:
@@ -308,7 +307,7 @@ def public(module: ast.Module) -> list[str]:
 
 
 def modules() -> list[tuple[str, Path]]:
-    """Modules by their names from the package on, and their files; a package is a module, too."""
+    """Modules with their names relative to the package, and their files. A package is a module, too."""
     found = []
     for path in PACKAGE.rglob("*.py"):
         parts = path.relative_to(PACKAGE).with_suffix("").parts
@@ -358,11 +357,11 @@ def constant(module: ast.Module, name: str) -> list[str]:
 
 
 def main() -> None:
-    # The page is made of the classes, too.
+    # The page also includes the classes.
     for path, made in ((CLASSES, classes), (PAGE, page)):
         text = made()
         if path.exists() and path.read_text() == text:
-            print(f"{path.name} is as it should be", file=sys.stderr)
+            print(f"{path.name} is up to date", file=sys.stderr)
         path.write_text(text)
 
 

@@ -1,6 +1,6 @@
-"""Results as the document of a diagnosis has them, with the words of its schema.
+"""Results of a diagnosis, with the descriptions of its JSON schema.
 
-Made by `python3 docs/python_api.py` of `docs/diagnosis.schema.json`; a test compares.
+Made by `python3 docs/python_api.py` from `docs/diagnosis.schema.json` and checked by a test.
 """
 
 from __future__ import annotations
@@ -184,7 +184,7 @@ class Verdict(Result):
     confirm: ConfirmingTest | None = about("The manual test that would settle it; None if none can be sized.")
 
     _left_out: ClassVar[Mapping[str, str]] = {
-        "override": "what people concluded is kept by the command",
+        "override": "the command keeps the conclusions of people",
     }
 
 

@@ -81,7 +81,7 @@ fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
 fn measured(weighing: &Weighing, class: VerdictClass) -> Block {
     let mut facts = vec![
         Fact::new(
-            "advantage of sticking in predicting the PV, standard errors",
+            "PV prediction gain of a sticking valve, standard errors",
             number((10.0 * weighing.z).round() / 10.0),
             "",
         ),
