@@ -43,15 +43,13 @@ pub fn fitted(title: &str, op: &[f64], pv: &[f64], sample_time: f64, simulated: 
                 .with(Series::line("recorded OP", &t[..], op).colour(colour::OP)),
         )
         .with(
-            panel("fitted PV (PV units)", of_pv).with(
-                Series::line("PV of the fitted loop", &own_t[..], own_pv).colour(colour::PV),
-            ),
+            panel("fitted PV (PV units)", of_pv)
+                .with(Series::line("PV of the fitted loop", &own_t[..], own_pv).colour(colour::PV)),
         )
         .with(
             panel("fitted OP, VP (%)", of_op)
                 .with(
-                    Series::dashed("OP of the fitted loop", &own_t[..], own_op)
-                        .colour(colour::OP),
+                    Series::dashed("OP of the fitted loop", &own_t[..], own_op).colour(colour::OP),
                 )
                 .with(Series::line("VP", &own_t[..], own_vp).colour(colour::VP)),
         )
