@@ -31,7 +31,7 @@ class Lab:
 
     def __init__(self, process: "subprocess.Popen[str]", address: str) -> None:
         self.process, self.address = process, address
-        self.origin = address.split("/?", 1)[0]
+        self.origin = address.split("/#", 1)[0]
 
     def cpu_s(self) -> float:
         """CPU time that it has taken so far, s."""
@@ -67,7 +67,8 @@ def opened(browser: Browser, lab: Lab, at: str, size: dict[str, int] = WIDE, sch
     page.on("pageerror", lambda error: page.faults.append(str(error)))
     page.on("console", lambda message: message.type == "error" and page.faults.append(message.text))
     page.on("request", lambda request: request.url.startswith((lab.origin, "data:", "blob:")) or page.faults.append(request.url))
-    page.goto(lab.address + at)
+    # The printed address, with the room behind the token.
+    page.goto(lab.address + at.removeprefix("#"))
     return page
 
 

@@ -252,7 +252,7 @@ def written(browser: Browser, command: Path) -> None:
             page.get_by_role("button", name="Save as mapping file").click()
             page.get_by_text("is gone").wait_for()
             with page.expect_download() as saved:
-                page.get_by_role("link", name="Save the report").click()
+                page.get_by_role("button", name="Save the report").click()
             assert "<svg" in Path(saved.value.path()).read_text()
             assert not page.faults, page.faults
         assert "J. Miller" in (folder / "stiction-overrides.toml").read_text()

@@ -384,8 +384,8 @@ fn figure_10() -> Result<Drawn> {
     let n = (60.0 / done.sample_time) as usize;
     let t = run::times(n, done.sample_time);
     let panel = Panel::new("time (s)", "OP, VP (% of span)")
-        .with(Series::line("valve position VP", &t[..], &done.vp[..n]).colour(colour::VERMILION))
-        .with(Series::dashed("controller output OP", &t[..], &done.op[..n]).colour(colour::BLUE));
+        .with(Series::line("valve position VP", &t[..], &done.vp[..n]).colour(colour::VP))
+        .with(Series::dashed("controller output OP", &t[..], &done.op[..n]).colour(colour::OP));
     let figure = Figure::new("Jumpy valve movement due to stiction")
         .caption("Under high stiction a slow ramp moves the stem in jumps, with stops in between.")
         .with(panel);
@@ -415,7 +415,7 @@ fn settled(signal: &[f64]) -> &[f64] {
 fn figure_14() -> Result<Drawn> {
     let (scenario, done) = closed_loop()?;
     let panel = Panel::new("controller output OP (% of span)", "valve position VP (% of span)")
-        .with(Series::line("VP", settled(&done.op), settled(&done.vp)).colour(colour::VERMILION))
+        .with(Series::line("VP", settled(&done.op), settled(&done.vp)).colour(colour::VP))
         .equal_aspect();
     let figure = Figure::new("Controller output against valve position")
         .caption("The map shows the valve alone, with flats while it sticks and jumps of J.")
@@ -464,8 +464,8 @@ fn figure_17() -> Result<Drawn> {
 fn step_figure(title: &str, done: &OpenLoopRun) -> Figure {
     let t = run::times(done.op.len(), done.sample_time);
     let panel = Panel::new("time (s)", "OP, VP (% of span)")
-        .with(Series::line("valve position VP", &t[..], &done.vp[..]).colour(colour::VERMILION))
-        .with(Series::dashed("controller output OP", &t[..], &done.op[..]).colour(colour::BLUE))
+        .with(Series::line("valve position VP", &t[..], &done.vp[..]).colour(colour::VP))
+        .with(Series::dashed("controller output OP", &t[..], &done.op[..]).colour(colour::OP))
         .legend(Legend::BottomRight);
     Figure::new(title).with(panel)
 }
@@ -473,6 +473,6 @@ fn step_figure(title: &str, done: &OpenLoopRun) -> Figure {
 /// PV against OP, past the beginning.
 fn op_pv_figure(title: &str, done: &Run) -> Figure {
     let panel = Panel::new("controller output OP (% of span)", "PV (units of the PV)")
-        .with(Series::line("PV", settled(&done.op), settled(&done.pv)).colour(colour::GREEN));
+        .with(Series::line("PV", settled(&done.op), settled(&done.pv)).colour(colour::PV));
     Figure::new(title).width(640.0).panel_height(460.0).with(panel)
 }

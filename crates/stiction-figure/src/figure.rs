@@ -53,7 +53,7 @@ use svg::Svg;
 pub use clock::instant;
 pub use heat::{Heat, Tile};
 pub use live::Live;
-pub use palette::colour;
+pub use palette::{colour, signals_css};
 
 /// The largest magnitude that can be drawn. Beyond it, differences overflow.
 const LARGEST: f64 = 1e300;

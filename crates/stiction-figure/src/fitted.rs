@@ -36,24 +36,22 @@ pub fn fitted(title: &str, op: &[f64], pv: &[f64], sample_time: f64, simulated: 
     Figure::new(title)
         .with(
             panel("recorded PV (PV units)", of_pv)
-                .with(Series::line("recorded PV", &t[..], pv).colour(colour::GREEN)),
+                .with(Series::line("recorded PV", &t[..], pv).colour(colour::PV)),
         )
         .with(
             panel("recorded OP (%)", of_op)
-                .with(Series::line("recorded OP", &t[..], op).colour(colour::BLUE)),
+                .with(Series::line("recorded OP", &t[..], op).colour(colour::OP)),
         )
         .with(
-            panel("fitted PV (PV units)", of_pv).with(
-                Series::line("PV of the fitted loop", &own_t[..], own_pv).colour(colour::GREEN),
-            ),
+            panel("fitted PV (PV units)", of_pv)
+                .with(Series::line("PV of the fitted loop", &own_t[..], own_pv).colour(colour::PV)),
         )
         .with(
             panel("fitted OP, VP (%)", of_op)
                 .with(
-                    Series::dashed("OP of the fitted loop", &own_t[..], own_op)
-                        .colour(colour::BLUE),
+                    Series::dashed("OP of the fitted loop", &own_t[..], own_op).colour(colour::OP),
                 )
-                .with(Series::line("VP", &own_t[..], own_vp).colour(colour::VERMILION)),
+                .with(Series::line("VP", &own_t[..], own_vp).colour(colour::VP)),
         )
         .columns(1)
         .panel_height(150.0)

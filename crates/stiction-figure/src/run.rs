@@ -12,21 +12,21 @@ pub fn times(samples: usize, sample_time: f64) -> Vec<f64> {
 /// Controller output and valve position over time.
 pub(crate) fn valve_panel(t: &[f64], op: &[f64], vp: &[f64]) -> Panel {
     Panel::new("time (s)", "OP, VP (% of span)")
-        .with(Series::line("valve position VP", t, vp).colour(colour::VERMILION))
-        .with(Series::dashed("controller output OP", t, op).colour(colour::BLUE))
+        .with(Series::line("valve position VP", t, vp).colour(colour::VP))
+        .with(Series::dashed("controller output OP", t, op).colour(colour::OP))
 }
 
 /// Set point and PV over time. `what` is the name of the PV with its unit.
 pub(crate) fn pv_panel(t: &[f64], sp: &[f64], pv: &[f64], what: &str) -> Panel {
     Panel::new("time (s)", what)
-        .with(Series::line("PV", t, pv).colour(colour::GREEN))
-        .with(Series::dashed("set point SP", t, sp).colour(colour::BLACK))
+        .with(Series::line("PV", t, pv).colour(colour::PV))
+        .with(Series::dashed("set point SP", t, sp).colour(colour::SP))
 }
 
 /// Position against input.
 fn map_panel(op: &[f64], vp: &[f64]) -> Panel {
     Panel::new("controller output OP (% of span)", "valve position VP (% of span)")
-        .with(Series::line("VP", op, vp).colour(colour::VERMILION))
+        .with(Series::line("VP", op, vp).colour(colour::VP))
 }
 
 /// A valve on a test signal, with both signals over time, and the position over the input.
@@ -65,8 +65,8 @@ pub fn compensated(
         .note(Annotation::vertical_line(on_s, "compensator on"));
     let valve = Panel::new("time (s)", "OP, signal, VP (% of span)")
         .with(Series::line("signal to the valve", &t[..], of(&done.signal)).colour(colour::SKY))
-        .with(Series::line("valve position VP", &t[..], of(&run.vp)).colour(colour::VERMILION))
-        .with(Series::dashed("controller output OP", &t[..], of(&run.op)).colour(colour::BLUE))
+        .with(Series::line("valve position VP", &t[..], of(&run.vp)).colour(colour::VP))
+        .with(Series::dashed("controller output OP", &t[..], of(&run.op)).colour(colour::OP))
         .note(Annotation::vertical_line(on_s, ""));
     Figure::new(title).with(pv).with(valve)
 }

@@ -1,4 +1,4 @@
-//! The page itself: what `web/` is built to.
+//! The files of the page, built from `web/`.
 
 /// A file of the page.
 pub struct Asset {

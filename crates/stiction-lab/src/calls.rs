@@ -1,8 +1,9 @@
-//! What the page can ask for: the calls, each a function from a question to an answer.
+//! The calls of the page: each is a function from a question to an answer.
 //!
-//! A call is `POST /api/NAME` with JSON; one function lists them once, and routes, schema and so the page's types follow from it.
+//! A call is `POST /api/NAME` with JSON. One function lists all calls; routes, schema and the page's types follow from it.
 
 use crate::lab::Lab;
+use crate::turns::{Cost, Turns, Wanted};
 use crate::{exercise, guess, live, loops, paper, plant, recordings};
 use axum::Router;
 use axum::body::{Body, Bytes, HttpBody};
@@ -17,9 +18,8 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::sync::Semaphore;
 
-/// Why a call has no answer: a sentence that says what to do.
+/// Why a call has no answer: a sentence with the remedy.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Wrong {
     #[serde(skip)]
@@ -29,22 +29,22 @@ pub struct Wrong {
 }
 
 impl Wrong {
-    /// What was asked for cannot be.
+    /// The question is wrong.
     pub fn asked(error: impl ToString) -> Self {
         Self { status: StatusCode::BAD_REQUEST, error: error.to_string() }
     }
 
-    /// There is no such thing, or no more.
+    /// The thing does not exist, or not any more.
     pub fn gone(error: impl ToString) -> Self {
         Self { status: StatusCode::NOT_FOUND, error: error.to_string() }
     }
 
-    /// The same status in other words.
+    /// The same status with a different text.
     pub(crate) fn with(self, error: String) -> Self {
         Self { error, ..self }
     }
 
-    /// The lab is at fault, or busy.
+    /// The lab has failed, or is busy.
     pub fn own(error: impl ToString) -> Self {
         Self { status: StatusCode::SERVICE_UNAVAILABLE, error: error.to_string() }
     }
@@ -63,89 +63,99 @@ impl IntoResponse for Wrong {
     }
 }
 
-/// What a call gives.
+/// The result of a call.
 pub type Answer<R> = Result<R, Wrong>;
+
+/// A function that answers a call, and stops when nobody waits for the answer.
+trait Answers<A, R>: Fn(&Lab, A, &Wanted) -> Answer<R> + Clone + Send + Sync + 'static {}
+impl<A, R, F: Fn(&Lab, A, &Wanted) -> Answer<R> + Clone + Send + Sync + 'static> Answers<A, R>
+    for F
+{
+}
 
 /// Takes the calls, one by one.
 trait Visit {
-    fn call<A, R>(&mut self, name: &'static str, f: fn(&Lab, A) -> Answer<R>)
+    /// A call that can be stopped before its end.
+    fn watched<A, R>(&mut self, name: &'static str, cost: Cost, f: impl Answers<A, R>)
     where
         A: DeserializeOwned + JsonSchema + Send + 'static,
         R: Serialize + JsonSchema + Send + 'static;
+
+    /// A call that goes on to its end.
+    fn call<A, R>(&mut self, name: &'static str, cost: Cost, f: fn(&Lab, A) -> Answer<R>)
+    where
+        A: DeserializeOwned + JsonSchema + Send + 'static,
+        R: Serialize + JsonSchema + Send + 'static,
+    {
+        self.watched(name, cost, move |lab: &Lab, asked: A, _: &Wanted| f(lab, asked));
+    }
 }
 
 /// All calls.
 fn all(to: &mut impl Visit) {
-    to.call("scenarios", loops::scenarios);
-    to.call("cycle", loops::cycle);
-    to.call("map", loops::map);
-    to.call("verdict", live::verdict);
-    to.call("live/begin", live::begin);
-    to.call("live/go", live::go);
-    to.call("guess/trends", guess::trends);
-    to.call("guess/reveal", guess::reveal);
-    to.call("exercise/begin", exercise::begin);
-    to.call("exercise/trend", exercise::trend);
-    to.call("exercise/carry-out", exercise::carry_out);
-    to.call("exercise/read", exercise::read);
-    to.call("exercise/reveal", exercise::reveal);
-    to.call("paper/figure", paper::figure);
-    to.call("recordings", recordings::list);
-    to.call("recordings/open", recordings::open);
-    to.call("recordings/mapping", recordings::say);
-    to.call("recordings/close", recordings::close);
-    to.call("recordings/example", recordings::example);
-    to.call("recordings/diagnose", recordings::verdict);
-    to.call("recordings/details", recordings::details);
-    to.call("recordings/override", recordings::conclude);
-    to.call("plant/status", plant::status);
-    to.call("plant/page", plant::page);
-    to.call("plant/loop", plant::history);
-    to.call("plant/trend", plant::trend);
-    to.call("plant/diagnose", plant::diagnose_window);
-    to.call("plant/note", plant::enter_note);
-    to.call("plant/snooze", plant::enter_snooze);
-    to.call("plant/override", plant::enter_override);
-    to.call("plant/scan", plant::begin_scan);
-    to.call("plant/stop", plant::stop_scan);
+    use Cost::{High, Low, Medium};
+    to.call("scenarios", Low, loops::scenarios);
+    to.call("cycle", Low, loops::cycle);
+    to.watched("map", High, loops::map);
+    to.watched("verdict", Medium, live::verdict);
+    to.call("live/begin", Low, live::begin);
+    to.call("live/go", Low, live::go);
+    to.call("guess/trends", Medium, guess::trends);
+    to.call("guess/reveal", Medium, guess::reveal);
+    to.call("exercise/begin", Medium, exercise::begin);
+    to.call("exercise/trend", Medium, exercise::trend);
+    to.call("exercise/carry-out", Medium, exercise::carry_out);
+    to.call("exercise/read", Medium, exercise::read);
+    to.call("exercise/reveal", Medium, exercise::reveal);
+    to.call("paper/figure", Medium, paper::figure);
+    to.call("recordings", Low, recordings::list);
+    to.call("recordings/open", Medium, recordings::open);
+    to.call("recordings/mapping", Medium, recordings::say);
+    to.call("recordings/close", Low, recordings::close);
+    to.call("recordings/example", Medium, recordings::example);
+    to.watched("recordings/diagnose", Medium, recordings::verdict);
+    to.watched("recordings/details", Medium, recordings::details);
+    to.watched("recordings/report", Medium, recordings::report);
+    to.call("recordings/override", Low, recordings::conclude);
+    to.call("plant/status", Low, plant::status);
+    to.call("plant/page", Low, plant::page);
+    to.call("plant/loop", Low, plant::history);
+    to.call("plant/trend", Medium, plant::trend);
+    to.watched("plant/diagnose", Medium, plant::diagnose_window);
+    to.call("plant/note", Low, plant::enter_note);
+    to.call("plant/snooze", Low, plant::enter_snooze);
+    to.call("plant/override", Low, plant::enter_override);
+    to.call("plant/scan", Low, plant::begin_scan);
+    to.call("plant/stop", Low, plant::stop_scan);
 }
 
 /// Bytes of a question.
 const QUESTION: usize = 1 << 20;
 /// How long a question may take to come.
 const IN_TIME: Duration = Duration::from_secs(12);
-/// At most so many calls are worked on at a time; others wait.
-const AT_ONCE: usize = 8;
-
-/// Lets through as many as are worked on at a time.
-pub(crate) type Gate = Arc<Semaphore>;
-
-/// A gate for all that is asked.
-pub(crate) fn gate() -> Gate {
-    Arc::new(Semaphore::new(AT_ONCE))
-}
 
 struct Routes {
     router: Router<Arc<Lab>>,
-    gate: Gate,
+    turns: Arc<Turns>,
 }
 
 impl Visit for Routes {
-    fn call<A, R>(&mut self, name: &'static str, f: fn(&Lab, A) -> Answer<R>)
+    fn watched<A, R>(&mut self, name: &'static str, cost: Cost, f: impl Answers<A, R>)
     where
         A: DeserializeOwned + JsonSchema + Send + 'static,
         R: Serialize + JsonSchema + Send + 'static,
     {
-        let gate = Arc::clone(&self.gate);
+        let turns = Arc::clone(&self.turns);
         let answer = move |State(lab): State<Arc<Lab>>, body: Body| async move {
             let body = sent(body, QUESTION, IN_TIME).await?;
             let asked: A = serde_json::from_slice(&body).map_err(|e| {
-                Wrong::asked(format!("{name}: the question is not understood: {e}"))
+                Wrong::asked(format!("{name}: the request is not valid JSON for this call ({e})"))
             })?;
-            let json = blocking(gate, move || {
-                f(&lab, asked).and_then(|answer| serde_json::to_vec(&answer).map_err(Wrong::own))
-            })
-            .await?;
+            let work = move |wanted: &Wanted| {
+                let answer = f(&lab, asked, wanted)?;
+                serde_json::to_vec(&answer).map_err(Wrong::own)
+            };
+            let json = turns.take(cost, work).await?;
             Ok::<_, Wrong>(([(header::CONTENT_TYPE, "application/json")], json))
         };
         let router = std::mem::take(&mut self.router);
@@ -153,19 +163,19 @@ impl Visit for Routes {
     }
 }
 
-/// Reads what is sent, which must neither be longer than `most` bytes nor take longer than `in_time`.
+/// Reads a body of at most `most` bytes, which must arrive within `in_time`.
 pub(crate) async fn sent(body: Body, most: usize, in_time: Duration) -> Answer<Bytes> {
     let long = || Wrong {
         status: StatusCode::PAYLOAD_TOO_LARGE,
         error: format!("at most {most} bytes can be sent here"),
     };
-    // What says that it is longer is not read.
+    // A body that is announced as longer is not read.
     if body.size_hint().lower() > most as u64 {
         return Err(long());
     }
     let slow = || Wrong {
         status: StatusCode::REQUEST_TIMEOUT,
-        error: "what was sent did not come in time".to_owned(),
+        error: "the request did not arrive in time; send it again".to_owned(),
     };
     match tokio::time::timeout(in_time, Limited::new(body, most).collect()).await {
         Ok(Ok(whole)) => Ok(whole.to_bytes()),
@@ -174,21 +184,9 @@ pub(crate) async fn sent(body: Body, most: usize, in_time: Duration) -> Answer<B
     }
 }
 
-/// Works on something where it does not hold up other requests.
-pub(crate) async fn blocking<R: Send + 'static>(
-    gate: Gate,
-    work: impl FnOnce() -> Answer<R> + Send + 'static,
-) -> Answer<R> {
-    let _turn = gate.acquire_owned().await.map_err(Wrong::own)?;
-    match tokio::task::spawn_blocking(work).await {
-        Ok(done) => done,
-        Err(e) => Err(Wrong::own(format!("a fault of the lab's own: {e}"))),
-    }
-}
-
 /// The routes of all calls.
-pub(crate) fn routes(gate: &Gate) -> Router<Arc<Lab>> {
-    let mut routes = Routes { router: Router::new(), gate: Arc::clone(gate) };
+pub(crate) fn routes(turns: &Arc<Turns>) -> Router<Arc<Lab>> {
+    let mut routes = Routes { router: Router::new(), turns: Arc::clone(turns) };
     all(&mut routes);
     routes.router
 }
@@ -199,7 +197,7 @@ struct Described {
 }
 
 impl Visit for Described {
-    fn call<A, R>(&mut self, name: &'static str, _: fn(&Lab, A) -> Answer<R>)
+    fn watched<A, R>(&mut self, name: &'static str, _: Cost, _: impl Answers<A, R>)
     where
         A: DeserializeOwned + JsonSchema + Send + 'static,
         R: Serialize + JsonSchema + Send + 'static,
@@ -216,13 +214,13 @@ impl Visit for Described {
     }
 }
 
-/// The JSON schema of all calls: of each by its name, `ask` and `answer`. The page's types are made of it.
+/// The JSON schema of all calls, with `ask` and `answer` of each. The page's types are made of it.
 pub fn schema() -> Value {
     let mut described = Described { generator: SchemaGenerator::default(), calls: Map::new() };
     all(&mut described);
     let names: Vec<Value> = described.calls.keys().map(|name| name.clone().into()).collect();
     let mut definitions = described.generator.take_definitions(true);
-    // All that is declared is sent.
+    // All declared fields are sent.
     definitions.values_mut().for_each(closed);
     let mut calls = Value::Object(described.calls);
     closed(&mut calls);
@@ -237,7 +235,7 @@ pub fn schema() -> Value {
     })
 }
 
-/// Says of each object in a schema that it has no other fields than those named.
+/// Forbids additional fields in all objects of a schema.
 fn closed(schema: &mut Value) {
     match schema {
         Value::Object(map) => {

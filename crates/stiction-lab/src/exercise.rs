@@ -1,8 +1,8 @@
-//! Learn the test: a valve with hidden S and J, which somebody tests by hand.
+//! Learn the test: a valve with unknown S and J, which the user tests by hand.
 //!
-//! A seed draws the valve, the load and the noise. Nothing is kept between calls: each call simulates the loop from its
-//! start, with all that was set by hand. So the same seed and the same sets give the same samples, and the truth stays
-//! with the server until somebody asks for it.
+//! A seed draws the valve, the load and the noise. The server keeps no state: each call simulates the loop from its start,
+//! with all sets by hand. So the same seed and the same sets give the same samples, and the truth stays on the server
+//! until the user asks for it.
 
 mod operator;
 
@@ -243,21 +243,21 @@ impl Exercise {
     fn check(&self) -> Answer<()> {
         let refuse = |why: String| Err(Wrong::asked(why));
         if !(0.0..=LONGEST_S).contains(&self.until_s) {
-            return refuse(format!("an exercise runs for 0 to {LONGEST_S} s; begin another one"));
+            return refuse(format!("an exercise runs for 0 to {LONGEST_S} s; restart it"));
         }
         if self.sets.len() > SETS {
-            return refuse(format!("an exercise has at most {SETS} sets of the OP; begin another"));
+            return refuse(format!("an exercise has at most {SETS} sets of the OP; restart it"));
         }
         let mut last = OPERATION_S;
         for Hand { at_s, op } in self.sets.iter().copied() {
             if at_s < OPERATION_S {
                 return refuse(format!(
-                    "the OP was set at {at_s} s; the loop is in automatic until {OPERATION_S} s, so set it later"
+                    "the OP was set at {at_s} s, but the loop is in automatic until {OPERATION_S} s; set it later"
                 ));
             }
             if !(last..=self.until_s).contains(&at_s) {
                 return refuse(format!(
-                    "the OP was set at {at_s} s; each set must come after the one before, and not after the end, {} s",
+                    "the OP was set at {at_s} s; each set must be after the previous one and before the end at {} s",
                     self.until_s
                 ));
             }
@@ -331,7 +331,7 @@ pub fn read(_: &Lab, exercise: Exercise) -> Answer<Reading> {
     let recording = Run::of(&exercise)?.recording()?;
     if exercise.sets.iter().filter(|set| set.op.is_some()).count() < 2 {
         return Err(Wrong::asked(
-            "a test has two turns or more; put the controller in manual and turn the OP to and fro",
+            "a test needs two turns or more; put the controller in manual and turn the OP up and down",
         ));
     }
     let options = ReadOptions {

@@ -1,6 +1,6 @@
-//! Guess the fault: loops of which only the trends are shown, then the truth.
+//! Guess the fault: first only the trends of a loop, then the truth.
 //!
-//! A loop is drawn by a seed and its number: who has the same seed sees the same loops.
+//! A seed and a number draw a loop, so the same seed gives the same loops.
 
 use crate::calls::{Answer, Wrong};
 use crate::judgement::Judgement;
@@ -11,7 +11,7 @@ use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
 use stiction_diagnose::recording::Channel;
 use stiction_population::{LoopKind, Simulated};
 
-/// The kinds that are asked for. A third of the loops are of the first, the others of one as often as of another.
+/// The kinds to choose from. A third of the loops are of the first kind; the others are equally frequent.
 const KINDS: [LoopKind; 12] = [
     LoopKind::Sticky,
     LoopKind::Stuck,
@@ -57,7 +57,7 @@ pub struct Trend {
     values: Vec<Option<f64>>,
 }
 
-/// What is true of a loop, and what a diagnosis says of it.
+/// The truth about a loop, and its diagnosis.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Revealed {
     /// What it is.
@@ -70,7 +70,7 @@ pub struct Revealed {
     /// Slip jump, percent of span; of a valve that sticks.
     #[serde(rename = "J")]
     j: Option<f64>,
-    /// The valve position, which no plant had recorded.
+    /// The valve position.
     vp: Trend,
     /// The diagnosis of what was shown.
     judgement: Judgement,
@@ -87,7 +87,7 @@ impl Trend {
     }
 }
 
-/// Numbers that look like chance (splitmix64, Steele, Lea, Flood, OOPSLA 2014).
+/// Pseudo-random numbers (splitmix64, Steele, Lea, Flood, OOPSLA 2014).
 pub(crate) fn mixed(x: u64) -> u64 {
     let mut z = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -95,7 +95,7 @@ pub(crate) fn mixed(x: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The share of the largest number that such a number is: 0 to 1.
+/// Such a number as a fraction from 0 to 1.
 pub(crate) fn share(mixed: u64) -> f64 {
     (mixed >> 11) as f64 / (1u64 << 53) as f64
 }
@@ -106,14 +106,14 @@ fn drawn(which: &Which) -> Answer<Simulated> {
         0 => LoopKind::Sticky,
         _ => KINDS[1 + (mixed(own) % (KINDS.len() as u64 - 1)) as usize],
     };
-    // What nobody could see is no question.
+    // An invisible fault makes no question.
     for again in 0..40 {
         let simulated = kind.simulate(mixed(own ^ again) >> 16)?;
         if !simulated.truth.sticks || simulated.truth.visible {
             return Ok(simulated);
         }
     }
-    Err(Wrong::own("no loop was found that shows its fault; go on to the next"))
+    Err(Wrong::own("the lab found no loop with a visible fault; go on to the next"))
 }
 
 /// The trends of a loop.

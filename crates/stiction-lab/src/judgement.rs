@@ -1,17 +1,19 @@
-//! A diagnosis with the words for it, which the page shows as they are.
+//! A diagnosis with its texts for the page.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 use stiction_diagnose::diagnose::Diagnosis;
 use stiction_report::words;
 
-/// A diagnosis, in words and whole.
+/// A diagnosis, in words and complete.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Judgement {
     /// The verdict, a sentence.
     sentence: String,
     /// Why.
     why: String,
+    /// The data that it rests on.
+    data: String,
     /// The probability that the valve sticks, where there is one.
     probability: Option<String>,
     /// S with its interval, where it is known.
@@ -20,10 +22,10 @@ pub struct Judgement {
     /// J with its interval, where it is known.
     #[serde(rename = "J")]
     j: Option<String>,
-    /// What would have been seen: an S above this, where that is known.
+    /// The detection limit of S, where it is known.
     #[serde(rename = "S_below")]
     s_below: Option<String>,
-    /// All of it, as `stiction diagnose --json` tells it.
+    /// The whole diagnosis, as `stiction diagnose --json` prints it.
     diagnosis: Diagnosis,
 }
 
@@ -34,6 +36,7 @@ impl Judgement {
         Self {
             sentence: words::verdict(&diagnosis),
             why: words::why(&diagnosis),
+            data: data(&diagnosis),
             probability: diagnosis.verdict.shown_probability().map(words::percent),
             s: stiction.s.map(words::interval),
             j: stiction.j.map(words::interval),
@@ -44,4 +47,15 @@ impl Judgement {
             diagnosis,
         }
     }
+}
+
+/// The data that a diagnosis rests on: how long, how many samples, how far apart.
+fn data(diagnosis: &Diagnosis) -> String {
+    let Some(segment) = diagnosis.segment() else { return "No data fit for a verdict".to_owned() };
+    format!(
+        "Judged from {} of data: {} samples, {} s apart",
+        words::spoken(segment.duration()),
+        segment.len(),
+        words::rough(segment.sample_time)
+    )
 }

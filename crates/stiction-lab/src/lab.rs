@@ -1,4 +1,4 @@
-//! What the lab knows while it runs.
+//! The state of a lab.
 
 use crate::paper::Paper;
 use crate::{live, plant, recordings};
@@ -6,22 +6,22 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 use stiction_io::ReadOptions;
 
-/// What a lab is opened with.
+/// The options of a lab.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// The program, with its version, as results name it.
+    /// The program with its version, as in results.
     pub tool: String,
     /// Recordings: files, or folders of them.
     pub files: Vec<PathBuf>,
-    /// What the recordings hold; what can be recognised need not be said.
+    /// How to read the recordings, as far as it cannot be recognised.
     pub reading: ReadOptions,
     /// The folder of a plant.
     pub plant: Option<PathBuf>,
     /// Draws the figures of the paper.
     pub paper: Paper,
-    /// The address to listen on; of others than the loopback, anyone who knows the token can ask.
+    /// The address to listen on. Beyond the loopback, other machines can ask too, with the token.
     pub host: IpAddr,
-    /// The port; 0 for any that is free.
+    /// The port; 0 for any free one.
     pub port: u16,
 }
 
@@ -40,7 +40,7 @@ impl Options {
     }
 }
 
-/// A lab: what its rooms hold.
+/// A lab with its rooms.
 #[derive(Debug)]
 pub struct Lab {
     /// The program, with its version.
@@ -56,7 +56,7 @@ pub struct Lab {
 }
 
 impl Lab {
-    /// A lab with what was to be opened.
+    /// A lab with these options.
     pub fn new(options: &Options) -> Self {
         Self {
             tool: options.tool.clone(),

@@ -1,12 +1,12 @@
-//! The lab: `stiction lab` opens a page that this crate serves, from and to one's own machine only.
+//! The lab: `stiction lab` opens a page that this crate serves on the user's own machine.
 //!
-//! Rooms, each a module: [`recordings`], [`loops`] (a valve and its loop, live), [`exercise`] (a test to practise) and [`plant`]. The page asks by
-//! calls, JSON in and JSON out ([`calls`]); what it gets are the results of the library, as they are. Pages, scripts and
-//! styles are built from `web/` and embedded, so that Rust alone builds and runs the lab.
+//! Each room is a module: [`recordings`], [`loops`] (a valve and its loop, live), [`exercise`] (a test to practise) and [`plant`]. The page asks
+//! by [`calls`], JSON in and JSON out. It gets the results of the library unchanged. Pages, scripts and styles are built
+//! from `web/` and embedded, so Rust alone builds and runs the lab.
 //!
-//! # Safety of one's data
-//! The server listens on the loopback unless told otherwise; who asks must know the token of its address, from a page of
-//! its own ([`guard`]); it opens no connection. Requests, memory and time of each are bounded. It reads the files and
+//! # Data safety
+//! The server listens on the loopback by default. It answers only requests with the token of its address ([`guard`]), and
+//! opens no connection itself. The number, memory and time of requests are bounded ([`turns`]). The lab reads the files and
 //! folders that it was given, and writes mappings, overrides and the plant's log.
 #![forbid(unsafe_code)]
 
@@ -24,6 +24,7 @@ mod places;
 pub mod plant;
 pub mod recordings;
 mod server;
+pub mod turns;
 
 pub use lab::{Lab, Options};
 pub use server::{Server, bind};

@@ -1,13 +1,14 @@
-//! Loops that run while one turns their knobs.
+//! Loops that run while the user changes their settings.
 //!
-//! A loop that was begun ([`begin`]) is on the server; the page asks it to go on ([`go`]) some samples at a time, each time with
-//! the settings of the moment. Without a change it gives the samples of `stiction simulate`, to the last bit. A question
-//! that was answered, but whose answer was lost on the way, is answered again.
+//! A loop lives on the server after [`begin`]. The page asks it for some samples at a time ([`go`]), with the present
+//! settings. Without a change it gives the samples of `stiction simulate`, to the last bit. If an answer was lost on the
+//! way, the same question gets it again.
 
 use crate::calls::{Answer, Wrong};
 use crate::judgement::Judgement;
 use crate::lab::Lab;
 use crate::loops::{self, Asked};
+use crate::turns::Wanted;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -23,10 +24,12 @@ use stiction_model::compensate::{At, Compensator, Knowledge, Method};
 use stiction_model::stem::{ParameterSet, StemValve};
 use stiction_model::valve::{Assembly, Start, Valve};
 
-/// Loops that run at a time; beyond, those that were asked least recently are given up.
+/// Loops that run at a time. With more, the least recently used one is dropped.
 const LOOPS: usize = 32;
 /// Samples of one answer.
 const SAMPLES: usize = 20_000;
+/// Samples of a verdict at most, as a diagnosis cannot be stopped.
+const JUDGED: usize = 100_000;
 
 /// The loops that run.
 #[derive(Debug, Default)]
@@ -37,7 +40,7 @@ pub(crate) struct Room {
 #[derive(Debug, Default)]
 struct Lives {
     count: u64,
-    /// With when it was asked last.
+    /// With the time of its last use.
     by_id: HashMap<u64, (u64, Arc<Mutex<Live>>)>,
 }
 
@@ -64,20 +67,20 @@ impl Room {
     }
 }
 
-/// What is asked of a loop at a moment.
+/// The settings of a loop at a moment.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Knobs {
     /// The loop.
     #[serde(rename = "loop")]
     plant: Asked,
-    /// The physical stem in place of the data-driven model, with the same S and J.
+    /// Use the physical stem with the same S and J instead of the data-driven model.
     #[serde(default)]
     stem: bool,
     /// The compensator between controller and valve, by its name; none without.
     #[serde(default)]
     compensator: Option<String>,
-    /// What the valve receives in manual mode, percent of span; automatic without.
+    /// The signal to the valve in manual mode, percent of span; null in automatic.
     #[serde(default)]
     manual: Option<f64>,
 }
@@ -85,17 +88,17 @@ pub struct Knobs {
 /// A loop that runs from now on.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Begun {
-    /// What to call it by.
+    /// Its number, for later calls.
     id: u64,
     /// Time between samples, s.
     sample_time_s: f64,
 }
 
-/// What a loop is asked.
+/// A question to a running loop.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Go {
-    /// The loop, by its name.
+    /// The number of the loop.
     id: u64,
     /// The number of the sample that comes next.
     from: u64,
@@ -116,11 +119,11 @@ pub struct Samples {
     pub(crate) pv: Vec<f64>,
     /// Output of the controller, percent of span.
     pub(crate) op: Vec<f64>,
-    /// What the valve received: that output, or what a compensator or a hand made of it.
+    /// The signal to the valve: the OP, or the signal from a compensator or by hand.
     signal: Vec<f64>,
     /// Valve position, percent of span.
     pub(crate) vp: Vec<f64>,
-    /// Whether process and loop went on as they were with the settings of the moment, and did not begin at rest again.
+    /// Whether process and loop continued from their state with the present settings; otherwise they began at rest again.
     went_on: bool,
 }
 
@@ -140,7 +143,7 @@ impl Samples {
     }
 }
 
-/// Begins a loop, at rest.
+/// Starts a loop at rest.
 ///
 /// # Errors
 /// If there is no such loop.
@@ -150,13 +153,13 @@ pub fn begin(lab: &Lab, knobs: Knobs) -> Answer<Begun> {
     Ok(Begun { id: lab.lives.add(live), sample_time_s })
 }
 
-/// Goes on with a loop.
+/// Continues a loop.
 ///
 /// # Errors
-/// If it does not run any more or is elsewhere, or with the settings there can be no loop.
+/// If the loop has ended or is at a different sample, or the settings make no loop.
 pub fn go(lab: &Lab, asked: Go) -> Answer<Samples> {
     let live =
-        lab.lives.of(asked.id).ok_or_else(|| Wrong::gone("this loop does not run any more"))?;
+        lab.lives.of(asked.id).ok_or_else(|| Wrong::gone("this loop has ended; restart it"))?;
     let mut live = live.lock().unwrap_or_else(PoisonError::into_inner);
     if asked.samples == 0 || asked.samples > SAMPLES {
         return Err(Wrong::asked(format!("ask for 1 to {SAMPLES} samples at a time")));
@@ -174,23 +177,37 @@ pub fn go(lab: &Lab, asked: Go) -> Answer<Samples> {
     Ok(live.last.clone())
 }
 
-/// The verdict on what a plant would record of a loop from its start, as long as the scenario says: SP, PV and OP, no
-/// valve position.
+/// The verdict on SP, PV and OP of a loop, simulated from rest for the duration of its scenario.
 ///
 /// # Errors
 /// If there is no such loop, or it runs away.
-pub fn verdict(_: &Lab, knobs: Knobs) -> Answer<Judgement> {
+pub fn verdict(_: &Lab, knobs: Knobs, wanted: &Wanted) -> Answer<Judgement> {
     let name = format!("{}.csv", knobs.plant.name());
     let mut live = Live::new(Knobs { manual: None, ..knobs })?;
     let Runs::Loop(of) = &live.runs else {
-        return Err(Wrong::asked("a valve on a test signal is no loop that a plant records"));
+        return Err(Wrong::asked(
+            "the verdict needs a control loop, and this is a valve on a test signal",
+        ));
     };
-    let run = live.go(of.plant.samples)?;
-    // As a file would hold it: so it is what `stiction diagnose` says of it.
+    let samples = of.plant.samples;
+    if samples > JUDGED {
+        return Err(Wrong::asked(format!(
+            "the lab judges at most {JUDGED} samples of a loop, and this one has {samples}; choose a shorter duration"
+        )));
+    }
+    let mut run = Samples::default();
+    while run.len() < samples {
+        wanted.check()?;
+        run.append(live.go(SAMPLES.min(samples - run.len()))?);
+    }
+    wanted.check()?;
+    // Through CSV, so that the result equals that of `stiction diagnose` on the file.
     let csv = loops::recorded(live.runs.sample_time(), &run.sp, &run.pv, &run.op);
     let read = reading::parse(csv.as_bytes(), &name, &ReadOptions::default())?;
-    let recording =
-        read.recordings.first().ok_or_else(|| Wrong::own("what was simulated cannot be read"))?;
+    let recording = read
+        .recordings
+        .first()
+        .ok_or_else(|| Wrong::own("internal error: the simulated recording cannot be read"))?;
     Ok(Judgement::new(diagnose(recording, &DiagnoseOptions::default())?))
 }
 
@@ -202,7 +219,7 @@ enum Fitted {
 }
 
 impl Fitted {
-    /// The valve that is asked for: that of the scenario, or a stem.
+    /// The valve of the settings: that of the scenario, or a stem.
     fn of(knobs: &Knobs, valve: &Assembly, sample_time: f64) -> Answer<Self> {
         if !knobs.stem {
             return Ok(Self::Model(Box::new(valve.clone())));
@@ -280,7 +297,7 @@ impl Sum {
         Ok(Self { signals: signals.to_vec(), sources })
     }
 
-    /// Other signals in their place, if they are others.
+    /// Replaces the signals if they differ.
     fn turn(&mut self, signals: &[Signal], clock: Clock, at: u64) -> Answer<()> {
         if self.signals != signals {
             *self = Self::of(signals, clock, at)?;
@@ -305,7 +322,7 @@ impl Sum {
     }
 }
 
-/// What runs, how far it is, and what was said last.
+/// A running loop with its last answer.
 #[derive(Debug)]
 pub(crate) struct Live {
     knobs: Knobs,
@@ -346,7 +363,9 @@ impl Runs {
         Ok(match loops::system(&knobs.plant)? {
             System::ClosedLoop(plant) => Self::Loop(Box::new(Loop::new(knobs, *plant)?)),
             System::OpenLoop(system) => Self::Valve(Box::new(OnSignal::new(knobs, system)?)),
-            System::Cascade(_) => return Err(Wrong::asked("a cascade does not run in the lab")),
+            System::Cascade(_) => {
+                return Err(Wrong::asked("the lab cannot run a cascade; choose a single loop"));
+            }
         })
     }
 
@@ -359,7 +378,7 @@ impl Runs {
 }
 
 impl Live {
-    /// A loop as it is, at rest.
+    /// A loop without changes, at rest.
     pub(crate) fn of(plant: Asked) -> Answer<Self> {
         Self::new(Knobs { plant, stem: false, compensator: None, manual: None })
     }
@@ -378,7 +397,7 @@ impl Live {
         Ok(Self { runs: Runs::new(&knobs)?, knobs, at: 0, last: Samples::default() })
     }
 
-    /// Goes on with other settings; whether it goes on from where it is.
+    /// Changes the settings; returns whether the loop continues from its state.
     fn turn(&mut self, knobs: Knobs) -> Answer<bool> {
         if knobs == self.knobs {
             return Ok(true);
@@ -386,7 +405,9 @@ impl Live {
         let signal = self.last.signal.last().copied();
         let (next, went_on) = match (&mut self.runs, Runs::new(&knobs)?) {
             (now, next) if now.sample_time() != next.sample_time() => {
-                return Err(Wrong::asked("another sample time is another loop: begin it"));
+                return Err(Wrong::asked(
+                    "the sample time cannot change while the loop runs; restart the loop",
+                ));
             }
             (Runs::Loop(now), Runs::Loop(mut next)) => {
                 let went_on = next.take_over(now, self.at, signal)?;
@@ -435,7 +456,7 @@ impl Loop {
         })
     }
 
-    /// Goes on from where another loop is, whose last signal to the valve is told; whether it could.
+    /// Continues from the state of another loop with this last signal to the valve; returns whether it could.
     fn take_over(&mut self, other: &mut Self, at: u64, signal: Option<f64>) -> Answer<bool> {
         let clock = (self.plant.sample_time, self.plant.samples);
         for (own, of) in [
@@ -470,7 +491,7 @@ impl Loop {
         let signal = middle.signal;
         if [played.pv, played.op, played.vp].iter().any(|value| !value.is_finite()) {
             return Err(Wrong::asked(
-                "the loop runs away: it is unstable; lower the gain of the controller, and begin anew",
+                "the loop is unstable and has left all limits; lower the controller gain, and restart",
             ));
         }
         done.sp.push(sp);
@@ -506,7 +527,7 @@ impl OnSignal {
     }
 }
 
-/// The compensator that is asked for, with parameters from what is true of the loop.
+/// The compensator of the settings, with parameters from the true loop.
 fn compensator(knobs: &Knobs, plant: &ClosedLoop) -> Answer<Option<Box<dyn Compensator>>> {
     let Some(name) = &knobs.compensator else { return Ok(None) };
     let bands = loops::scenario(&knobs.plant)?.valve.1;
@@ -518,7 +539,7 @@ fn compensator(knobs: &Knobs, plant: &ClosedLoop) -> Answer<Option<Box<dyn Compe
     Ok(Some(Method::by_name(name)?.automatic(&known)?))
 }
 
-/// What is between controller and valve: a hand, a compensator, or nothing.
+/// Between controller and valve: a hand, a compensator, or nothing.
 struct Middle<'a> {
     manual: Option<f64>,
     compensator: Option<&'a mut Box<dyn Compensator>>,

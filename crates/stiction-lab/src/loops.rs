@@ -2,12 +2,14 @@
 
 use crate::calls::{Answer, Wrong};
 use crate::lab::Lab;
+use crate::turns::Wanted;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stiction_io::scenario::{self, Scenario, System};
 use stiction_io::table;
 use stiction_model::closed_loop::ClosedLoop;
 use stiction_model::compensate;
+use stiction_model::error::Error;
 use stiction_model::limit_cycle::map::{Axis, Map, Parameter};
 use stiction_model::limit_cycle::{ContinuousLoop, Cycle, Found, Method};
 use stiction_model::valve::Model;
@@ -66,11 +68,11 @@ pub(crate) fn system(asked: &Asked) -> Answer<System> {
 pub(crate) fn closed_loop(asked: &Asked) -> Answer<ClosedLoop> {
     match system(asked)? {
         System::ClosedLoop(plant) => Ok(*plant),
-        System::OpenLoop(_) => {
-            Err(Wrong::asked("this is a valve on a test signal; what is asked needs a loop"))
-        }
+        System::OpenLoop(_) => Err(Wrong::asked(
+            "this needs a control loop, and the scenario is a valve on a test signal",
+        )),
         System::Cascade(_) => {
-            Err(Wrong::asked("this is a cascade; what is asked needs a single loop"))
+            Err(Wrong::asked("this needs a single loop, and the scenario is a cascade"))
         }
     }
 }
@@ -240,12 +242,19 @@ impl AxisAsked {
 ///
 /// # Errors
 /// If there is no such loop or parameter.
-pub fn map(_: &Lab, asked: MapAsked) -> Answer<Map> {
+pub fn map(_: &Lab, asked: MapAsked, wanted: &Wanted) -> Answer<Map> {
     let (x, y) = (asked.x.axis()?, asked.y.axis()?);
     if x.values.len() * y.values.len() > POINTS {
         return Err(Wrong::asked(format!("a map of the lab has at most {POINTS} points")));
     }
-    Ok(Map::of(&continuous(&asked.plant)?, x, y, Method::Exact)?)
+    let l = continuous(&asked.plant)?;
+    // On threads of its own: on those of all calls it would run before their work.
+    let threads = rayon::ThreadPoolBuilder::new().build()?;
+    let map = || Map::of_with_progress(&l, x, y, Method::Exact, || wanted.goes_on());
+    threads.install(map).map_err(|e| match e {
+        Error::Cancelled => wanted.over(),
+        other => other.into(),
+    })
 }
 
 /// What a plant records of a loop, as the CSV that `stiction simulate --columns t,sp,pv,op` writes.

@@ -1,4 +1,4 @@
-//! The paper, figure by figure, as the command draws it.
+//! The figures of the paper, as the command draws them.
 
 use crate::calls::{Answer, Wrong};
 use crate::lab::Lab;

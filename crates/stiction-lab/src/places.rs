@@ -1,9 +1,14 @@
-//! Places of connections: who has shown no token gets few, for a short time, and gives way to who comes after.
+//! Places of connections: a new connection always gets one; if there are none left, another connection gives way.
 //!
-//! So whoever holds open as many connections as the machine has keeps nobody out: a page asks as soon as it is
-//! connected, is known by its token, and then nobody takes its place.
+//! | who | places | gives way |
+//! |---|---|---|
+//! | has not shown the token | 64, for 5 s | the oldest first |
+//! | has shown it, and sends a question or nothing | 128, with the next row | the one that has been quiet longest, first |
+//! | has asked, and waits for the answer | | the one that has waited longest, if all 128 wait |
+//!
+//! So neither silent connections nor half-sent questions keep anybody out.
 
-use axum::body::Body;
+use axum::body::{Body, HttpBody};
 use hyper::body::{Bytes, Frame, SizeHint};
 use std::collections::VecDeque;
 use std::pin::Pin;
@@ -14,26 +19,24 @@ use std::time::Duration;
 use tokio::sync::Notify;
 use tokio::time::{Instant, Sleep, sleep};
 
-/// Connections of who is known; others wait to be taken.
+/// Connections that have shown the token.
 const KNOWN: usize = 128;
-/// Connections of strangers; the oldest gives way to the next.
+/// Connections that have not.
 const STRANGERS: usize = 64;
-/// How long one may be a stranger.
+/// How long a connection may go without showing the token.
 const STRANGE: Duration = Duration::from_secs(5);
 /// How long the next piece of a question may take.
 const PIECE: Duration = Duration::from_secs(10);
 
-/// The places of all connections.
+/// The places of all connections, the first to give way first.
 #[derive(Debug, Default)]
-pub(crate) struct Places {
-    taken: Mutex<Taken>,
-    free: Notify,
-}
+pub(crate) struct Places(Mutex<Taken>);
 
 #[derive(Debug, Default)]
 struct Taken {
-    known: usize,
     strangers: VecDeque<Arc<Place>>,
+    quiet: VecDeque<Arc<Place>>,
+    waiting: VecDeque<Arc<Place>>,
 }
 
 /// The place of a connection.
@@ -46,79 +49,103 @@ pub(crate) struct Place {
 
 impl Places {
     fn taken(&self) -> MutexGuard<'_, Taken> {
-        self.taken.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits until one more could become known.
-    pub async fn wait(&self) {
-        while self.taken().known >= KNOWN {
-            // Whether one leaves or not, it is looked again in a moment.
-            let _ = tokio::time::timeout(Duration::from_millis(50), self.free.notified()).await;
-        }
-    }
-
-    /// A place for a stranger.
+    /// A place for a connection that has not shown the token.
     pub fn take(self: &Arc<Self>) -> Arc<Place> {
         let place = Arc::new(Place {
             places: Arc::clone(self),
             is_known: AtomicBool::new(false),
             give_way: Notify::new(),
         });
-        let mut taken = self.taken();
-        taken.strangers.push_back(Arc::clone(&place));
-        if taken.strangers.len() > STRANGERS {
-            taken.strangers.pop_front().inspect(|oldest| oldest.give_way.notify_one());
-        }
+        place.moves(|taken| &mut taken.strangers);
         place
     }
+}
 
-    /// Whoever was there has left.
-    pub fn leave(&self, place: &Arc<Place>) {
-        let mut taken = self.taken();
-        match place.is_known.load(Ordering::Relaxed) {
-            true => taken.known -= 1,
-            false => taken.strangers.retain(|other| !Arc::ptr_eq(other, place)),
+impl Taken {
+    fn remove(&mut self, place: &Arc<Place>) {
+        for of in [&mut self.strangers, &mut self.quiet, &mut self.waiting] {
+            of.retain(|other| !Arc::ptr_eq(other, place));
         }
-        self.free.notify_one();
+    }
+
+    /// Connections that must give way, as there are too many.
+    fn too_many(&mut self) -> Option<Arc<Place>> {
+        if self.strangers.len() > STRANGERS {
+            return self.strangers.pop_front();
+        }
+        if self.quiet.len() + self.waiting.len() <= KNOWN {
+            return None;
+        }
+        // The one that has just come is the last of the quiet ones, and stays.
+        if self.quiet.len() > 1 { self.quiet.pop_front() } else { self.waiting.pop_front() }
     }
 }
 
 impl Place {
-    /// Whoever is here has shown the token.
-    pub fn is_known_now(self: &Arc<Self>) {
+    /// Goes behind the others of its kind.
+    fn moves(self: &Arc<Self>, to: impl FnOnce(&mut Taken) -> &mut VecDeque<Arc<Self>>) {
         let mut taken = self.places.taken();
-        if !self.is_known.swap(true, Ordering::Relaxed) {
-            taken.known += 1;
-            taken.strangers.retain(|other| !Arc::ptr_eq(other, self));
+        taken.remove(self);
+        to(&mut taken).push_back(Arc::clone(self));
+        while let Some(other) = taken.too_many() {
+            other.give_way.notify_one();
         }
     }
 
-    /// Ends when whoever is here must leave.
+    /// The token was shown, or an answer given.
+    pub fn is_quiet(self: &Arc<Self>) {
+        self.is_known.store(true, Ordering::Relaxed);
+        self.moves(|taken| &mut taken.quiet);
+    }
+
+    /// A whole question has come.
+    fn waits(self: &Arc<Self>) {
+        self.moves(|taken| &mut taken.waiting);
+    }
+
+    /// The connection has ended.
+    pub fn leaves(self: &Arc<Self>) {
+        self.places.taken().remove(self);
+    }
+
+    /// Ends when the connection must be closed.
     pub async fn must_leave(&self) {
         tokio::select! {
-            () = self.give_way.notified() => {}
+            () = self.give_way.notified() => return,
             () = sleep(STRANGE) => {}
         }
         if self.is_known.load(Ordering::Relaxed) {
-            std::future::pending::<()>().await;
+            self.give_way.notified().await;
         }
     }
 }
 
-/// A body whose next piece must come in time.
+/// A body whose next piece must come in time; its end is the end of the question.
 pub(crate) struct Paced {
     body: Body,
     until: Pin<Box<Sleep>>,
+    place: Option<Arc<Place>>,
 }
 
 impl Paced {
     /// The body, paced.
-    pub fn of(body: Body) -> Body {
-        Body::new(Self { body, until: Box::pin(sleep(PIECE)) })
+    pub fn of(body: Body, place: Option<Arc<Place>>) -> Body {
+        let mut paced = Self { body, until: Box::pin(sleep(PIECE)), place };
+        paced.look_for_end();
+        Body::new(paced)
+    }
+
+    fn look_for_end(&mut self) {
+        if self.body.is_end_stream() {
+            self.place.take().inspect(Place::waits);
+        }
     }
 }
 
-impl hyper::body::Body for Paced {
+impl HttpBody for Paced {
     type Data = Bytes;
     type Error = axum::BoxError;
 
@@ -128,10 +155,11 @@ impl hyper::body::Body for Paced {
     ) -> Poll<Option<Result<Frame<Bytes>, axum::BoxError>>> {
         if let Poll::Ready(frame) = Pin::new(&mut self.body).poll_frame(context) {
             self.until.as_mut().reset(Instant::now() + PIECE);
+            self.look_for_end();
             return Poll::Ready(frame.map(|frame| frame.map_err(Into::into)));
         }
         ready!(self.until.as_mut().poll(context));
-        Poll::Ready(Some(Err("the question does not go on".into())))
+        Poll::Ready(Some(Err("the request has stopped".into())))
     }
 
     fn is_end_stream(&self) -> bool {
@@ -140,5 +168,41 @@ impl hyper::body::Body for Paced {
 
     fn size_hint(&self) -> SizeHint {
         self.body.size_hint()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn silent_connections_give_way_before_those_that_wait_for_an_answer() {
+        let places = Arc::new(Places::default());
+        let connect = || {
+            let place = places.take();
+            place.is_quiet();
+            place
+        };
+        let stays = |place: &Arc<Place>| {
+            let taken = places.taken();
+            taken.quiet.iter().chain(&taken.waiting).any(|other| Arc::ptr_eq(other, place))
+        };
+        let first = connect();
+        first.waits();
+        let silent = connect();
+        let others: Vec<_> = (0..KNOWN - 2).map(|_| connect()).collect();
+        assert!(stays(&first) && stays(&silent));
+        let next = connect();
+        assert!(stays(&first) && !stays(&silent) && stays(&next));
+        // If all wait for answers, the one that has waited longest gives way to the one that comes.
+        others.iter().chain([&next]).for_each(Place::waits);
+        let last = connect();
+        assert!(!stays(&first) && stays(&others[0]) && stays(&last));
+        // Strangers take nothing from the others.
+        let strangers: Vec<_> = (0..1000).map(|_| places.take()).collect();
+        assert_eq!(places.taken().strangers.len(), STRANGERS);
+        assert!(stays(&last) && others.iter().all(stays));
+        strangers.iter().for_each(Place::leaves);
+        assert_eq!(places.taken().strangers.len(), 0);
     }
 }

@@ -1,9 +1,8 @@
-//! A plant: what its weeks say, its loops over time, and what people say of them.
+//! A plant: its weeks, its loops over time, and the log.
 //!
-//! What is shown is what `stiction plant report` writes, from the same [store](stiction_plant::Store) by the same
-//! functions; a week is read once, and again as soon as something else is in the store, the log or the plant's file.
-//! Loops that swing together are looked for in the background, as that may take long: until they are found the page
-//! says so.
+//! The page shows what `stiction plant report` writes, from the same [store](stiction_plant::Store) by the same functions.
+//! A week is read once, and again when the store, the log or the plant's file has changed. The search for loops that swing
+//! together may take long, so it runs in the background, and the page shows that it is running.
 
 mod said;
 mod scanning;
@@ -41,12 +40,12 @@ use stiction_report::report::layout::{Badge, Tone};
 /// Weeks that are kept, and recordings.
 const KEPT: usize = 2;
 const KEPT_RECORDINGS: usize = 4;
-/// How long an answer waits for groups; those of a small plant are there by then.
+/// How long an answer waits for groups. Those of a small plant are found by then.
 const PATIENCE: Duration = Duration::from_millis(400);
-/// Widths of the maps of a plant, for a large screen and a small one, and their heights, which grow by loops, to a limit.
+/// Widths of the maps of a plant, for a large and a small screen, and their heights, which grow with the loops to a limit.
 const MAPS: [(f64, f64, f64, f64); 2] = [(1240.0, 200.0, 0.4, 600.0), (360.0, 260.0, 0.6, 900.0)];
 
-/// What the lab knows of its plant.
+/// The plant of a lab.
 #[derive(Debug)]
 pub(crate) struct Room {
     folder: Option<PathBuf>,
@@ -84,15 +83,15 @@ fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
     of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What is known of a week.
+/// A week as it was read.
 #[derive(Debug)]
 struct WeekOf {
-    /// Of store, log and plant's file as they were read.
+    /// The state of store, log and plant's file when they were read.
     stamp: String,
     plant: Plant,
     known: Known,
     loops: Vec<LoopOfWeek>,
-    /// Whether this is the last week, which is meant where none is said.
+    /// Whether this is the last week, which is the default.
     is_last: bool,
 }
 
@@ -103,7 +102,7 @@ struct Grouping {
     done: Condvar,
 }
 
-/// Groups, or why they cannot be told.
+/// Groups, or why they are not known.
 type Found = Result<Vec<Group>, String>;
 
 #[derive(Debug, Default)]
@@ -112,7 +111,7 @@ struct Groups {
     found: Vec<(Sought, Found)>,
 }
 
-/// All that groups depend on.
+/// The inputs of the search for groups.
 #[derive(Debug, Clone, PartialEq)]
 struct Sought {
     store: String,
@@ -134,7 +133,7 @@ impl Sought {
 }
 
 impl Grouping {
-    /// The groups of a week, if they are found or will be in a moment.
+    /// The groups of a week, if they are found within a moment.
     fn of(self: &Arc<Self>, folder: &Path, week: &Arc<WeekOf>) -> Option<Found> {
         let sought = Sought::of(week);
         let there = |state: &Groups| {
@@ -160,7 +159,7 @@ impl Grouping {
         let found = std::panic::catch_unwind(std::panic::AssertUnwindSafe(find));
         let groups = match found {
             Ok(found) => found.map_err(|e| e.to_string()),
-            Err(_) => Err("the search failed, which it should not; please report it".to_owned()),
+            Err(_) => Err("internal error of the search for groups; please report it".to_owned()),
         };
         let mut state = locked(&self.state);
         state.found.insert(0, (sought, groups));
@@ -170,7 +169,7 @@ impl Grouping {
     }
 }
 
-/// A text that is another one as soon as something else is to be shown; its first line is of the store.
+/// A text that changes when the data of the page change. Its first line belongs to the store.
 fn stamp(folder: &Path) -> Answer<String> {
     let mut stamp = Store::of(folder).stamp()?;
     for name in [log::NAME, plant_file::NAME] {
@@ -184,7 +183,7 @@ fn stamp(folder: &Path) -> Answer<String> {
 }
 
 impl Room {
-    /// What is known of a week, read once.
+    /// A week, read once.
     fn week(&self, week: Option<Week>) -> Answer<Arc<WeekOf>> {
         let folder = self.folder()?;
         let stamp = stamp(folder)?;
@@ -192,7 +191,7 @@ impl Room {
             Some(week) => of.stamp == stamp && of.known.week() == week,
             None => of.stamp == stamp && of.is_last,
         };
-        // Who asks for the same meanwhile waits, and reads it not again.
+        // Others that ask for the same week wait, and do not read it again.
         let mut weeks = locked(&self.weeks);
         if let Some(place) = weeks.iter().position(is_it) {
             let found = weeks.remove(place);
@@ -230,7 +229,7 @@ impl Room {
 pub struct Word {
     /// The word.
     pub name: &'static str,
-    /// What stands for it where there is no room.
+    /// Its short form.
     pub symbol: String,
     /// What it means for the reader: bad, warning, good or open.
     pub tone: &'static str,
@@ -246,22 +245,22 @@ fn word(badge: Badge) -> Word {
     Word { name: badge.word, symbol: badge.symbol.to_owned(), tone }
 }
 
-/// The words by which the plant is told, in their order.
+/// The words of the plant page, in their order.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Words {
-    /// What to do.
+    /// Actions.
     pub actions: Vec<Word>,
-    /// What changed.
+    /// Changes.
     pub changes: Vec<&'static str>,
     /// Verdicts.
     pub grades: Vec<Word>,
-    /// What the data are like.
+    /// Qualities of the data.
     pub health: Vec<&'static str>,
-    /// What a person may conclude.
+    /// Verdicts of an override.
     pub verdicts: Vec<&'static str>,
-    /// Where loops without an area are.
+    /// The name for loops without an area.
     pub no_area: &'static str,
-    /// Why the priority is what it is.
+    /// The formula of the priority.
     pub priority: &'static str,
 }
 
@@ -284,7 +283,7 @@ impl Words {
     }
 }
 
-/// Whether a plant is open, and what goes on.
+/// The state of the plant.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Now {
     /// The folder that was opened; none without a plant.
@@ -295,11 +294,11 @@ pub struct Now {
     wrong: Option<String>,
     /// Weeks in which windows were judged, the last first.
     weeks: Vec<String>,
-    /// Another one as soon as something else is to be shown.
+    /// Changes when the data of the page change.
     stamp: String,
     /// The scan.
     scan: scanning::ScanNow,
-    /// Who enters something if nobody is named.
+    /// The default author of an entry.
     user: Option<String>,
     /// Today.
     today: String,
@@ -307,10 +306,10 @@ pub struct Now {
     words: Words,
 }
 
-/// Tells whether a plant is open, and what goes on.
+/// The state of the plant.
 ///
 /// # Errors
-/// Never: what is wrong is among what is told.
+/// Never: faults are part of the answer.
 pub fn status(lab: &Lab, _: Nothing) -> Answer<Now> {
     let room = &lab.plant;
     let mut now = Now {
@@ -361,15 +360,15 @@ pub struct Page {
     first_day: String,
     /// Its last day.
     last_day: String,
-    /// The loops, what to do first at the top.
+    /// The loops, most urgent first.
     loops: Vec<LoopRow>,
     /// Their small histories, in the same order.
     sparks: Vec<Spark>,
     /// Size of a small history, px.
     spark_size: [f64; 2],
-    /// Loops that swing together; null while they are looked for, or if they cannot be told.
+    /// Loops that swing together; null while the search runs, or if they are not known.
     groups: Option<Vec<Group>>,
-    /// Why they cannot be told.
+    /// Why they are not known.
     groups_wrong: Option<String>,
     /// Work orders.
     orders: Vec<Order>,
@@ -390,7 +389,7 @@ pub struct Map {
     areas: Vec<AreaTile>,
 }
 
-/// A week of the plant, as `stiction plant report` tells it.
+/// A week of the plant, as `stiction plant report` shows it.
 ///
 /// # Errors
 /// If there is no such week, or the store cannot be read.
@@ -433,7 +432,7 @@ pub struct LoopAsked {
     /// Its tag.
     #[serde(rename = "loop")]
     name: String,
-    /// The week up to which it is told; the last one without it.
+    /// The last week to show; the latest one by default.
     #[serde(default)]
     week: Option<String>,
 }
@@ -444,9 +443,9 @@ pub struct LoopHistory {
     /// Its tag.
     #[serde(rename = "loop")]
     name: String,
-    /// Its windows up to the end of the week, half a year back, in order of time.
+    /// Its windows of the half year up to the end of the week, in order of time.
     windows: Vec<Told>,
-    /// What people said of it, in the order of days.
+    /// Entries of the log for it, in the order of days.
     entries: Vec<Said>,
     /// Loops whose swing would reach it.
     upstream: Vec<String>,
@@ -463,12 +462,12 @@ pub struct Told {
     row: WindowRow,
 }
 
-/// What a person said.
+/// An entry of the log.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Said {
     /// The entry of the log.
     entry: Entry,
-    /// It in words.
+    /// The same in words.
     words: String,
 }
 

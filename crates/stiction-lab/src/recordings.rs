@@ -1,20 +1,23 @@
-//! Recordings: what is open, how it was read, and the verdict on any stretch of it.
+//! Recordings: the open files, how they were read, and the verdict on any stretch.
 //!
-//! Files and folders that the lab was opened with are read when they are asked for; what is dropped on the page is kept in
-//! memory. A file is asked for by a name that the lab gave it, never by a path. The verdict on a whole recording is that of
-//! `stiction diagnose`, and of a stretch that of the same samples alone, as `stiction history` cuts them.
+//! Files and folders of the command are read when the page needs them. Dropped files are kept in memory. The page names a
+//! file by an identifier from the lab, never by a path. The verdict on a whole recording is that of `stiction diagnose`.
+//! On a stretch it uses the same samples alone, as `stiction history` cuts them.
 
 mod files;
 mod mapping;
+mod reports;
 mod routes;
 mod trend;
 
 pub(crate) use files::Room;
+pub(crate) use reports::REPORTS;
 pub(crate) use routes::routes;
 
 use crate::calls::{Answer, Wrong};
 use crate::lab::Lab;
 use crate::loops::{self, Nothing};
+use crate::turns::Wanted;
 use files::{Entry, File};
 use mapping::Mapping;
 use schemars::JsonSchema;
@@ -28,22 +31,22 @@ use stiction_io::{Reading, role::Role, scenario};
 use stiction_report::document::{Loop, Source};
 use stiction_report::report::{self, Folds, Told, told::Piece};
 
-/// What is open.
+/// The open files.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Recordings {
     /// The files, in their order.
     files: Vec<Entry>,
-    /// The most that a file which is dropped may hold, bytes.
+    /// The largest size of a dropped file, bytes.
     most_dropped: u64,
-    /// What a loop can control.
+    /// Types of loops.
     loop_types: Vec<&'static str>,
-    /// What a column can be.
+    /// Roles of columns.
     roles: Vec<String>,
-    /// What can be concluded of a valve.
+    /// Verdicts of an override.
     verdicts: Vec<&'static str>,
 }
 
-/// What is open; folders are looked through again.
+/// The open files. Folders are searched again.
 ///
 /// # Errors
 /// Never.
@@ -62,42 +65,42 @@ pub fn list(lab: &Lab, _: Nothing) -> Answer<Recordings> {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Which {
-    /// The name that the lab gave it.
+    /// Its identifier.
     file: String,
 }
 
 /// How a file was read.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Opened {
-    /// The file, as it is asked for.
+    /// The identifier of the file.
     id: String,
-    /// What it holds, as `stiction inspect --json` tells it; null if it could not be read.
+    /// Its content, as `stiction inspect --json` prints it; null if it could not be read.
     summary: Option<Summary>,
-    /// Why it could not be read, and what would help.
+    /// Why it could not be read, with the remedy.
     failure: Option<String>,
-    /// The role of each column of the summary, by the name under which it is given.
+    /// The role of each column of the summary.
     roles: Vec<&'static str>,
     /// The names of its columns.
     columns: Vec<String>,
-    /// What was said of it by hand.
+    /// The corrections by hand.
     mapping: Mapping,
     /// The same as a mapping file.
     mapping_toml: String,
-    /// Where its own mapping file is, or would be; null for what was dropped.
+    /// The path of its own mapping file, existing or not; null for a dropped file.
     mapping_file: Option<String>,
-    /// Whether what holds now is what that file says.
+    /// Whether the present corrections equal those in that file.
     is_saved: bool,
     /// Why its mapping cannot be changed here, if it cannot.
     fixed: Option<String>,
-    /// The command that says the same.
+    /// The equivalent command.
     command: Option<String>,
 }
 
-/// Opens a file: reads it, if it was not read, or has changed since. Of one whose columns are not understood it tells
-/// their names, so that one can say what they are.
+/// Opens a file, and reads it if it is new or has changed. If its columns are not understood, the answer has their
+/// names, so that the user can assign them.
 ///
 /// # Errors
-/// If it is not open in this lab, or is no file of recordings.
+/// If it is not open in this lab, or contains no recordings.
 pub fn open(lab: &Lab, which: Which) -> Answer<Opened> {
     let file = lab.recordings.file(&which.file)?;
     match lab.recordings.read(&file) {
@@ -119,7 +122,7 @@ fn opened(file: &File, reading: &Reading) -> Opened {
     }
 }
 
-/// What is said of a file by hand.
+/// The corrections to a file by hand.
 fn told(file: &File) -> Opened {
     let own = file.own();
     let quoted = |text: &str| match text.contains([' ', '\'', '"', '$', '(', ')', '&', ';', '\\']) {
@@ -144,30 +147,30 @@ fn told(file: &File) -> Opened {
     }
 }
 
-/// What is said of a file by hand.
+/// New corrections to a file.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Say {
     /// The file.
     file: String,
-    /// What is said.
+    /// The corrections.
     mapping: Mapping,
-    /// Whether it is kept in a file beside it.
+    /// Whether to keep them in a mapping file beside it.
     #[serde(default)]
     save: bool,
 }
 
-/// Reads a file as one says, and keeps what was said if that is asked for.
+/// Reads a file with these corrections, and keeps them if asked to.
 ///
 /// # Errors
-/// If it cannot be read so, or the mapping file cannot be written; then all stays as it was.
+/// If it cannot be read with them, or the mapping file cannot be written. Then nothing changes.
 pub fn say(lab: &Lab, asked: Say) -> Answer<Opened> {
     let file = lab.recordings.file(&asked.file)?;
     let reading = lab.recordings.say(&file, asked.mapping, asked.save)?;
     Ok(opened(&file, &reading))
 }
 
-/// Closes what was dropped, and frees its memory.
+/// Closes a dropped file, and frees its memory.
 ///
 /// # Errors
 /// If it is not open, or was not dropped.
@@ -176,7 +179,7 @@ pub fn close(lab: &Lab, which: Which) -> Answer<Recordings> {
     list(lab, Nothing {})
 }
 
-/// Opens an example: a loop whose valve sticks, simulated.
+/// Opens an example: a simulated loop with a sticking valve.
 ///
 /// # Errors
 /// If the lab is full.
@@ -202,10 +205,10 @@ pub struct Stretch {
     /// The loop in it.
     #[serde(rename = "loop")]
     tag: String,
-    /// Where the stretch begins, s on the recording's clock; with its beginning if this is not given.
+    /// Beginning of the stretch, s on the recording's clock; the beginning of the recording by default.
     #[serde(default)]
     from: Option<f64>,
-    /// Where it ends, the sample there not in it; with the end of the recording if this is not given.
+    /// Its end, exclusive; the end of the recording by default.
     #[serde(default)]
     to: Option<f64>,
 }
@@ -215,15 +218,15 @@ pub struct Stretch {
 pub struct Judged {
     /// Where the recording comes from.
     source: Source,
-    /// What was found out, as `stiction diagnose --json` tells it.
+    /// The diagnosis, as `stiction diagnose --json` prints it.
     diagnosis: Diagnosis,
     /// The same in the words of the report.
     told: Told,
-    /// Where slips of the valve are seen, s on the recording's clock.
+    /// Times of the slips of the valve, s on the recording's clock.
     slips: Vec<f64>,
 }
 
-/// A recording with its source, or what was cut of it.
+/// A recording, or a stretch of it, with its source.
 struct Found {
     source: Source,
     recording: Recording,
@@ -238,12 +241,12 @@ fn found(lab: &Lab, asked: &Stretch) -> Answer<Found> {
         (None, None) => whole.clone(),
         (from, to) => {
             let (from, to) = (from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
-            whole.part(from, to, f64::INFINITY).ok_or_else(|| {
-                Wrong::asked("this stretch has no sample of the OP; choose a longer one")
-            })?
+            whole
+                .part(from, to, f64::INFINITY)
+                .ok_or_else(|| Wrong::asked("this stretch has no OP sample; select a longer one"))?
         }
     };
-    // As the command tells them: what is known of the file before what is of the loop.
+    // In the order of the command: notes on the file before notes on the loop.
     recording.notes.splice(0..0, reading.notes.iter().cloned());
     let source = Source { file: reading.origin.clone(), sha256: reading.sha256.clone() };
     Ok(Found { source, recording, file })
@@ -252,12 +255,23 @@ fn found(lab: &Lab, asked: &Stretch) -> Answer<Found> {
 fn recording<'r>(reading: &'r Reading, tag: &str) -> Answer<&'r Recording> {
     reading.recordings.iter().find(|each| each.name == tag).ok_or_else(|| {
         let known: Vec<&str> = reading.recordings.iter().map(|each| &*each.name).collect();
-        Wrong::gone(format!("{} has no loop {tag}; there are {}", reading.origin, known.join(", ")))
+        Wrong::gone(format!(
+            "{} has no loop {tag}; its loops are {}",
+            reading.origin,
+            known.join(", ")
+        ))
     })
 }
 
-fn judged(lab: &Lab, asked: &Stretch, evidence: bool) -> Answer<(Source, Diagnosis)> {
+fn judged(
+    lab: &Lab,
+    asked: &Stretch,
+    evidence: bool,
+    wanted: &Wanted,
+) -> Answer<(Source, Diagnosis)> {
     let Found { source, recording, file } = found(lab, asked)?;
+    // Reading may have taken long.
+    wanted.check()?;
     let options = DiagnoseOptions { evidence, ..DiagnoseOptions::default() };
     let mut diagnosis = diagnose(&recording, &options)?;
     if let Some(path) = file.path() {
@@ -272,8 +286,8 @@ fn judged(lab: &Lab, asked: &Stretch, evidence: bool) -> Answer<(Source, Diagnos
 ///
 /// # Errors
 /// If there is no such loop, or its times make no sense.
-pub fn verdict(lab: &Lab, asked: Stretch) -> Answer<Judged> {
-    let (source, diagnosis) = judged(lab, &asked, false)?;
+pub fn verdict(lab: &Lab, asked: Stretch, wanted: &Wanted) -> Answer<Judged> {
+    let (source, diagnosis) = judged(lab, &asked, false, wanted)?;
     let told = report::told(&Loop { source: &source, diagnosis: &diagnosis });
     let at = |segment: &stiction_diagnose::recording::Segment| {
         let time = |sample: usize| segment.from + sample as f64 * segment.sample_time;
@@ -283,40 +297,40 @@ pub fn verdict(lab: &Lab, asked: Stretch) -> Answer<Judged> {
     Ok(Judged { source, told, slips, diagnosis })
 }
 
-/// What of a report is asked for.
+/// A part of a report.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct More {
     /// The loop, or the stretch of its recording.
     of: Stretch,
-    /// The number of the fold; what there is without.
+    /// The number of the fold; without it only the list of folds.
     #[serde(default)]
     fold: Option<usize>,
 }
 
-/// What a report tells beyond its first screen.
+/// The parts of a report below its first screen.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Details {
     /// What each fold is about.
     folds: Vec<String>,
-    /// What the one that was asked for tells.
+    /// The content of the requested one.
     pieces: Vec<Piece>,
 }
 
-/// All that a report tells beyond its first screen, fold by fold, with its pictures.
+/// The parts of a report below its first screen, fold by fold, with their figures.
 ///
 /// # Errors
 /// If there is no such loop or fold.
-pub fn details(lab: &Lab, asked: More) -> Answer<Details> {
+pub fn details(lab: &Lab, asked: More, wanted: &Wanted) -> Answer<Details> {
     let file = lab.recordings.file(&asked.of.file)?;
     let sha256 = lab.recordings.read(&file)?.sha256.clone();
-    // Where there are none, nothing was concluded.
+    // Without the file there are no overrides.
     let beside = file.path().and_then(|path| std::fs::read(Overrides::path_beside(path)).ok());
     let of = (asked.of, sha256, beside.unwrap_or_default());
     let folds = match lab.recordings.told(&of) {
         Some(known) => known,
         None => {
-            let (source, diagnosis) = judged(lab, &of.0, true)?;
+            let (source, diagnosis) = judged(lab, &of.0, true, wanted)?;
             let folds = Arc::new(Folds::of(&Loop { source: &source, diagnosis: &diagnosis }));
             lab.recordings.tell(of, Arc::clone(&folds));
             folds
@@ -331,14 +345,25 @@ pub fn details(lab: &Lab, asked: More) -> Answer<Details> {
     Ok(Details { folds: folds.summaries(), pieces })
 }
 
-/// The page of the report, and what to call it.
-fn page(lab: &Lab, asked: &Stretch) -> Answer<(String, String)> {
-    let (source, diagnosis) = judged(lab, asked, true)?;
-    let html = report::html(&lab.tool, &[Loop { source: &source, diagnosis: &diagnosis }])?;
-    Ok((format!("{}.html", diagnosis.name), html))
+/// Where a report is.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ReportAt {
+    /// Its address at this lab. It holds a secret, so that the browser can open it without the token.
+    address: String,
 }
 
-/// What a person concludes of a valve.
+/// The report of a loop, or of a stretch of its recording, as a page of its own.
+///
+/// # Errors
+/// If there is no such loop, or the machine gives no random numbers.
+pub fn report(lab: &Lab, asked: Stretch, wanted: &Wanted) -> Answer<ReportAt> {
+    let (source, diagnosis) = judged(lab, &asked, true, wanted)?;
+    let html = report::html(&lab.tool, &[Loop { source: &source, diagnosis: &diagnosis }])?;
+    let address = lab.recordings.reports.keep(&format!("{}.html", diagnosis.name), html)?;
+    Ok(ReportAt { address })
+}
+
+/// An override of a verdict.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Conclude {
@@ -347,20 +372,20 @@ pub struct Conclude {
     /// The loop in it.
     #[serde(rename = "loop")]
     tag: String,
-    /// What the valve does: sticks, does not stick, does not respond or cannot tell; without, what was concluded of this
-    /// file or, with `all_recordings`, of all is taken back.
+    /// The verdict: sticks, does not stick, does not respond or cannot tell. Without it, the override of this file or,
+    /// with `all_recordings`, of all files is removed.
     #[serde(default)]
     verdict: Option<String>,
     /// Why, in words.
     #[serde(default)]
     reason: String,
-    /// Who says so.
+    /// The author.
     #[serde(default)]
     by: Option<String>,
-    /// Whether it holds for the loop in all recordings of the folder; then it must end.
+    /// Whether it is valid for the loop in all recordings of the folder. Then it needs a last day.
     #[serde(default)]
     all_recordings: bool,
-    /// The last day on which it holds, UTC, such as 2026-12-31.
+    /// The last day of its validity, UTC, such as 2026-12-31.
     #[serde(default)]
     until: Option<String>,
 }
@@ -368,11 +393,11 @@ pub struct Conclude {
 /// What was done.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Concluded {
-    /// It, in a sentence.
+    /// The change, in a sentence.
     said: String,
 }
 
-/// Keeps, or takes back, what a person concluded of a valve, where `stiction override` keeps it.
+/// Enters or removes an override, where `stiction override` keeps it.
 ///
 /// # Errors
 /// If the recording was dropped and so has no folder, there is no such loop, or the file cannot be written.
@@ -382,7 +407,7 @@ pub fn conclude(lab: &Lab, asked: Conclude) -> Answer<Concluded> {
     let name = recording(&reading, &asked.tag)?.name.clone();
     let Some(path) = file.path() else {
         return Err(Wrong::asked(
-            "an override is kept beside its recording, and a file that was dropped has no place; open it with `stiction lab FILE`",
+            "the lab keeps overrides beside the recording, which it cannot do for a dropped file; open the file with `stiction lab FILE`",
         ));
     };
     let kept_in = Overrides::path_beside(path);
@@ -392,7 +417,7 @@ pub fn conclude(lab: &Lab, asked: Conclude) -> Answer<Concluded> {
             each.is_of(&name, &file_name, asked.all_recordings)
         })?;
         return match removed {
-            0 => Err(Wrong::gone(format!("{}: has no such override of {name}", kept_in.display()))),
+            0 => Err(Wrong::gone(format!("{} has no such override of {name}", kept_in.display()))),
             some => Ok(Concluded {
                 said: format!("removed {some} of {name} from {}", kept_in.display()),
             }),
@@ -400,7 +425,7 @@ pub fn conclude(lab: &Lab, asked: Conclude) -> Answer<Concluded> {
     };
     let text = |text: &str| Some(text.trim().to_owned()).filter(|text| !text.is_empty());
     let reason = text(&asked.reason).ok_or_else(|| {
-        Wrong::asked("an override needs its reason; say in a few words how you know")
+        Wrong::asked("an override needs its reason; enter in a few words how you know")
     })?;
     let date = |day: &String| {
         day.parse::<Date>()
@@ -409,7 +434,7 @@ pub fn conclude(lab: &Lab, asked: Conclude) -> Answer<Concluded> {
     let until = asked.until.as_ref().and_then(|day| text(day)).as_ref().map(date).transpose()?;
     if asked.all_recordings && until.is_none() {
         return Err(Wrong::asked(
-            "what holds for all recordings needs a last day on which it holds, such as 2026-12-31",
+            "an override for all recordings needs a last day, such as 2026-12-31",
         ));
     }
     let one = Override {

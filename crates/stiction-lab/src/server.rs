@@ -1,4 +1,4 @@
-//! The server: connections, their number and their time.
+//! The server and its connections.
 
 use crate::assets::ASSETS;
 use crate::calls;
@@ -6,6 +6,7 @@ use crate::guard::{Guard, guard};
 use crate::lab::{Lab, Options};
 use crate::places::Places;
 use crate::recordings;
+use crate::turns::Turns;
 use axum::http::header;
 use axum::routing::get;
 use axum::{Router, middleware};
@@ -24,7 +25,7 @@ use std::time::Duration;
 const HEAD: Duration = Duration::from_secs(20);
 /// Bytes of the head of a request, at most.
 const HEAD_SIZE: usize = 64 << 10;
-/// How long answers that are under way are waited for at the end.
+/// How long the server waits at its end for answers that are under way.
 const END: Duration = Duration::from_millis(500);
 
 /// A server that listens.
@@ -34,18 +35,19 @@ pub struct Server {
     address: SocketAddr,
     guard: Arc<Guard>,
     lab: Arc<Lab>,
+    turns: Arc<Turns>,
 }
 
 /// Opens a lab.
 ///
 /// # Errors
-/// If the port cannot be had.
+/// If the port is not free.
 pub fn bind(options: &Options) -> io::Result<Server> {
     let listener = TcpListener::bind((options.host, options.port))?;
     listener.set_nonblocking(true)?;
     let address = listener.local_addr()?;
     let guard = Arc::new(Guard::new(address)?);
-    Ok(Server { listener, address, guard, lab: Arc::new(Lab::new(options)) })
+    Ok(Server { listener, address, guard, lab: Arc::new(Lab::new(options)), turns: Arc::default() })
 }
 
 impl Server {
@@ -54,14 +56,19 @@ impl Server {
         self.address
     }
 
-    /// The token that it asks for.
+    /// The token that it requires.
     pub fn token(&self) -> &str {
         self.guard.token()
     }
 
-    /// The address to open, with its token.
+    /// The address to open, with its token behind `#`, which no browser sends.
     pub fn address(&self) -> String {
-        format!("http://{}/?token={}", self.address, self.token())
+        format!("http://{}/#token={}", self.address, self.token())
+    }
+
+    /// The turns of calls, to be watched from outside.
+    pub fn turns(&self) -> Arc<Turns> {
+        Arc::clone(&self.turns)
     }
 
     /// Answers until `stop` ends.
@@ -90,7 +97,7 @@ impl Server {
     /// As [`serve`](Self::serve).
     pub fn serve_until_interrupted(self) -> io::Result<()> {
         self.serve(async {
-            // Without a signal to wait for it ends as any process does.
+            // Without signals it ends as any process does.
             if tokio::signal::ctrl_c().await.is_err() {
                 std::future::pending::<()>().await;
             }
@@ -98,8 +105,7 @@ impl Server {
     }
 
     fn router(&self) -> Router {
-        let gate = calls::gate();
-        let mut router = calls::routes(&gate).merge(recordings::routes(&gate));
+        let mut router = calls::routes(&self.turns).merge(recordings::routes(&self.turns));
         for asset in &ASSETS {
             let answer = move || async move { ([(header::CONTENT_TYPE, asset.kind)], asset.bytes) };
             router = router.route(asset.path, get(answer));
@@ -109,22 +115,21 @@ impl Server {
             .with_state(Arc::clone(&self.lab))
     }
 
-    /// Takes connections, as many as there are [places](Places) for.
+    /// Takes connections; each new one has a [place](Places).
     async fn accept(&self) -> io::Result<()> {
         let listener = tokio::net::TcpListener::from_std(self.listener.try_clone()?)?;
         let service = TowerToHyperService::new(self.router());
         let places = Arc::new(Places::default());
         loop {
-            places.wait().await;
             let stream = match listener.accept().await {
                 Ok((stream, _)) => stream,
-                // One that was given up meanwhile, or too many files for now.
+                // The other side has left already, or too many files are open.
                 Err(_) => {
                     tokio::time::sleep(Duration::from_millis(50)).await;
                     continue;
                 }
             };
-            let (service, places, place) = (service.clone(), Arc::clone(&places), places.take());
+            let (service, place) = (service.clone(), places.take());
             tokio::spawn(async move {
                 let _ = stream.set_nodelay(true);
                 let here = Arc::clone(&place);
@@ -138,11 +143,11 @@ impl Server {
                     .max_buf_size(HEAD_SIZE)
                     .serve_connection(TokioIo::new(stream), placed);
                 tokio::select! {
-                    // What goes wrong on a connection is the other side's to see.
+                    // Only the other side can see what goes wrong on a connection.
                     _ = connection => {}
                     () = place.must_leave() => {}
                 }
-                places.leave(&place);
+                place.leaves();
             });
         }
     }

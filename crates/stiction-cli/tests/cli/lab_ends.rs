@@ -29,7 +29,7 @@ fn ctrl_c_ends_a_lab_that_scans_and_leaves_the_store_whole() {
     let (at, token) = line
         .trim()
         .strip_prefix("http://")
-        .and_then(|rest| rest.split_once("/?token="))
+        .and_then(|rest| rest.split_once("/#token="))
         .expect("the first line is the address");
     let ask = |call: &str| {
         let mut stream = TcpStream::connect(at).unwrap();

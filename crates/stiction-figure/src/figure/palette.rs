@@ -20,6 +20,39 @@ pub mod colour {
     pub const SKY: usize = 5;
     /// Black.
     pub const BLACK: usize = 6;
+
+    /// Set point.
+    pub const SP: usize = BLACK;
+    /// Process value.
+    pub const PV: usize = GREEN;
+    /// Controller output.
+    pub const OP: usize = BLUE;
+    /// Valve position.
+    pub const VP: usize = VERMILION;
+}
+
+/// The colours of the signals for a page, as CSS variables `--sp`, `--pv`, `--op` and `--vp`: those of the figures on
+/// white, and lighter ones of the same hue on black.
+pub fn signals_css() -> String {
+    let shades = |dark: bool| {
+        let one = |(name, index, light): (&str, usize, Rgb)| {
+            let (r, g, b) = if dark { light } else { COLOURS[index] };
+            format!("  --{name}: #{r:02x}{g:02x}{b:02x};\n")
+        };
+        let signals = [
+            ("sp", colour::SP, (0xe8, 0xe8, 0xea)),
+            ("pv", colour::PV, (0x3c, 0xc7, 0x9b)),
+            ("op", colour::OP, COLOURS[colour::SKY]),
+            ("vp", colour::VP, (0xff, 0x9a, 0x4d)),
+        ];
+        format!(":root {{\n{}}}\n", signals.map(one).concat())
+    };
+    format!(
+        "/* The colours of the signals, as in all figures: made of stiction-figure's palette. */\n{}\
+         @media (prefers-color-scheme: dark) {{\n{}}}\n",
+        shades(false),
+        shades(true)
+    )
 }
 
 /// Red, green, blue.

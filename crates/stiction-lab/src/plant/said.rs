@@ -1,4 +1,4 @@
-//! What people say of a loop, entered in the log by the functions of the command.
+//! Entries in the log, by the functions of the command.
 
 use super::Said;
 use crate::calls::{Answer, Wrong};
@@ -15,7 +15,7 @@ use stiction_plant::plant_file::Plant;
 const TEXT: usize = 4000;
 const NAME: usize = 200;
 
-/// Something to be kept of a loop.
+/// An entry for a loop.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Note {
@@ -24,54 +24,54 @@ pub struct Note {
     name: String,
     /// Whether it is a note, a repair or an order.
     kind: Kind,
-    /// What there is to say; of a repair it may be empty.
+    /// The text; may be empty for a repair.
     #[serde(default)]
     text: String,
-    /// Who says so; the user of this system without it.
+    /// The author; the user of this system by default.
     #[serde(default)]
     by: Option<String>,
-    /// The day it was done; today without it.
+    /// The day of the work; today by default.
     #[serde(default)]
     day: Option<String>,
 }
 
-/// A loop that is to be left out of the list of work.
+/// A loop that leaves the work list for a while.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Snooze {
     /// The loop.
     #[serde(rename = "loop")]
     name: String,
-    /// The day on which to look again.
+    /// The day on which it comes back.
     until: String,
     /// Why.
     #[serde(default)]
     text: String,
-    /// Who says so; the user of this system without it.
+    /// The author; the user of this system by default.
     #[serde(default)]
     by: Option<String>,
 }
 
-/// What a person concluded.
+/// An override.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Conclusion {
     /// The loop.
     #[serde(rename = "loop")]
     name: String,
-    /// What the valve does; cannot tell takes an override back.
+    /// The verdict; "cannot tell" removes the override.
     verdict: String,
     /// Why.
     reason: String,
     /// The last day on which it holds.
     #[serde(default)]
     until: Option<String>,
-    /// Who says so; the user of this system without it.
+    /// The author; the user of this system by default.
     #[serde(default)]
     by: Option<String>,
 }
 
-/// What is entered, as far as it differs.
+/// The content of an entry.
 struct New {
     name: String,
     kind: Kind,
@@ -92,7 +92,7 @@ fn enter(lab: &Lab, new: New) -> Answer<Said> {
     let (day, until) =
         (days(new.day).map_err(Wrong::asked)?, days(new.until).map_err(Wrong::asked)?);
     let today = || day::parse(&overrides::today().to_string()).map_err(Wrong::own);
-    // Of all that was judged, not of a week: an old loop may be spoken of, too.
+    // Of all judged loops, not of one week, so that old loops can have entries too.
     let week = lab.plant.week(None).ok();
     let judged = week.iter().flat_map(|week| week.known.names());
     let name = match log::loop_named(&plant, judged, &new.name) {
@@ -116,16 +116,16 @@ fn enter(lab: &Lab, new: New) -> Answer<Said> {
 /// Enters a note, a repair or an order.
 ///
 /// # Errors
-/// If there is no such loop, the entry says what cannot be, or the log cannot be written.
+/// If there is no such loop, the entry is not possible, or the log cannot be written.
 pub fn enter_note(lab: &Lab, asked: Note) -> Answer<Said> {
     let Note { name, kind, text, by, day } = asked;
     if !matches!(kind, Kind::Note | Kind::Repair | Kind::Order) {
-        return Err(Wrong::asked("a note is a note, a repair or an order"));
+        return Err(Wrong::asked("the kind of a note must be note, repair or order"));
     }
     enter(lab, New { name, kind, day, by, until: None, verdict: None, text })
 }
 
-/// Takes a loop out of the list of work until a day.
+/// Removes a loop from the work list until a day.
 ///
 /// # Errors
 /// As [`enter_note`].
@@ -135,7 +135,7 @@ pub fn enter_snooze(lab: &Lab, asked: Snooze) -> Answer<Said> {
     enter(lab, New { name, kind, day: None, by, until, verdict: None, text })
 }
 
-/// Enters what a person concluded of a valve.
+/// Enters an override.
 ///
 /// # Errors
 /// As [`enter_note`].

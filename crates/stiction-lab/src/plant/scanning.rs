@@ -26,17 +26,17 @@ pub(super) struct Scanning {
 pub struct ScanNow {
     /// Whether one runs.
     running: bool,
-    /// Whether it was told to stop; it does after the batch that it is at.
+    /// Whether it will stop after the present batch.
     stopping: bool,
-    /// Files that were looked at.
+    /// Files checked so far.
     looked: usize,
-    /// Of so many.
+    /// Number of files.
     files: usize,
-    /// Days of loops that are done in this run; none while files are looked at.
+    /// Loop days judged in this run; none while files are checked.
     done: Option<usize>,
-    /// Of about so many.
+    /// Estimated number of loop days.
     of: usize,
-    /// What the last one did.
+    /// The result of the last one.
     ended: Option<Manifest>,
     /// Whether the last one was stopped before its end.
     stopped: bool,
@@ -75,11 +75,11 @@ impl Scanning {
     }
 }
 
-/// What is scanned.
+/// The options of a scan.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScanAsked {
-    /// Whether windows that are done are judged again.
+    /// Whether to judge finished windows again.
     #[serde(default)]
     again: bool,
 }
@@ -93,13 +93,13 @@ pub fn begin_scan(lab: &Lab, asked: ScanAsked) -> Answer<ScanNow> {
     let plant = Plant::read(&folder)?;
     let files = inputs::paths(&folder, &plant)?.len();
     if files == 0 {
-        return Err(Wrong::asked("no file is there that data in plant.toml names"));
+        return Err(Wrong::asked("no file matches the data entry of plant.toml"));
     }
     let scanning = Arc::clone(&lab.plant.scanning);
     {
         let mut now = locked(&scanning.now);
         if now.running {
-            return Err(Wrong::asked("a scan runs already"));
+            return Err(Wrong::asked("a scan is already running"));
         }
         *now = ScanNow { running: true, files, ..ScanNow::default() };
         scanning.is_to_stop.store(false, Ordering::Relaxed);
@@ -114,7 +114,7 @@ pub fn begin_scan(lab: &Lab, asked: ScanAsked) -> Answer<ScanNow> {
         let held = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));
         let mut now = locked(&own.now);
         if held.is_err() {
-            now.failed = Some("the scan failed, which it should not; please report it".to_owned());
+            now.failed = Some("internal error of the scan; please report it".to_owned());
         }
         now.stopped = own.is_to_stop.load(Ordering::Relaxed);
         (now.running, now.stopping) = (false, false);
@@ -126,7 +126,7 @@ pub fn begin_scan(lab: &Lab, asked: ScanAsked) -> Answer<ScanNow> {
     Ok(scanning.now())
 }
 
-/// Ends the scan after the batch that it is at; what is written stays.
+/// Ends the scan after the present batch. Written results stay.
 ///
 /// # Errors
 /// Never.

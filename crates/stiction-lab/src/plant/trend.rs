@@ -3,6 +3,7 @@
 use crate::calls::{Answer, Wrong};
 use crate::judgement::Judgement;
 use crate::lab::Lab;
+use crate::turns::Wanted;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -19,7 +20,7 @@ const POINTS: usize = 4000;
 /// Days of a loop.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Window {
-    /// What the plant was when it was asked for.
+    /// The state of the plant at the request.
     stamp: String,
     name: String,
     /// The first day, and how many.
@@ -56,10 +57,10 @@ pub struct TrendAsked {
     day: String,
     /// How many days.
     days: i64,
-    /// A part of them: from so many seconds after the begin of the first day on.
+    /// Beginning of the part to show, s after the beginning of the first day.
     #[serde(default)]
     from_s: Option<f64>,
-    /// Up to so many seconds.
+    /// Its end, s.
     #[serde(default)]
     to_s: Option<f64>,
 }
@@ -72,9 +73,9 @@ pub struct Trend {
     name: String,
     /// Begin of the first day, s since 1970-01-01 UTC.
     start: f64,
-    /// What the clock of the plant shows then, s since 1970-01-01 by that clock.
+    /// The same by the clock of the plant, s since 1970-01-01.
     clock: f64,
-    /// Begin of what is shown, s from there on.
+    /// Beginning of the part shown, s after that.
     from_s: f64,
     /// Its end.
     to_s: f64,
@@ -97,9 +98,9 @@ pub struct Line {
     t: Vec<f64>,
     /// Values; none where it is not known.
     value: Vec<Option<f64>>,
-    /// Samples that there are.
+    /// Number of samples.
     samples: usize,
-    /// Whether these are not all samples, but the least and the most of each stretch of time.
+    /// Whether these are only minimum and maximum of each stretch of time.
     thinned: bool,
 }
 
@@ -109,7 +110,7 @@ fn short(value: f64) -> f64 {
 }
 
 impl Line {
-    /// Of what a channel has between two times; what is `held` may be stored when it changes only.
+    /// The part of a channel between two times; a `held` channel may be stored only when it changes.
     fn of(channel: &Channel, from: f64, to: f64, held: bool) -> Self {
         let each = channel.time.iter().zip(&channel.values).zip(&channel.quality);
         let each = each
@@ -136,7 +137,7 @@ impl Line {
     }
 }
 
-/// The least and the most of each of many equal stretches of time, as they came: nothing that sticks out is lost.
+/// Minimum and maximum of each of many equal stretches of time, in their order, so no peak is lost.
 fn least_and_most(known: &[(f64, Option<f64>)], from: f64, to: f64) -> Vec<(f64, Option<f64>)> {
     let stretches = POINTS / 2;
     let place = |t: f64| ((t - from) / (to - from) * stretches as f64) as usize;
@@ -214,12 +215,12 @@ pub struct WindowAsked {
     days: i64,
 }
 
-/// A window that was judged again, to tell why.
+/// A window that was judged again for its evidence.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Explained {
     /// The diagnosis, with its words.
     judgement: Judgement,
-    /// What would answer, where nothing is decided.
+    /// What would decide, if the verdict is open.
     answer: Option<String>,
 }
 
@@ -227,9 +228,11 @@ pub struct Explained {
 ///
 /// # Errors
 /// If there is no such loop, no file holds those days, or it cannot be judged.
-pub fn diagnose_window(lab: &Lab, asked: WindowAsked) -> Answer<Explained> {
+pub fn diagnose_window(lab: &Lab, asked: WindowAsked, wanted: &Wanted) -> Answer<Explained> {
     let window = Window::asked(lab, &asked.name, &asked.day, asked.days)?;
     let recording = lab.plant.recording(&window)?;
+    // Reading may have taken long.
+    wanted.check()?;
     let diagnosis = diagnose(&recording, &DiagnoseOptions::default())?;
     let answer = words::what_would_answer(&diagnosis);
     Ok(Explained { judgement: Judgement::new(diagnosis), answer })

@@ -1,7 +1,8 @@
-//! Which files are open, and what of them is in memory.
+//! The open files, and which recordings are in memory.
 
 use super::Stretch;
 use super::mapping::{self, Mapping};
+use super::reports::Reports;
 use crate::calls::{Answer, Wrong};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -13,35 +14,37 @@ use stiction_diagnose::recording::{Channel, Recording};
 use stiction_io::{ReadOptions, Reading, Remedy, Wording, bytes, reading, whole};
 use stiction_report::report::Folds;
 
-/// Bytes of a file that is read.
+/// The largest file that is read, bytes.
 const FILE: u64 = 1 << 30;
-/// Bytes of what was dropped, all together.
+/// Bytes of all dropped files together.
 const DROPPED: usize = 1 << 29;
-/// Files that were dropped and are open at a time.
+/// Dropped files that are open at a time.
 const DROPS: usize = 200;
-/// Bytes of what was read and is kept; beyond, what was asked for least recently is read again when it is asked for.
+/// Bytes of recordings in memory. Beyond this limit the least recently used ones are dropped, and read again when needed.
 const KEPT: usize = 1 << 30;
-/// Files of the folders that were opened; of more the first.
+/// Files of all open folders; more are left out.
 const FILES: usize = 5_000;
-/// How deep folders are looked into.
+/// Levels of folders that are searched.
 const DEPTH: usize = 8;
-/// Reports of stretches that are kept for more questions about them.
+/// Reports of stretches in memory, for further requests.
 const TOLD: usize = 3;
 /// How files of recordings end.
 const ENDS: [&str; 7] = ["csv", "tsv", "txt", "parquet", "pq", "mat", "h5"];
 
-/// What is open.
+/// The open files.
 #[derive(Debug, Default)]
 pub(crate) struct Room {
-    /// What the lab was opened with.
+    /// The files and folders of the command.
     roots: Vec<PathBuf>,
-    /// What holds for all files that have no mapping of their own.
+    /// The options for all files without a mapping of their own.
     options: ReadOptions,
     state: Mutex<State>,
     told: Mutex<VecDeque<(Of, Arc<Folds>)>>,
+    /// Reports that were opened as pages.
+    pub(super) reports: Reports,
 }
 
-/// What a report is of: a stretch, the SHA-256 of its file, and the bytes of the overrides beside it.
+/// The subject of a report: a stretch, the SHA-256 of its file, and the bytes of the overrides beside it.
 pub(super) type Of = (Stretch, String, Vec<u8>);
 
 #[derive(Debug, Default)]
@@ -49,20 +52,20 @@ struct State {
     files: Vec<Arc<File>>,
     /// How many files were dropped since the beginning.
     drops: usize,
-    /// How often something was asked.
+    /// Counts requests.
     asked: u64,
 }
 
 /// A file that is open.
 #[derive(Debug)]
 pub(crate) struct File {
-    /// What it is asked for by.
+    /// Its identifier.
     pub id: String,
-    /// What it is called in messages, and where a loop gets its name from that has none.
+    /// Its name in messages, and the name of a loop without one.
     origin: String,
     place: Place,
     held: Mutex<Held>,
-    /// How it is read; beside what was read, so that it can be looked at meanwhile.
+    /// How it is read. Apart from the recordings, so that it is available while they are read.
     own: Mutex<Option<Own>>,
 }
 
@@ -72,58 +75,58 @@ enum Place {
     Dropped(Vec<u8>),
 }
 
-/// What is known of a file.
+/// A file as it was read.
 #[derive(Debug, Default)]
 struct Held {
     reading: Option<Arc<Reading>>,
-    /// About how much memory that takes.
+    /// Its approximate memory, bytes.
     bytes: usize,
     stamp: Option<Stamp>,
     /// Why it could not be read.
     failure: Option<String>,
-    /// When it was asked for last.
+    /// When it was last used.
     asked: u64,
 }
 
-/// What tells that a file is another.
+/// What changes when a file changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Stamp {
     bytes: u64,
     changed: Option<SystemTime>,
 }
 
-/// What is said of a file by hand.
+/// The corrections to a file by hand.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Own {
     pub mapping: Mapping,
-    /// What the reader takes it for; `None` where nothing is said.
+    /// The same as options of the reader; `None` without corrections.
     options: Option<ReadOptions>,
-    /// Whether it is what the mapping file says; nothing, where there is none.
+    /// Whether it equals the mapping file; a missing file is empty.
     pub is_saved: bool,
-    /// Why it cannot be changed here.
+    /// Why the page cannot change it.
     pub fixed: Option<String>,
 }
 
 impl Own {
-    /// Whether nothing is said.
+    /// Whether there are no corrections.
     pub fn is_empty(&self) -> bool {
         self.options.is_none()
     }
 
-    /// The text of the mapping file; empty where nothing is said.
+    /// The text of the mapping file; empty without corrections.
     pub fn text(&self) -> String {
         if self.is_empty() { String::new() } else { self.mapping.text() }
     }
 }
 
-/// A file in the list of those that are open.
+/// An entry in the list of open files.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Entry {
-    /// What it is asked for by.
+    /// Its identifier.
     id: String,
     /// Its name.
     name: String,
-    /// The folder that it is in; empty for what was dropped.
+    /// Its folder; empty for a dropped file.
     folder: String,
     /// Whether it was dropped on the page.
     dropped: bool,
@@ -133,7 +136,7 @@ pub struct Entry {
     failure: Option<String>,
 }
 
-/// Remedies as the page offers them.
+/// Remedies as the page words them.
 const ON_THE_PAGE: Wording = Wording(|remedy| match remedy {
     Remedy::Map { role, column: Some(column) } => format!("taking \"{column}\" as {role}, below"),
     Remedy::Map { role, column: None } => format!("taking its column as {role}, below"),
@@ -157,12 +160,12 @@ impl File {
         }
     }
 
-    /// Where its own mapping file is, or would be; `None` if it was dropped.
+    /// The path of its own mapping file, existing or not; `None` if it was dropped.
     pub fn mapping_path(&self) -> Option<PathBuf> {
         self.path().map(ReadOptions::mapping_beside)
     }
 
-    /// It in the list.
+    /// Its entry in the list.
     pub fn entry(&self) -> Entry {
         let (name, folder) = match self.path() {
             Some(path) => (
@@ -171,7 +174,7 @@ impl File {
             ),
             None => (self.origin.clone(), String::new()),
         };
-        // A file that is being read is not waited for.
+        // Does not wait for a file that is being read.
         let held = self.held.try_lock().ok();
         let (loops, failure) = match held.as_deref() {
             Some(held) => {
@@ -186,12 +189,12 @@ impl File {
         Entry { id: self.id.clone(), name, folder, dropped, loops, failure }
     }
 
-    /// What is said of it by hand; from its mapping file at first.
+    /// The corrections by hand; at first those of its mapping file.
     pub fn own(&self) -> Own {
         lock(&self.own).get_or_insert_with(|| self.kept()).clone()
     }
 
-    /// What its mapping file says.
+    /// The content of its mapping file.
     fn kept(&self) -> Own {
         let Some(path) = self.mapping_path().filter(|path| path.exists()) else {
             return Own { is_saved: true, ..Own::default() };
@@ -200,7 +203,9 @@ impl File {
         let wrong = |why: String| Own { fixed: Some(why), ..Own::default() };
         let text = match bytes::read(&path).and_then(|read| bytes::text(read, &shown)) {
             Ok(text) => text,
-            Err(error) => return wrong(format!("{error}; without it the columns are recognised")),
+            Err(error) => {
+                return wrong(format!("{error}; the lab now recognises the columns by itself"));
+            }
         };
         match (ReadOptions::parse(&text, &shown), mapping::of_text(&text)) {
             (Ok(options), Some(mapping)) => {
@@ -211,13 +216,13 @@ impl File {
                 options: Some(options),
                 is_saved: true,
                 fixed: Some(format!(
-                    "{shown} says more than can be changed here; change it in an editor"
+                    "{shown} has entries that the lab cannot change; edit it in a text editor"
                 )),
                 ..Own::default()
             },
-            (Err(error), _) => {
-                wrong(format!("{error}; until it is mended the columns are recognised"))
-            }
+            (Err(error), _) => wrong(format!(
+                "{error}; until the file is corrected, the lab recognises the columns by itself"
+            )),
         }
     }
 
@@ -252,7 +257,7 @@ impl File {
     }
 }
 
-/// About how much memory what was read takes.
+/// Approximate memory of the recordings of a file, bytes.
 fn weight(reading: &Reading) -> usize {
     let of = |channel: &Channel| channel.values.len() * 17;
     let each = |recording: &Recording| {
@@ -268,7 +273,7 @@ impl Room {
         Self { roots: roots.to_vec(), options: options.clone(), ..Self::default() }
     }
 
-    /// All that is open. Folders are looked through again; links in them are not followed.
+    /// All open files. Folders are searched again, without following links.
     pub fn files(&self) -> Vec<Arc<File>> {
         let mut paths = vec![];
         for root in &self.roots {
@@ -304,12 +309,12 @@ impl Room {
         });
         found.ok_or_else(|| {
             Wrong::gone(format!(
-                "\"{id}\" is not open in this lab; drop it here, or name it, or its folder, when you start `stiction lab`"
+                "\"{id}\" is not open in this lab; drop it here, or name it or its folder in the command `stiction lab`"
             ))
         })
     }
 
-    /// Takes what was dropped.
+    /// Opens a dropped file.
     pub fn take(&self, name: &str, bytes: Vec<u8>) -> Answer<Arc<File>> {
         let mut state = lock(&self.state);
         let dropped = |file: &&Arc<File>| file.path().is_none();
@@ -320,8 +325,8 @@ impl Room {
         let sum: usize = state.files.iter().map(held).sum();
         if sum + bytes.len() > DROPPED || state.files.iter().filter(dropped).count() >= DROPS {
             return Err(Wrong::asked(format!(
-                "the lab keeps at most {DROPS} dropped files, of {} MiB in all; close some, or name the file when you \
-                 start `stiction lab`",
+                "the lab keeps at most {DROPS} dropped files, of {} MiB in all; close some, or name the file in the command \
+                 `stiction lab`",
                 DROPPED >> 20
             )));
         }
@@ -335,7 +340,7 @@ impl Room {
         Ok(file)
     }
 
-    /// Closes what was dropped.
+    /// Closes a dropped file.
     pub fn close(&self, id: &str) -> Answer<()> {
         let mut state = lock(&self.state);
         let before = state.files.len();
@@ -346,7 +351,7 @@ impl Room {
         }
     }
 
-    /// What a file holds; read if it was not, or has changed since.
+    /// The recordings of a file, read if it is new or has changed.
     pub fn read(&self, file: &Arc<File>) -> Answer<Arc<Reading>> {
         let asked = self.now();
         let own = file.own();
@@ -366,7 +371,7 @@ impl Room {
         Ok(reading)
     }
 
-    /// Reads a file as one says, and keeps what was said; if it cannot be read so, all stays as it was.
+    /// Reads a file with these corrections, and keeps them. If it cannot be read with them, nothing changes.
     pub fn say(&self, file: &Arc<File>, mapping: Mapping, save: bool) -> Answer<Arc<Reading>> {
         let mapping = mapping.tidy();
         let options = match mapping.is_empty() {
@@ -387,7 +392,7 @@ impl Room {
         if save {
             let path = file.mapping_path().ok_or_else(|| {
                 Wrong::asked(
-                    "what was dropped has no place for a mapping file; save it as a file of yours",
+                    "a dropped file has no folder for a mapping file; save the mapping as a download",
                 )
             })?;
             write(&path, &own)?;
@@ -415,7 +420,7 @@ impl Room {
         reading
     }
 
-    /// Forgets what was read and asked for least recently, but for one file, until the rest has its place.
+    /// Drops the least recently used recordings, except those of one file, until the rest fits.
     fn make_room(&self, but: &Arc<File>) {
         let files = lock(&self.state).files.clone();
         let own = lock(&but.held).bytes;
@@ -437,13 +442,13 @@ impl Room {
         }
     }
 
-    /// What was told of a stretch, if it still is here.
+    /// The report of a stretch, if it is still in memory.
     pub fn told(&self, of: &Of) -> Option<Arc<Folds>> {
         let told = lock(&self.told);
         told.iter().find(|(known, _)| known == of).map(|(_, folds)| Arc::clone(folds))
     }
 
-    /// Keeps what was told of a stretch.
+    /// Keeps the report of a stretch.
     pub fn tell(&self, of: Of, folds: Arc<Folds>) {
         let mut told = lock(&self.told);
         told.push_back((of, folds));
@@ -453,12 +458,12 @@ impl Room {
     }
 }
 
-/// Writes the mapping file, or removes it where nothing is said any more.
+/// Writes the mapping file, or removes it if there are no corrections.
 fn write(path: &Path, own: &Own) -> Answer<()> {
     let about = std::fs::symlink_metadata(path).ok();
     if about.as_ref().is_some_and(|about| !about.is_file()) {
         return Err(Wrong::asked(format!(
-            "{} is no file of its own; move it away",
+            "{} is not a regular file; move it away",
             path.display()
         )));
     }
@@ -470,7 +475,7 @@ fn write(path: &Path, own: &Own) -> Answer<()> {
     }
 }
 
-/// The files of recordings in a folder and those in it, in the order of their names.
+/// The recordings in a folder and its subfolders, in the order of their names.
 fn walk(folder: &Path, depth: usize, to: &mut Vec<PathBuf>) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     let mut entries: Vec<_> = entries.flatten().collect();

@@ -1,4 +1,4 @@
-//! What is said of a file by hand: as much of a mapping file as the page can change.
+//! The corrections to a file by hand: the part of a mapping file that the page can change.
 
 use crate::calls::{Answer, Wrong};
 use schemars::JsonSchema;
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use stiction_io::ReadOptions;
 
-/// What is said of a file by hand. It is a mapping file, and is kept as one.
+/// The corrections to a file by hand, kept as a mapping file.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Mapping {
@@ -16,18 +16,18 @@ pub struct Mapping {
     /// How times are written, such as `day-first`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_format: Option<String>,
-    /// Time between rows, s, in place of a column of times.
+    /// Time between rows, s, instead of a time column.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample_time: Option<f64>,
     /// The role of a column, such as `op`, `FIC101.op` or `ignore`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub columns: BTreeMap<String, String>,
-    /// What is said of a loop.
+    /// The corrections to a loop.
     #[serde(default, rename = "loop", skip_serializing_if = "BTreeMap::is_empty")]
     pub loops: BTreeMap<String, OfLoop>,
 }
 
-/// What is said of a loop by hand.
+/// The corrections to a loop by hand.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OfLoop {
@@ -52,13 +52,13 @@ impl OfLoop {
 }
 
 impl Mapping {
-    /// Without loops of which nothing is said.
+    /// Without empty loops.
     pub fn tidy(mut self) -> Self {
         self.loops.retain(|_, each| !each.is_empty());
         self
     }
 
-    /// Whether nothing is said.
+    /// Whether there are no corrections.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
@@ -69,11 +69,10 @@ impl Mapping {
         toml::to_string(self).unwrap_or_default()
     }
 
-    /// What the reader takes it for.
+    /// The same as options of the reader.
     ///
     /// # Errors
-    /// If a role, a zone or another word is not known; the message is the reader's, without a line of a text that nobody
-    /// has written.
+    /// If a role, a zone or a similar word is not known. The message is the reader's, without a line number.
     pub fn options(&self) -> Answer<ReadOptions> {
         ReadOptions::parse(&self.text(), "what was said").map_err(|error| match error {
             stiction_io::Error::Mapping { message, .. } => Wrong::asked(message),
@@ -82,7 +81,7 @@ impl Mapping {
     }
 }
 
-/// A mapping file's text as what can be changed here; `None` if it says more.
+/// The text of a mapping file as corrections; `None` if it has more.
 pub fn of_text(text: &str) -> Option<Mapping> {
     toml::from_str(text).ok()
 }

@@ -1,30 +1,26 @@
-//! What is no question in JSON: bytes of a trend, a file that is dropped, a report to be saved.
+//! Routes beside the calls: bytes of a trend, a file that is dropped, the page of a report.
 
-use super::{Stretch, found, page, trend};
-use crate::calls::{Answer, Gate, Wrong, blocking, sent};
+use super::{Stretch, found, reports::REPORTS, trend};
+use crate::calls::{Answer, Wrong, sent};
 use crate::lab::Lab;
+use crate::turns::{Cost, Turns, Wanted};
 use axum::Router;
 use axum::body::Body;
-use axum::extract::{Query, State};
+use axum::extract::{Path, Query, State};
 use axum::http::header;
-use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Semaphore;
 
-/// Bytes of a file that is dropped.
+/// The largest size of a dropped file, bytes.
 pub(super) const DROPPED: usize = 256 << 20;
 
 /// How long a file may take to come.
 const IN_TIME: Duration = Duration::from_secs(180);
-/// So many files come at a time; others wait, so that those under way are all that is in memory besides what is open.
+/// Files that are sent at a time. Others wait, which bounds the memory.
 const AT_ONCE: usize = 2;
-
-/// What a report may do: run its own script, and nothing else.
-const OF_A_REPORT: &str = "sandbox allow-scripts allow-modals allow-popups; default-src 'none'; \
-     style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
 #[derive(Deserialize)]
 struct Named {
@@ -32,35 +28,31 @@ struct Named {
 }
 
 #[derive(Deserialize)]
-struct Page {
-    #[serde(default)]
-    save: bool,
+struct Of {
     file: String,
     #[serde(rename = "loop")]
     tag: String,
-    from: Option<f64>,
-    to: Option<f64>,
 }
 
-impl Page {
-    fn stretch(self) -> Stretch {
-        Stretch { file: self.file, tag: self.tag, from: self.from, to: self.to }
-    }
+#[derive(Deserialize)]
+struct How {
+    #[serde(default)]
+    save: bool,
 }
 
 /// The routes of recordings beside the calls.
-pub(crate) fn routes(gate: &Gate) -> Router<Arc<Lab>> {
-    let (of_trend, of_page) = (Arc::clone(gate), Arc::clone(gate));
-    let trend = move |State(lab): State<Arc<Lab>>, Query(asked): Query<Page>| async move {
-        let work =
-            move || found(&lab, &asked.stretch()).map(|found| trend::bytes(&found.recording));
-        let bytes = blocking(of_trend, work).await?;
+pub(crate) fn routes(turns: &Arc<Turns>) -> Router<Arc<Lab>> {
+    let turns = Arc::clone(turns);
+    let trend = move |State(lab): State<Arc<Lab>>, Query(Of { file, tag }): Query<Of>| async move {
+        let all = Stretch { file, tag, from: None, to: None };
+        let work = move |_: &Wanted| found(&lab, &all).map(|found| trend::bytes(&found.recording));
+        let bytes = turns.take(Cost::Medium, work).await?;
         Ok::<_, Wrong>(([(header::CONTENT_TYPE, "application/octet-stream")], bytes))
     };
-    let report = move |State(lab): State<Arc<Lab>>, Query(asked): Query<Page>| async move {
-        let save = asked.save;
-        let (name, html) = blocking(of_page, move || page(&lab, &asked.stretch())).await?;
-        Ok::<_, Wrong>(shown(&name, html, save))
+    let report = move |State(lab): State<Arc<Lab>>,
+                       Path(secret): Path<String>,
+                       Query(How { save }): Query<How>| async move {
+        lab.recordings.reports.page(&secret, save)
     };
     let coming = Arc::new(Semaphore::new(AT_ONCE));
     let upload = move |State(lab): State<Arc<Lab>>,
@@ -69,8 +61,8 @@ pub(crate) fn routes(gate: &Gate) -> Router<Arc<Lab>> {
         let _turn = coming.acquire_owned().await.map_err(Wrong::own)?;
         let bytes = sent(body, DROPPED, IN_TIME).await.map_err(|wrong| {
             wrong.with(format!(
-                "{name} is larger than {} MiB, or broke off; name it when you start `stiction lab`, which reads it from \
-                 the disk",
+                "{name} is larger than {} MiB, or was cut off; name it in the command `stiction lab`, which reads it from \
+                 disk",
                 DROPPED >> 20
             ))
         })?;
@@ -80,19 +72,6 @@ pub(crate) fn routes(gate: &Gate) -> Router<Arc<Lab>> {
     };
     Router::new()
         .route("/api/recordings/trend", get(trend))
-        .route("/api/recordings/report", get(report))
+        .route(&format!("{REPORTS}{{secret}}"), get(report))
         .route("/api/recordings/upload", post(upload))
-}
-
-/// A page of a report, to be looked at or saved.
-fn shown(name: &str, html: String, save: bool) -> Response {
-    let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
-    let name: String = name.chars().map(plain).collect();
-    let how = if save { "attachment" } else { "inline" };
-    let headers = [
-        (header::CONTENT_TYPE, "text/html; charset=utf-8".to_owned()),
-        (header::CONTENT_DISPOSITION, format!("{how}; filename=\"{name}\"")),
-        (header::CONTENT_SECURITY_POLICY, OF_A_REPORT.to_owned()),
-    ];
-    (headers, html).into_response()
 }

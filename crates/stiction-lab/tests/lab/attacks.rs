@@ -10,6 +10,7 @@ use std::net::{Shutdown, TcpStream};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
+use stiction_lab::turns::Cost;
 use stiction_lab::{Options, calls};
 use stiction_plant::demo;
 
@@ -286,6 +287,94 @@ fn who_is_slow_is_let_go() {
     half.write_all(lab.head("plant/status", "Content-Length: 10\r\n").as_bytes()).unwrap();
     half.shutdown(Shutdown::Both).unwrap();
     lab.serves();
+}
+
+/// A map that takes minutes.
+fn costly() -> Vec<u8> {
+    let axis = |name: &str| json!({ "parameter": name, "from": 1, "to": 1e9, "points": 100 });
+    let plant = json!({ "scenario": "lab/flow", "set": ["valve.S=4"] });
+    json!({ "loop": plant, "x": axis("theta"), "y": axis("tau") }).to_string().into_bytes()
+}
+
+impl Open {
+    /// Sends a question of some length, or the beginning of it, and does not wait for the answer.
+    fn send(&self, call: &str, length: usize, body: &[u8]) -> TcpStream {
+        let mut stream = self.connect();
+        let head = self.head(call, &format!("Content-Length: {length}\r\n"));
+        stream.write_all(&[head.as_bytes(), body].concat()).unwrap();
+        stream
+    }
+
+    /// Holds open more questions than there are places.
+    fn crowd(&self, call: &str, length: usize, body: &[u8]) -> Vec<TcpStream> {
+        let one = |_| {
+            // So slowly that hardly any is displaced before it has shown the token.
+            std::thread::sleep(Duration::from_millis(5));
+            self.send(call, length, body)
+        };
+        (0..160).map(one).collect()
+    }
+
+    /// That calls of a low and of a medium cost are answered.
+    fn serves_and_judges(&self) {
+        self.serves();
+        let (status, text) = self.ask("verdict", br#"{ "loop": { "scenario": "lab/flow" } }"#);
+        assert_eq!(status, 200, "{text}");
+    }
+
+    /// Waits until no map is worked on.
+    fn rests(&self) {
+        let end = Instant::now() + Duration::from_secs(60);
+        while self.turns.free(Cost::High) < Cost::High.at_once() {
+            assert!(Instant::now() < end, "abandoned maps are worked on");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+/// Whether a connection is open, and nothing was answered on it.
+fn is_silent(stream: &TcpStream) -> bool {
+    stream.set_nonblocking(true).unwrap();
+    matches!(stream.peek(&mut [0]), Err(e) if e.kind() == std::io::ErrorKind::WouldBlock)
+}
+
+#[test]
+fn maps_delay_no_other_call_and_end_when_nobody_waits() {
+    let (lab, _) = with_plant("maps");
+    let held: Vec<_> = (0..40).map(|_| lab.send("map", costly().len(), &costly())).collect();
+    while lab.turns.begun(Cost::High) < Cost::High.at_once() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    lab.serves_and_judges();
+    // All that while the maps were waiting, and no more of them was begun.
+    assert!(held.iter().all(is_silent));
+    assert_eq!((lab.turns.begun(Cost::High), lab.turns.free(Cost::High)), (2, 0));
+    drop(held);
+    lab.rests();
+    // Abandoned as soon as they were asked.
+    for _ in 0..200 {
+        drop(lab.send("map", costly().len(), &costly()));
+    }
+    lab.serves_and_judges();
+    lab.rests();
+    let axis = |name: &str| json!({ "parameter": name, "from": 1, "to": 4, "points": 3 });
+    let small = json!({ "loop": { "scenario": "lab/flow" }, "x": axis("S"), "y": axis("J") });
+    lab.good("map", &small);
+}
+
+#[test]
+fn more_questions_than_places_keep_nobody_out() {
+    let (lab, _) = with_plant("places");
+    // Half-sent ones first, then whole ones that wait for their turn; all with the token.
+    for (call, length, body) in
+        [("plant/status", 10, b"{".to_vec()), ("map", costly().len(), costly())]
+    {
+        let held = lab.crowd(call, length, &body);
+        lab.serves_and_judges();
+        // While they were held: none of them was refused as too slow, or answered.
+        assert!(held.iter().filter(|stream| is_silent(stream)).count() > 64, "{call}");
+    }
+    lab.rests();
 }
 
 /// All calls, with their schemas of what is asked.

@@ -74,25 +74,39 @@ fn who_has_no_token_another_host_or_another_origin_is_not_answered() {
 }
 
 #[test]
-fn the_token_of_the_address_becomes_a_cookie_and_leaves_the_address() {
+fn the_page_is_open_and_every_question_needs_the_token_in_a_header() {
     let lab = open(&Options::new("test"));
-    let get = |path: &str, cookie: &str| {
-        agent().get(format!("http://{}{path}", lab.at)).header("cookie", cookie).call().unwrap()
+    let get = |path: &str, header: (&str, &str)| {
+        agent().get(format!("http://{}{path}", lab.at)).header(header.0, header.1).call().unwrap()
     };
-    let first = get(&format!("/?token={}", lab.token), "");
-    assert_eq!(
-        (first.status().as_u16(), &first.headers()["location"]),
-        (303, &"/".parse().unwrap())
-    );
-    let cookie = first.headers()["set-cookie"].to_str().unwrap().to_owned();
-    assert!(cookie.contains("HttpOnly") && cookie.contains("SameSite=Strict"), "{cookie}");
-    let page = get("/", cookie.split(';').next().unwrap());
-    assert_eq!(page.status().as_u16(), 200);
-    let policy = page.headers()["content-security-policy"].to_str().unwrap();
-    assert!(policy.contains("default-src 'none'") && !policy.contains("unsafe"), "{policy}");
-    assert_eq!(get("/", "").status().as_u16(), 401);
-    assert_eq!(get("/?token=00", "").status().as_u16(), 401);
-    assert_eq!(get("/lab.js", "").status().as_u16(), 401);
+    let none = ("x-nothing", "");
+    for path in ["/", "/lab.js", "/lab.css"] {
+        let page = get(path, none);
+        assert_eq!(page.status().as_u16(), 200, "{path}");
+        // What a browser would send to every port of this machine.
+        assert!(page.headers().get("set-cookie").is_none(), "{path}");
+        let policy = page.headers()["content-security-policy"].to_str().unwrap();
+        assert!(policy.contains("default-src 'none'") && !policy.contains("unsafe"), "{policy}");
+    }
+    let cookies = format!("stiction_lab_{}={}", lab.at.port(), lab.token);
+    let basic = format!("Basic {}", lab.token);
+    for path in [
+        "/api/recordings/trend?file=a&loop=b".to_owned(),
+        format!("/api/recordings/trend?file=a&loop=b&token={}", lab.token),
+        format!("/api/recordings?token={}", lab.token),
+        "/api/none".to_owned(),
+        "/none".to_owned(),
+        "/report".to_owned(),
+    ] {
+        for header in [none, ("cookie", &cookies), ("authorization", &basic)] {
+            assert_eq!(get(&path, header).status().as_u16(), 401, "{path} {header:?}");
+        }
+    }
+    for (name, _) in stiction_lab::calls::schema()["properties"].as_object().unwrap() {
+        let url = format!("http://{}/api/{name}", lab.at);
+        let status = agent().post(&url).header("cookie", &cookies).send("{}").unwrap().status();
+        assert_eq!(status.as_u16(), 401, "{name}");
+    }
 }
 
 /// What `stiction diagnose` says of the CSV that `stiction simulate` writes.

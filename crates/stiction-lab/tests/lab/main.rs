@@ -9,20 +9,24 @@ mod schema;
 
 use serde_json::Value;
 use std::net::SocketAddr;
+use std::sync::Arc;
+use stiction_lab::turns::Turns;
 use stiction_lab::{Options, bind};
 
 /// A lab that runs, and what its page knows.
 struct Open {
     at: SocketAddr,
     token: String,
+    turns: Arc<Turns>,
 }
 
 /// Opens a lab that is there until the tests end.
 fn open(options: &Options) -> Open {
     let server = bind(options).unwrap();
-    let open = Open { at: server.listens(), token: server.token().to_owned() };
+    assert_eq!(server.address(), format!("http://{}/#token={}", server.listens(), server.token()));
+    let (at, token, turns) = (server.listens(), server.token().to_owned(), server.turns());
     std::thread::spawn(|| server.serve(std::future::pending()).unwrap());
-    open
+    Open { at, token, turns }
 }
 
 /// Who asks without a name of its own.

@@ -161,10 +161,10 @@ fn what_was_not_opened_cannot_be_asked_for() {
     }
     let own = sample("FIC101-sticky.csv").display().to_string();
     let (status, error) = lab.refused("recordings/diagnose", &json!({ "file": own, "loop": "x" }));
-    assert!(status == 404 && error.contains("there are FIC101-sticky"), "{error}");
+    assert!(status == 404 && error.contains("its loops are FIC101-sticky"), "{error}");
     let ask = json!({ "file": own, "loop": "FIC101-sticky", "from": 1e9, "to": 2e9 });
     let (status, error) = lab.refused("recordings/diagnose", &ask);
-    assert!(status == 400 && error.contains("choose a longer one"), "{error}");
+    assert!(status == 400 && error.contains("select a longer one"), "{error}");
 }
 
 #[cfg(unix)]
@@ -188,10 +188,10 @@ fn what_is_dropped_is_read_and_closed_again() {
     let answer = lab.good("recordings/diagnose", &ask);
     let expected = serde_json::to_value(said(&sample("FIC101-sticky.csv"), None)).unwrap();
     assert_eq!(answer["diagnosis"], expected);
-    // It has no place for what is said of it.
+    // It has no folder for corrections.
     let conclude =
         json!({ "file": file, "loop": "FIC101-sticky", "verdict": "sticks", "reason": "seen" });
-    assert!(lab.refused("recordings/override", &conclude).1.contains("has no place"));
+    assert!(lab.refused("recordings/override", &conclude).1.contains("dropped file"));
     let list = lab.good("recordings/close", &json!({ "file": file }));
     assert_eq!(list["files"], json!([]));
     assert_eq!(lab.refused("recordings/diagnose", &ask).0, 404);
@@ -287,8 +287,8 @@ fn a_mapping_is_tried_saved_and_read_again() {
     .unwrap();
     let third = open(std::slice::from_ref(&folder));
     let opened = third.good("recordings/open", &json!({ "file": file }));
-    assert!(opened["fixed"].as_str().unwrap().contains("in an editor"), "{opened}");
-    assert!(third.refused("recordings/mapping", &say).1.contains("in an editor"));
+    assert!(opened["fixed"].as_str().unwrap().contains("in a text editor"), "{opened}");
+    assert!(third.refused("recordings/mapping", &say).1.contains("in a text editor"));
 }
 
 #[test]
@@ -354,10 +354,22 @@ fn a_report_and_its_parts_come_on_demand() {
     let told = lab.good("recordings/details", &json!({ "of": of, "fold": methods }));
     assert!(told["pieces"].to_string().contains("<svg"));
     assert_eq!(lab.refused("recordings/details", &json!({ "of": of, "fold": 99 })).0, 404);
-    let query = format!("file={}&loop=FIC101-sticky&save=true", encoded(&file));
-    let (status, page) = lab.get(&format!("recordings/report?{query}"));
-    let page = String::from_utf8(page).unwrap();
-    assert!(
-        status == 200 && page.contains("Diagnosis of FIC101-sticky") && page.contains("test 1.0")
-    );
+    // A browser opens the report by its address alone; the page cannot reach the lab.
+    let kept = lab.good("recordings/report", &of)["address"].as_str().unwrap().to_owned();
+    let page = |address: &str| {
+        let mut page = agent().get(format!("http://{}{address}", lab.at)).call().unwrap();
+        let header = |name: &str| page.headers()[name].to_str().unwrap().to_owned();
+        let (policy, how) =
+            (header("content-security-policy"), page.headers().get("content-disposition").cloned());
+        let status = page.status().as_u16();
+        (status, policy, how, page.body_mut().read_to_string().unwrap())
+    };
+    let (status, policy, how, html) = page(&kept);
+    assert!(html.contains("Diagnosis of FIC101-sticky") && html.contains("test 1.0"), "{status}");
+    assert!(policy.contains("sandbox") && !policy.contains("allow-same-origin"), "{policy}");
+    assert!(how.unwrap().to_str().unwrap().starts_with("inline"));
+    let (.., how, _) = page(&format!("{kept}?save=true"));
+    assert_eq!(how.unwrap(), "attachment; filename=\"FIC101-sticky.html\"");
+    let guessed = format!("/report/{}", "0".repeat(32));
+    assert_eq!((page(&guessed).0, page("/report/..%2flab.js").0), (404, 404));
 }

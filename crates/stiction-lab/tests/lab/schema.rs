@@ -1,15 +1,24 @@
-//! The page's types are made of what the crate declares.
+//! Files of the page that are made of what the crates declare.
+
+use std::path::Path;
+
+fn is_kept(file: &str, now: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("web").join(file);
+    if std::env::var_os("STICTION_WRITE").is_some() {
+        std::fs::write(&path, now).unwrap();
+    }
+    assert!(
+        std::fs::read_to_string(path).unwrap() == now,
+        "web/{file} is out of date; write it with STICTION_WRITE=1, and run npm run build"
+    );
+}
 
 #[test]
 fn the_schema_of_the_page_is_that_of_the_calls() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/web/schema.json");
-    let now = format!("{:#}\n", stiction_lab::calls::schema());
-    if std::env::var_os("STICTION_WRITE").is_some() {
-        std::fs::write(path, &now).unwrap();
-    }
-    let kept = std::fs::read_to_string(path).unwrap();
-    assert!(
-        kept == now,
-        "web/schema.json is of other calls; write it with STICTION_WRITE=1, and run npm run build"
-    );
+    is_kept("schema.json", &format!("{:#}\n", stiction_lab::calls::schema()));
+}
+
+#[test]
+fn the_colours_of_the_signals_in_the_schema_of_the_page_are_those_of_the_figures() {
+    is_kept("src/signals.css", &stiction_figure::figure::signals_css());
 }

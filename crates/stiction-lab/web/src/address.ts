@@ -1,5 +1,6 @@
 // What is shown is in the address: the room, and its state. So a link, a reload and the back key all work.
 import { signal } from "@preact/signals";
+import { arrive } from "./token";
 
 export type Room = "loop" | "exercise" | "guess" | "paper" | "recordings" | "plant";
 export const ROOMS: readonly Room[] = ["loop", "exercise", "guess", "paper", "recordings", "plant"];
@@ -23,6 +24,7 @@ let timer = 0;
 let pending = "";
 
 addEventListener("hashchange", () => {
+  arrive();
   if (location.hash === known) return;
   // What was to be written is of where one was.
   pending = "";

@@ -1,4 +1,5 @@
 // Questions to the server, and its answers, by the types that it declares.
+import { known, was } from "./token";
 import type { Calls } from "./types";
 
 /** A call's name. */
@@ -18,19 +19,21 @@ export class Wrong extends Error {
 
 async function asked(path: string, init: RequestInit): Promise<Response> {
   let response: Response;
+  const token = await known();
   try {
-    response = await fetch(path, init);
+    response = await fetch(path, { ...init, headers: { authorization: `Bearer ${token}` } });
   } catch (error) {
     if (init.signal?.aborted) throw error;
-    throw new Wrong(0, "The lab does not answer; is `stiction lab` still running?");
+    throw new Wrong(0, "The lab does not answer. Is `stiction lab` still running?");
   }
+  if (was(token, response.status !== 401)) return asked(path, init);
   if (response.ok) return response;
   const text = await response.text();
   let words = text.trim();
   try {
     words = (JSON.parse(text) as { error: string }).error;
   } catch {
-    // Said in plain words.
+    // It is plain text.
   }
   throw new Wrong(response.status, words || `${response.status} ${response.statusText}`);
 }

@@ -2,7 +2,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 
-/** Colours of signals, told apart by all; the same everywhere. */
+/** Signals; their colours are in signals.css. */
 export const COLOURS = ["sp", "pv", "op", "vp"] as const;
 export type Signal = (typeof COLOURS)[number];
 

@@ -1,4 +1,5 @@
 // The lab: its head, and the room that the address names.
+import { useSignal } from "@preact/signals";
 import { render } from "preact";
 import "uplot/dist/uPlot.min.css";
 import { link, room, ROOMS, type Room } from "./address";
@@ -8,8 +9,10 @@ import { LoopRoom } from "./rooms/loop";
 import { Paper } from "./rooms/paper";
 import { Plant } from "./rooms/plant";
 import { Recordings } from "./rooms/recordings";
+import "./signals.css";
 import "./style.css";
 import { t } from "./texts";
+import { enter, locked } from "./token";
 
 const VIEWS: Record<Room, () => preact.JSX.Element> = {
   loop: LoopRoom,
@@ -19,6 +22,34 @@ const VIEWS: Record<Room, () => preact.JSX.Element> = {
   recordings: Recordings,
   plant: Plant,
 };
+
+/** What there is without the token. */
+function Locked() {
+  const wrong = useSignal(false);
+  return (
+    <form
+      class="card locked"
+      onSubmit={(event) => {
+        event.preventDefault();
+        wrong.value = !enter(new FormData(event.currentTarget).get("address")?.toString() ?? "");
+      }}
+    >
+      <h1>{t.locked.title}</h1>
+      <p>{t.locked.how}</p>
+      <p class="row">
+        <label>
+          {t.locked.address} <input type="text" name="address" autocomplete="off" spellcheck={false} />
+        </label>
+        <button class="main">{t.locked.open}</button>
+      </p>
+      {wrong.value && (
+        <p class="wrong" role="alert">
+          {t.locked.wrong}
+        </p>
+      )}
+    </form>
+  );
+}
 
 function Lab() {
   const View = VIEWS[room.value];
@@ -39,7 +70,7 @@ function Lab() {
         </nav>
       </header>
       <main id="room" tabIndex={-1} key={room.value}>
-        <View />
+        {locked.value ? <Locked /> : <View />}
       </main>
     </>
   );

@@ -397,6 +397,20 @@ impl Map {
     /// # Errors
     /// If both axes vary the same parameter, also as a ratio, or one that the loop does not have.
     pub fn of(l: &ContinuousLoop, x: Axis, y: Axis, method: Method) -> Result<Self> {
+        Self::of_with_progress(l, x, y, method, || true)
+    }
+
+    /// [`Map::of`], watched: `goes_on` is asked before every point, and ends the computation by `false`.
+    ///
+    /// # Errors
+    /// As [`Map::of`]; and [`Error::Cancelled`].
+    pub fn of_with_progress(
+        l: &ContinuousLoop,
+        x: Axis,
+        y: Axis,
+        method: Method,
+        goes_on: impl Fn() -> bool + Sync,
+    ) -> Result<Self> {
         if x.parameter.base() == y.parameter.base() {
             return Err(Error::Inconsistent(format!(
                 "the axes of the map are {} and {}, which vary the same quantity; a map needs two parameters",
@@ -421,16 +435,20 @@ impl Map {
         let place = |axis: &Axis| Parameter::ALL.iter().position(|p| *p == axis.parameter);
         let x_first = place(&x) < place(&y);
         let point = |k: usize| {
+            if !goes_on() {
+                return Err(Error::Cancelled);
+            }
             let (x, y) = ((&x, x.values[k % across]), (&y, y.values[k / across]));
             let (first, last) = if x_first { (x, y) } else { (y, x) };
             let with =
                 first.0.parameter.set(l, first.1).and_then(|l| last.0.parameter.set(&l, last.1));
-            match with {
+            Ok(match with {
                 Ok(l) => Point::of(&l, method),
                 Err(error) => Point::Unknown { reason: error.to_string() },
-            }
+            })
         };
-        let points = (0..across * y.values.len()).into_par_iter().map(point).collect();
+        let points =
+            (0..across * y.values.len()).into_par_iter().map(point).collect::<Result<_>>()?;
         Ok(Self { x, y, method, points })
     }
 
@@ -736,6 +754,19 @@ mod tests {
         assert_eq!(one, of(2));
         assert_eq!(one, of(3));
         assert!(one.points.iter().any(|point| point.cycle().is_some()));
+    }
+
+    #[test]
+    fn a_map_that_nobody_waits_for_ends_between_two_points() {
+        let (s, j) = (axis(Parameter::S, 1.0, 5.0, 40), axis(Parameter::J, 0.0, 4.0, 40));
+        let asked = std::sync::atomic::AtomicUsize::new(0);
+        let goes_on = || asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed) < 10;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        let map = pool
+            .install(|| Map::of_with_progress(&paper(), s, j, Method::Exact, goes_on).unwrap_err());
+        assert_eq!(map, Error::Cancelled);
+        // Each thread may ask once more.
+        assert!((11..=12).contains(&asked.into_inner()));
     }
 
     #[test]

@@ -78,20 +78,20 @@ pub fn trends(segments: &[Segment], judged: usize, context: &Context<'_>) -> Opt
     if pv.is_some() || sp.is_some() {
         let mut upper = panel(context.pv_label(if sp.is_some() { "PV, SP" } else { "PV" }));
         if let Some((x, y, breaks)) = pv {
-            upper = upper.with(Series::line("PV", x, y).breaks(breaks).colour(colour::GREEN));
+            upper = upper.with(Series::line("PV", x, y).breaks(breaks).colour(colour::PV));
         }
         if let Some((x, y, breaks)) = sp {
-            upper = upper.with(Series::steps("SP", x, y).breaks(breaks).colour(colour::BLACK));
+            upper = upper.with(Series::steps("SP", x, y).breaks(breaks).colour(colour::SP));
         }
         panels.push(upper);
     }
     let mut lower =
         panel(if vp.is_some() { "OP, VP (% of span)" } else { "OP (% of span)" }.into());
     if let Some((x, y, breaks)) = op {
-        lower = lower.with(Series::steps("OP", x, y).breaks(breaks).colour(colour::BLUE));
+        lower = lower.with(Series::steps("OP", x, y).breaks(breaks).colour(colour::OP));
     }
     if let Some((x, y, breaks)) = vp {
-        lower = lower.with(Series::line("VP", x, y).breaks(breaks).colour(colour::VERMILION));
+        lower = lower.with(Series::line("VP", x, y).breaks(breaks).colour(colour::VP));
     }
     panels.push(lower);
 

@@ -21,14 +21,14 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &ModelFitResult) -> Opt
         .trend("PV (standard deviations)")
         .group(FITS)
         .legend(Legend::Above)
-        .with(Series::line("PV", x.clone(), of(&found.pv)).colour(colour::BLUE))
+        .with(Series::line("PV", x.clone(), of(&found.pv)).colour(colour::PV))
         .with(Series::line("fitted", x.clone(), of(&found.fitted)).colour(colour::VERMILION));
     let op = scene
         .trend("% of span")
         .group(FITS)
         .legend(Legend::Above)
-        .with(Series::line("OP", x.clone(), of(&found.op)).colour(colour::BLUE))
-        .with(Series::steps("valve of the model", x, of(&found.vp)).colour(colour::VERMILION));
+        .with(Series::line("OP", x.clone(), of(&found.op)).colour(colour::OP))
+        .with(Series::steps("valve of the model", x, of(&found.vp)).colour(colour::VP));
     let caption = format!(
         "The PV with the PV of the fitted model, and the OP with the position of its valve: S = {} %, J = {} %.",
         number(found.s),

@@ -19,10 +19,10 @@ pub fn marked(scene: &Scene<'_>, lead: &str, marked: &[bool], window: usize) -> 
     let mut panels = [
         scene
             .trend("OP (% of span)")
-            .with(scene.samples("OP", scene.op(), range.clone(), true).colour(colour::BLUE)),
+            .with(scene.samples("OP", scene.op(), range.clone(), true).colour(colour::OP)),
         scene
             .trend(scene.context.pv_label("PV"))
-            .with(scene.samples("PV", scene.pv(), range.clone(), false).colour(colour::GREEN)),
+            .with(scene.samples("PV", scene.pv(), range.clone(), false).colour(colour::PV)),
     ];
     for run in runs(marked, &windows) {
         let ends = [run.start * window, (run.end * window - 1).min(range.end - 1)];

@@ -76,8 +76,8 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &YamashitaResult) -> Op
         number(found.statistic)
     );
     let figure = sheet(caption)
-        .with(panel("OP (% of span)", "OP", scene.op(), true, colour::BLUE))
-        .with(panel(&label, name, values, false, colour::GREEN))
+        .with(panel("OP (% of span)", "OP", scene.op(), true, colour::OP))
+        .with(panel(&label, name, values, false, colour::PV))
         .with(bars);
     (values.len() >= range.end && !range.is_empty()).then_some(figure)
 }

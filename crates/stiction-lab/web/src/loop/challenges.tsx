@@ -5,7 +5,6 @@ import { go } from "../address";
 import { call, type Answer } from "../api";
 import { t } from "../texts";
 import { scenario, secret, value } from "./knobs";
-import type { Measured } from "./numbers";
 
 type Id = keyof typeof t.challenges.cards;
 
@@ -44,7 +43,7 @@ function Guessed(props: { of: "valve.S" | "valve.J"; label: string; done: (right
   );
 }
 
-export function Challenges(props: { cycles: Answer<"cycle"> | null; measured: Measured | null }) {
+export function Challenges(props: { cycles: Answer<"cycle"> | null }) {
   const open = useSignal<Id | null>(null);
   const result = useSignal<boolean | null>(null);
   const first = useSignal<number | null>(null);

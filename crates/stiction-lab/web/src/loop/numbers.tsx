@@ -1,16 +1,19 @@
-// The cycle in numbers: as it is predicted, exactly and by describing function, beside what the trend does.
+// The cycle in numbers: predicted exactly and by describing function, and measured in the trend.
 import type { Answer } from "../api";
 import { t } from "../texts";
 import type { Engine } from "./engine";
 import { compensator, stem } from "./knobs";
 
-/** What the trend does: half of its peak-to-peak values and its period, over some last time. */
+/** Period and half peak-to-peak values of the last part of the trend. */
 export interface Measured {
   period: number | null;
   pv: number;
   op: number;
   vp: number;
 }
+
+/** How much the two halves of a settled trend may differ. */
+const SETTLED = 0.25;
 
 function halfPp(of: number[], from: number, end: number): number {
   let [low, high] = [Infinity, -Infinity];
@@ -22,10 +25,16 @@ function halfPp(of: number[], from: number, end: number): number {
   return high > low ? (high - low) / 2 : 0;
 }
 
-/** Measures the last `window` seconds that are shown. */
-export function measure(engine: Engine, window: number): Measured {
+/** Measures the last `window` seconds that are shown; null until they hold no start-up and no change of settings. */
+export function measure(engine: Engine, window: number): Measured | null {
   const { op, pv, vp } = engine.kept;
   const [from, end] = engine.shown(window);
+  const middle = Math.floor((from + end) / 2);
+  const changes = (of: number[]) => {
+    const [a, b] = [halfPp(of, from, middle), halfPp(of, middle, end)];
+    return Math.abs(a - b) > SETTLED * Math.max(a, b);
+  };
+  if ((end - from) * engine.dt < window || changes(op) || changes(pv)) return null;
   const swing = halfPp(op, from, end);
   const crossings: number[] = [];
   if (swing > 0) {
@@ -62,6 +71,8 @@ export function Numbers(props: { cycles: Answer<"cycle"> | null; measured: Measu
     [t.loop.swing.vp, exact?.half_pp.vp, describing?.half_pp.vp, measured?.vp],
   ] as const;
   const why = cycles?.methods.filter((found) => !by(found.method)).flatMap((found) => found.notes.slice(0, 1).map((note) => `${found.method}: ${note}`)) ?? [];
+  // "The loop is stable" is true of sines only.
+  const notes = exact?.stable && !describing ? [t.loop.sines] : why;
   return (
     <section class="card numbers" aria-live="off">
       <h2>{t.loop.cycle}</h2>
@@ -86,7 +97,8 @@ export function Numbers(props: { cycles: Answer<"cycle"> | null; measured: Measu
         </tbody>
       </table>
       {(stem.value || compensator.value) && <p class="soft">{t.loop.predictedOf}</p>}
-      {props.wrong ? <p class="wrong">{props.wrong}</p> : why.map((each) => <p key={each} class="soft">{each}</p>)}
+      {!measured && <p class="soft">{t.loop.unsettled}</p>}
+      {props.wrong ? <p class="wrong">{props.wrong}</p> : notes.map((each) => <p key={each} class="soft">{each}</p>)}
     </section>
   );
 }

@@ -22,6 +22,7 @@ export function Short(props: { of: Judgement }) {
         )}
       </p>
       <p>{props.of.sentence}</p>
+      <p class="soft">{props.of.data}</p>
     </>
   );
 }

@@ -8,6 +8,7 @@ import { axis, Chart, clock, line, ROUND } from "../chart";
 import { Short } from "../loop/verdict";
 import { t } from "../texts";
 import "./guess.css";
+import { Sketch } from "./kinds";
 
 const LOOPS = 20;
 
@@ -114,6 +115,7 @@ export function Guess() {
           <div class="grid">
             <div class="card">
               <h2>{t.guess.ask}</h2>
+              <p class="soft">{t.guess.sketches}</p>
               <div class="kinds" role="group" aria-label={t.guess.ask}>
                 {trends.value.kinds.map((kind) => (
                   <button
@@ -124,6 +126,7 @@ export function Guess() {
                     title={words(kind).why}
                     onClick={() => void guess(kind)}
                   >
+                    <Sketch kind={kind} />
                     {words(kind).name}
                   </button>
                 ))}

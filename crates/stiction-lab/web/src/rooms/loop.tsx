@@ -328,7 +328,7 @@ export function LoopRoom() {
           </div>
           <div class="below">
             {!hidden.value && k.isLoop.value && <LoopMap locked={locked.value} />}
-            <Challenges cycles={cycles.value} measured={measured.value} />
+            <Challenges cycles={cycles.value} />
           </div>
         </div>
         <div class="side">

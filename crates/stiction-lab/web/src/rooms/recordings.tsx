@@ -417,13 +417,19 @@ function OfLoop(props: FileProps & { loop: LoopSummary; dropped: boolean; column
     if (of.from !== null && of.to !== null) to.push(["from", String(of.from)], ["to", String(of.to)]);
     go("recordings", to);
   };
-  const report = (save: boolean) => {
-    const query = new URLSearchParams({ file, loop: tag, save: String(save) });
-    if (stretch) {
-      query.set("from", String(stretch[0]));
-      query.set("to", String(stretch[1]));
+  const report = async (save: boolean) => {
+    // A tab that is opened only when the report is there would be blocked as a popup.
+    const tab = save ? null : window.open("", "_blank");
+    try {
+      const { address } = await call("recordings/report", { file, loop: tag, from: stretch?.[0] ?? null, to: stretch?.[1] ?? null });
+      if (tab) {
+        tab.opener = null;
+        tab.location.replace(address);
+      } else location.assign(`${address}?save=true`);
+    } catch (error) {
+      tab?.close();
+      setWrong((error as Error).message);
     }
-    return `/api/recordings/report?${query}`;
   };
   const all: Span = samples ? ends(samples) : [0, 1];
   // What was judged, which while a stretch is dragged is not yet what is selected.
@@ -478,12 +484,12 @@ function OfLoop(props: FileProps & { loop: LoopSummary; dropped: boolean; column
               <button type="button" onClick={keep} disabled={isKept || kept.length >= MOST_KEPT}>
                 {w.compare}
               </button>
-              <a class="button" href={report(true)} download>
+              <button type="button" onClick={() => void report(true)}>
                 {w.saveReport}
-              </a>
-              <a class="button" href={report(false)} target="_blank" rel="noopener">
+              </button>
+              <button type="button" onClick={() => void report(false)}>
                 {w.openReport}
-              </a>
+              </button>
             </div>
           )}
           {kept.length === 0 && judged && <p class="soft hint">{w.compareHint}</p>}

@@ -146,7 +146,7 @@ export function Changes() {
             <b class={`change ${row.change}`}>{row.change}</b> <Loop name={row.loop} />{" "}
             <span class="soft">
               {row.change_day ? w.changes.since(row.change_day) : ""}
-              {row.verdict_before && row.grade ? `; ${w.changes.told(row.verdict_before, row.grade)}` : ""}
+              {row.verdict_before && row.grade ? `; ${w.changes.from(row.verdict_before, row.grade)}` : ""}
             </span>
           </li>
         ))}

@@ -79,8 +79,9 @@ export function Card(props: { judgement: Judgement; where: string; busy: boolean
     .filter((name) => !told.facts.some((fact) => fact.name.startsWith(`${name},`)))
     .map((name) => ({ name: w[name], value: w.notKnown, unit: "" }));
   const why = diagnosis.stiction.why_not;
+  const tone = told.badge.tone;
   return (
-    <div class={`card verdict ${told.badge.tone} ${props.busy ? "busy" : ""}`} aria-busy={props.busy}>
+    <div class={`card verdict ${tone} ${props.busy ? "busy" : ""}`} aria-busy={props.busy}>
       <div class="first">
         <Badge of={told.badge} />
         <h2>{props.where}</h2>

@@ -1,0 +1,145 @@
+//! Turns of calls: how many are worked on at a time, and for how long.
+//!
+//! A turn belongs to the work, not to its connection: the next call begins when the work has ended. Work whose caller has
+//! gone is told to stop, and ends at the next point at which it asks [`Wanted`].
+
+use crate::calls::{Answer, Wrong};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+use tokio::sync::Semaphore;
+
+/// What a call costs. Calls of one cost take turns among themselves only, so a costly one delays no cheap one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cost {
+    /// A list, an entry, some samples of a loop that runs.
+    Low,
+    /// A recording is read, simulated or judged.
+    Medium,
+    /// A map: every point of it is a search for a cycle.
+    High,
+}
+
+impl Cost {
+    /// How many calls of this cost are worked on at a time; the others wait.
+    pub fn at_once(self) -> usize {
+        match self {
+            Self::Low => 8,
+            Self::Medium => 4,
+            Self::High => 2,
+        }
+    }
+
+    /// How long the work on one call may take.
+    fn limit(self) -> Duration {
+        match self {
+            Self::Low | Self::High => Duration::from_secs(20),
+            Self::Medium => Duration::from_secs(120),
+        }
+    }
+}
+
+/// The turns of all calls.
+#[derive(Debug)]
+pub struct Turns {
+    gates: [Arc<Semaphore>; 3],
+    begun: [AtomicUsize; 3],
+}
+
+impl Default for Turns {
+    fn default() -> Self {
+        let gate = |cost: Cost| Arc::new(Semaphore::new(cost.at_once()));
+        Self { gates: [Cost::Low, Cost::Medium, Cost::High].map(gate), begun: Default::default() }
+    }
+}
+
+impl Turns {
+    /// How many turns of a cost are free.
+    pub fn free(&self, cost: Cost) -> usize {
+        self.gates[cost as usize].available_permits()
+    }
+
+    /// How many calls of a cost have been begun so far.
+    pub fn begun(&self, cost: Cost) -> usize {
+        self.begun[cost as usize].load(Ordering::Relaxed)
+    }
+
+    /// Works on something on a thread of its own, as soon as there is a turn. If the caller leaves, the work is not begun,
+    /// or is told to stop.
+    pub(crate) async fn take<R: Send + 'static>(
+        &self,
+        cost: Cost,
+        work: impl FnOnce(&Wanted) -> Answer<R> + Send + 'static,
+    ) -> Answer<R> {
+        let gate = Arc::clone(&self.gates[cost as usize]);
+        let turn = gate.acquire_owned().await.map_err(Wrong::own)?;
+        self.begun[cost as usize].fetch_add(1, Ordering::Relaxed);
+        let wanted = Wanted::for_at_most(cost.limit());
+        let _here = Here(Arc::clone(&wanted.gone));
+        let done = tokio::task::spawn_blocking(move || {
+            let _turn = turn;
+            work(&wanted)
+        });
+        done.await.unwrap_or_else(|e| Err(Wrong::own(format!("internal error of the lab: {e}"))))
+    }
+}
+
+/// Reports, when it is dropped, that the caller has gone.
+struct Here(Arc<AtomicBool>);
+
+impl Drop for Here {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Whether anybody still waits for an answer, and the time for it is not over.
+#[derive(Debug)]
+pub struct Wanted {
+    gone: Arc<AtomicBool>,
+    limit: Duration,
+    until: Instant,
+}
+
+impl Wanted {
+    pub(crate) fn for_at_most(limit: Duration) -> Self {
+        Self { gone: Arc::default(), limit, until: Instant::now() + limit }
+    }
+
+    /// Whether the work should go on.
+    pub fn goes_on(&self) -> bool {
+        !self.gone.load(Ordering::Relaxed) && Instant::now() < self.until
+    }
+
+    /// Ends work that should not go on.
+    ///
+    /// # Errors
+    /// If it should not.
+    pub fn check(&self) -> Answer<()> {
+        if self.goes_on() { Ok(()) } else { Err(self.over()) }
+    }
+
+    /// Why the work ended early.
+    pub(crate) fn over(&self) -> Wrong {
+        Wrong::own(format!(
+            "this takes longer than {} s, so the lab has stopped it; ask for fewer points or samples",
+            self.limit.as_secs()
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_ends_when_its_caller_has_gone_or_its_time_is_over() {
+        let wanted = Wanted::for_at_most(Duration::from_secs(3600));
+        let here = Here(Arc::clone(&wanted.gone));
+        assert!(wanted.goes_on() && wanted.check().is_ok());
+        drop(here);
+        assert!(!wanted.goes_on() && wanted.check().is_err());
+        let late = Wanted::for_at_most(Duration::ZERO).check().unwrap_err();
+        assert!(late.error.contains("longer than 0 s"), "{late:?}");
+    }
+}
