@@ -1,4 +1,4 @@
-"""The scripts of CI: slow checks run when what they look at has changed, and budgets of the build hold."""
+"""The scripts of CI: slow checks run when their inputs have changed, budgets of the build hold, and prose follows the style."""
 
 import importlib.util
 import json
@@ -122,3 +122,45 @@ def test_what_ships_is_optimised_where_a_light_build_is_not():
     profiles = tomllib.loads((ROOT / "Cargo.toml").read_text())["profile"]
     light = {name for name, of in profiles["release"]["package"].items() if of["opt-level"] < 3}
     assert light and light <= {name for name, of in profiles["dist"]["package"].items() if of.get("opt-level") == 3}
+
+
+@pytest.fixture
+def prose():
+    return script("prose")
+
+
+def test_the_prose_of_the_project_has_none_of_the_refused_habits(prose):
+    found = [(name, line, fault) for name, line, text in prose.prose(ROOT) for fault in prose.faults(text)]
+    assert found == []
+
+
+@pytest.mark.parametrize(
+    ("sentence", "habit"),
+    [
+        ("The test does not tell.", "tell"),
+        ("What speaks for sticking is listed.", "speaks for"),
+        ("A plant file that is there is kept.", "that is there"),
+        ("The loop: its valve: it sticks.", "two colons"),
+        ("One; two; three; four.", "three semicolons"),
+    ],
+)
+def test_a_habit_is_found(prose, sentence, habit):
+    (fault,) = prose.faults(sentence)
+    assert habit in fault
+
+
+def test_plain_sentences_and_citations_pass(prose):
+    for sentence in (
+        "The program cannot tell whether the valve sticks.",
+        "Put the controller in manual. Wait until the PV is calm.",
+        "K. Astrom: Automatica 20 (1984) 645: recalled; not read; cited; here.",
+    ):
+        assert list(prose.faults(sentence)) == []
+
+
+def test_each_language_is_read_with_the_line_of_its_text(prose):
+    assert list(prose.markdown("# A\n\nOne two\nthree.\n\n```sh\nnot this\n```\n")) == [(1, "# A"), (3, "One two three.")]
+    rust = '/// A doc\n/// comment.\nfn f() { g("a string", \'"\'); } // no\n#[cfg(test)]\nmod tests { "not this" }'
+    assert list(prose.rust(rust)) == [(3, "a string"), (1, "A doc comment.")]
+    assert list(prose.python('def f():\n    """Give it."""\n    return "a b"\n')) == [(2, "Give it."), (3, "a b")]
+    assert list(prose.pages('<p>Some plain text</p>\n<i title="a title">')) == [(1, "Some plain text"), (2, "a title")]
