@@ -15,7 +15,6 @@ from stiction.recordings import Fitness
 
 __all__ = [
     "Alternative",
-    "ConfirmingTest",
     "Definition",
     "Estimate",
     "Fault",
@@ -29,6 +28,8 @@ __all__ = [
     "Relation",
     "Rest",
     "Stiction",
+    "TestPlan",
+    "Turn",
     "Verdict",
     "Votes",
     "Window",
@@ -37,7 +38,7 @@ __all__ = [
 
 @result
 class Found(Result):
-    """What was found out about one loop."""
+    """The diagnosis of one loop."""
 
     name: str = about("Tag of the loop.")
     loop_type: str = about("What it controls.")
@@ -181,7 +182,11 @@ class Verdict(Result):
     reasons: list[str] = about("Why, in sentences.")
     contradictions: list[str] = about("Evidence that speaks against the conclusion, in sentences.")
     alternatives: list[Alternative] = about("What else it could be, the likeliest first.")
-    confirm: ConfirmingTest | None = about("The manual test that would settle it; None if none can be sized.")
+    confirm: TestPlan | None = about(
+        "The manual test that would settle it, as `stiction test plan` sizes it. None where none is needed, or where "
+        "`no_test` gives the reason."
+    )
+    no_test: str | None = about("Why no test can be made where one is needed.")
 
     _left_out: ClassVar[Mapping[str, str]] = {
         "override": "the command keeps the conclusions of people",
@@ -216,24 +221,33 @@ class Alternative(Result):
 
 
 @result
-class ConfirmingTest(Result):
-    """A test with the controller in manual that settles whether the valve sticks, sized from the data."""
+class TestPlan(Result):
+    """A test of a valve, sized for its loop."""
 
-    kind: str = about(
-        "How it is carried out: `steps in manual`, `pulses in manual`, `set-point bumps in automatic` or `none in "
-        "operation`."
-    )
-    step: float = about("Size of each step of the OP, percent of span.")
-    steps: int = about("How many steps in one direction before they turn.")
-    up_first: bool = about("Whether the first steps go up.")
-    wait_s: float = about("How long to wait after each step, pulse or bump, s.")
-    total_s: float = about("How long all of it takes, s; 0 where there is no test in operation.")
-    pv_change: float | None = about(
-        "By how much the PV should change with one step if the valve follows, in its units, where the data tell."
-    )
-    pv_low: float | None = about("The PV below which the test is stopped, in its units; None without a PV.")
-    pv_high: float | None = about("The PV above which it is stopped.")
-    instructions: list[str] = about("What to do and what to look for, in sentences, in order.")
+    name: str = about("Tag of the loop.")
+    pv_unit: str | None = about("Unit of the PV, where it is known.")
+    each: int = about("Turns of each size.")
+    grow: list[Turn] = about("The turns of the first part, in order, until the PV answers.")
+    shrink_by: float = about("By this each size of the second part is smaller than the last.")
+    ends_after: int = about("The second part ends after so many sizes in a row that the PV does not answer.")
+    answer: float = about("How far the PV goes with a turn until it has answered, in its units.")
+    rises: bool | None = about("Whether the PV rises when the OP rises; None if the recording does not show it.")
+    pv_low: float = about("The PV below which the controller is put back in automatic, in its units.")
+    pv_high: float = about("The PV above which it is.")
+    op_low: float = about("The lowest OP, percent.")
+    op_high: float = about("The highest OP, percent.")
+    record_every_s: float = about("A sample of OP and PV is wanted at least this often, s, without compression.")
+    total_s: float = about("The longest that the first part takes, s.")
+    summary: str = about("The test in a few words.")
+    instructions: list[str] = about("What to do, in sentences, in order.")
+
+
+@result
+class Turn(Result):
+    """A turn of the OP."""
+
+    op: float = about("Where the OP goes, percent of span from where it was before the test.")
+    hold_s: float = about("How long it is held at most, s.")
 
 
 @result

@@ -44,7 +44,7 @@ pub fn single_loop<'a>(name: &str, scenario: &'a Scenario) -> Result<&'a ClosedL
 
 /// Column titles of [`cells`].
 const HEADS: [&str; 8] =
-    ["error", "worst", "PV std", "OP %/min", "stem %/min", "reversals/h", "SP s", "load s"];
+    ["error", "worst", "PV std", "OP %/min", "stem %/min", "rev./h", "SP s", "load s"];
 
 /// The measures of a row. The mean control error is given nominally and for the worst case, the others nominally.
 fn cells(row: &Row) -> [String; 8] {
@@ -65,7 +65,7 @@ fn cells(row: &Row) -> [String; 8] {
 
 /// Explains the columns of [`table`].
 pub const LEGEND: &str = "Error is the mean absolute control error in PV units (IAE per s). Rows are ranked by its \
-    worst case over wrong S and J. OP is the signal that the valve receives. Reversals are those of the stem. SP s \
+    worst case over wrong S and J. OP is the signal that the valve receives. Rev./h are stem reversals per hour. SP s \
     and load s are the settling times after a set-point and a load step in s, - if the loop does not settle.";
 
 /// Rows as columns of text. `more` is the title of a last column.

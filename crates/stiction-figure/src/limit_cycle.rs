@@ -194,7 +194,7 @@ mod tests {
             "period (s)",
             "no cycle",
             "J = S",
-            "the loop as it is",
+            "present loop",
         ] {
             assert!(svg.contains(wanted), "{wanted}");
         }

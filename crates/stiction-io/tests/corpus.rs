@@ -66,7 +66,12 @@ const CASES: &[Case] = &[
     case!("historian-words.csv", "", Ok("f op 0:50 1:b 2:b 3:m 4:b 5:m 6:m 7:m 8:b 9:51"), &[]),
     case!("own-word.csv", "bad_text = [\"kaputt\"]", Ok("f op 0:50 1:b"), &[]),
     case!("quality-words.csv", "", Ok("f op 0:50 1:b 2:52?"), &[]),
-    case!("quality-opc-da.csv", "", Ok("f op 0:50 1:b 2:52? 3:53"), &["read as OPC DA codes"]),
+    case!(
+        "quality-opc-da.csv",
+        "",
+        Ok("f op 0:50 1:b 2:52? 3:53"),
+        &["interpreted as OPC DA codes"]
+    ),
     case!("quality-opc-ua.csv", "", Ok("f op 0:50 1:b"), &["OPC UA status codes"]),
     case!("quality-excuses-text.csv", "", Ok("f op 0:50 1:b"), &[]),
     case!(
@@ -150,7 +155,7 @@ const CASES: &[Case] = &[
     case!("zip.xlsx", "", Err(()), &["is a spreadsheet or ZIP archive; save the sheet as CSV"]),
     case!("gzip.csv.gz", "", Err(()), &["is compressed with gzip; unpack it"]),
     case!("broken-utf16.csv", "", Err(()), &["begins like UTF-16LE text"]),
-    case!("bad-sample-time.csv", "", Err(()), &["says \"sample_time: soon\" above the table"]),
+    case!("bad-sample-time.csv", "", Err(()), &["has \"sample_time: soon\" above the table"]),
     case!(
         "no-op.csv",
         "",
@@ -663,7 +668,7 @@ const CASES: &[Case] = &[
         "time-equal.csv",
         "",
         Err(()),
-        &["row 3, column \"t\": has the time \"7\" as all rows before"]
+        &["row 3, column \"t\": has the same time \"7\" as all rows before"]
     ),
     case!(
         "time-tiny.csv",
@@ -682,7 +687,7 @@ const CASES: &[Case] = &[
         "time-gap-endless.csv",
         "",
         Err(()),
-        &["row 4, column \"t\": \"1e308\", taken as seconds"]
+        &["row 4, column \"t\": \"1e308\", interpreted as seconds"]
     ),
     case!(
         "sample-time-in-days.csv",
@@ -693,7 +698,7 @@ const CASES: &[Case] = &[
         ]
     ),
     case!("sample-time-in-days.csv", "sample_time = 1", Ok("f op 0:50 1:51"), &[]),
-    case!("sample-time-tiny.csv", "", Err(()), &["said to be 1e-308 s, which no recording has"]),
+    case!("sample-time-tiny.csv", "", Err(()), &["given as 1e-308 s, which no recording has"]),
 ];
 
 #[test]

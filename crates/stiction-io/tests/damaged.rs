@@ -238,7 +238,11 @@ fn matlab_cases() -> Vec<Case> {
         ),
         // As many rows of text as there are numbers, each without a character.
         ("rows.mat", file(w.array(4, &[u32::MAX >> 1, 0], "s", &[])), "variables are \"s\""),
-        ("no_array.mat", file(w.array(1, &[1, 1], "c", &[words])), "a cell or field is no array"),
+        (
+            "no_array.mat",
+            file(w.array(1, &[1, 1], "c", &[words])),
+            "a cell or field is not an array",
+        ),
         (
             "nameless.mat",
             file(w.array(2, &[1, 1], "s", &nameless)),

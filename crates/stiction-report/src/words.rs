@@ -67,7 +67,7 @@ pub fn verdict(diagnosis: &Diagnosis) -> String {
         (VerdictClass::DoesNotStick, _) => {
             let left = sure.map_or(String::new(), |p| format!(" (probability of sticking {p})"));
             let cause = verdict.alternatives.first().map_or(String::new(), |other| {
-                format!("The most likely cause is {}.", cause(other.cause.name()))
+                format!("The most likely explanation is {}.", cause(other.cause.name()))
             });
             join([format!("The valve most likely does not stick{left}."), limit(diagnosis), cause])
         }
@@ -169,7 +169,7 @@ fn cannot_tell(diagnosis: &Diagnosis) -> String {
     let why = why(diagnosis);
     if diagnosis.mistaken().is_some() {
         return format!(
-            "The columns of the recording are probably mixed up, so the valve is not judged: {why}."
+            "The columns of the recording are probably wrong, so the valve is not judged: {why}."
         );
     }
     if verdict.basis == Basis::ValvePosition {

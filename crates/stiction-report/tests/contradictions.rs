@@ -108,7 +108,7 @@ const RULES: [Rule; 18] = [
             Grade::ProbablyFine => &["probably fine", "indicate that the valve does not stick"],
             Grade::Fine => &["most likely does not stick", "follows the controller"],
             Grade::DoesNotRespond => &["does not respond"],
-            Grade::CannotAnswer => &["cannot answer", "are probably mixed up", "is unclear"],
+            Grade::CannotAnswer => &["cannot answer", "are probably wrong", "is unclear"],
         };
         let all = [
             "The valve most likely sticks",

@@ -245,7 +245,7 @@ fn mistaken_columns_are_named_with_what_to_do() {
     let diagnosis = diagnose(&recording, &DiagnoseOptions::default()).unwrap();
     let mistaken = diagnosis.mistaken().expect("a copy is no PV");
     let text = words::verdict(&diagnosis);
-    assert!(text.contains("look mistaken") && text.contains(mistaken.name()), "{text}");
+    assert!(text.contains("are probably wrong") && text.contains(mistaken.name()), "{text}");
     let advice = words::what_would_answer(&diagnosis).unwrap();
     assert!(advice.contains("export") && !advice.contains("ten cycles"), "{advice}");
     let json = serde_json::to_value(&diagnosis).unwrap();

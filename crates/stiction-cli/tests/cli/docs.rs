@@ -216,7 +216,7 @@ fn cases_are_what_their_files_and_commands_say() {
                 p if p < 1.0 => "less than 1 %".to_owned(),
                 p => format!("{p:.0} %"),
             };
-            assert!(shown.contains(&format!("sticks{told}")), "{tag}: {p}\n{shown}");
+            assert!(shown.contains(&format!("sticking{told}")), "{tag}: {p}\n{shown}");
         }
     }
 }

@@ -126,7 +126,7 @@ fn what_cannot_be_fitted_is_said_so() {
     let folder = folder("fit-refused");
     let file = sample("FIC101-sticky.csv");
     let two = ["fit", &file, &sample("FIC102-disturbed.csv"), "-o", "loop.toml"];
-    refuses(&folder, &two, "--output and --plot need one loop, but there are 2");
+    refuses(&folder, &two, "--output and --plot need one loop, but there are FIC101-sticky");
     refuses(&folder, &["fit", &file, "--draws", "0"], "--draws is 0");
     refuses(&folder, &["what-if", &file, "--set", "valve.S=3"], "--set is for a scenario");
     refuses(&folder, &["what-if", "paper/closed-loop", "--loop", "A"], "are for a recording");

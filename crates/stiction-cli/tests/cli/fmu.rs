@@ -113,7 +113,7 @@ fn what_cannot_be_exported_is_refused_in_a_sentence() {
         (&["--stem", "butter", "-o", "x.fmu"], "known are classical"),
         (&["--stem", "lugre", "--S", "5", "-o", "x.fmu"], "cannot be used with"),
         (&["--stem", "lugre", "--set", "mass_kg", "-o", "x.fmu"], "NAME=VALUE"),
-        (&["--stem", "lugre", "--set", "mass_kg=heavy", "-o", "x.fmu"], "no number"),
+        (&["--stem", "lugre", "--set", "mass_kg=heavy", "-o", "x.fmu"], "not a number"),
         (&["--stem", "lugre", "--set", "mass_kg=-1", "-o", "x.fmu"], "mass is -1"),
         (&["--stem", "lugre", "--set", "VP=1", "-o", "x.fmu"], "VP is computed"),
         (&["paper/open-loop-high", "-o", "x.fmu"], "closed loop"),

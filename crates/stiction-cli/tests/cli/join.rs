@@ -75,7 +75,7 @@ fn files_of_one_tag_that_contradict_stay_apart() {
     write(&folder, "b.csv", other);
     let (found, err) = table(&folder, &["a.csv", "b.csv"]);
     assert_eq!(found.len(), 2, "{found:?}");
-    let expected = "FIC101 is in 2 files and judged in each: b.csv: overlaps a.csv with different values \
+    let expected = "FIC101 is in 2 files and judged in each separately: b.csv: overlaps a.csv with different values \
                     of the SP";
     assert!(err.contains(expected), "{err}");
     write(&folder, "c.csv", recorded(TAGGED, 0, 360, false));

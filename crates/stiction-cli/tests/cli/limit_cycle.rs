@@ -136,7 +136,7 @@ fn a_map_has_every_point() {
     let map =
         ["--map", "S=1:9:5", "J=0:6:4", "--show", "period", "--csv", "m.csv", "--plot", "m.svg"];
     let text = run(&folder, &[&PAPER[..], &map].concat()).quiet_success();
-    assert!(text.contains("15 points with a cycle, 5 without, 0 not known"), "{text}");
+    assert!(text.contains("15 points with a cycle, 5 without, 0 unknown"), "{text}");
     let csv = read(&folder, "m.csv");
     let (header, rows) = rows(&csv);
     assert_eq!(header[..4], ["S", "J", "state", "period_s"]);

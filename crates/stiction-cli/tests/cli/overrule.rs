@@ -60,7 +60,9 @@ fn fail_on_counts_classes_and_overrides() {
     let done = run(&folder, &["diagnose", FILE, "--fail-on", "sticks"]);
     assert_eq!(done.code, 0);
     assert!(
-        done.err.contains("--fail-on counts FIC101-sticky as \"does not stick\", by override"),
+        done.err.contains(
+            "--fail-on counts FIC101-sticky as \"does not stick\" because of an override"
+        ),
         "{}",
         done.err
     );
@@ -106,10 +108,7 @@ fn malformed_overrides_are_named_with_file_line_and_remedy() {
             "[[override]]\nloop = \"A\"\nverdict = \"fine\"\n",
             "line 3: override.verdict: there is no verdict",
         ),
-        (
-            "[[override]]\nloop = \"A\"\n",
-            "line 1: override.verdict: is missing; give what the valve does",
-        ),
+        ("[[override]]\nloop = \"A\"\n", "line 1: override.verdict: is missing; give the verdict"),
         ("\n[[overide]]\n", "line 2: unknown key \"overide\"; known here are override"),
         ("[[override\n", "line 1"),
     ] {

@@ -115,7 +115,7 @@ fn a_dash_is_standard_input() {
     let refused = fed(&folder, &["diagnose", "-"], "a,b\n1\n").refusal();
     assert!(refused.starts_with("stiction: standard input"), "{refused}");
     let refused = fed(&folder, &["diagnose", "-", "-"], &csv).refusal();
-    assert!(refused.contains("standard input can be read once"), "{refused}");
+    assert!(refused.contains("standard input can be read only once"), "{refused}");
     let arguments = ["override", "-", "--verdict", "sticks", "--reason", "x"];
     let refused = fed(&folder, &arguments, &csv).refusal();
     assert!(refused.contains("standard input cannot have one; name the file"), "{refused}");
@@ -149,7 +149,7 @@ fn times_that_tell_nothing_are_named_with_their_row() {
         });
         format!("{head}\n{}", rows.collect::<String>())
     };
-    let same = "row 3, column \"t\": has the time";
+    let same = "row 3, column \"t\": has the same time";
     for (text, expected) in [
         (with(&|_, _| "5".to_owned()), same),
         (

@@ -48,7 +48,7 @@ fn settings_of_a_folder_hold_unless_they_are_left_out() {
     write(&folder, "stiction.toml", "sample_time = 2.0\n");
     write(&folder, "a.csv", format!("pv,op\n{}", "50,40\n51,41\n52,40\n".repeat(40)));
     let told = run(&folder, &["inspect", "a.csv"]);
-    assert!(told.err.contains("settings of stiction.toml hold"), "{}", told.err);
+    assert!(told.err.contains("using settings of stiction.toml"), "{}", told.err);
     assert!(told.out.contains("2 s"));
     let quiet = run(&folder, &["--quiet", "inspect", "a.csv"]).quiet_success();
     assert!(quiet.contains("2 s"));
@@ -70,7 +70,7 @@ fn colours_go_where_they_are_wanted() {
 fn former_names_of_options_go_on_working() {
     let folder = with_samples("former-names");
     let told = run(&folder, &["stem", "--set", "cts", "--with", "mass_kg=2", "--json"]);
-    assert!(told.err.contains("--with of stiction stem is called --set now"), "{}", told.err);
+    assert!(told.err.contains("--with of stiction stem is now called --set"), "{}", told.err);
     let now = run(&folder, &["stem", "--parameters", "cts", "--set", "mass_kg=2", "--json"])
         .quiet_success();
     assert_eq!(told.out, now);

@@ -9,9 +9,9 @@ fn the_papers_loop_in_words() {
     let table = "\
 The paper's loop under strong stiction (Figures 13 to 15)
 
-action                  error  worst  PV std  OP %/min  stem %/min  turns/h  SP s  load s  cycle s
-modified-two-move       0.057  0.057       0         0           0        0  41.9    66.4        ?
-valve repaired          0.061  0.061   0.068      1.95       0.684      229  8.70    8.20     29.0
+action                  error  worst  PV std  OP %/min  stem %/min  rev./h  SP s  load s  cycle s
+modified-two-move       0.057  0.057       0         0           0       0  41.9    66.4        ?
+valve repaired          0.061  0.061   0.068      1.95       0.684     229  8.70    8.20     29.0
 ";
     assert!(out.starts_with(table), "{out}");
     // The page shows the whole of it.

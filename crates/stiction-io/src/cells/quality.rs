@@ -212,9 +212,9 @@ mod tests {
     fn what_is_not_decided_is_an_error() {
         for (cells, row, expected) in [
             (&["0", "0"][..], 0, "[quality] \"0\" = \"good\""),
-            (&["1", "0"], 0, "1 is a code of quality"),
-            (&["good", "purple"], 1, "\"purple\" is no known quality"),
-            (&["good", "-5"], 1, "-5 is a code"),
+            (&["1", "0"], 0, "1 is an ambiguous quality code"),
+            (&["good", "purple"], 1, "\"purple\" is not a known quality"),
+            (&["good", "-5"], 1, "-5 is an ambiguous"),
         ] {
             let (at, message) = told("quality", cells).unwrap_err();
             assert_eq!(at, row, "{cells:?}");

@@ -193,7 +193,7 @@ pv_range = [0, 120.5]
     #[test]
     fn mistakes_name_the_line() {
         for (text, expected) in [
-            ("zone = \"Berlin\"", "line 1: zone: \"Berlin\" is no time zone"),
+            ("zone = \"Berlin\"", "line 1: zone: \"Berlin\" is not a time zone"),
             ("\nzon = \"UTC\"", "line 2: unknown key \"zon\""),
             ("op_range = [100, 0]", "line 1: op_range: must be two numbers"),
             ("[loop.A]\n\ntype = \"flo\"", "line 3: loop.A.type"),

@@ -235,7 +235,7 @@ mod tests {
     fn what_is_written_is_read() {
         let made = with(b"", "o.toml", &one()).unwrap();
         assert!(
-            made.starts_with(b"# What people") && text(&made).contains("entered = 2026-03-02"),
+            made.starts_with(b"# Conclusions") && text(&made).contains("entered = 2026-03-02"),
             "{}",
             text(&made)
         );
@@ -381,7 +381,7 @@ mod tests {
                 "line 3: override.verdict: there is no verdict named \"fine\"; known are sticks, does not stick",
             ),
             ("[[override]]\nloop = \"A\"\nverdict = \"sticks\"\n", "override.reason: is missing"),
-            (head, "override.file: is missing; name the file, or say all_recordings = true"),
+            (head, "override.file: is missing; name the file, or write all_recordings = true"),
             (&format!("{head}file = \"a.csv\"\n"), "override.sha256: is missing"),
             (
                 &format!("{head}file = \"a.csv\"\nsha256 = \"12\"\n"),
@@ -408,7 +408,7 @@ mod tests {
             (&format!("{head}{file}tag = \"B\"\n"), "line 7: unknown key \"override.tag\""),
             (
                 &twice,
-                "line 1: [override]: contradicts that of line 7, of A for this recording, a.csv",
+                "line 1: [override]: contradicts the one in line 7, of A for this recording, a.csv",
             ),
             ("override = 3\n", "line 1"),
             ("[[override]\n", "line 1"),

@@ -160,7 +160,7 @@ fn alike((first, a): Part<'_>, (origin, b): Part<'_>) -> Result<()> {
             return Err(refused(
                 origin,
                 format!(
-                    "has the {name} range {}, but {first} has {}; give its range for both",
+                    "has its {name} in the range {}, but {first} in {}; give its range for both",
                     ends(b),
                     ends(a)
                 ),
@@ -309,7 +309,7 @@ mod tests {
         assert_eq!(whole.op.time, [0.0, 1.0, 2.0, 10.0, 11.0]);
         assert_eq!(whole.op.values, [1.0, 2.0, 3.0, 7.0, 8.0]);
         assert_eq!(whole.pv.unwrap().time.len(), 5);
-        assert_eq!(whole.notes, ["put together from 2 files, \"b.csv\", \"a.csv\""]);
+        assert_eq!(whole.notes, ["joined from 2 files, \"b.csv\", \"a.csv\""]);
     }
 
     #[test]
@@ -321,7 +321,7 @@ mod tests {
         let whole = joined(&[part(None, 1.0, 2), part(None, 5.0, 2), later]).unwrap();
         // The second clock begins again; the third goes on from the second's.
         assert_eq!(whole.op.time, [0.0, 1.0, 2.0, 3.0, 7.0, 8.0]);
-        assert!(whole.notes[0].ends_with("one after the other without gaps"), "{:?}", whole.notes);
+        assert!(whole.notes[0].ends_with("follow each other without gaps"), "{:?}", whole.notes);
     }
 
     #[test]
@@ -356,7 +356,7 @@ mod tests {
             (part(None, 1.0, 3), "b.csv: has no dates, but a.csv has"),
             (without, "b.csv: has no PV, but a.csv has"),
             (unit, "b.csv: has its OP in mA, but a.csv in no unit"),
-            (range, "b.csv: has its OP within 4 to 20, but a.csv within percent"),
+            (range, "b.csv: has its OP in the range 4 to 20, but a.csv in percent"),
             (mode, "a.csv: has no mode, but b.csv has"),
         ] {
             let message = joined(&[a.clone(), other]).unwrap_err();

@@ -93,7 +93,7 @@ fn write_controller(out: &mut Lines, controller: &FittedController) {
         controller.structure.name()
     ));
     line(format!(
-        "kc = {}  # % per unit of PV; {}",
+        "kc = {}  # % per PV unit; {}",
         float(controller.kc.value),
         between(&controller.kc)
     ));

@@ -87,7 +87,10 @@ mod tests {
         assert_eq!(instant("2026-03-01 08:00", Some(&berlin)), Ok(day + 25_200.0));
         assert_eq!(instant("2026-03-01T08:00Z", Some(&berlin)), Ok(day + 28_800.0));
         for wrong in ["", "noon", "03/04/2026", "2026-13-01", "2026-03-01T"] {
-            assert!(instant(wrong, None).unwrap_err().contains("is no date and time"), "{wrong}");
+            assert!(
+                instant(wrong, None).unwrap_err().contains("is not a date and time"),
+                "{wrong}"
+            );
         }
     }
 
@@ -99,7 +102,7 @@ mod tests {
             assert_eq!(name.parse::<Zone>().unwrap().name(), name);
         }
         for name in ["", "Berlin", "+25:00", "+1:99", "+-1", "é", "CEST"] {
-            assert!(name.parse::<Zone>().unwrap_err().contains("is no time zone"), "{name}");
+            assert!(name.parse::<Zone>().unwrap_err().contains("is not a time zone"), "{name}");
         }
     }
 }
