@@ -22,8 +22,8 @@ use stiction_report::report;
 ///
 /// Reads SP, PV, OP and, where recorded, valve position and mode from CSV, Parquet or MATLAB files. `stiction
 /// inspect` shows how the files are interpreted. The longest segment in automatic of each loop is judged. Recordings
-/// of one tag with dates are joined across files. The conclusion of a person, kept by `stiction override`, is shown
-/// beside the computed verdict.
+/// of one tag with dates are joined across files. A person's verdict, kept by `stiction override`, is shown beside
+/// the computed one.
 ///
 /// Exit codes: 0, all files were diagnosed; 1, all were, and a loop is of a class that --fail-on names; 2, some could
 /// not be diagnosed, and the messages say why.

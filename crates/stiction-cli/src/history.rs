@@ -22,8 +22,7 @@ const DAY: f64 = 86_400.0;
 /// Minimum number of periods in a default window. From ten periods on, the data have no caveat.
 const CYCLES: f64 = 10.0;
 
-/// Show how valves develop over time, with each window on its own, all together, drift, and before and after a
-/// repair.
+/// Show the history of valves: each window, the combination of all, drift, and before and after a repair.
 ///
 /// Recordings of one tag belong together, in any number of files. Files without tags need --join. Each recording is
 /// cut into windows of a day, or of ten periods of its oscillation if that is longer. A recording shorter than one

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use stiction::diagnose::VerdictClass;
 use stiction_io::overrides::{self, Date, FILE_NAME, Override, Overrides, Scope};
 
-/// Keep the conclusion of a person about a valve, to show it beside the computed verdict.
+/// Keep a person's verdict on a valve, to show it beside the computed one.
 ///
 /// It is kept in stiction-overrides.toml in the folder of the recording, a file that can be read and edited by hand.
 /// By default it holds only for this loop in this file with its present content. With --all-recordings it holds for
