@@ -359,8 +359,8 @@ def test_tables_and_arrays_are_diagnosed_as_they_are(sticky):
 @pytest.mark.parametrize(
     "call, error, words",
     [
-        (lambda op, frame: stiction.diagnose(op), TypeError, "Recording or a table, .*stiction.recording one of arrays"),
-        (lambda op, frame: stiction.diagnose(str(STICKY)), TypeError, "stiction.read makes recordings of a file"),
+        (lambda op, frame: stiction.diagnose(op), TypeError, "Recording or a table, .*stiction.recording one from arrays"),
+        (lambda op, frame: stiction.diagnose(str(STICKY)), TypeError, "stiction.read makes recordings from a file"),
         (lambda op, frame: stiction.diagnose(op, op), ValueError, "sample_time must be given with arrays"),
         (lambda op, frame: stiction.diagnose(frame, sp=op), TypeError, "sp is given with a DataFrame"),
         (lambda op, frame: stiction.diagnose(frame.drop(columns="t")), ValueError, "sample_time=1"),

@@ -411,7 +411,7 @@ def test_defaults_can_be_simulated(model, tmp_path, capsys):
         ({"model": "two-phase", "S": "a"}, TypeError, "S must be a number"),
         ({"model": "two-phase", "J": float("nan")}, ValueError, "J is NaN"),
         ({"stem": "butter"}, ValueError, "no friction law or parameter set named"),
-        ({"stem": "lugre", "S": 5}, TypeError, "S and J are of a valve model"),
+        ({"stem": "lugre", "S": 5}, TypeError, "S and J belong to a valve model"),
         ({"stem": "lugre", "start": {"mass": 1}}, ValueError, "mass is not a parameter"),
         ({"stem": "lugre", "start": {"mass_kg": -1}}, ValueError, "mass is -1"),
         ({"model": "he", "start": {"VP": 1}}, ValueError, "VP is computed"),

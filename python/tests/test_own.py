@@ -106,7 +106,7 @@ def test_what_is_no_number_or_no_part_is_refused():
         def step(self, op):
             return None
 
-    with pytest.raises(TypeError, match="what `step` gives must be a number, but its type is NoneType"):
+    with pytest.raises(TypeError, match="the result of `step` must be a number, but its type is NoneType"):
         stiction.simulate(LOOP, valve=Mute())
     with pytest.raises(TypeError, match="valve must be OwnValve or Valve or Stem, but its type is Pi"):
         stiction.simulate(LOOP, valve=Pi())

@@ -277,10 +277,10 @@ def test_what_is_masked_is_missing_where_samples_may_be_missing():
 
 def test_what_is_masked_is_refused_where_no_sample_may_be_missing():
     times = np.ma.array(np.arange(50.0), mask=np.arange(50) == 7)
-    with pytest.raises(ValueError, match='row 8, column "time": is no time'):
+    with pytest.raises(ValueError, match='row 8, column "time": is not a time'):
         stiction.recording(OP, time=times)
     moments = np.ma.array(np.arange(50).astype("datetime64[s]"), mask=np.arange(50) == 7)
-    with pytest.raises(ValueError, match='row 8, column "time": is no time'):
+    with pytest.raises(ValueError, match='row 8, column "time": is not a time'):
         stiction.recording(OP, time=moments)
     with pytest.raises(ValueError, match="1"):
         stiction.valve(np.ma.array([50.0, 1e6, 50.0], mask=[False, True, False]), S=5, J=2)
