@@ -91,7 +91,7 @@ def own_page(context: BrowserContext, lab: Lab, token: str) -> Page:
     assert context.cookies() == [], context.cookies()
     # The report opens in a tab of its own, without the token and with no way to it.
     with context.expect_page() as opened:
-        page.get_by_role("button", name="Open it").click()
+        page.get_by_role("button", name="Open the report").click()
     report = opened.value
     expect(report).to_have_title("Diagnosis of FIC101-sticky", timeout=30_000)
     assert report.evaluate("self.origin") == "null" and report.evaluate("opener") is None

@@ -109,13 +109,13 @@ fn what_cannot_be_is_refused_in_a_sentence() {
         (vec![set(310.0, 120.0)], 400.0, "0 to 100 %"),
         (vec![set(310.0, -1.0)], 400.0, "0 to 100 %"),
         (vec![set(20.0, 50.0)], 400.0, "in automatic until 300 s"),
-        (vec![set(320.0, 50.0), set(310.0, 40.0)], 400.0, "after the one before"),
-        (vec![set(500.0, 50.0)], 400.0, "not after the end"),
+        (vec![set(320.0, 50.0), set(310.0, 40.0)], 400.0, "after the previous one"),
+        (vec![set(500.0, 50.0)], 400.0, "before the end at 400 s"),
         (vec![set(310.0, 50.0); 501], 400.0, "at most 500 sets"),
         (vec![], 1e9, "0 to 7200 s"),
         (vec![], -1.0, "0 to 7200 s"),
-        (vec![set(310.0, 50.0)], 400.0, "has two turns or more"),
-        (vec![], 400.0, "has two turns or more"),
+        (vec![set(310.0, 50.0)], 400.0, "needs two turns or more"),
+        (vec![], 400.0, "needs two turns or more"),
     ] {
         let (status, said) = lab.call("exercise/read", &exercise(3, sets, until_s));
         assert_eq!(status, 400, "{word}: {said}");

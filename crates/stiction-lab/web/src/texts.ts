@@ -259,7 +259,7 @@ export const t = {
     compare: "Keep to compare",
     compareHint: "To compare before and after a repair, keep the verdict on one stretch, then select the other.",
     saveReport: "Save the report",
-    openReport: "Open it",
+    openReport: "Open the report",
     trend: {
       label: (name: string) => `Trend of ${name}`,
       percent: "% of span",

@@ -65,7 +65,8 @@ export function Numbers(props: { cycles: Answer<"cycle"> | null; measured: Measu
   const by = (method: string) => cycles?.cycles.find((each) => each.method === method && each.stable) ?? cycles?.cycles.find((each) => each.method === method);
   const [exact, describing] = [by("exact"), by("describing function")];
   const rows = [
-    [t.loop.period, exact?.period_s, describing?.period_s, measured?.period],
+    // Without a cycle it would be the period of the noise.
+    [t.loop.period, exact?.period_s, describing?.period_s, exact || describing ? measured?.period : null],
     [t.loop.swing.pv, exact?.half_pp.pv, describing?.half_pp.pv, measured?.pv],
     [t.loop.swing.op, exact?.half_pp.op, describing?.half_pp.op, measured?.op],
     [t.loop.swing.vp, exact?.half_pp.vp, describing?.half_pp.vp, measured?.vp],
