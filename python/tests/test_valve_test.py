@@ -58,9 +58,9 @@ def test_two_tests_show_what_a_repair_changed() -> None:
 def test_what_cannot_be_done_is_said() -> None:
     wave = [50 + (k % 9) * 0.3 for k in range(300)]
     recording = stiction.recording(wave, wave, sample_time=1, name="FIC1")
-    with pytest.raises(ValueError, match="loop FIC1: there is no test in the recording"):
+    with pytest.raises(ValueError, match="loop FIC1: the recording has no test"):
         stiction.valve_test.read(recording)
-    with pytest.raises(ValueError, match="lower limit is not below"):
+    with pytest.raises(ValueError, match="lower limit of the PV is not below"):
         stiction.valve_test.plan(recording, pv_allowed=(3, 1))
     with pytest.raises(TypeError, match="rises"):
         stiction.valve_test.plan(recording, rises="up")  # type: ignore[arg-type]

@@ -219,7 +219,7 @@ const RULES: [Rule; 18] = [
         let (whole, limits) = (spoken::time(test.total_s), range(test.pv_low, test.pv_high));
         page.find(|text| text.starts_with("Test the valve:") && !text.contains(&test.summary))
             .or_else(|| {
-                page.find(|text| text.contains("Part 1 takes at most") && !text.contains(&whole))
+                page.find(|text| text.contains("for part 1, or less") && !text.contains(&whole))
             })
             .or_else(|| {
                 page.find(|text| {

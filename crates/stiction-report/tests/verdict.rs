@@ -200,7 +200,7 @@ fn a_report_tells_all_that_a_model_can_say() {
         "external oscillation",
         "The test",
         "<ol>",
-        "Put the controller in manual. Note OP (u0) and PV.",
+        "Put the controller in manual. Note the OP (u0) and the PV.",
         "The turns of part 1, relative to u0.",
         "Over time",
         "Numbers of all 6 windows",

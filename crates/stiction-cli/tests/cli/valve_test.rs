@@ -80,7 +80,7 @@ fn a_sheet_stands_for_a_mode() {
         ("time,op\n10,40\n9,41\n", "done.csv, row 3, column time: \"9\" is before the row above"),
         ("time,op\n,40\n", "done.csv, row 2, column time: \"\" is no time"),
         ("time,op\n", "done.csv: no row has a time"),
-        ("time,op\n900000,40\n900010,41\n900020,\n", "the test lies outside the samples"),
+        ("time,op\n900000,40\n900010,41\n900020,\n", "the test is outside the recording"),
     ] {
         write(&folder, "done.csv", sheet);
         let refused =
@@ -93,7 +93,7 @@ fn a_sheet_stands_for_a_mode() {
 fn what_cannot_be_planned_or_read_is_said() {
     let folder = folder("test-refused");
     let refused = run(&folder, &["test", "read", &sample("FIC101-sticky.csv")]).refusal();
-    assert!(refused.contains("there is no test in the recording"), "{refused}");
+    assert!(refused.contains("the recording has no test"), "{refused}");
     let still: String = (0..400).map(|k| format!("{k},50,{}\n", k % 3)).collect();
     write(&folder, "FIC1.csv", format!("t,op,pv\n{still}"));
     let refused = run(&folder, &["test", "plan", "FIC1.csv"]).refusal();
@@ -108,7 +108,7 @@ fn what_cannot_be_planned_or_read_is_said() {
     assert!(refused.contains("there is no key \"plan\""), "{refused}");
     let limits = ["test", "plan", &sample("FIC101-sticky.csv"), "--pv-low", "9", "--pv-high", "3"];
     let refused = run(&folder, &limits).refusal();
-    assert!(refused.contains("lower limit is not below"), "{refused}");
+    assert!(refused.contains("the lower limit of the PV is not below"), "{refused}");
     // A recording that holds a test says so.
     let words = run(&folder, &["diagnose", &tested, "--json"]).json();
     let notes = words["loops"][0]["notes"].to_string();
@@ -270,7 +270,7 @@ fn what_spoils_a_test_is_said() {
     let noise = |k: usize| 0.05 * ((k * k * 7919) % 1000) as f64 / 1000.0;
     write(&folder, "FIC2.csv", by_hand(300, &grow_and_shrink(), 1.0, &|k, op| op + noise(k)));
     let words = read_it("FIC2.csv").quiet_success();
-    assert!(words.contains("the OP stood at 0 or 100 % in "), "{words}");
+    assert!(words.contains("the OP was at 0 or 100 % in "), "{words}");
     // A PV without units breaks nothing.
     let page = ["test", "read", "FIC2.csv", "--rises", "--report", "page.html"];
     run(&folder, &page).quiet_success();

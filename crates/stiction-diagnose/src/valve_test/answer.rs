@@ -1,50 +1,50 @@
-//! How far each turn of the OP moved the PV, whatever the valve did: by a linear process of unknown lag and dead time,
-//! a load that wanders and noise of the sensor.
+//! How far each turn of the OP moved the PV, without a valve model. The fit has a linear process of unknown lag and
+//! dead time, a wandering load and sensor noise.
 //!
 //! # Equations
 //! ```text
 //! y(k) = c + b k + sum_i a_i h(k - k_i) + n(k),    n(k) = p1 n(k-1) + ... + pm n(k-m) + e(k),   m = 1, 2, 4
 //! h = L_T2 L_T1 step, d samples late,    L_T: z(k) = z(k-1) + (1 - e^(-1/T)) (x(k) - z(k-1))
 //! ```
-//! with c and b anew in each spell in manual, and a sum in the place of the first lag where the process integrates.
-//! Both sides are filtered to white noise; then the a_i follow by least squares, with their covariance. A valve changes
-//! nothing but the a_i: they are all that the test says of it.
+//! Each time in manual has its own c and b. An integrating process has a sum instead of the first lag. Both sides are
+//! filtered until the noise is white. Then least squares gives the a_i and their covariance. A valve changes only the
+//! a_i, so they hold all information of the test about the valve.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// A time in manual: the PV in it, and at which samples the OP was turned.
+/// A time in manual: its PV, and the samples at which the OP was turned.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Spell {
     pub pv: Vec<f64>,
     pub turns: Vec<usize>,
 }
 
-/// A linear process, but for its gain; times in samples.
+/// A linear process without its gain. Times are in samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Process {
-    /// Its lag; infinite if it integrates.
+    /// The first lag; infinite for an integrating process.
     pub tau: f64,
-    /// A second one.
+    /// The second lag.
     pub tau2: f64,
     pub dead: usize,
 }
 
-/// First lags that are tried, samples.
+/// First lags to try, samples.
 const TAU: [f64; 14] =
     [0.0, 0.6, 1.2, 2.0, 3.2, 5.0, 8.0, 13.0, 20.0, 32.0, 50.0, 80.0, 150.0, f64::INFINITY];
-/// Second lags, parts of the first; of a process that integrates, samples.
+/// Second lags as a share of the first; for an integrating process, samples.
 const TAU2: [f64; 3] = [0.0, 0.3, 1.0];
 const TAU2_OF_INTEGRATOR: [f64; 4] = [0.0, 2.0, 6.0, 20.0];
 /// Dead times, samples.
 const DEAD: [usize; 14] = [0, 1, 2, 3, 4, 5, 7, 9, 12, 16, 22, 30, 40, 55];
-/// Orders of the noise that are tried.
+/// Orders of the noise model to try.
 const ORDERS: [usize; 3] = [1, 2, 4];
 const LONGEST_PAST: usize = ORDERS[ORDERS.len() - 1];
-/// Columns of a spell beside its turns: level and slope.
+/// Columns of a spell besides its turns: level and slope.
 const BESIDE: usize = 2;
 
 impl Process {
-    /// What a step of 1 does to the PV, sample by sample (of an integrator: 1 a sample).
+    /// The step response of the PV, sample by sample. That of an integrator rises by 1 per sample.
     pub fn step(&self, samples: usize) -> Vec<f64> {
         let mut answer: Vec<f64> =
             (0..samples).map(|k| f64::from(u8::from(k >= self.dead))).collect();
@@ -62,7 +62,7 @@ impl Process {
         answer
     }
 
-    /// All that may be tried, with dead times up to `longest` samples.
+    /// All processes to try, with dead times up to `longest` samples.
     fn grid(longest: usize) -> Vec<Place> {
         let lags = |tau: f64| match () {
             () if tau.is_infinite() => TAU2_OF_INTEGRATOR.to_vec(),
@@ -81,7 +81,7 @@ impl Process {
     }
 }
 
-/// A process in the grid of those that are tried.
+/// A process and its place in the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Place {
     at: [usize; 3],
@@ -89,7 +89,7 @@ struct Place {
 }
 
 impl Place {
-    /// Whether it is among the few that are tried first.
+    /// Whether it is in the coarse grid that is tried first.
     fn is_first(&self) -> bool {
         let [tau, tau2, dead] = self.at;
         (tau % 2 == 1 || tau == 0) && tau2 % 2 == 0 && dead % 2 == 0
@@ -111,17 +111,17 @@ fn first_order(x: &mut [f64], tau: f64) {
     }
 }
 
-/// What a disturbance is foreseen from: its own past.
+/// An autoregressive model of the disturbance: its coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Noise(Vec<f64>);
 
 impl Noise {
-    /// Samples it looks back.
+    /// Number of past samples in the model.
     pub fn order(&self) -> usize {
         self.0.len()
     }
 
-    /// What is left of a signal that was 0 before, when all of it that could be foreseen is taken away.
+    /// The signal minus its prediction from the past. The signal is 0 before its first sample.
     pub fn whitened(&self, x: &[f64]) -> Vec<f64> {
         let past = |k: usize| {
             let lags = (1..).zip(&self.0).take_while(|(lag, _)| *lag <= k);
@@ -130,7 +130,7 @@ impl Noise {
         (0..x.len()).map(|k| x[k] - past(k)).collect()
     }
 
-    /// What foresees these series best, by the information criterion of Schwarz.
+    /// The model that predicts these series best, by the information criterion of Schwarz.
     fn of(series: &[Vec<f64>]) -> Self {
         let mut gram = DMatrix::<f64>::zeros(LONGEST_PAST + 1, LONGEST_PAST + 1);
         let mut samples = 0.0;
@@ -164,20 +164,20 @@ impl Noise {
     }
 }
 
-/// How far each turn moved the PV behind one process.
+/// How far each turn moved the PV, given one process.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Answers {
     pub process: Process,
-    /// By spell: PV units (of an integrator: a sample) by turn, and the inverse of their covariance but for the error's
-    /// variance.
+    /// For each spell, the answers by turn in PV units (per sample for an integrator), and the inverse of their
+    /// covariance without the error variance.
     pub spells: Vec<(DVector<f64>, DMatrix<f64>)>,
-    /// Sum of squares that is left.
+    /// Residual sum of squares.
     pub left: f64,
     pub noise: Noise,
 }
 
 impl Answers {
-    /// Of the spells, behind a process with this noise.
+    /// The answers of the spells, given a process and a noise model.
     fn of(spells: &[Spell], process: Process, noise: &Noise) -> Option<Self> {
         let longest = spells.iter().map(|spell| spell.pv.len()).max()?;
         let step = noise.whitened(&process.step(longest));
@@ -189,7 +189,7 @@ impl Answers {
             let factor = Cholesky::new(gram.clone())?;
             let found = factor.solve(&products);
             left += (square - found.dot(&products)).max(0.0);
-            // What the turns say when level and slope are not known.
+            // Information on the turns with unknown level and slope.
             let (a, b) = (
                 gram.view((0, 0), (of_turns, of_turns)),
                 gram.view((0, of_turns), (of_turns, BESIDE)),
@@ -201,7 +201,7 @@ impl Answers {
         Some(Self { process, spells: all, left, noise: noise.clone() })
     }
 
-    /// The PV of each spell without its answers.
+    /// The PV of each spell minus its answers.
     fn residual(&self, spells: &[Spell]) -> Vec<Vec<f64>> {
         let longest = spells.iter().map(|spell| spell.pv.len()).max().unwrap_or(0);
         let step = self.process.step(longest);
@@ -216,7 +216,7 @@ impl Answers {
     }
 }
 
-/// Normal equations of a spell: a column for each turn, then level and slope; with the square of what they explain.
+/// Normal equations of a spell, with a column for each turn, then level and slope; and the sum of squares of the PV.
 fn normal(spell: &Spell, step: &[f64], noise: &Noise) -> (DMatrix<f64>, DVector<f64>, f64) {
     let n = spell.pv.len();
     let from = noise.0.len();
@@ -250,17 +250,16 @@ fn normal(spell: &Spell, step: &[f64], noise: &Noise) -> (DMatrix<f64>, DVector<
         for j in 0..i {
             gram[(i, j)] = gram[(j, i)];
         }
-        // What is not seen is not known.
+        // A small ridge keeps the matrix regular if a column is 0.
         gram[(i, i)] += 1e-9 * gram[(i, i)] + 1e-12;
     }
     (gram, products, square)
 }
 
-/// Processes beside which others are tried.
+/// Number of best processes whose neighbours are tried.
 const BEST: usize = 4;
 
-/// The answers behind the processes that come into question, the likeliest first, and the standard deviation of what cannot
-/// be foreseen.
+/// The answers for all processes tried, the likeliest first, and the standard deviation of the prediction error.
 pub(super) fn answers(spells: &[Spell], longest_dead: usize) -> Option<(Vec<Answers>, f64)> {
     let grid = Process::grid(longest_dead);
     let (first, others): (Vec<Place>, Vec<Place>) = grid.into_iter().partition(Place::is_first);
@@ -280,7 +279,7 @@ pub(super) fn answers(spells: &[Spell], longest_dead: usize) -> Option<(Vec<Answ
         sort(&mut all);
         noise = Noise::of(&all.first()?.1.residual(spells));
     }
-    // Beside the best, as long as there are better ones.
+    // Neighbours of the best processes, until none is left.
     let mut others = others;
     loop {
         let best: Vec<Place> = all.iter().take(BEST).map(|(place, _)| *place).collect();

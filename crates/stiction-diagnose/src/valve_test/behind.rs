@@ -1,13 +1,13 @@
-//! Whether a dead band lies in the valve or behind the process, as in a transmitter or its linkage.
+//! Whether a dead band is in the valve or downstream of the process, as in a transmitter or its linkage.
 //!
-//! Behind a fast process both look alike. Behind a slow one they do not: a dead band of the valve makes each answer
-//! smaller, one behind the process makes it late.
+//! With a fast process both look alike. With a slow one they differ: a dead band in the valve makes each answer
+//! smaller, and one downstream of the process delays it.
 //!
 //! ```text
 //! in the valve:        y = K sum_i m_i h(k - k_i) + c + b k + n
 //! behind the process:  y = K play_w(sum_i t_i h(k - k_i)) + c + b k + n
 //! ```
-//! with m_i the stem's way of turn i and t_i the OP's. Both are held against the PV, whitened.
+//! m_i is the stem travel and t_i the OP travel of turn i. Both models are fitted to the whitened PV.
 
 use super::answer::{Noise, Process, Spell};
 use super::stems::{PLACES, Stem};
@@ -15,13 +15,14 @@ use super::weigh::Manual;
 use crate::valve::{Play, Start, Valve};
 use nalgebra::{Matrix3, Vector3};
 
-/// First lags that are tried for a dead band behind the process, samples, and its widths, parts of the longest turn.
+/// First lags and dead times to try for a dead band downstream of the process, samples, and its widths as a share of
+/// the largest turn.
 const TAU: [f64; 8] = [0.0, 1.0, 2.5, 6.0, 15.0, 40.0, 120.0, f64::INFINITY];
 const DEAD: [usize; 6] = [0, 1, 3, 6, 12, 25];
 const WIDTHS: [f64; 9] = [0.08, 0.12, 0.17, 0.25, 0.35, 0.48, 0.62, 0.78, 0.92];
 
-/// By how much what is left with a dead band behind the process exceeds what is left with a valve that sticks, sums of
-/// squares; `None` if neither can be fitted.
+/// The residual sum of squares with a dead band downstream of the process, minus the one with a sticking valve. `None`
+/// if one of them cannot be fitted.
 pub(super) fn apart(
     kept: &[Manual],
     spells: &[Spell],
@@ -90,14 +91,14 @@ pub(super) fn apart(
     (valve.is_finite() && behind.is_finite()).then_some(behind - valve)
 }
 
-/// What comes out behind a play of this width, which begins in its middle; `None` if the width is refused.
+/// The output of a play of this width that starts at its centre; `None` if the width is invalid.
 fn behind_play(input: &[f64], width: f64) -> Option<Vec<f64>> {
     let mut play = Play::new(width).ok()?;
     play.restart(Start::at_rest(input.first().copied().unwrap_or(0.0)));
     Some(input.iter().map(|x| play.step(*x)).collect())
 }
 
-/// Sum of squares that is left of the PV with level and slope in each spell and one gain for all.
+/// The residual sum of squares of the PV with a level and slope for each spell and one gain for all.
 fn left_with(paths: &[Vec<f64>], white: &[Vec<f64>], noise: &Noise) -> Option<f64> {
     let from = noise.order();
     let (mut square, mut across, mut nothing) = (0.0, 0.0, 0.0);
@@ -116,7 +117,7 @@ fn left_with(paths: &[Vec<f64>], white: &[Vec<f64>], noise: &Noise) -> Option<f6
             y += row * white[k];
             all += white[k] * white[k];
         }
-        // Without level and slope.
+        // Level and slope are eliminated.
         let beside = gram.fixed_view::<2, 2>(1, 1).into_owned();
         let inverse = beside.try_inverse()?;
         let (g, v) =

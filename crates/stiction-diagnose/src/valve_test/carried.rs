@@ -1,12 +1,12 @@
-//! What was carried out of a plan, beside what was planned.
+//! Compares a test with its plan.
 //!
-//! The sizes of a test are found again in what was set by hand: turns that follow one another about the same place and
-//! are equally large make one size. Those up to the largest are part 1, the others part 2. A size of part 1 is that of
-//! the plan to which it is nearest, and one of part 2 is its share of the size before it.
+//! The sizes of a test are found from the manual settings: consecutive turns of equal size around the same OP form one
+//! size. Sizes up to the largest are part 1, and the others part 2. A size of part 1 is matched to the nearest size of
+//! the plan. A size of part 2 is compared with the size before it.
 //!
 //! # Limits
-//! Where the first part ends and how long the second is held depends on the answers that the operator saw, which nobody
-//! recorded. So of part 2 only sizes and its end are compared.
+//! The end of part 1 and the holds of part 2 depend on the answers that the operator saw. They are not recorded, so
+//! only the sizes and the end of part 2 are compared.
 
 use super::plan::TestPlan;
 use super::read::Step;
@@ -14,60 +14,60 @@ use super::weigh::Manual;
 use crate::series::{max, min};
 use crate::spoken::{counted, range, rough, time};
 
-/// A size of the plan, and the turns that were made of it.
+/// A size of the plan and its turns in the test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct CarriedSize {
-    /// The part of the test: 1, where sizes grow, or 2, where they shrink.
+    /// The part of the test: 1 with growing sizes, 2 with shrinking sizes.
     pub part: u8,
-    /// The size as planned, percent from one turn to the next; `None` if the plan has no such size.
+    /// The planned size, percent from one turn to the next; `None` if it is not in the plan.
     pub planned: Option<f64>,
-    /// The size as made, percent; `None` if it was left out.
+    /// The actual size, percent; `None` if it was left out.
     pub made: Option<f64>,
-    /// Turns that were made of it.
+    /// Number of turns of this size.
     pub turns: usize,
-    /// How many of them the PV answered.
+    /// Number of these turns that the PV answered.
     pub answered: usize,
-    /// How long each is held at most by the plan, s; `None` in part 2, where that depends on the answers.
+    /// The longest planned hold, s; `None` in part 2, where it depends on the answers.
     pub hold_planned_s: Option<f64>,
-    /// How long the longest was held, s; `None` if it was left out.
+    /// The longest actual hold, s; `None` if the size was left out.
     pub hold_s: Option<f64>,
 }
 
-/// A plan beside what was carried out of it.
+/// A test compared with its plan.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Carried {
-    /// The sizes, in the order in which they were made or planned.
+    /// The sizes, in the order of the test or the plan.
     pub sizes: Vec<CarriedSize>,
-    /// Turns of these sizes that the plan asks for.
+    /// Planned turns of these sizes.
     pub turns_planned: usize,
-    /// Turns that were made.
+    /// Turns in the test.
     pub turns: usize,
-    /// Turns of part 1 that ended before their hold, although the PV had not moved by the answer of the plan.
+    /// Turns of part 1 that ended before the planned hold, although the PV had not answered.
     pub cut_short: usize,
     /// Turns of part 1 that were held longer than planned.
     pub held_longer: usize,
-    /// How long the PV was outside the limits of the plan during the test, s.
+    /// Time of the PV outside the limits of the plan during the test, s.
     pub pv_beyond_s: f64,
-    /// The lowest PV of the test, in its units.
+    /// The lowest PV of the test, in PV units.
     pub pv_low: f64,
-    /// The highest.
+    /// The highest PV of the test, in PV units.
     pub pv_high: f64,
-    /// What was carried out in another way than planned, in sentences; one that says so if nothing was.
+    /// Deviations from the plan, in sentences. Without deviations, one sentence that says so.
     pub remarks: Vec<String>,
 }
 
-/// Shares by which two turns of one size may differ, and a size of part 1 from that of the plan.
+/// Largest relative difference between turns of one size, and between a size of part 1 and the plan.
 const ALIKE: f64 = 0.07;
 const NEAR: f64 = 0.15;
-/// What an OP is set to is known no better, percent.
+/// Accuracy of an OP setting, percent.
 const SETTING: f64 = 0.02;
-/// Shares of a hold below and above which it was shorter or longer than planned, beside two samples.
+/// A hold is too short or too long below or above these ratios to the plan, plus a tolerance of two samples.
 const SHORTER: f64 = 0.8;
 const LONGER: f64 = 1.25;
 
-/// Turns of one size in a row.
+/// Consecutive turns of one size.
 #[derive(Debug, Clone, Copy)]
 struct Made {
     size: f64,
@@ -76,20 +76,20 @@ struct Made {
     longest_s: f64,
 }
 
-/// A turn as it was made.
+/// A turn in the test.
 #[derive(Debug, Clone, Copy)]
 struct Turned {
     size: f64,
     hold_s: f64,
-    /// Whether the PV moved by the answer of the plan while it was held.
+    /// Whether the PV answered during the hold, by the plan.
     moved: bool,
-    /// Whether it was cut off by the controller that took over.
+    /// Whether it ended because the controller took over.
     last: bool,
     answered: bool,
 }
 
-/// What was carried out of a plan: the times in manual as they are recorded, with a sample every `dt` s, and what came of
-/// their turns.
+/// Compares a test with its plan. `spells` are the recorded times in manual with a sample every `dt` s, and `steps` are
+/// their turns with the answers.
 pub(super) fn carried(
     plan: &TestPlan,
     spells: &[(Vec<f64>, Manual)],
@@ -152,7 +152,7 @@ fn of_spell(
     all
 }
 
-/// The place about which turns go: that in the middle of most pairs.
+/// The centre of the turns: the most frequent middle of two consecutive ones.
 fn middle(turns: &[(usize, f64)]) -> f64 {
     let middles: Vec<f64> = turns.windows(2).map(|two| 0.5 * (two[0].1 + two[1].1)).collect();
     let near = |m: f64| middles.iter().filter(|other| (**other - m).abs() <= SETTING).count();
@@ -187,11 +187,11 @@ fn grouped(turned: &[Turned]) -> Vec<Made> {
     all
 }
 
-/// The sizes of the plan beside those that were made, and for each turn the hold that is planned, s.
+/// The sizes of plan and test, and the planned hold of each turn, s.
 fn beside(plan: &TestPlan, made: &[Made]) -> (Vec<CarriedSize>, Vec<Option<f64>>) {
     let planned: Vec<(f64, f64)> =
         plan.grow.chunks(plan.each).map(|two| (2.0 * two[0].op.abs(), two[0].hold_s)).collect();
-    // Of equal ones the first: the second part is below it.
+    // The first of equal sizes, because those of part 2 are smaller.
     let top = made.iter().enumerate().fold(0, |top, (k, m)| match m.size > made[top].size {
         true => k,
         false => top,
@@ -254,7 +254,7 @@ fn remarks(of: &Carried, plan: &TestPlan, spells: &[(Vec<f64>, Manual)], dt: f64
     }
     if !fewer.is_empty() {
         all.push(format!(
-            "Fewer than {} were made of these sizes: {} %.",
+            "These sizes had fewer than {}: {} %.",
             counted(plan.each, "turn"),
             listed(fewer)
         ));
@@ -279,7 +279,7 @@ fn remarks(of: &Carried, plan: &TestPlan, spells: &[(Vec<f64>, Manual)], dt: f64
     if of.pv_beyond_s > 0.0 {
         let far = if of.pv_high > plan.pv_high { of.pv_high } else { of.pv_low };
         all.push(format!(
-            "The PV was outside the limits of the plan ({}{unit}) for {}, and went to {}{unit}.",
+            "The PV was outside the limits of the plan ({}{unit}) for {} and reached {}{unit}.",
             range(plan.pv_low, plan.pv_high),
             time(of.pv_beyond_s),
             rough(far)
@@ -297,7 +297,7 @@ fn remarks(of: &Carried, plan: &TestPlan, spells: &[(Vec<f64>, Manual)], dt: f64
     }
     if dt > 1.05 * plan.record_every_s {
         all.push(format!(
-            "There is a sample every {}, and the plan asks for one every {}.",
+            "The recording has a sample every {}, but the plan asks for one every {}.",
             time(dt),
             time(plan.record_every_s)
         ));
@@ -308,7 +308,7 @@ fn remarks(of: &Carried, plan: &TestPlan, spells: &[(Vec<f64>, Manual)], dt: f64
     all
 }
 
-/// How the second part ended, where that is not as planned.
+/// The remark on the end of part 2, if it differs from the plan.
 fn end(of: &Carried, plan: &TestPlan) -> Option<String> {
     let second: Vec<&CarriedSize> =
         of.sizes.iter().filter(|size| size.part == 2 && size.made.is_some()).collect();
@@ -316,11 +316,11 @@ fn end(of: &Carried, plan: &TestPlan) -> Option<String> {
         return Some("Part 2 was not carried out.".to_owned());
     };
     let silent = second.iter().rev().take_while(|size| size.answered == 0).count();
-    // The turns below those that are worth making end it, too.
+    // Part 2 may also end at the smallest planned turn.
     let smallest = last.made.is_some_and(|made| made <= plan.grow[0].op.abs() * 2.0);
     (silent < plan.ends_after && !smallest).then(|| {
         format!(
-            "Part 2 ended after {} without an answer; the plan asks for {}.",
+            "Part 2 ended after {} without an answer, but the plan asks for {}.",
             counted(silent, "size"),
             plan.ends_after
         )
@@ -331,13 +331,13 @@ fn times(count: usize) -> String {
     if count == 1 { "once".to_owned() } else { format!("{count} times") }
 }
 
-/// Whether two names are of one loop. A recording is often called by its file, so that a word may follow the tag after a
-/// separator, as in `FIC106-tested`; the case does not matter.
+/// Whether two names belong to the same loop. A recording often has the name of its file, so a word may follow the tag
+/// after a separator, as in `FIC106-tested`. Case is ignored.
 pub fn same_loop(a: &str, b: &str) -> bool {
     tag(a).eq_ignore_ascii_case(tag(b))
 }
 
-/// Letters of a word that belongs to no tag.
+/// Shortest word after a separator that is not part of a tag, letters.
 const WORD: usize = 3;
 
 fn tag(name: &str) -> &str {
@@ -439,13 +439,13 @@ mod tests {
         for part in [
             "left out: 0.64, 1 %",
             "not in the plan: 0.8 %",
-            "Fewer than 2 turns were made of these sizes: 0.8 %",
+            "These sizes had fewer than 2 turns: 0.8 %",
             "2 turns of part 1 ended before the planned hold",
-            "Part 2 ended after 1 size without an answer; the plan asks for 3.",
+            "Part 2 ended after 1 size without an answer, but the plan asks for 3.",
             "The PV was outside the limits of the plan (-5.0 to 1.0 m3/h) for ",
-            "and went to 1.6 m3/h",
+            "and reached 1.6 m3/h",
             "The OP was set outside the limits of the plan (40 to 50 %) 3 times",
-            "There is a sample every 5 s, and the plan asks for one every 2 s.",
+            "The recording has a sample every 5 s, but the plan asks for one every 2 s.",
         ] {
             assert!(found.remarks.iter().any(|r| r.contains(part)), "{part}: {found:#?}");
         }

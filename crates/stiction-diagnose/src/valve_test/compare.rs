@@ -1,16 +1,16 @@
-//! What a repair changed, by a test before it and one after it.
+//! What a repair changed, from a test before it and one after it.
 //!
 //! # Equations
-//! b and a are S before and after, each with its 90 % interval (b_l to b_u, a_l to a_u). The tests are independent, so the
-//! 90 % interval of the difference d = a - b follows from the two intervals, without their distributions:
+//! b and a are S before and after, each with its 90 % interval (b_l to b_u, a_l to a_u). The tests are independent, so
+//! the 90 % interval of the difference d = a - b follows from the two intervals alone:
 //!
 //! ```text
 //! d_l = a - b - sqrt((a - a_l)^2 + (b_u - b)^2)
 //! d_u = a - b + sqrt((a_u - a)^2 + (b - b_l)^2)
 //! ```
 //!
-//! A test that finds no S gives its limit alone: S lies between 0 and A with 95 % confidence. Then no single value of d is
-//! known, and its ends are the farthest that the two leave:
+//! A test that finds no S gives only a limit: S lies between 0 and A with 95 % confidence. Then d has no best value,
+//! and its ends are the extremes that the two results allow:
 //!
 //! ```text
 //! a < A:           d_l = -b_u,  d_u = A - b_l
@@ -18,31 +18,32 @@
 //! a < A and b < B: d_l = -B,  d_u = A
 //! ```
 //!
-//! Each limit and each end of an interval fails in 5 of 100 tests, so each end of d fails in 10 of 100 at most.
+//! Each limit and each end of an interval is wrong in 5 of 100 tests, so each end of d is wrong in 10 of 100 at most.
 //!
-//! S changed if d_l to d_u leaves out 0. It did not change if no end is farther from 0 than a quarter of the larger S,
-//! or than 0.5 %, which hardly any test resolves. Else the tests cannot show a change.
+//! S changed if the interval d_l to d_u excludes 0. It did not change if neither end is farther from 0 than a quarter
+//! of the larger S or than 0.5 %, the finest difference that tests resolve. Otherwise the tests cannot show a change.
 //!
 //! # Limits
-//! The tests know nothing of what was done in between; here it is called the repair. Both must be of the same valve.
+//! The tests do not show what was done between them. It is called the repair here. Both tests must be of the same
+//! valve.
 //!
 //! # Sources
 //! G. Y. Zou and A. Donner, "Construction of confidence intervals about effect measures: a general approach", Statistics in
-//! Medicine 27 (2008) 1693 (recalled, not read). The limits, and when S did not change, are ours.
+//! Medicine 27 (2008) 1693 (recalled, not read). The limits and the criterion for no change are ours.
 
 use super::read::TestReading;
 use crate::diagnose::VerdictClass;
 use crate::estimate::Estimate;
 use crate::spoken::rough;
 
-/// What became of S.
+/// The change of S.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effect {
-    /// It is smaller than before.
+    /// S is smaller than before.
     Lowered,
-    /// It is larger than before.
+    /// S is larger than before.
     Raised,
-    /// It is what it was.
+    /// S did not change.
     Unchanged,
     /// The tests cannot show a change.
     CannotTell,
@@ -63,11 +64,11 @@ impl Effect {
     }
 }
 
-/// S after less S before.
+/// S after minus S before.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Difference {
-    /// The best value, percent of span; `None` where a test gives a limit of S alone.
+    /// The best value, percent of span; `None` if a test gives only a limit of S.
     pub value: Option<f64>,
     /// Lower end of its 90 % interval, percent of span.
     pub low: f64,
@@ -75,23 +76,23 @@ pub struct Difference {
     pub high: f64,
 }
 
-/// What two tests say of a repair between them.
+/// The effect of a repair, from two tests.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Comparison {
-    /// What became of S: `lowered`, `raised`, `unchanged` or `cannot tell`.
+    /// The change of S: `lowered`, `raised`, `unchanged` or `cannot tell`.
     pub effect: Effect,
-    /// S after less S before; `None` where a test neither finds S nor limits it.
+    /// S after minus S before; `None` if a test gives neither S nor a limit.
     pub difference: Option<Difference>,
-    /// It in sentences.
+    /// The result in sentences.
     pub sentences: Vec<String>,
 }
 
-/// A difference that is smaller is none: percent of span, and share of the larger S.
+/// A smaller difference is no change: percent of span, and share of the larger S.
 const NONE: f64 = 0.5;
 const NONE_OF_S: f64 = 0.25;
 
-/// Compares the test after a repair with that before it.
+/// Compares the test after a repair with the one before it.
 pub fn compare(before: &TestReading, after: &TestReading) -> Comparison {
     let (old, new) = (Known::of(before), Known::of(after));
     let difference = old.zip(new).map(|(old, new)| Difference::of(old, new));
@@ -111,12 +112,12 @@ pub fn compare(before: &TestReading, after: &TestReading) -> Comparison {
     Comparison { effect, difference, sentences }
 }
 
-/// What a test knows of S, percent.
+/// The result of a test for S, percent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Known {
-    /// S itself.
+    /// A value of S.
     Found(Estimate),
-    /// That it is below this.
+    /// An upper limit of S.
     Below(f64),
 }
 
@@ -125,7 +126,7 @@ impl Known {
         reading.s.map(Self::Found).or(reading.s_below.map(Self::Below))
     }
 
-    /// S, or what it is below.
+    /// S, or its limit.
     fn most(self) -> f64 {
         match self {
             Self::Found(s) => s.value,
@@ -133,7 +134,7 @@ impl Known {
         }
     }
 
-    /// The ends between which it lies.
+    /// The interval of S.
     fn ends(self) -> (f64, f64) {
         match self {
             Self::Found(s) => (s.low, s.high),
@@ -165,7 +166,7 @@ impl Difference {
         Self { value: None, low: a_low - b_high, high: a_high - b_low }
     }
 
-    /// It in words, with its signs: `-2.1 % (-2.5 to -1.7)`, `-3.4 to -2.4 %`.
+    /// The difference in words, with signs: `-2.1 % (-2.5 to -1.7)`, `-3.4 to -2.4 %`.
     pub fn words(&self) -> String {
         let signed = |x: f64| format!("{}{}", if x > 0.0 { "+" } else { "" }, rough(x));
         let (low, high) = (signed(self.low), signed(self.high));
@@ -187,37 +188,39 @@ fn sentences(
     let mut all = vec![match effect {
         Effect::Lowered => format!("The repair lowered S from {old} to {new}."),
         Effect::Raised => format!("S rose from {old} to {new}."),
-        Effect::Unchanged => format!("S did not change. It was {old} before and is {new} after."),
+        Effect::Unchanged => {
+            format!("S did not change. It was {old} before the repair and is {new} now.")
+        }
         Effect::CannotTell => {
-            format!("The tests cannot show a change of S. It was {old} before and is {new} after.")
+            format!(
+                "The tests cannot show a change of S. It was {old} before the repair and is {new} now."
+            )
         }
     }];
     if let Some(d) = difference {
         all.push(match d.value {
-            Some(_) => format!("The difference of S is {} of span.", d.words()),
+            Some(_) => format!("The change of S is {} of span.", d.words()),
             None if effect == Effect::Lowered => {
                 format!("S fell by at least {} % of span.", rough(-d.high))
             }
             None if effect == Effect::Raised => {
                 format!("S rose by at least {} % of span.", rough(d.low))
             }
-            None => format!("The difference of S lies between {} of span.", between(&d)),
+            None => format!("The change of S is between {} of span.", between(&d)),
         });
     }
     let after_it = match (before.class, after.class) {
         (VerdictClass::Sticks, VerdictClass::Sticks) => Some("The valve still sticks."),
-        (VerdictClass::Sticks, VerdictClass::DoesNotStick) => {
-            Some("The valve does not stick any more.")
-        }
+        (VerdictClass::Sticks, VerdictClass::DoesNotStick) => Some("The valve no longer sticks."),
         (VerdictClass::DoesNotRespond, VerdictClass::DoesNotRespond) => {
             Some("The valve still does not respond.")
         }
         (VerdictClass::DoesNotRespond, _) => {
-            Some("Before the repair the valve did not respond; now the PV answers.")
+            Some("The valve did not respond before the repair. Now the PV answers.")
                 .filter(|_| after.steps.iter().any(|step| step.answered))
         }
-        (_, VerdictClass::DoesNotRespond) => Some("After the repair the valve does not respond."),
-        (_, VerdictClass::Sticks) => Some("After the repair the valve sticks."),
+        (_, VerdictClass::DoesNotRespond) => Some("The valve does not respond after the repair."),
+        (_, VerdictClass::Sticks) => Some("The valve sticks after the repair."),
         _ => None,
     };
     all.extend(after_it.map(str::to_owned));
@@ -278,11 +281,11 @@ mod tests {
             found.sentences,
             [
                 "The repair lowered S from 10 % (9.6 to 10) to 5 % (4.7 to 5.3).",
-                "The difference of S is -5 % (-5.5 to -4.5) of span.",
+                "The change of S is -5 % (-5.5 to -4.5) of span.",
                 "The valve still sticks."
             ]
         );
-        // The other way round it is the same with the other sign.
+        // Exchanging the tests changes only the sign.
         let back = compare(&after, &before);
         let other = back.difference.unwrap();
         assert_eq!((other.low, other.high), (-d.high, -d.low));
@@ -301,11 +304,11 @@ mod tests {
             [
                 "The repair lowered S from 3.2 % (3 to 3.5) to below 0.6 %.",
                 "S fell by at least 2.4 % of span.",
-                "The valve does not stick any more."
+                "The valve no longer sticks."
             ]
         );
         assert_eq!(compare(&cleared, &before).effect, Effect::Raised);
-        // A limit that is no smaller than S says nothing.
+        // A limit above S shows no change.
         let vague = reading(None, Some(4.0));
         let found = compare(&before, &vague);
         assert_eq!(found.effect, Effect::CannotTell);
@@ -313,7 +316,7 @@ mod tests {
         assert!(found.sentences[1].contains("between -3.5 and 1 %"), "{found:?}");
         let none = compare(&before, &reading(None, None));
         assert_eq!((none.effect, none.difference), (Effect::CannotTell, None));
-        assert!(none.sentences[0].ends_with("is not known after."), "{none:?}");
+        assert!(none.sentences[0].ends_with("is not known now."), "{none:?}");
     }
 
     #[test]
@@ -322,7 +325,7 @@ mod tests {
         let found = compare(&before, &reading(Some((3.1, 2.9, 3.4)), None));
         assert_eq!(found.effect, Effect::Unchanged);
         assert!(found.sentences[0].starts_with("S did not change."));
-        // Wide intervals leave it open.
+        // Wide intervals cannot show it.
         let wide = compare(&before, &reading(Some((3.1, 1.9, 4.4)), None));
         assert_eq!(wide.effect, Effect::CannotTell);
         let fine = reading(None, Some(0.5));

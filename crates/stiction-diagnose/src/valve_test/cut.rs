@@ -1,19 +1,19 @@
-//! Turns that were cut: the OP stood at an end of its range, where the valve is at its end, too.
+//! Turns with the OP at an end of its range, where the valve is at its end too.
 
 use super::weigh::Manual;
 use crate::spoken::counted;
 
-/// How near an end is, percent.
+/// Distance from an end that counts as at the end, percent.
 const NEAR: f64 = 0.05;
 
-/// What to say of turns that were cut at 0 or 100 %; `None` if none was.
+/// The remark on turns at 0 or 100 %; `None` without such turns.
 pub(super) fn cut(spells: &[(Vec<f64>, Manual)]) -> Option<String> {
     let turns = || spells.iter().flat_map(|(_, manual)| &manual.turns);
     let cut = turns().filter(|(_, op)| *op <= NEAR || *op >= 100.0 - NEAR).count();
     (cut > 0).then(|| {
         format!(
-            "the OP stood at 0 or 100 % in {} of {}, where a valve is at its end and cannot follow; repeat the test with the \
-             OP away from its limits",
+            "the OP was at 0 or 100 % in {} of {}, where the valve is at its end and cannot follow; repeat the test with \
+             the OP away from its limits",
             cut,
             counted(turns().count(), "turn")
         )
@@ -32,7 +32,7 @@ mod tests {
         };
         assert_eq!(cut(&of(&[40.0, 42.0, 39.0])), None);
         let said = cut(&of(&[2.0, 0.0, 3.0, 0.0, 4.0])).unwrap();
-        assert!(said.starts_with("the OP stood at 0 or 100 % in 2 of 5 turns"), "{said}");
+        assert!(said.starts_with("the OP was at 0 or 100 % in 2 of 5 turns"), "{said}");
         assert!(cut(&of(&[99.0, 100.0])).is_some());
     }
 }

@@ -1,7 +1,7 @@
-//! How well valves explain what the turns of a test made of the PV.
+//! How well each valve explains the answers of the PV to the turns of a test.
 //!
 //! # Equations
-//! A valve moves the stem by m_i with turn i, and the PV by K m_i; what was [found](super::answer) of it is
+//! A valve moves the stem by m_i and the PV by K m_i with turn i. The [estimated answers](super::answer) then follow
 //!
 //! ```text
 //! a ~ t(K m, s^2 F^-1 + diag (e K m_i)^2),     e = 0.15: no gain is the same everywhere
@@ -12,34 +12,34 @@ use super::stems::{PLACES, Stem};
 use super::weigh::{Manual, log_mean};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// By how much the gain may change from turn to turn, share.
+/// Relative change of the gain from turn to turn.
 const UNEVEN: f64 = 0.15;
-/// Gains that are tried, parts of the one that fits best if it is the same everywhere.
+/// Gains to try, relative to the best constant gain.
 const GAINS: [f64; 5] = [1.6, 1.26, 1.0, 0.8, 0.5];
-/// Degrees of freedom of the answers of a piece.
+/// Degrees of freedom of Student's t for the answers of a piece.
 const FREEDOM: f64 = 6.0;
-/// Turns of a piece.
+/// Largest number of turns in a piece.
 const PIECE: usize = 24;
-/// No answer is known better than this share of the largest: no process is quite what is fitted.
+/// Smallest standard deviation of an answer, as a share of the largest answer, because no process is exactly linear.
 const AT_BEST: f64 = 0.03;
 
-/// How well the PV goes with a valve.
+/// How well the PV agrees with a valve.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Seen {
-    /// Turns that it follows, and that the PV clearly answers about as far as it should.
+    /// Number of turns with a clear answer of about the expected size.
     pub clear: usize,
-    /// Correlation of the answers with those that it gives, each in its standard deviations.
+    /// Correlation of estimated and expected answers, each in standard deviations.
     pub fits: f64,
-    /// Length of the answers that it gives, in standard deviations.
+    /// Length of the vector of expected answers, in standard deviations.
     pub strength: f64,
 }
 
-/// What one spell answered, but for its first turn: before it the stem may have been anywhere.
+/// The answers of one spell, without its first turn, because the stem position before it is unknown.
 struct Answered(Vec<Piece>);
 
-/// So many turns in a row at most that errors of one do not matter for those of the next piece.
+/// Consecutive turns. Errors of one piece hardly affect the next.
 struct Piece {
-    /// Number of its first turn, the first of the spell not counted.
+    /// Index of its first turn; the first turn of the spell is not counted.
     from: usize,
     /// PV units by turn.
     found: DVector<f64>,
@@ -47,19 +47,19 @@ struct Piece {
     information: DMatrix<f64>,
 }
 
-/// The answers behind one process, to be explained by valves.
+/// The answers for one process, which valves have to explain.
 pub(super) struct Problem<'a> {
     spells: &'a [Manual],
     answered: Vec<Answered>,
-    /// Of the gain.
+    /// Sign of the gain.
     sign: f64,
     pub process: Process,
-    /// Likelihood of the process itself.
+    /// Log-likelihood of the process itself.
     log: f64,
 }
 
 impl<'a> Problem<'a> {
-    /// What a process made of the spells; the gain has this sign, and the process this logarithm of its likelihood.
+    /// The problem for one process, with the sign of its gain and the log-likelihood of the process.
     pub fn of(
         of: &Answers,
         spells: &'a [Manual],
@@ -95,7 +95,7 @@ impl<'a> Problem<'a> {
         Some(Self { spells, answered, sign, process: of.process, log })
     }
 
-    /// How far the stem moves with each turn, from each place where it may be at first.
+    /// The stem travel of each turn, for each possible position at the start.
     fn moves(&self, spell: &Manual, stem: Option<Stem>) -> Vec<Vec<f64>> {
         let op: Vec<f64> = spell.turns.iter().map(|(_, op)| *op).collect();
         let Some(stem) = stem else {
@@ -104,12 +104,12 @@ impl<'a> Problem<'a> {
         };
         let of = |place: &f64| stem.moves(spell.before, &op, *place);
         let mut all: Vec<Vec<f64>> = PLACES.iter().filter_map(of).collect();
-        // Where the first turn has moved the stem, it no longer matters where it was.
+        // Once the first turn has moved the stem, its start position no longer matters.
         all.dedup_by(|a, b| a[1..] == b[1..]);
         all
     }
 
-    /// Logarithm of the likelihood of a valve at its best gain, and that gain; of one that follows, without a stem.
+    /// Log-likelihood of a valve at its best gain, and this gain. Without a stem, the valve follows the OP.
     pub fn likelihood(&self, stem: Option<Stem>) -> (f64, f64) {
         let moves: Vec<Vec<Vec<f64>>> =
             self.spells.iter().map(|spell| self.moves(spell, stem)).collect();
@@ -121,8 +121,7 @@ impl<'a> Problem<'a> {
             })
             .sum()
         };
-        // The gain that fits best if it is the same everywhere, and half of it, and less: what does not answer at all
-        // answers with a small gain, too.
+        // The best constant gain and multiples of it. Small gains are needed if the PV does not answer.
         let gain = self.gain(&moves);
         let coarse = GAINS.map(|by| gain * by).map(|gain| (gain, of_gain(&gain)));
         let mut best =
@@ -138,8 +137,8 @@ impl<'a> Problem<'a> {
         (self.log + best.1, best.0)
     }
 
-    /// The gain that fits these moves best, of the stem from its first place, by least squares: of the sign that it has, and no
-    /// less than a part of its standard deviation.
+    /// The least-squares gain for the stem from its first start position. It has the given sign and is not below 0.3 of
+    /// its standard deviation.
     fn gain(&self, moves: &[Vec<Vec<f64>>]) -> f64 {
         let (mut own, mut across) = (0.0, 0.0);
         for (answered, moves) in self.answered.iter().zip(moves) {
@@ -153,7 +152,7 @@ impl<'a> Problem<'a> {
         if own > 0.0 { self.sign * (self.sign * across / own).max(0.3 / own.sqrt()) } else { 0.0 }
     }
 
-    /// How well the PV goes with a valve from its likeliest places.
+    /// How well the PV agrees with a valve from its likeliest start positions.
     pub fn seen(&self, stem: Option<Stem>) -> Seen {
         let (_, gain) = self.likelihood(stem);
         let (mut clear, mut together, mut own, mut other) = (0, 0.0, 0.0, 0.0);
@@ -176,7 +175,7 @@ impl<'a> Problem<'a> {
         Seen { clear, fits, strength: other.sqrt() }
     }
 
-    /// How far the PV went with each turn until the next; not with the first of a spell, which has begun before.
+    /// The PV change of each turn until the next. The first turn of a spell is left out.
     pub fn turns(
         &self,
         of: &Answers,
@@ -199,7 +198,7 @@ impl<'a> Problem<'a> {
         all
     }
 
-    /// The largest change of the PV with a percent of the OP that the answers leave possible.
+    /// Upper limit of the PV change per percent of OP, from the answers.
     pub fn upper(&self) -> f64 {
         let (mut square, mut across) = (0.0, 0.0);
         for (answered, spell) in self.answered.iter().zip(self.spells) {
@@ -212,7 +211,7 @@ impl<'a> Problem<'a> {
         if square > 0.0 { (across / square).abs() + 2.0 / square.sqrt() } else { f64::INFINITY }
     }
 
-    /// The same if nothing answers.
+    /// Log-likelihood without any answer.
     pub fn silence(&self) -> f64 {
         let still = |answered: &Answered| {
             let turns: usize = answered.0.iter().map(|piece| piece.found.len()).sum();
@@ -223,26 +222,26 @@ impl<'a> Problem<'a> {
 }
 
 impl Answered {
-    /// How far the PV went with turn `i`, the first of the spell not counted, and its standard deviation.
+    /// The PV change of turn `i`, without counting the first of the spell, and its standard deviation.
     fn turn(&self, i: usize) -> (f64, f64) {
         let piece = &self.0[i / PIECE];
         let i = i - piece.from;
         (piece.found[i], piece.covariance[(i, i)].sqrt())
     }
 
-    /// Logarithm of the density of the answers where the stem moves so, the first turn included.
+    /// Log-density of the answers for these moves of the stem, which include the first turn.
     fn density(&self, moves: &[f64], gain: f64) -> f64 {
         self.0.iter().map(|piece| piece.density(piece.of(moves), gain)).sum()
     }
 }
 
 impl Piece {
-    /// Its part of the moves of a spell, whose first turn does not count.
+    /// Its part of the moves of a spell, whose first turn is not counted.
     fn of<'a>(&self, moves: &'a [f64]) -> &'a [f64] {
         &moves[1 + self.from..1 + self.from + self.found.len()]
     }
 
-    /// Logarithm of the density of its answers where the stem moves so, but for a constant: Student's t of many dimensions.
+    /// Log-density of its answers for these moves of the stem, up to a constant: a multivariate Student's t.
     fn density(&self, moves: &[f64], gain: f64) -> f64 {
         let (mut apart, mut spread) = (self.found.clone(), self.covariance.clone());
         for (i, m) in moves.iter().enumerate() {

@@ -1,19 +1,20 @@
-//! A test that settles whether a valve sticks: [`plan()`] sizes it from a recording in operation, somebody carries it
-//! out, and [`read()`] judges the valve by the recording of it.
+//! A test that shows whether a valve sticks. [`plan()`] sizes it from a recording in operation, an operator carries it
+//! out, and [`read()`] judges the valve from its recording.
 //!
-//! A test is an experiment whose input is known. Operation often cannot tell a valve that sticks from a load that
-//! wanders, because the controller ties the OP to the PV; turns that a person makes are tied to nothing.
+//! A test is an experiment with a known input. In operation, stiction and a wandering load often look alike, because
+//! the controller makes the OP depend on the PV. In a test the operator sets the OP: each turn reverses the last one
+//! and does not depend on the PV.
 //!
-//! * `answer`: how far each turn moved the PV, whatever the valve did;
-//! * `stems`: how far each valve would move with each turn;
-//! * `explain`: how well a valve explains the answers; `weigh`: which valve is likely;
-//! * `carried`: what was done of the plan; `compare`: what a repair changed;
-//! * `behind`: whether a dead band lies in the valve or behind the process.
+//! * `answer` estimates how far each turn moved the PV, without a valve model.
+//! * `stems` calculates how far each valve would move with each turn.
+//! * `explain` calculates how well a valve explains the answers. `weigh` finds the likely valves.
+//! * `carried` compares the test with its plan. `compare` shows what a repair changed.
+//! * `behind` decides whether a dead band is in the valve or downstream of the process.
 //!
 //! # Limits
-//! Of one valve before one process that is about linear in the range of the test. The valve must be that which the OP
-//! moves: of a cascade the inner loop is tested. A dead band behind a fast process cannot be told from one in the valve
-//! without its position.
+//! The test is for one valve and one process that is roughly linear in the range of the test. The OP must drive this
+//! valve, so test the inner loop of a cascade. If the process is fast, only the valve position distinguishes a dead
+//! band in the valve from one in the transmitter.
 
 mod answer;
 mod behind;

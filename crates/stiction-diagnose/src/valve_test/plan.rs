@@ -1,31 +1,31 @@
-//! The test that a loop needs, sized from its recording.
+//! The test of a loop, sized from its recording.
 //!
 //! # The test
-//! With the controller in manual, the OP goes to and fro about where it was.
+//! With the controller in manual, the OP alternates around its value before the test.
 //!
-//! 1. **Grow.** Two turns of each size, each size 1.6 times the last, until the PV goes to and fro with four turns of one
-//!    size. A turn ends as soon as the PV has answered, and at the latest after the hold; the hold grows by half with each
-//!    size, because how slow the process is, is not known.
+//! 1. **Grow.** Two turns of each size, each size 1.6 times the last, until the PV follows four turns of one size. A
+//!    turn ends when the PV has answered, and at the latest after the hold. The hold grows by half with each size,
+//!    because the speed of the process is unknown.
 //! 2. **Shrink.** From there two turns of each size, each 0.85 times the last, held twice as long as the PV took to
-//!    answer, until three sizes in a row are not answered.
+//!    answer. This part ends when the PV has not answered three sizes in a row.
 //!
-//! Where the PV strays although the OP is where it brings the PV back, the OP goes on the same way, and the middle of the
-//! turns with it. A test that does not tell is followed by another ([`TestPlan::again`]), which begins where the PV answered
-//! and makes more turns of each size.
+//! If the PV drifts away although the OP should bring it back, the operator moves the OP further in the same direction
+//! and shifts the centre of the turns by the same amount. An inconclusive test is followed by another
+//! ([`TestPlan::again`]). It begins at the size that the PV answered and makes more turns of each size.
 //!
-//! A valve that sticks answers no turn that is shorter than S; so S lies between the last turn that is answered and the
-//! first that is not. The alternation cancels a load that drifts, and returns a process that integrates.
+//! A sticking valve does not follow a turn smaller than S. So S lies between the last answered turn and the first one
+//! without an answer. The alternation cancels a drifting load and keeps an integrating process near its start.
 //!
 //! ```text
 //! u(i) = u0 + (-1)^i t(i) / 2
 //! ```
 //!
 //! # Limits
-//! What the process bears is not known: where nobody says, the PV is kept within what was recorded and half as much again.
-//! The valve must be the one that the OP moves: of a cascade the inner loop is tested.
+//! The PV range that the process tolerates is unknown. Unless the user gives limits, the PV stays within the recorded
+//! range plus half of it. The OP must drive this valve, so test the inner loop of a cascade.
 //!
 //! # Sources
-//! Ours. The alternation that a relay gives is that of K. J. Astrom and T. Hagglund, "Automatic tuning of simple
+//! Ours. The alternation resembles the relay test of K. J. Astrom and T. Hagglund, "Automatic tuning of simple
 //! regulators with specifications on phase and amplitude margins", Automatica 20 (1984) 645 (recalled, not read).
 
 use super::read::{FEWEST, ReadOptions, TestReading, read};
@@ -36,12 +36,12 @@ use crate::recording::{ByHand, Recording, Segment};
 use crate::series::{max, mean, min, noise_std, quantile, span};
 use crate::spoken::{counted, range, rough, time};
 
-/// What is known of a loop before its test is planned.
+/// Inputs to a plan in addition to the recording.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PlanOptions {
-    /// Whether the PV rises when the OP rises; the action of the controller shows it by default.
+    /// Whether the PV rises when the OP rises. By default it follows from the controller action.
     pub rises: Option<bool>,
-    /// Where the PV may go, in its units.
+    /// The allowed range of the PV, in its units.
     pub pv_allowed: Option<[f64; 2]>,
 }
 
@@ -49,9 +49,9 @@ pub struct PlanOptions {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 pub struct Turn {
-    /// Where the OP goes, percent of span from where it was before the test.
+    /// The OP, percent of span relative to its value before the test.
     pub op: f64,
-    /// How long it is held at most, s.
+    /// The longest hold, s.
     pub hold_s: f64,
 }
 
@@ -61,75 +61,75 @@ pub struct Turn {
 pub struct TestPlan {
     /// Tag of the loop.
     pub name: String,
-    /// Unit of the PV, where it is known.
+    /// Unit of the PV, if known.
     pub pv_unit: Option<String>,
     /// Turns of each size.
     pub each: usize,
-    /// The turns of the first part, in order, until the PV answers.
+    /// The turns of the first part, in order. It ends when the PV answers.
     pub grow: Vec<Turn>,
-    /// By this each size of the second part is smaller than the last.
+    /// Each size of the second part is this multiple of the last one.
     pub shrink_by: f64,
-    /// The second part ends after so many sizes in a row that the PV does not answer.
+    /// The second part ends when the PV has not answered this many sizes in a row.
     pub ends_after: usize,
-    /// How far the PV goes with a turn until it has answered, in its units.
+    /// The PV change that counts as an answer, in PV units.
     pub answer: f64,
     /// Whether the PV rises when the OP rises; `None` if the recording does not show it.
     pub rises: Option<bool>,
-    /// The PV below which the controller is put back in automatic, in its units.
+    /// The controller goes back to automatic below this PV, in its units.
     pub pv_low: f64,
-    /// The PV above which it is.
+    /// The controller goes back to automatic above this PV, in its units.
     pub pv_high: f64,
     /// The lowest OP, percent.
     pub op_low: f64,
     /// The highest OP, percent.
     pub op_high: f64,
-    /// A sample of OP and PV is wanted at least this often, s, without compression.
+    /// The longest sample interval of OP and PV, s, without compression.
     pub record_every_s: f64,
-    /// The longest that the first part takes, s.
+    /// The longest duration of the first part, s.
     pub total_s: f64,
-    /// The test in a few words.
+    /// A summary of the test.
     pub summary: String,
-    /// What to do, in sentences, in order.
+    /// The instructions, in order.
     pub instructions: Vec<String>,
 }
 
-/// Turns of each size, of the first test and of a further one.
+/// Turns of each size, in the first test and in a later one.
 const EACH: usize = 2;
 const EACH_AGAIN: usize = 4;
-/// From one size of the first part to the next, and of the second.
+/// Ratio of one size to the last, in the first and in the second part.
 const GROWTH: f64 = 1.6;
 const SHRINK_BY: f64 = 0.85;
-/// Sizes of the second part that are not answered, after which it ends.
+/// The second part ends after this many sizes without an answer.
 const ENDS_AFTER: usize = 3;
-/// From one hold of the first part to the next.
+/// Ratio of one hold of the first part to the last.
 const PATIENCE: f64 = 1.5;
-/// The longest hold over the first.
+/// Ratio of the longest hold to the first.
 const MOST_PATIENCE: f64 = 16.0;
-/// The shortest turn, and the least and the most that the longest is, percent.
+/// The smallest turn, and the limits of the largest turn, percent.
 const SHORTEST: f64 = 0.4;
 const LEAST_LONGEST: f64 = 24.0;
 const MOST_LONGEST: f64 = 48.0;
-/// The longest turn over the largest S that is likely, and over the OP's range in operation.
+/// Ratio of the largest turn to the largest likely S, and to the OP range in operation.
 const OVER_S: f64 = 2.8;
 const OVER_RANGE: f64 = 3.0;
-/// Standard deviations of noise that the PV must go to have answered.
+/// A PV change of this many standard deviations of the noise is an answer.
 const ANSWERED: f64 = 4.0;
-/// Samples of the recording that a turn is held at least, and periods of the loop.
+/// The shortest hold: samples of the recording, and periods of the loop.
 const SAMPLES: f64 = 8.0;
 const PERIODS: f64 = 0.4;
-/// Where nothing is known of the loop's period: samples.
+/// The period in samples, if the loop's period is unknown.
 const NO_PERIOD: f64 = 40.0;
 
-/// The longest that the first turn may have to be held, s. A slower loop cannot be tested within a shift.
+/// The longest hold of the first turn, s. A slower loop cannot be tested within a shift.
 const LONGEST_HOLD: f64 = 1800.0;
 
-/// Plans the test of a loop that was diagnosed.
+/// Plans the test of a diagnosed loop.
 ///
 /// # Errors
-/// If the recording has no segment in automatic, no PV, or an OP or PV that does not move, or if the loop is too slow.
+/// If the recording has no segment in automatic or no PV, if the OP or PV does not move, or if the loop is too slow.
 pub fn plan(diagnosis: &Diagnosis, options: &PlanOptions) -> Result<TestPlan, Abstention> {
     let Some(segment) = diagnosis.grid.longest() else {
-        let why = "there is no segment in automatic from which a test could be sized";
+        let why = "the recording has no segment in automatic to size a test from";
         return Err(Abstention(why.to_owned()));
     };
     let likely = diagnosis.stiction.s.or(diagnosis.evidence.as_ref().map(|weighing| weighing.s));
@@ -144,13 +144,13 @@ pub fn plan(diagnosis: &Diagnosis, options: &PlanOptions) -> Result<TestPlan, Ab
     size(&known, options)
 }
 
-/// What a test is sized from.
+/// The data that size a test.
 pub(crate) struct KnownLoop<'a> {
     pub(crate) name: &'a str,
     pub(crate) pv_unit: Option<&'a str>,
     /// The loop in automatic.
     pub(crate) segment: &'a Segment,
-    /// The largest S that is likely, percent.
+    /// The largest likely S, percent.
     pub(crate) largest_s: Option<f64>,
     /// The period of its oscillation, s.
     pub(crate) period_s: Option<f64>,
@@ -161,17 +161,17 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
     let refuse = |why: &str| Err(Abstention(why.to_owned()));
     let segment = known.segment;
     let Some(pv) = segment.pv.as_deref() else {
-        return refuse("the test needs a PV or a valve position that answers; record one of them");
+        return refuse("a test needs a PV or a valve position; record one of them");
     };
     let (op, dt) = (&segment.op, segment.sample_time);
     let travel = quantile(op, 0.95) - quantile(op, 0.05);
     if !(span(op) > 0.0 && span(pv) > 0.0) {
-        return refuse("the OP or the PV does not move, so that no test can be sized");
+        return refuse("the OP or the PV does not move, so no test can be sized");
     }
     if let Some([low, high]) = options.pv_allowed
         && !(low < high && low.is_finite() && high.is_finite())
     {
-        return refuse("the PV's lower limit is not below its upper one");
+        return refuse("the lower limit of the PV is not below its upper limit");
     }
     let noise = noise_std(pv).max(0.5 * quantum(pv)).max(1e-4 * span(pv));
     let longest = known.largest_s.map_or(OVER_RANGE * travel, |s| OVER_S * s);
@@ -181,13 +181,13 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
     let hold_s = (PERIODS * known.period_s.unwrap_or(NO_PERIOD * dt)).max(SAMPLES * dt);
     if hold_s > LONGEST_HOLD {
         return refuse(&format!(
-            "the loop is too slow to be tested within a shift: each turn would last {} or longer. Record the valve position, \
-             or stroke the valve at the next stop",
+            "the loop is too slow for a test within a shift, because each turn would last {} or longer. Record the valve \
+             position, or stroke the valve at the next shutdown",
             time(hold_s)
         ));
     }
     let grow = grow(SHORTEST, longest, mean(op) < 50.0, hold_s, PATIENCE, EACH);
-    // Within what is allowed the controller needs some room to bring the PV back.
+    // The controller needs some of the allowed range to bring the PV back.
     let [low, high] = options.pv_allowed.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
     let (pv_low, pv_high) = match options.pv_allowed {
         Some(_) => (low + BACK * (high - low), high - BACK * (high - low)),
@@ -215,8 +215,7 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
     Ok(plan)
 }
 
-/// What was recorded before a test, from which a plan is made; the whole recording, if that is too little or no test is in
-/// it.
+/// The recording before a test, for the plan. If it is too short or has no test, the whole recording.
 pub fn before_test(recording: &Recording, by_hand: Option<&ByHand>) -> Recording {
     let before =
         by_hand.and_then(|of| recording.part(f64::NEG_INFINITY, of.span_s().0, f64::INFINITY));
@@ -224,32 +223,32 @@ pub fn before_test(recording: &Recording, by_hand: Option<&ByHand>) -> Recording
 }
 
 impl TestPlan {
-    /// That a plan that was read can be one.
+    /// Checks a plan that was read from a file.
     ///
     /// # Errors
-    /// If it has no turns, or a number makes no sense: the sentence names it.
+    /// If it has no turns, or a number is impossible. The message names it.
     pub fn check(&self) -> Result<(), Abstention> {
         let refuse = |what: &str| {
-            Err(Abstention(format!("the plan {what}; give one that stiction test plan printed")))
+            Err(Abstention(format!("the plan {what}; give a plan from stiction test plan")))
         };
         let ordered = |low: f64, high: f64| low.is_finite() && high.is_finite() && low < high;
         let is_turn = |turn: &Turn| turn.op.is_finite() && turn.hold_s.is_finite();
         match () {
             () if self.grow.is_empty() || !self.grow.iter().all(is_turn) => {
-                refuse("has no turns, or one that is no number")
+                refuse("has no turns, or a turn that is not a number")
             }
             () if self.each == 0 => refuse("has 0 turns of each size"),
             () if !(0.0..1.0).contains(&self.shrink_by) => refuse("has sizes that do not shrink"),
             () if !ordered(self.pv_low, self.pv_high) || !ordered(self.op_low, self.op_high) => {
-                refuse("has limits that are not in order")
+                refuse("has a lower limit that is not below the upper limit")
             }
             () => Ok(()),
         }
     }
 
-    /// The next test, where this one was carried out and does not tell: it begins at the size that the PV answered, holds
-    /// each turn for twice as long as the PV took, and makes more turns of each size. `None` if there is no test in the
-    /// recording, or one that tells.
+    /// The next test, if this one was carried out and is inconclusive. It begins at the size that the PV answered,
+    /// holds each turn twice as long as the PV took, and makes more turns of each size. `None` if the recording has no
+    /// test or a conclusive one.
     pub fn again(&self, recording: &Recording, by_hand: Option<ByHand>) -> Option<Self> {
         let by_hand = by_hand.or_else(|| ByHand::of(recording).filter(ByHand::is_test))?;
         let asked =
@@ -261,11 +260,11 @@ impl TestPlan {
         }
     }
 
-    /// Puts the plan into words.
+    /// Writes summary and instructions.
     fn word(&mut self) {
         let size = |turn: &Turn| rough(2.0 * turn.op.abs());
         self.summary = format!(
-            "in manual, turns of the OP to and fro, from {} to {} %, each held for {} or longer",
+            "in manual, turns of the OP up and down by {} to {} %, each held for {} or longer",
             size(&self.grow[0]),
             size(&self.grow[self.grow.len() - 1]),
             time(self.grow[0].hold_s)
@@ -296,7 +295,7 @@ impl TestPlan {
         next
     }
 
-    /// Where the PV may be before it is brought back.
+    /// The PV range in which the turns need no shift.
     pub fn inner(&self) -> [f64; 2] {
         let (middle, half) =
             (0.5 * (self.pv_low + self.pv_high), 0.5 * (self.pv_high - self.pv_low));
@@ -304,22 +303,22 @@ impl TestPlan {
     }
 }
 
-/// Where a further test begins: parts of the smallest turn that was answered, of the largest that was not, and of the
-/// longest turn at most.
+/// The first size of a later test, as a share of the smallest answered turn, of the largest turn without an answer, and
+/// at most of the largest turn.
 const LESS: f64 = 0.6;
 const FURTHER: f64 = 0.8;
 const AT_MOST: f64 = 0.3;
-/// The least hold of a further test over that of the first, and by how much it grows where it is known how soon the PV
-/// answers.
+/// Smallest ratio of the hold in a later test to the hold in the first, and its growth if the response time of the PV
+/// is known.
 const LEAST_HOLD: f64 = 0.3;
 const KNOWN_PATIENCE: f64 = 1.2;
-/// Share of the limits beyond which the PV is brought back.
+/// The turns are shifted beyond this share of the limits.
 const INNER: f64 = 0.5;
 
-/// Share of the allowed range that is kept at either end.
+/// Share of the allowed range reserved at each end.
 const BACK: f64 = 0.15;
 
-/// Turns of each size from the first to the longest; each hold is longer than the last by `patience`.
+/// Turns of each size from the first to the largest. Each hold is `patience` times the last.
 fn grow(
     first: f64,
     longest: f64,
@@ -341,16 +340,16 @@ fn grow(
     turns
 }
 
-/// As somebody would set it.
+/// Rounded to two digits, for entry by hand.
 fn two_digits(x: f64) -> f64 {
     format!("{x:.1e}").parse().unwrap_or(x)
 }
 
-/// Samples, from the middle of the recording, that show the sign of a gain; more would only slow a diagnosis.
+/// Samples from the middle of the recording that show the sign of the gain. More would only slow a diagnosis.
 const ENOUGH_FOR_SIGN: usize = 800;
 
-/// Whether the PV rises with the OP, by the action of the controller: one that raises its OP when the PV is too low
-/// controls a process that rises with it.
+/// Whether the PV rises with the OP, from the controller action. If the controller raises the OP when the PV is too
+/// low, the PV rises with the OP.
 pub(super) fn rises(segment: &Segment) -> Option<bool> {
     let length = segment.len().min(ENOUGH_FOR_SIGN);
     let fitted = controller::fit(&segment.part((segment.len() - length) / 2, length)).ok()?;
@@ -358,7 +357,7 @@ pub(super) fn rises(segment: &Segment) -> Option<bool> {
     (kc.low * kc.high > 0.0).then_some(kc.value > 0.0)
 }
 
-/// The smallest step in which a signal is recorded.
+/// The smallest recorded step of a signal.
 fn quantum(x: &[f64]) -> f64 {
     let steps = x.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0);
     steps.fold(f64::INFINITY, f64::min).min(span(x))
@@ -374,51 +373,51 @@ fn instructions(plan: &TestPlan) -> Vec<String> {
         Some(true) => "The PV rises when the OP rises.",
         Some(false) => "The PV falls when the OP rises.",
         None => {
-            "The recording does not show whether the PV rises or falls when the OP rises; note it here."
+            "The recording does not show whether the PV rises or falls when the OP rises. Note it here."
         }
     };
     vec![
         format!(
             "Agree on the test with the operator and the shift lead. Open a trend of OP and PV with a sample every {} or \
-             faster, without compression. Write down each OP and its time.",
+             faster, without compression. Note each OP and its time.",
             time(plan.record_every_s)
         ),
-        "Wait until the PV is calm near its set point. Put the controller in manual. Note OP (u0) and PV."
+        "Wait until the PV is steady near its set point. Put the controller in manual. Note the OP (u0) and the PV."
             .to_owned(),
         format!(
-            "Part 1. Move the OP {up} to u0 {} {size} %. {with} Hold it until the PV has moved by {}{unit}, at most {}. Then \
-             move it {down} to u0 {} {size} % and hold it in the same way.",
+            "Part 1. Move the OP {up} to u0 {} {size} %. {with} Hold it until the PV has moved by {}{unit}, but for {} at \
+             most. Then move it {down} to u0 {} {size} % and hold it likewise.",
             if first.op > 0.0 { "+" } else { "−" },
             rough(plan.answer),
             time(first.hold_s),
             if first.op > 0.0 { "−" } else { "+" },
         ),
         format!(
-            "Make {} of each size in the table. When the PV answers all turns of a size, make as many more of that size. If \
-             the PV goes to and fro with all of them, note how long the slowest answer took and go to part 2.",
+            "Make {} of each size in the table. If the PV answers all turns of a size, make as many more of that size. If \
+             the PV follows all of these too, note the time of the slowest answer and go to part 2.",
             counted(plan.each, "turn"),
         ),
         format!(
             "Part 2. Make {} of each size again, each size {:.0} % smaller than the last. Hold each turn until the PV has \
-             answered, at most twice the time that you noted. Stop when the PV does not answer {} sizes in a row.",
+             answered, but for twice the noted time at most. Stop when the PV has not answered {} sizes in a row.",
             counted(plan.each, "turn"),
             100.0 * (1.0 - plan.shrink_by),
             plan.ends_after
         ),
         format!(
-            "If the PV leaves {}{unit} although the OP is where it brings the PV back, move the OP further the same way: by \
-             half a turn, then each time by twice as much, one hold apart. Move u0 by as much.",
+            "If the PV leaves {}{unit} although the OP should bring it back, move the OP further in the same direction. \
+             Move it by half a turn first, then by twice as much after each hold. Shift u0 by the same amount.",
             range(low, high)
         ),
         format!(
-            "Put the controller in automatic if the PV leaves {}{unit}, or before an alarm does. Wait until the PV is calm, \
-             then go on with the next size. After six such stops end the test.",
+            "Put the controller in automatic if the PV leaves {}{unit} or nears an alarm. Wait until the PV is steady, \
+             then continue with the next size. End the test after six such stops.",
             range(plan.pv_low, plan.pv_high)
         ),
         format!(
-            "Part 1 takes at most {}, and less if the valve answers early. How long part 2 takes depends on how soon it answers. \
-             Read the recording with stiction test read; if it cannot tell, stiction test plan makes the next test of the same \
-             recording.",
+            "Allow {} for part 1, or less if the valve answers early. The duration of part 2 depends on the time of the \
+             answers. Read the recording with stiction test read. If it cannot tell, plan the next test from the same \
+             recording with stiction test plan.",
             time(plan.total_s)
         ),
     ]

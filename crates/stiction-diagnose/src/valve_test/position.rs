@@ -1,54 +1,56 @@
-//! What the recorded position of the stem shows in a test: dead band, resolution and how soon it moves.
+//! Dead band, resolution and response times from the recorded valve position in a test.
 //!
 //! # Definitions
-//! Those of ANSI/ISA-75.25.01, "Test procedure for control valve response measurement from step inputs", as we remember
-//! them (recalled; the edition was not read):
+//! These follow ANSI/ISA-75.25.01, "Test procedure for control valve response measurement from step inputs" (recalled,
+//! the edition was not read):
 //!
-//! * dead band: how far the OP goes after a reversal before the stem moves (S of this project);
-//! * resolution: how far it goes on in the same direction before the stem moves again (J);
-//! * dead time Td: until the stem begins to move; T63 and T86: until it has gone 63.2 and 86.5 % of its way, Td included.
+//! * Dead band is the OP change after a reversal before the stem moves (S of this project).
+//! * Resolution is the OP change in the same direction before the stem moves again (J).
+//! * Dead time Td is the time until the stem begins to move. T63 and T86 are the times until it has covered 63.2 and
+//!   86.5 % of its travel, including Td.
 //!
-//! Distances are counted from the OP at which the stem last moved. The stem has moved with a turn if its mean over the last
-//! third of the hold differs from that before by more than four standard deviations of the noise and 0.05 % of span.
+//! OP changes are measured from the OP at which the stem last moved. The stem has moved with a turn if its mean over
+//! the last third of the hold differs from the previous one by more than four standard deviations of the noise and 0.05
+//! % of span.
 //!
 //! # Limits
-//! A turn says only whether a distance moves the stem; so both are known between the longest that did not and the
-//! shortest that did. Times are those of turns that moved the stem by 2 % or more and are known to a sample.
+//! A turn shows only whether an OP change moves the stem. So both lie between the largest change that did not and the
+//! smallest that did. Times are from turns that moved the stem by 2 % or more, with an accuracy of one sample.
 
 use super::weigh::Manual;
 use crate::series::{mean, median, noise_std};
 use crate::spoken::{counted, rough, time};
 
-/// A distance of the OP that moves the stem, percent: known between two turns.
+/// The OP change that moves the stem, percent, as an interval between two turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Between {
-    /// The longest that did not move it; 0 if each did.
+    /// The largest change that did not move the stem; 0 if each did.
     pub above: f64,
-    /// The shortest that did; `None` if none did.
+    /// The smallest change that moved the stem; `None` if none did.
     pub up_to: Option<f64>,
 }
 
-/// What the position shows.
+/// Results from the valve position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct PositionReading {
-    /// How far the OP goes after a reversal before the stem moves, percent; `None` without a reversal.
+    /// The OP change after a reversal before the stem moves, percent; `None` without a reversal.
     pub dead_band: Option<Between>,
-    /// How far the OP goes on in one direction before the stem moves again, percent; `None` if it never goes on.
+    /// The OP change in one direction before the stem moves again, percent; `None` if each turn is a reversal.
     pub resolution: Option<Between>,
-    /// Median time until the stem begins to move, s; `None` where no turn moved it by 2 % or more.
+    /// Median time until the stem begins to move, s; `None` if no turn moved it by 2 % or more.
     pub dead_time_s: Option<f64>,
-    /// Median time until it has gone 63.2 % of its way, s.
+    /// Median time until the stem has covered 63.2 % of its travel, s.
     pub t63_s: Option<f64>,
-    /// Median time until it has gone 86.5 % of its way, s.
+    /// Median time until the stem has covered 86.5 % of its travel, s.
     pub t86_s: Option<f64>,
-    /// Turns of which these times are.
+    /// Number of turns in these medians.
     pub timed: usize,
 }
 
 impl PositionReading {
-    /// What it shows, in sentences.
+    /// The results in sentences.
     pub(super) fn reasons(&self) -> Vec<String> {
         let of = |what: &str, between: Option<Between>| {
             between.map(|between| match between {
@@ -71,7 +73,7 @@ impl PositionReading {
                 .collect();
         if let (Some(dead), Some(t63), Some(t86)) = (self.dead_time_s, self.t63_s, self.t86_s) {
             all.push(format!(
-                "in {} the stem began to move after {}, had gone 63 % of its way after {} and 86 % after {} (medians)",
+                "in {} the stem began to move after {} and covered 63 % of its travel after {} and 86 % after {} (medians)",
                 counted(self.timed, "turn"),
                 time(dead),
                 time(t63),
@@ -82,18 +84,18 @@ impl PositionReading {
     }
 }
 
-/// A stem has moved by more than this, percent, and by so many standard deviations of the noise.
+/// Smallest stem travel that counts as a move, percent, and in standard deviations of the noise.
 const LEAST: f64 = 0.05;
 const SURE: f64 = 4.0;
-/// Turns that move the stem by so much are timed, percent, and by so many standard deviations.
+/// Smallest stem travel of a timed turn, percent, and in standard deviations of the noise.
 const TIMED: f64 = 2.0;
 const CLEAR: f64 = 10.0;
-/// Of its way, where the stem begins to move.
+/// Share of the travel at which the stem begins to move.
 const BEGINS: f64 = 0.05;
 const T63: f64 = 0.632;
 const T86: f64 = 0.865;
 
-/// What turns made of the stem.
+/// Effects of the turns on the stem.
 #[derive(Default)]
 struct Found {
     reversals: Vec<(f64, bool)>,
@@ -101,7 +103,7 @@ struct Found {
     times: Vec<[f64; 3]>,
 }
 
-/// What the position in the times in manual shows, with a sample every `dt` s; `None` without two turns.
+/// Results from the valve position in the times in manual, with a sample every `dt` s; `None` without two turns.
 pub(super) fn position(spells: &[Manual], dt: f64) -> Option<PositionReading> {
     let mut found = Found::default();
     let all: Vec<f64> = spells.iter().flat_map(|spell| spell.pv.iter().copied()).collect();
@@ -128,7 +130,7 @@ pub(super) fn position(spells: &[Manual], dt: f64) -> Option<PositionReading> {
 
 impl Found {
     fn see(&mut self, spell: &Manual, noise: f64, dt: f64) {
-        // Where the OP was when the stem last moved, and which way that was.
+        // The OP when the stem last moved, and the direction.
         let mut last: Option<(f64, f64)> = None;
         let ends = spell.turns.iter().skip(1).map(|turn| turn.0).chain([spell.pv.len()]);
         let mut rest: Option<f64> = None;
@@ -160,7 +162,7 @@ impl Found {
     }
 }
 
-/// After how many samples the stem has gone this share of its way.
+/// Number of samples until the stem has covered this share of its travel.
 fn crossed(held: &[f64], start: f64, way: f64, share: f64) -> f64 {
     let gone = |x: f64| (x - start) / way;
     let k = held.iter().position(|x| gone(*x) >= share).unwrap_or(held.len());
@@ -173,7 +175,7 @@ fn crossed(held: &[f64], start: f64, way: f64, share: f64) -> f64 {
     }
 }
 
-/// Between which distances the stem begins to move: the longest without a move below the shortest with one.
+/// The interval in which the stem begins to move: from the largest change without a move to the smallest with one.
 fn between(of: &[(f64, bool)]) -> Option<Between> {
     let moved = of.iter().filter(|(_, moved)| *moved).map(|(distance, _)| *distance);
     let up_to = moved.fold(f64::INFINITY, f64::min);
@@ -207,7 +209,7 @@ mod tests {
 
     #[test]
     fn dead_band_and_resolution_lie_between_turns() {
-        // To and fro by shrinking turns, then on in one direction by small steps.
+        // Shrinking turns, then small steps in one direction.
         let half = |k: u32| 3.0 - 0.125 * f64::from(k);
         let mut op: Vec<f64> =
             (0..22).map(|k| 60.0 + if k % 2 == 1 { -half(k) } else { half(k) }).collect();
@@ -224,7 +226,7 @@ mod tests {
     fn times_are_those_of_a_lag() {
         let op: Vec<f64> = (0..10).map(|k| if k % 2 == 0 { 60.0 } else { 50.0 }).collect();
         let found = position(&[stroked(&op, 0.0, 0.0, 4.0)], 1.0).unwrap();
-        // The first sample of a turn is one step later already.
+        // The first sample of a turn is already one step later.
         assert!((found.t63_s.unwrap() - 3.0).abs() < 0.3, "{found:?}");
         assert!((found.t86_s.unwrap() - 7.0).abs() < 0.4, "{found:?}");
         assert!(found.dead_time_s.unwrap() < 1.0 && found.timed == 9);

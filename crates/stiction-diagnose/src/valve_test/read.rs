@@ -1,4 +1,4 @@
-//! What a test says that was carried out.
+//! Judges a valve from the recording of a test.
 
 use super::carried::{Carried, carried, same_loop};
 use super::cut::cut;
@@ -14,51 +14,51 @@ use crate::recording::{ByHand, Grid, GridOptions, KnownBy, Recording, Segment};
 use crate::series::{max, median, min, noise_std, quantile, span, std};
 use crate::spoken::{percent, rough, time};
 
-/// What is known of a test before it is read.
+/// Inputs to the reading of a test in addition to the recording.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReadOptions {
-    /// What was set by hand, where somebody wrote it down; without it it is looked for in the recording.
+    /// The manual settings, if noted on a sheet. By default they are found in the recording.
     pub by_hand: Option<ByHand>,
-    /// The plan that was followed.
+    /// The plan of the test.
     pub plan: Option<TestPlan>,
-    /// Whether the PV rises when the OP rises; by default the action of the controller shows it, or else the test.
+    /// Whether the PV rises when the OP rises. By default it follows from the controller action, or else from the test.
     pub rises: Option<bool>,
-    /// How the recording is brought onto a grid.
+    /// How the recording is resampled to a regular grid.
     pub grid: GridOptions,
 }
 
-/// A turn of the OP, and what came of it.
+/// A turn of the OP and its answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Step {
-    /// When the OP was set, s on the recording's clock.
+    /// Time of the OP setting, s on the recording's clock.
     pub at_s: f64,
-    /// To what, percent.
+    /// The OP after the turn, percent.
     pub op: f64,
-    /// How far that was from the OP before, percent; `None` for the first of a time in manual, before which the stem may
-    /// have been anywhere.
+    /// The change of the OP, percent; `None` for the first turn of a time in manual, because the stem position before
+    /// it is unknown.
     pub travel: Option<f64>,
-    /// How far the PV went with it until the next, in its units.
+    /// The PV change until the next turn, in PV units.
     pub answer: Option<f64>,
-    /// Standard deviation of that.
+    /// Standard deviation of the answer.
     pub error: Option<f64>,
-    /// Whether that is an answer: it goes with the turn, by more than 2.5 standard deviations.
+    /// Whether the PV moved with the turn by more than 2.5 standard deviations.
     pub answered: bool,
 }
 
-/// What a test says of a valve.
+/// The result of a valve test.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct TestReading {
-    /// `sticks`, `does not stick`, `does not respond` or `cannot tell`, by the test and by the operation before it.
+    /// `sticks`, `does not stick`, `does not respond` or `cannot tell`, from the test and the operation before it.
     pub class: VerdictClass,
-    /// That the valve sticks, by both.
+    /// Probability that the valve sticks, from both.
     pub probability: f64,
-    /// That it sticks, by the test alone.
+    /// Probability that the valve sticks, from the test alone.
     pub by_test: f64,
-    /// That it sticks, by the recording before the test; `None` where that says nothing.
+    /// Probability that the valve sticks, from the recording before the test; `None` if it gives none.
     pub by_operation: Option<f64>,
-    /// Of what the test holds likely, the share of a dead band behind the valve: in the process, a linkage or the transmitter.
+    /// Probability of a dead band downstream of the valve, in the process, a linkage or the transmitter.
     pub dead_band_elsewhere: f64,
     /// Stick band plus dead band, percent of span, with its 90 % interval, if the valve sticks.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
@@ -66,70 +66,71 @@ pub struct TestReading {
     /// Slip jump, percent of span, with its 90 % interval, if the valve sticks.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
-    /// S is below this with 95 % confidence, percent; `None` where the test sets no limit.
+    /// S is below this with 95 % confidence, percent; `None` if the test gives no limit.
     #[cfg_attr(feature = "serde", serde(rename = "S_below"))]
     pub s_below: Option<f64>,
-    /// Dead time and lags between OP and PV, s; `None` where no turn was answered.
+    /// Sum of dead time and lags between OP and PV, s; `None` if no turn was answered.
     pub response_s: Option<f64>,
-    /// How it is known what was set by hand: `sheet`, `mode` or `output`.
+    /// The source of the manual settings: `sheet`, `mode` or `output`.
     pub known_by: KnownBy,
-    /// When the test began, s on the recording's clock.
+    /// Start of the test, s on the recording's clock.
     pub from_s: f64,
-    /// When it ended.
+    /// End of the test, s on the recording's clock.
     pub to_s: f64,
-    /// How often the controller took over in between.
+    /// Number of times that the controller took over during the test.
     pub stops: usize,
-    /// Whether the answers are those of the stem, whose position is recorded, and not of the PV.
+    /// Whether the answers are those of the recorded valve position instead of the PV.
     pub by_position: bool,
-    /// What the position shows; `None` where it is not recorded.
+    /// Results from the valve position; `None` if it is not recorded.
     pub position: Option<PositionReading>,
     /// The turns, in order.
     pub steps: Vec<Step>,
-    /// Why, in sentences.
+    /// The reasons, in sentences.
     pub reasons: Vec<String>,
-    /// What to do differently, where the test does not tell.
+    /// How to repeat the test, if it is inconclusive.
     pub advice: Option<String>,
-    /// What was carried out of the plan, where one was given.
+    /// The comparison with the plan, if one was given.
     pub plan: Option<Carried>,
 }
 
 impl TestReading {
-    /// Whose answers are read: `PV` or `stem`.
+    /// The signal with the answers: `PV` or `stem`.
     pub fn who(&self) -> &'static str {
         who(self.by_position)
     }
 
-    /// The unit of the answers, where that of the PV is this: a position is in percent.
+    /// The unit of the answers, given the unit of the PV. A position is in percent.
     pub fn unit<'a>(&self, pv_unit: Option<&'a str>) -> &'a str {
         if self.by_position { "%" } else { pv_unit.unwrap_or("its units") }
     }
 }
 
-/// Probability from which a valve sticks.
+/// Lowest probability for `sticks`.
 const SURE: f64 = 0.95;
-/// How well the PV must go with a valve: correlation, and length of what it answers in standard deviations.
+/// Required agreement of the PV with a valve: correlation, and length of the expected answers in standard deviations.
 const FITS: f64 = 0.65;
 const FITS_HEALTHY: f64 = 0.5;
 const STRONG: f64 = 5.0;
-/// Turns that a valve that sticks must follow, and the PV with it.
+/// Clear answers required for `sticks`.
 const CLEAR: usize = 2;
-/// A PV that goes less than this share of what it does in operation, with an OP that goes as far, does not answer.
+/// The PV does not answer if it moves less than this share of its movement in operation with the same OP range.
 const SILENT: f64 = 0.06;
-/// A PV that goes less than this in operation, over its noise, is never said not to answer.
+/// `does not respond` requires a PV that moves in operation by at least this multiple of its noise.
 const MOVES: f64 = 3.0;
-/// A stem that moves by less than this with a percent of the OP does not respond.
+/// A stem that moves less than this per percent of OP does not respond.
 const STILL: f64 = 0.1;
-/// A valve follows if the test limits S to this share of the OP's range in operation, within bounds in percent.
+/// `does not stick` requires a limit of S below this share of the OP range in operation, within bounds in percent.
 const LIMIT: f64 = 0.25;
 const LIMITS: (f64, f64) = (2.0, 5.0);
-/// The largest limit that is told: further than a test goes, percent.
+/// Larger limits are not reported, because they exceed the turns of a test, percent.
 const TOLD_UP_TO: f64 = 25.0;
-/// Samples of operation below which nothing is asked of it.
+/// Fewest samples of operation that are used.
 pub(super) const FEWEST: usize = 100;
-/// Standard deviations by which an answer is seen.
+/// Standard deviations of the smallest answer.
 const SEEN: f64 = 2.5;
 
-/// What is known of the loop from its operation before the test; of the position in place of the PV where that is read.
+/// Results from the operation before the test. They are for the valve position instead of the PV if the test is read
+/// from it.
 struct Operation {
     rises: Option<bool>,
     pv_std: f64,
@@ -141,7 +142,7 @@ struct Operation {
 /// Reads the test in a recording.
 ///
 /// # Errors
-/// If there is no test in it, or too little of it to be judged: the sentence says what is missing and what to do.
+/// If it has no test, or too little of one. The message names the fault and the remedy.
 pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading, Abstention> {
     let by_hand = match &options.by_hand {
         Some(by_hand) => by_hand.clone(),
@@ -150,7 +151,7 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     check(&by_hand)?;
     if recording.pv.is_none() && recording.vp.is_none() {
         return Err(Abstention(
-            "without a PV or a position the turns of the OP have no answer to read".to_owned(),
+            "without a PV or a valve position the test has no answers; give a recording with one of them".to_owned(),
         ));
     }
     if let Some(plan) = &options.plan {
@@ -160,23 +161,23 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         && !same_loop(&plan.name, &recording.name)
     {
         return Err(Abstention(format!(
-            "the plan is for loop {}, and the recording is of {}; give the plan of this loop",
+            "the plan is for loop {}, but the recording is of {}; give the plan of this loop",
             plan.name, recording.name
         )));
     }
-    // Somebody else than the controller has the OP here: all is taken as it is.
+    // The OP is set by hand in a test, so the mode must not cut the recording.
     let whole = Recording { mode: None, ..recording.clone() };
     let grid = Grid::of(&whole, &options.grid).map_err(|error| Abstention(error.to_string()))?;
     let (from_s, to_s) = by_hand.span_s();
     let of_position = spells(&by_hand, &grid, |segment| segment.vp.as_deref());
-    // A position that holds one value is that of a transmitter that has failed, if the PV answers.
+    // A constant position with an answering PV means a failed position transmitter.
     let by_position = recording.pv.is_none() || moves(&of_position);
     let of_pv = spells(&by_hand, &grid, |segment| segment.pv.as_deref());
     let spells = if by_position { of_position } else { of_pv.clone() };
     let operation = Operation::before(recording, from_s, options, by_position)?;
     if spells.is_empty() {
         return Err(Abstention(
-            "the test lies outside the samples of the recording, or in a gap of it; give a recording that holds it"
+            "the test is outside the recording or in a gap of it; give a recording that contains it"
                 .to_owned(),
         ));
     }
@@ -184,8 +185,8 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     let values: Vec<f64> = manual.iter().flat_map(|spell| spell.pv.iter().copied()).collect();
     if !moves(&spells) {
         return Err(Abstention(format!(
-            "the {} holds one value throughout the test: it is at the end of its range or frozen, or the historian \
-                 did not keep it",
+            "the {} has the same value throughout the test, because it is at the end of its range or frozen, or was not \
+             archived; repeat the test with a signal that moves",
             who(by_position)
         )));
     }
@@ -193,7 +194,7 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     let noise = if by_position { noise_std(&values) } else { operation.noise };
     let floor = (0.4 * noise).max(drawn(&values));
     let known = options.rises.or(options.plan.as_ref().and_then(|plan| plan.rises));
-    // A position rises with the OP.
+    // The position rises with the OP.
     let rises = if by_position { Some(true) } else { known.or(operation.rises) };
     let signs: &[f64] = match rises {
         Some(true) => &[1.0],
@@ -223,48 +224,51 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     reading.reasons.extend(cut(&spells));
     reading.advice = advice(&reading);
     let plan = options.plan.as_ref();
-    // The limits of a plan are those of the PV.
+    // The limits of a plan apply to the PV.
     let compared = plan.filter(|_| !of_pv.is_empty());
     reading.plan = compared.map(|plan| carried(plan, &of_pv, &reading.steps, grid.sample_time));
     if plan.is_some() && compared.is_none() {
         reading.reasons.push(
-            "the plan is not compared with what was carried out, because the recording has no PV"
-                .to_owned(),
+            "the test cannot be compared with the plan, because the recording has no PV".to_owned(),
         );
     }
     Ok(reading)
 }
 
-/// That what was set by hand makes sense: times ascend, and an OP is a percentage.
+/// Checks the manual settings: times ascend, and an OP is a percentage.
 fn check(by_hand: &ByHand) -> Result<(), Abstention> {
     let refuse = |why: String| Err(Abstention(why));
     for set in &by_hand.sets {
         if !set.at_s.is_finite() {
-            return refuse(format!("the OP was set at {} s, which is no time", set.at_s));
+            return refuse(format!(
+                "the OP was set at {} s, which is not a time; correct the sheet",
+                set.at_s
+            ));
         }
         if let Some(op) = set.op
             && !OP.contains(&op)
         {
-            return refuse(format!("the OP was set to {op} %, which is no OP in percent of span"));
+            return refuse(format!(
+                "the OP was set to {op} %, which is not an OP in percent of span; correct the sheet"
+            ));
         }
     }
     match by_hand.sets.windows(2).find(|two| two[1].at_s < two[0].at_s) {
         Some(two) => refuse(format!(
-            "what was set by hand at {} s comes after what was set at {} s; put it in order of time",
+            "the OP setting at {} s follows the one at {} s; sort the settings by time",
             two[1].at_s, two[0].at_s
         )),
         None => Ok(()),
     }
 }
 
-/// What an OP may be, percent.
+/// Valid range of an OP, percent.
 const OP: std::ops::RangeInclusive<f64> = -10.0..=110.0;
 
-const NO_TEST: &str = "there is no test in the recording: its mode shows no time in manual in which the OP was set \
-                       twice, or, without a mode, the OP never goes to and fro in turns that are held; give the sheet \
-                       with what was done, or a recording with the mode";
-const TOO_FEW: &str = "the test cannot be judged: it needs at least two turns in one time in manual, with twelve samples of \
-                       the PV that are not all alike; make more turns, or record more often";
+const NO_TEST: &str = "the recording has no test. With a mode, the OP must be set twice in manual; without one, it must \
+                       alternate between held levels. Give the completed sheet, or a recording with the mode";
+const TOO_FEW: &str = "the test is too short to judge: it needs at least two turns in one time in manual, and twelve \
+                       samples of a PV that moves; make more turns, or record more often";
 
 impl Operation {
     fn before(
@@ -299,18 +303,18 @@ impl Operation {
     }
 }
 
-/// That it sticks, by operation.
+/// Probability that the valve sticks, from operation.
 fn probability(diagnosis: &Diagnosis) -> Option<f64> {
     diagnosis.verdict.probability.map(|p| p.clamp(0.02, 0.98))
 }
 
-/// Whose answers are read.
+/// The signal with the answers.
 fn who(by_position: bool) -> &'static str {
     if by_position { "stem" } else { "PV" }
 }
 
-/// The times in manual whose samples are there, with the times of their turns. Where the position is recorded, it stands in
-/// the place of the PV: it answers to the valve alone.
+/// The recorded times in manual, with the times of their turns. `read` gives the PV or the valve position, which
+/// depends only on the valve.
 fn spells(
     by_hand: &ByHand,
     grid: &Grid,
@@ -338,13 +342,13 @@ fn spells(
     all
 }
 
-/// Whether what was read in them is not one value.
+/// Whether the signal changes in them.
 fn moves(spells: &[(Vec<f64>, Manual)]) -> bool {
     let values: Vec<f64> = spells.iter().flat_map(|(_, of)| of.pv.iter().copied()).collect();
     span(&values) > 0.0
 }
 
-/// Nearly the shortest time that a turn is held, samples: no dead time is longer that was answered.
+/// Nearly the shortest hold, samples. A dead time is not longer if the turns were answered.
 fn shortest_hold(spells: &[Manual]) -> usize {
     let holds =
         spells.iter().flat_map(|spell| spell.turns.windows(2).map(|two| two[1].0 - two[0].0));
@@ -353,7 +357,7 @@ fn shortest_hold(spells: &[Manual]) -> usize {
     holds.get(holds.len() / 12).copied().unwrap_or(0)
 }
 
-/// What a historian that draws lines between the samples it keeps leaves uncertain; 0 of one that keeps all.
+/// The uncertainty from a historian that interpolates between archived samples; 0 if it archives all.
 fn drawn(pv: &[f64]) -> f64 {
     let scale = 1e-7 * span(pv);
     let bends = |k: &usize| (pv[k - 1] - 2.0 * pv[*k] + pv[k + 1]).abs() > scale;
@@ -368,12 +372,12 @@ fn drawn(pv: &[f64]) -> f64 {
     0.5 * median(&off.collect::<Vec<_>>())
 }
 
-/// Log-odds of a probability, short of certainty.
+/// Log-odds of a probability, limited to finite values.
 fn odds(p: f64) -> f64 {
     logit(p.clamp(1e-6, 1.0 - 1e-6))
 }
 
-/// The verdict of test and operation; evidence adds.
+/// The verdict from test and operation. Their log-odds add.
 fn conclude(
     weighed: &Weighed,
     operation: &Operation,
@@ -386,7 +390,7 @@ fn conclude(
     let travel = turns().map(|two| (two[1].1 - two[0].1).abs()).fold(0.0, f64::max);
     let steps = || spells.iter().flat_map(|spell| spell.pv.windows(2));
     let moves = 10 * steps().filter(|two| two[0] != two[1]).count() > steps().count();
-    // A stem that follows moves by what the OP does.
+    // A stem that follows moves as far as the OP.
     let still = by_position
         && weighed.per_percent < STILL
         && sticking.clear < CLEAR
@@ -418,9 +422,9 @@ fn conclude(
         () => VerdictClass::CannotTell,
     };
     let at = |share| weighed.s_quantile(share);
-    // What lies between two turns is known no better than that.
+    // The sizes of the turns limit the accuracy of S.
     let s = Estimate { value: at(0.5), low: at(0.05) / WIDER, high: at(0.95) * WIDER };
-    // Shares of J are tried in steps of a fifth.
+    // J is tried in steps of a fifth of S.
     let of = |share, by: f64| (weighed.share_quantile(share) + by).clamp(0.0, 1.0);
     let j = Estimate {
         value: of(0.5, 0.0) * s.value,
@@ -451,12 +455,12 @@ fn conclude(
     }
 }
 
-/// Whether the PV goes with a valve that sticks, in more than one turn that it follows.
+/// Whether the PV agrees with a sticking valve in at least two clear answers.
 fn explains(seen: Seen) -> bool {
     seen.clear >= CLEAR && seen.fits > FITS && seen.strength > STRONG
 }
 
-/// By this the interval of S is wider than what the likelihoods say.
+/// Factor by which the interval of S is wider than the one from the likelihoods.
 const WIDER: f64 = 1.06;
 
 fn steps(spells: &[(Vec<f64>, Manual)], weighed: &Weighed) -> Vec<Step> {
@@ -489,7 +493,7 @@ fn reasons(reading: &TestReading, weighed: &Weighed) -> Vec<String> {
     let unseen: Vec<f64> =
         turns.iter().filter(|step| !step.answered).filter_map(|step| step.travel).collect();
     let mut all = vec![format!(
-        "the OP was turned {} times in {}, by {} to {} %; the {} answered {} of these turns",
+        "the OP was turned {} times in {}, by {} to {} %, and the {} answered {} of these turns",
         reading.steps.len(),
         time(reading.to_s - reading.from_s),
         rough(min(&turns.iter().filter_map(|step| step.travel).collect::<Vec<_>>())),
@@ -498,15 +502,16 @@ fn reasons(reading: &TestReading, weighed: &Weighed) -> Vec<String> {
         seen.len(),
     )];
     if !seen.is_empty() {
-        all.push(format!("the smallest turn that it answered was {} %", rough(min(&seen))));
+        all.push(format!("the smallest turn with an answer was {} %", rough(min(&seen))));
     }
     if !unseen.is_empty() {
-        all.push(format!("the largest turn that it did not answer was {} %", rough(max(&unseen))));
+        all.push(format!("the largest turn without an answer was {} %", rough(max(&unseen))));
     }
     match reading.class {
         VerdictClass::Sticks => all.extend(reading.s.map(|s| {
             format!(
-                "a valve with S {} % ({} to {}) explains which turns were answered, and how far; no valve that follows does",
+                "a valve with S {} % ({} to {}) explains which turns were answered and by how much; a valve without \
+                 stiction does not",
                 rough(s.value),
                 rough(s.low),
                 rough(s.high)
@@ -514,7 +519,7 @@ fn reasons(reading: &TestReading, weighed: &Weighed) -> Vec<String> {
         })),
         VerdictClass::DoesNotStick => all.extend(reading.s_below.map(|limit| {
             format!(
-                "the {} went as far as a valve with S below {} % would move it",
+                "the {} moved as expected of a valve with S below {} %",
                 reading.who(),
                 rough(limit)
             )
@@ -522,10 +527,10 @@ fn reasons(reading: &TestReading, weighed: &Weighed) -> Vec<String> {
         VerdictClass::DoesNotRespond => all.push(
             match reading.by_position {
                 true => {
-                    "the stem did not go with the OP at all, unless its position is measured wrongly".to_owned()
+                    "the stem did not follow the OP, or its position is measured wrongly".to_owned()
                 }
                 false => {
-                    "the PV did not go with the OP at all, although it moved in operation".to_owned()
+                    "the PV did not follow the OP, although it moved in operation".to_owned()
                 }
             },
         ),
@@ -534,13 +539,13 @@ fn reasons(reading: &TestReading, weighed: &Weighed) -> Vec<String> {
     all.extend(reading.position.iter().flat_map(PositionReading::reasons));
     if weighed.elsewhere > 0.1 {
         all.push(format!(
-            "a dead band behind the valve, as in the transmitter or a linkage, explains the answers as well: {}",
+            "a dead band downstream of the valve, as in the transmitter or a linkage, may explain the answers too ({})",
             percent(weighed.elsewhere)
         ));
     }
     if let Some(before) = reading.by_operation {
         all.push(format!(
-            "probability that it sticks: {} by the test, {} by operation before it, {} by both",
+            "the probability that the valve sticks is {} from the test, {} from operation before it, and {} from both",
             percent(reading.by_test),
             percent(before),
             percent(reading.probability)
@@ -557,19 +562,19 @@ fn advice(reading: &TestReading) -> Option<String> {
     let (seen, unseen): (Vec<&Step>, Vec<&Step>) = turns.partition(|step| step.answered);
     let advice = match () {
         () if reading.dead_band_elsewhere > 0.3 => {
-            "Watch the stem during the test, or record its position: a stem that follows points to the transmitter or the \
+            "Watch the stem during the test, or record its position. If it follows the OP, check the transmitter and the \
              linkage."
         }
         () if seen.is_empty() => {
-            "No turn was answered. Hold each turn longer, turn further, and record OP and PV without compression; if the \
-             PV still does not answer, look at the valve."
+            "No turn was answered. Make larger turns, hold each longer, and record OP and PV without compression. If the \
+             PV still does not answer, inspect the valve."
         }
         () if unseen.is_empty() => {
-            "All turns were answered. Repeat the test with smaller turns, down to those that the PV does not answer."
+            "All turns were answered. Repeat the test with smaller turns until the PV no longer answers."
         }
         () => {
-            "Repeat the test at a calmer time, for what answered moved by itself about as far as with the turns. Make more \
-             turns of the sizes that were answered, and hold them longer."
+            "Repeat the test at a calmer time, because disturbances moved the PV about as far as the turns did. Make more \
+             turns of the answered sizes, and hold them longer."
         }
     };
     Some(advice.to_owned())
@@ -586,8 +591,8 @@ mod tests {
     const DT: f64 = 2.0;
     const OPERATION: usize = 300;
 
-    /// A loop whose OP wanders by its controller, then a test of turns from 0.4 % to 9 % and back to 0.4 %, each held for
-    /// 12 samples; then automatic again.
+    /// A loop in automatic, then a test of turns from 0.4 % to 9 % and back to 0.4 %, each held for 12 samples, then
+    /// automatic again.
     fn tested(s: f64, j: f64, integrates: bool, seed: u64) -> Recording {
         let mut noise = NormalStream::new(seed);
         let mut op: Vec<f64> = (0..OPERATION)
@@ -622,7 +627,7 @@ mod tests {
         recording
     }
 
-    /// The same with the position of the stem, and a PV that a load hides it behind.
+    /// The same with the valve position, and a load that masks it in the PV.
     fn with_position(s: f64, j: f64) -> Recording {
         let mut recording = tested(s, j, false, 7);
         let mut valve = Model::TwoPhase.build(Bands::from_s_j(s, j).unwrap()).unwrap();
@@ -652,7 +657,7 @@ mod tests {
         assert!(reading.reasons.iter().any(|r| r.starts_with("the dead band of the stem is")));
         let free = read(&with_position(0.0, 0.0), &asked()).unwrap();
         assert_eq!(free.class, VerdictClass::DoesNotStick, "{free:?}");
-        // A stem that stands still does not respond, and a position of one value gives way to the PV.
+        // A stem at rest does not respond. With a constant position the PV is read instead.
         let mut noise = NormalStream::new(4);
         let mut still = with_position(2.0, 0.8);
         still.vp.as_mut().unwrap().values.iter_mut().for_each(|v| *v = 50.0 + 0.02 * noise.draw());
@@ -738,13 +743,13 @@ mod tests {
             read(recording, options).unwrap_err().0
         };
         let plain = Recording { mode: None, ..recording.part(0.0, 500.0, 0.0).unwrap() };
-        assert!(refused(&plain, &asked()).starts_with("there is no test in the recording"));
+        assert!(refused(&plain, &asked()).starts_with("the recording has no test"));
         let sheet = |sets: Vec<Set>| ReadOptions {
             by_hand: Some(ByHand { sets, known_by: KnownBy::Sheet }),
             ..asked()
         };
         let early = vec![Set { at_s: 700.0, op: Some(40.0) }, Set { at_s: 650.0, op: Some(41.0) }];
-        assert!(refused(&recording, &sheet(early)).contains("in order of time"));
+        assert!(refused(&recording, &sheet(early)).contains("sort the settings by time"));
         for (at_s, op) in [(f64::NAN, 40.0), (700.0, f64::NAN), (700.0, 1e300)] {
             let wrong = vec![Set { at_s: 600.0, op: Some(40.0) }, Set { at_s, op: Some(op) }];
             assert!(refused(&recording, &sheet(wrong)).contains("which is no"));
@@ -752,13 +757,13 @@ mod tests {
         let far: Vec<Set> = (0..9)
             .map(|k| Set { at_s: 1e6 + f64::from(k), op: Some(40.0 + f64::from(k % 2)) })
             .collect();
-        assert!(refused(&recording, &sheet(far)).contains("outside the samples"));
+        assert!(refused(&recording, &sheet(far)).contains("outside the recording"));
         let blind = Recording { pv: None, ..recording.clone() };
-        assert!(refused(&blind, &asked()).starts_with("without a PV or a position"));
+        assert!(refused(&blind, &asked()).starts_with("without a PV or a valve position"));
         let mut frozen = recording.clone();
         let (time, n) = (recording.op.time.clone(), recording.op.time.len());
         frozen.pv = Some(Channel::new("PV", time, vec![99.0; n]).unwrap());
-        assert!(refused(&frozen, &asked()).contains("one value throughout the test"));
+        assert!(refused(&frozen, &asked()).contains("the same value throughout the test"));
     }
 
     #[test]

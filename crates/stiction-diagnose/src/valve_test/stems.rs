@@ -1,9 +1,9 @@
-//! The valves that a test decides between, and how far each moves with the turns of the OP.
+//! The candidate valves of a test, and how far each moves with the turns of the OP.
 
 use crate::bands::Bands;
 use crate::valve::{Direction, Model, Start, Valve};
 
-/// A valve that a test may be of.
+/// A candidate valve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stem {
     /// Stick band plus dead band, percent.
@@ -14,20 +14,21 @@ pub(super) struct Stem {
 
 /// J as a share of S.
 pub(super) const SHARES: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
-/// Where a stem may be before the first turn, parts of S from the OP.
+/// Possible positions of the stem before the first turn: distance from the OP in units of S.
 pub(super) const PLACES: [f64; 5] = [0.0, -0.45, 0.45, -0.9, 0.9];
-/// The least S that is tried, percent, and the ratio from one to the next.
+/// The smallest S tried, percent, and the ratio of one S to the last.
 const LEAST: f64 = 0.12;
 const RATIO: f64 = 1.1;
 
 impl Stem {
-    /// The S that are tried, percent: from [`LEAST`] to `most`.
+    /// The values of S to try, percent, from [`LEAST`] to `most`.
     pub fn bands(most: f64) -> Vec<f64> {
         let steps = (most / LEAST).ln() / RATIO.ln();
         (0..steps.max(0.0).ceil() as u32).map(|k| LEAST * RATIO.powi(k as i32)).collect()
     }
 
-    /// How far it moves with each turn to one of `op`, percent, from `place`; `None` if a band is refused.
+    /// The stem's travel with each turn to a value of `op`, percent, starting from `place`; `None` if a band is
+    /// invalid.
     pub fn moves(&self, before: f64, op: &[f64], place: f64) -> Option<Vec<f64>> {
         let mut valve = Model::TwoPhase.build(Bands::from_s_j(self.s, self.j).ok()?).ok()?;
         let position = before + place * 0.5 * (self.s + self.j).min(2.0 * self.s);
@@ -35,7 +36,7 @@ impl Stem {
         let mut at = valve.step(before);
         let step = |op: &f64| {
             let (last, now) = (at, valve.step(*op));
-            // It comes to rest.
+            // The stem comes to rest.
             valve.step(*op);
             at = now;
             now - last

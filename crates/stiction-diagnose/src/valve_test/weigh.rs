@@ -1,7 +1,7 @@
-//! How much the turns of a test speak for each valve.
+//! The evidence of a test for each valve.
 //!
-//! For each S of a grid the likelihood is the mean over J, the process and the place of the stem at first, at the best
-//! gain. Before the test half of the valves follow, and of the others ln S is uniform.
+//! For each S of a grid, the likelihood is the mean over J, the process and the start position of the stem, at the best
+//! gain. The prior has half of the valves without stiction, and a uniform ln S for the others.
 
 use super::answer::{Answers, Process, Spell, answers};
 use super::behind::apart;
@@ -11,48 +11,49 @@ use super::stems::{SHARES, Stem};
 /// A time in manual.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Manual {
-    /// The PV in it, sample by sample.
+    /// Its PV, sample by sample.
     pub pv: Vec<f64>,
     /// The OP before it, percent.
     pub before: f64,
-    /// At which sample of the spell the OP was set, and to what, percent.
+    /// The sample of each OP setting, and the OP, percent.
     pub turns: Vec<(usize, f64)>,
 }
 
-/// The largest S of a valve that follows, percent: what lies below is no fault, and hardly any test resolves it.
+/// The largest S of a valve that does not stick, percent. A smaller S is no fault, and hardly any test resolves it.
 pub(super) const SMALL: f64 = 0.42;
-/// Probabilities before the test: of valves that follow, that stick, and of nothing that answers.
+/// Prior probabilities of a valve that follows, a valve that sticks, and no answer at all.
 const FOLLOWS: f64 = 0.47;
 const STICKS: f64 = 0.48;
 const SILENT: f64 = 0.05;
-/// The probability of a dead band behind the process, over that of a valve that sticks.
+/// Prior probability of a dead band downstream of the process, relative to a sticking valve.
 const ELSEWHERE: f64 = 0.042;
-/// Nats by which a sum of squares speaks for a dead band in the valve or behind the process: half of what independent
-/// errors would give, for no process is quite what is fitted; and the most.
+/// Evidence in nats from a difference of the sums of squares, for a dead band in the valve or downstream of the
+/// process. It is half of the evidence from independent errors, because no process is exactly linear. The second value
+/// is its limit.
 const NATS: f64 = 0.25;
 const MOST_NATS: f64 = 30.0;
-/// Samples that are looked at, at most; more are averaged.
+/// Most samples that are used. More are averaged.
 const MOST_SAMPLES: usize = 1500;
-/// Samples and turns that a time in manual has at least.
+/// Fewest samples and turns of a time in manual.
 const FEWEST: (usize, usize) = (12, 2);
-/// Processes that all valves are tried with, and by how many nats they may be less likely than the best.
+/// Number of processes that are tried with all valves, and how much less likely than the best they may be, nats.
 const PROCESSES: usize = 4;
 const NEAR: f64 = 12.0;
-/// Valves and processes by which a dead band behind the process is told from one in the valve.
+/// Number of valves and processes to distinguish a dead band downstream of the process from one in the valve.
 const STEMS: usize = 12;
 const BEHIND: usize = 4;
-/// The largest S that is tried is no smaller than this, percent: a turn that is shorter says nothing of it.
+/// Lower bound of the largest S tried, percent. Smaller turns give no information about such an S.
 const MOST: f64 = 30.0;
-/// The quantile of S that is told as its limit, and a factor for what lies between two S of the grid.
+/// The quantile of S that is reported as its limit, and a factor for the distance of the S in the grid.
 const LIMIT: (f64, f64) = (0.975, 1.1);
 
-/// An S that was tried.
+/// An S of the grid.
 #[derive(Debug, Clone, PartialEq)]
 struct Tried {
     s: f64,
-    /// Logarithms of the likelihood by J over S; one, of a valve that follows.
+    /// Log-likelihood by J over S; a single value for a valve that follows.
     logs: Vec<f64>,
-    /// The same over all J, with what is held likely before the test.
+    /// The same over all J, including the prior.
     weight: f64,
 }
 
@@ -61,7 +62,7 @@ impl Tried {
         self.s > SMALL
     }
 
-    /// Its valves, with the logarithms of their likelihood.
+    /// Its valves, with their log-likelihood.
     fn stems(&self) -> impl Iterator<Item = (f64, Stem)> {
         let s = self.s;
         self.logs.iter().zip(SHARES).map(move |(log, share)| (*log, Stem { s, j: share * s }))
@@ -77,33 +78,33 @@ pub(super) struct Band {
     pub shares: Vec<f64>,
 }
 
-/// What a test says.
+/// The evidence of a test.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Weighed {
-    /// Probabilities: of a valve with S above [`SMALL`], of nothing that answers, of a dead band behind the process.
+    /// Probabilities of a valve with S above [`SMALL`], of no answer, and of a dead band downstream of the process.
     pub sticks: f64,
     pub silent: f64,
     pub elsewhere: f64,
-    /// S of a valve is below this with 95 % probability if ln S is anything at first.
+    /// S is below this with 95 % confidence, with a flat prior for ln S.
     pub s_below: f64,
-    /// How well the PV goes with the likeliest valve that sticks, and with one that follows.
+    /// How well the PV agrees with the likeliest sticking valve, and with a valve that follows.
     pub sticking_seen: Seen,
     pub following_seen: Seen,
-    /// The PV changes by no more than this with a percent of the OP while a turn is held, its units.
+    /// Upper limit of the PV change per percent of OP during a hold, PV units.
     pub per_percent: f64,
     /// Valves by S, from 0 upwards.
     pub bands: Vec<Band>,
-    /// Logarithm of the likelihood of the likeliest, but for a constant that the sign of the gain does not change.
+    /// Log-likelihood of the likeliest valve, up to a constant that does not depend on the sign of the gain.
     pub log: f64,
-    /// How far the PV went with each turn: spell, turn, PV units at the end of its hold, standard deviation.
+    /// The PV change of each turn: spell, turn, PV units at the end of its hold, standard deviation.
     pub turns: Vec<(usize, usize, f64, f64)>,
-    /// Of the gain.
+    /// Sign of the gain.
     pub sign: f64,
-    /// The likeliest process, and how many samples one of its samples is.
+    /// The likeliest process, and the number of recorded samples in one of its samples.
     pub response: (Process, usize),
 }
 
-/// The times in manual that can be looked at: their numbers, their turns, and their samples.
+/// The usable times in manual: their numbers, turns and samples.
 struct Looked {
     indices: Vec<usize>,
     manual: Vec<Manual>,
@@ -133,14 +134,14 @@ impl Looked {
         turns.map(|two| (two[1].1 - two[0].1).abs()).fold(0.0, f64::max)
     }
 
-    /// The longest time that a turn is held, samples.
+    /// The longest hold, samples.
     fn held(&self) -> usize {
         let turns = self.spells.iter().flat_map(|spell| spell.turns.windows(2));
         turns.map(|two| two[1] - two[0]).max().unwrap_or(1)
     }
 
-    /// Whether the answers of a process go with the turns, not against them: a dead time of a turn and more would exchange
-    /// those of turns up and down.
+    /// Whether the answers of a process have the sign of the turns. A dead time of a turn or more would exchange the
+    /// answers of turns up and down.
     fn goes(&self, of: &Answers, sign: f64) -> bool {
         let mut sum = 0.0;
         for (spell, (found, information)) in self.manual.iter().zip(&of.spells) {
@@ -152,7 +153,7 @@ impl Looked {
     }
 }
 
-/// A spell with every `factor` samples averaged, and its turns that have at least one such sample to answer in.
+/// A spell with every `factor` samples averaged, and its turns with at least one averaged sample.
 fn averaged(spell: &Manual, factor: usize) -> (Manual, Spell) {
     let pv: Vec<f64> =
         spell.pv.chunks_exact(factor).map(|b| b.iter().sum::<f64>() / factor as f64).collect();
@@ -163,8 +164,8 @@ fn averaged(spell: &Manual, factor: usize) -> (Manual, Spell) {
     (Manual { pv: vec![], before: spell.before, turns }, looked)
 }
 
-/// Weighs all valves; the gain has this sign, the dead time is no longer than so many samples, and errors have a standard
-/// deviation of `floor` at least. A dead band may lie `elsewhere` than in the valve. `None` if there is not enough to look at.
+/// Weighs all valves, with the sign of the gain, the longest dead time in samples and `floor` as the smallest standard
+/// deviation of the errors. `elsewhere` allows a dead band outside the valve. `None` if the data are too few.
 pub(super) fn weigh(
     spells: &[Manual],
     sign: f64,
@@ -204,7 +205,7 @@ pub(super) fn weigh(
     let further = elsewhere
         .then(|| apart(manual, seen, noise, &processes, longest_dead, looked.travel(), &stems))
         .flatten();
-    // Where nothing tells them apart, a dead band behind the process is as likely as it is before the test.
+    // If the data do not distinguish them, a dead band downstream of the process keeps its prior probability.
     let against = further.map_or(0.0, |f| (-NATS * f / variance).clamp(-MOST_NATS, MOST_NATS));
     let behind = match elsewhere {
         true => 1.0 / (1.0 + (-(ELSEWHERE.ln() + against)).exp()),
@@ -246,7 +247,7 @@ pub(super) fn weigh(
     })
 }
 
-/// All S that are tried, from 0 upwards.
+/// All S of the grid, in ascending order from 0.
 fn tried(problems: &[Problem<'_>], looked: &Looked) -> Vec<Tried> {
     let bands = Stem::bands((2.0 * looked.travel()).max(MOST));
     let many = bands.iter().filter(|s| **s > SMALL).count().max(1) as f64;
@@ -264,7 +265,7 @@ fn tried(problems: &[Problem<'_>], looked: &Looked) -> Vec<Tried> {
     std::iter::once(follows).chain(bands.iter().map(of)).collect()
 }
 
-/// Logarithm of the mean likelihood over the processes.
+/// Logarithm of the mean likelihood of the processes.
 fn mean_over(problems: &[Problem<'_>], log: impl Fn(&Problem<'_>) -> f64) -> f64 {
     log_mean(&problems.iter().map(log).collect::<Vec<_>>())
 }
@@ -277,7 +278,7 @@ fn band(of: &Tried, most: f64, whole: f64) -> Band {
     Band { s: of.s, weight, shares: likely.iter().map(|l| weight * l / sum).collect() }
 }
 
-/// Logarithm of the mean of what these are the logarithms of.
+/// Logarithm of the mean, from the logarithms of the values.
 pub(super) fn log_mean(logs: &[f64]) -> f64 {
     let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if !most.is_finite() {
@@ -287,13 +288,13 @@ pub(super) fn log_mean(logs: &[f64]) -> f64 {
 }
 
 impl Weighed {
-    /// The S below which this share of the valves that stick lies.
+    /// The quantile of S among the valves that stick.
     pub fn s_quantile(&self, share: f64) -> f64 {
         let of = self.bands.iter().filter(|band| band.s > SMALL);
         quantile(&of.map(|band| (band.s, band.weight)).collect::<Vec<_>>(), share)
     }
 
-    /// The J over S below which this share of those that stick lies.
+    /// The quantile of J over S among the valves that stick.
     pub fn share_quantile(&self, share: f64) -> f64 {
         let sums: Vec<(f64, f64)> = SHARES
             .iter()
@@ -315,7 +316,7 @@ impl Weighed {
     }
 }
 
-/// Quantile of weighted values that ascend; each stands for the span to half way to its neighbours.
+/// Quantile of ascending weighted values. Each represents the range to half-way to its neighbours.
 fn quantile(of: &[(f64, f64)], share: f64) -> f64 {
     let wanted = share * of.iter().map(|(_, w)| w).sum::<f64>();
     let mut sum = 0.0;
