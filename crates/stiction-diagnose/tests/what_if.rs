@@ -147,7 +147,7 @@ fn the_papers_loop() {
     // Sampled faster, no throw of it could be followed by a stem.
     let faster = asked(&plant, Model::TwoPhase, b);
     let throws = row(&faster, |action| *action == Action::Compensate(Method::ModifiedTwoMove));
-    assert!(throws.against.iter().any(|said| said.contains("faster than a pneumatic one")));
+    assert!(throws.against.iter().any(|said| said.contains("faster than a pneumatic actuator")));
     plant.sample_time = 0.25;
     let found = asked(&plant, Model::TwoPhase, b);
     assert!(found.rows.windows(2).all(|w| w[0].worst_error() <= w[1].worst_error()));
@@ -172,12 +172,12 @@ fn the_papers_loop() {
     for worse in [Method::TwoMove, Method::ThreeMove, Method::IntegralDeadZone] {
         let row = row(&found, |action| *action == Action::Compensate(worse));
         assert!(row.worst_error() > now.error());
-        assert!(row.against[0].contains("more error than now"), "{:?}", row.against);
+        assert!(row.against[0].contains("larger error than now"), "{:?}", row.against);
     }
-    assert!(said(&found, "Repair the valve: that removes the cause"));
+    assert!(said(&found, "Repair the valve to remove the cause"));
     assert!(said(&found, "compensate it (modified-two-move"));
-    assert!(said(&found, "pays where loads of 5 % come less often than"));
-    assert!(said(&found, "Do not count on the positioner"));
+    assert!(said(&found, "pays if loads of 5 % come less often than"));
+    assert!(said(&found, "Do not rely on the positioner"));
     assert!(!said(&found, "NaN") && !said(&found, "inf"));
 
     let test = found.confirm.unwrap();
@@ -218,16 +218,16 @@ fn loops_without_a_cycle() {
     let b = bands(5.0, 0.0);
     let found = asked(&paper(Model::TwoPhase, b), Model::TwoPhase, b);
     assert!(matches!(found.as_it_is().unwrap().cycle, Prediction::NoCycle(_)));
-    assert!(said(&found, "has no limit cycle of its own (decays"));
+    assert!(said(&found, "has no limit cycle (decays"));
     assert!(said(&found, "Repair the valve"));
     assert!(found.interim().is_none() && said(&found, "leave the loop as it is"));
-    assert!(found.retuning.unwrap_err().contains("no limit cycle to be tuned away"));
+    assert!(found.retuning.unwrap_err().contains("no limit cycle to remove by tuning"));
 
     let b = bands(5.0, 3.0);
     let process = Process::first_order(1.5, 5.93, 1.07).unwrap();
     let plant = looped(Controller::p(1.0).unwrap(), process, Model::TwoPhase, b);
     let found = asked(&plant, Model::TwoPhase, b);
-    assert!(said(&found, "its stem is at rest"));
+    assert!(said(&found, "The stem is at rest"));
     // Nothing moves from which a test could be sized.
     assert!(found.confirm.is_none());
 
@@ -245,7 +245,7 @@ fn an_integrating_level_loop() {
     let found = asked(&plant, Model::TwoPhase, b);
     let cycle = found.as_it_is().unwrap().cycle.cycle().unwrap();
     assert!((cycle.period_s - 16.1491).abs() < 1e-3);
-    assert!(said(&found, "Repair the valve: that removes the cause"));
+    assert!(said(&found, "Repair the valve to remove the cause"));
     if let Some(best) = found.interim() {
         assert!(best.against.is_empty());
     }
@@ -271,7 +271,7 @@ fn an_unstable_loop_is_retuned_first() {
     let mut plant = looped(limited, process.clone(), Model::TwoPhase, b);
     plant.set_point = 50.0.into();
     let found = asked(&plant, Model::TwoPhase, b);
-    assert!(found.recommendation[0].starts_with("The loop is not stable"));
+    assert!(found.recommendation[0].starts_with("The loop is unstable"));
     assert!(found.interim().is_none() && said(&found, "A repair would change little"));
     // Without limits it grows beyond all numbers.
     let plant = looped(controller, process, Model::TwoPhase, b);

@@ -221,7 +221,7 @@ fn a_loop_in_manual_is_not_judged() {
     assert_eq!(diagnosis.verdict.class, VerdictClass::CannotTell);
     assert_eq!(diagnosis.verdict.basis, Basis::None);
     assert_eq!(diagnosis.fitness.class, Class::Unfit);
-    assert!(diagnosis.fitness.reasons[0].contains("never was in automatic"));
+    assert!(diagnosis.fitness.reasons[0].contains("was never in automatic"));
     assert!(diagnosis.findings.iter().all(|f| f.decision == Decision::Abstains));
     assert!(diagnosis.subject().is_none() && diagnosis.oscillation().is_none());
 }

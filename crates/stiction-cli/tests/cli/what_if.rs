@@ -19,12 +19,12 @@ valve repaired          0.061  0.061   0.068      1.95       0.684     229  8.70
     let whole = out.split("\n\n").nth(1).expect("the table");
     assert!(page.contains(whole), "docs/compensation.md must show: {whole}");
     for part in [
-        "\nWhat to do\n- As it is, the loop cycles every 18 s",
-        "- Repair the valve: that removes the cause.",
-        "- Until then, leave the loop as it is: something speaks against every tuning",
+        "\nWhat to do\n- The present loop cycles every 18 s",
+        "- Repair the valve to remove the cause.",
+        "- Until then, leave the loop as it is. There is evidence against every tuning",
         "\nThe test in manual that confirms it first\n",
         "- Part 1. Move the OP up to u0 + 0.2 %. The PV rises when the OP rises.",
-        "\nWhat this rests on\n- The valve is two-phase with S = 5 % and J = 3 %",
+        "\nWhat this rests on\n- The valve model is two-phase with S = 5 % and J = 3 %",
     ] {
         assert!(out.contains(part), "{part}: {out}");
     }
@@ -53,7 +53,7 @@ fn times_that_no_sample_shows_are_refused_at_once() {
             refused.contains("times the sample time of 0.01 s, but must be between"),
             "{refused}"
         );
-        assert!(refused.contains("or a sample time that shows it"), "{refused}");
+        assert!(refused.contains("or change the sample time"), "{refused}");
         assert!(began.elapsed().as_secs() < 10, "{set}");
     }
     run(&folder, &paper("what-if", &["--set", "process.delay=0"]));
@@ -94,12 +94,12 @@ fn options_change_what_is_assumed() {
     let out = run(&folder, &paper("what-if", &options)).quiet_success();
     let words = out.split_whitespace().collect::<Vec<_>>().join(" ");
     for part in [
-        "A repaired valve keeps S = 2 % and J = 1 %; a retuned loop keeps Ms within 1.5.",
+        "A repaired valve has S = 2 % and J = 1 %. A retuned loop has Ms up to 1.5.",
         "The positioner is proportional with a gain of 1 ",
     ] {
         assert!(words.contains(part), "{part}: {words}");
     }
-    assert!(!words.contains("Do not count on the positioner"), "1 x 3 is below 5");
+    assert!(!words.contains("Do not rely on the positioner"), "1 x 3 is below 5");
     // Dead band alone does not cycle here.
     let out = run(&folder, &paper("what-if", &["--set", "valve.J=0"])).quiet_success();
     assert!(out.contains("the loop has no limit cycle of its own (decays"), "{out}");

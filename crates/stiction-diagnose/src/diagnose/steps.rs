@@ -1,4 +1,4 @@
-//! All steps in a row, from a recording to its diagnosis.
+//! All steps from a recording to its diagnosis.
 
 use super::belonging::Belonging;
 use super::by_evidence::Ruling;
@@ -23,30 +23,29 @@ use crate::recording::{ByHand, Grid, GridOptions, LoopType, Recording, Segment};
 use crate::spoken::time;
 use crate::valve_test::{self, PlanOptions};
 
-/// What may be told about a loop before it is diagnosed.
+/// Inputs to a diagnosis in addition to the recording.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DiagnoseOptions {
-    /// What the loop controls, if the recording does not know.
+    /// The loop type, if it is not in the recording.
     pub loop_type: Option<LoopType>,
-    /// How the recording is brought onto a grid.
+    /// How the recording is resampled to a regular grid.
     pub grid: GridOptions,
-    /// What the key figures need to know.
+    /// Inputs to the key figures.
     pub kpis: KpiOptions,
-    /// Which published methods are asked.
+    /// The published methods to run.
     pub detectors: Detectors,
-    /// Whether findings keep what they [looked at](Finding::looked_at), for a report that draws it. It is about
-    /// twice what the recording itself takes.
+    /// Whether findings keep the [data](Finding::looked_at) that a report draws. They need about twice the memory of
+    /// the recording.
     pub evidence: bool,
 }
 
-/// Which of the published methods are asked for a diagnosis. They cost most of its time, so whoever
-/// needs no more than the verdict, or than some of them, can leave the others out.
+/// The published methods that a diagnosis runs. They take most of its time, so leave out those that are not needed.
 ///
-/// Those that read the measured valve position ([`Family::Measured`]) are always asked, because the
-/// verdict follows them. A verdict that rests on a majority counts the votes of those that are asked only.
+/// Methods that read the measured valve position ([`Family::Measured`]) always run, because the verdict follows them. A
+/// majority verdict counts only the votes of the methods that run.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Detectors {
-    /// All of the registry.
+    /// All methods of the registry.
     #[default]
     All,
     /// None.
@@ -56,7 +55,7 @@ pub enum Detectors {
 }
 
 impl Detectors {
-    /// The detectors that are asked, in the order of the registry.
+    /// The detectors to run, in the order of the registry.
     pub fn asked(&self) -> Vec<Box<dyn Detector>> {
         let mut detectors = methods::all();
         detectors.retain(|detector| {
@@ -72,13 +71,12 @@ impl Detectors {
     }
 }
 
-/// A segment as a diagnosis shows it to the detectors: with the period of the oscillation that speaks for the
-/// loop, if one is found.
+/// A segment as input to the detectors, with the period of the dominant oscillation if there is one.
 pub fn subject(segment: &Segment, loop_type: LoopType) -> Subject<'_> {
     Subject::new(segment, loop_type, Oscillations::of(segment).period(segment))
 }
 
-/// Whether a recording can answer, by the segment that a diagnosis would judge.
+/// Whether a recording is fit for a diagnosis, by the segment that would be judged.
 ///
 /// # Errors
 /// As for [`Grid::of`].
@@ -88,7 +86,7 @@ pub fn fitness(recording: &Recording, options: &GridOptions) -> Result<Fitness> 
     Ok(assessed(recording, &grid, period).1)
 }
 
-/// The windows that are judged, and whether they can answer.
+/// The judged windows and their fitness.
 fn assessed(recording: &Recording, grid: &Grid, period: Option<f64>) -> (Vec<Segment>, Fitness) {
     match grid.longest() {
         Some(segment) => {
@@ -102,8 +100,8 @@ fn assessed(recording: &Recording, grid: &Grid, period: Option<f64>) -> (Vec<Seg
 /// Diagnoses a recording.
 ///
 /// # Errors
-/// If the recording cannot be brought onto a grid, as when its times make no sense, or an option is out of
-/// its range. Whatever else is wrong with the data is a result: the diagnosis says that it cannot tell, and why.
+/// If the recording cannot be resampled, for instance because of invalid times, or if an option is out of range. Other
+/// faults of the data are results: the diagnosis is "cannot tell", with the reason.
 pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diagnosis> {
     if let Some(dead_time) = options.kpis.dead_time {
         non_negative("the dead time", dead_time)?;
@@ -134,7 +132,7 @@ pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diag
         Some(Err(Abstention(why))) if fitness.class != Class::Unfit => {
             verdict
                 .contradictions
-                .push(format!("the valve position that is recorded is of no use: {why}"));
+                .push(format!("the recorded valve position cannot be used: {why}"));
         }
         _ => {}
     }
@@ -149,9 +147,9 @@ pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diag
     };
     let mut test_due = false;
     if let Some(subject) = &subject {
-        // A number with its interval says more than a limit.
+        // A value with its interval replaces the limit.
         verdict.s_below = verdict.s_below.filter(|_| stiction.s.is_none());
-        // Where it does not stick, no number is called stiction.
+        // A valve that does not stick has no values of stiction.
         let answers =
             mistaken.is_none() && (by_position.is_some() || fitness.class != Class::Unfit);
         if verdict.class != VerdictClass::DoesNotStick && answers {
@@ -201,12 +199,12 @@ pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diag
     Ok(diagnosis)
 }
 
-/// What the methods that are asked say; without a subject, that there is none.
+/// The findings of the methods; without a subject, all abstain.
 fn findings(asked: &Detectors, subject: Option<&Subject<'_>>) -> Vec<Finding> {
     let said = |detector: &dyn Detector| match subject {
         Some(subject) => methods::judge(detector, subject),
         None => {
-            let why = "there is no segment in automatic to look at".to_owned();
+            let why = "the recording has no segment in automatic".to_owned();
             let finding = Finding::abstains(detector.method(), Abstention(why));
             Finding { parameters: detector.parameters(), ..finding }
         }
@@ -214,7 +212,7 @@ fn findings(asked: &Detectors, subject: Option<&Subject<'_>>) -> Vec<Finding> {
     asked.asked().iter().map(|detector| said(&**detector)).collect()
 }
 
-/// How much it sticks: by the measured position, else by the evidence.
+/// The amount of stiction, from the measured position or else from the evidence.
 fn how_much(
     by_position: Option<&ByPosition>,
     weighing: Option<&std::result::Result<Weighing, Abstention>>,
@@ -233,28 +231,27 @@ fn not_known(why: &str) -> Stiction {
     Stiction { why_not: Some(why.to_owned()), ..Stiction::default() }
 }
 
-/// That a segment is not all that was recorded.
+/// The note that only a part of the recording is judged.
 fn cut(grid: &Grid, segment: &Segment) -> Option<String> {
     let count = grid.segments.len();
     let share = 100.0 * segment.duration() / (grid.duration + grid.sample_time);
     (count > 1).then(|| {
-        format!("the recording is cut into {count} segments; the longest, {share:.0} % of its duration, is judged")
+        format!("the recording has {count} segments; only the longest is judged, {share:.0} % of the duration")
     })
 }
 
-/// That a test of the valve is in the recording, which the verdict does not use.
+/// The note on a valve test in the recording, which the verdict does not use.
 fn test_beside(by_hand: &ByHand) -> Option<String> {
     let (turns, (from, to)) = (by_hand.turns(), by_hand.span_s());
     by_hand.is_test().then(|| {
         format!(
-            "a test of the valve is in this recording, {turns} turns of the OP by hand within {}; `stiction test read` \
-             judges it",
+            "this recording contains a valve test, {turns} turns of the OP by hand within {}; `stiction test read` judges it",
             time(to - from)
         )
     })
 }
 
-/// The mistake in the columns that does not matter, because the verdict follows the measured position.
+/// The note on a mistake in the columns that does not affect a verdict from the measured position.
 fn mistake_beside(relation: &Relation) -> Option<String> {
     let (mismatch, because) = (relation.mismatch?.name(), &relation.because);
     Some(format!(
@@ -262,8 +259,8 @@ fn mistake_beside(relation: &Relation) -> Option<String> {
     ))
 }
 
-/// The slips that a verdict lacks: where the evidence is undecided for no other reason than that it is too little, or
-/// data are unfit for no other than too few cycles.
+/// The slips that a verdict lacks, if the evidence is undecided only because it is too little, or the data are unfit
+/// only because of too few cycles.
 fn missing_slips(
     segment: &Segment,
     weighing: &Weighing,
@@ -284,7 +281,7 @@ fn missing_slips(
     few_slips(weighing, segment.duration()).filter(|_| too_little)
 }
 
-/// Why there is nothing to judge.
+/// The reason without a segment to judge.
 fn no_segment(grid: &Grid) -> Measure {
     Measure {
         id: MeasureId::AutomaticSegment,
@@ -294,8 +291,7 @@ fn no_segment(grid: &Grid) -> Measure {
         unfit_at: Some(0.0),
         class: Class::Unfit,
         reason: if grid.closed_share == 0.0 {
-            "the loop never was in automatic, so the valve was not driven by its controller"
-                .to_owned()
+            "the loop was never in automatic, so its controller did not move the valve".to_owned()
         } else {
             "no segment in automatic has enough good samples in a row".to_owned()
         },

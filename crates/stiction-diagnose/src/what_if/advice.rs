@@ -1,4 +1,4 @@
-//! What to do, in sentences.
+//! The recommendation and the assumptions, in sentences.
 
 use super::{Action, Prediction, Row, STEM_SPEED, WEARING, WORTH, WhatIfOptions};
 use crate::bands::Bands;
@@ -7,16 +7,16 @@ use crate::limit_cycle::tuning::Retuning;
 use crate::spoken::set;
 use crate::valve::{Model, Motion};
 
-/// Notes in every row what speaks against the action.
+/// Adds the evidence against each action to its row.
 ///
-/// Repair and positioner are no stopgaps: what they cost is not known here.
+/// Repair and positioner are left out, because their costs are unknown.
 pub(super) fn object(rows: &mut [Row], window_s: f64, unstable: bool) {
     let Some(present) = as_it_is(rows).cloned() else { return };
     for row in rows.iter_mut().filter(|row| stopgap(row)) {
         row.against = against(row, &present);
         if let Some(cycle) = row.cycle.cycle().filter(|cycle| 3.0 * cycle.period_s > window_s) {
             row.against.push(format!(
-                "cycles every {} s, too slowly for what was measured in {} s",
+                "cycles every {} s, too slowly for a measurement of {} s",
                 set(cycle.period_s),
                 set(window_s)
             ));
@@ -27,7 +27,7 @@ pub(super) fn object(rows: &mut [Row], window_s: f64, unstable: bool) {
     }
 }
 
-/// Whether it can be done from the control room.
+/// Whether the action is possible from the control room.
 fn stopgap(row: &Row) -> bool {
     matches!(row.action, Action::Compensate(_) | Action::Retune(_))
 }
@@ -40,20 +40,20 @@ fn against(row: &Row, present: &Row) -> Vec<String> {
     let mut said = vec![];
     let (now, worst) = (present.error(), row.worst_error());
     if worst > now {
-        said.push("more error than now if S and J are wrong".to_owned());
+        said.push("larger error than now if S and J are wrong".to_owned());
     } else if worst * WORTH > now {
-        said.push("gains little if S and J are wrong".to_owned());
+        said.push("little gain if S and J are wrong".to_owned());
     }
     if let (Some(noisy), Some(now)) = (row.played.noisy(), present.played.noisy())
         && worst * WORTH <= present.error()
         && noisy.measures.iae_per_s * WORTH > now.measures.iae_per_s
     {
-        said.push("gains little under noise".to_owned());
+        said.push("little gain with noise".to_owned());
     }
     let both =
         |row: &Row| row.played.worst(|outcome| outcome.measures.iae_per_s + outcome.load_iae_per_s);
     if worst * WORTH <= now && both(row) * WORTH > both(present) {
-        said.push("loses by a load step what it gains before".to_owned());
+        said.push("a load step cancels its gain".to_owned());
     }
     let settles = |after: fn(&crate::compensate::CompensatorOutcome) -> Option<f64>| {
         row.played.quiet().all(|outcome| after(outcome).is_some())
@@ -73,38 +73,37 @@ fn against(row: &Row, present: &Row) -> Vec<String> {
         && reach > STEM_SPEED * hold
     {
         said.push(format!(
-            "throws the stem {} % within {} s, faster than a pneumatic one moves ({STEM_SPEED} %/s)",
+            "moves the stem {} % within {} s, faster than a pneumatic actuator can ({STEM_SPEED} %/s)",
             set(reach),
             set(hold)
         ));
     }
     let worn = travel(row, present);
     if worn > WEARING {
-        said.push(format!("{} times the stem's travel", ratio(worn)));
+        said.push(format!("{} times the stem travel", ratio(worn)));
     }
     said
 }
 
-/// The travel of the stem, at worst, over that of the loop as it is.
+/// Ratio of the stem travel in the worst case to that of the present loop.
 fn travel(row: &Row, present: &Row) -> f64 {
     let now = present.nominal().measures.vp_travel_per_s;
     let then = row.played.worst(|outcome| outcome.measures.vp_travel_per_s);
     if then > 0.0 { then / now } else { 0.0 }
 }
 
-/// What to do until a repair: of the tunings and compensators against which nothing speaks, the one that
-/// ranks first.
+/// The action until a repair: the best tuning or compensator without evidence against it.
 pub(super) fn interim(rows: &[Row]) -> Option<&Row> {
     let present = as_it_is(rows)?;
-    // What does not move needs nothing but a repair.
+    // A stem at rest needs only a repair.
     if present.nominal().measures.vp_travel_per_s == 0.0 {
         return None;
     }
     rows.iter().find(|row| stopgap(row) && row.against.is_empty())
 }
 
-/// The time between load steps, s, below which an action loses by them what it gains in between; `None` if it
-/// answers a load step no worse than the loop as it is.
+/// The shortest time between load steps, s, at which an action still gains; `None` if its response to a load step is no
+/// worse than that of the present loop.
 fn loads_apart_s(row: &Row, present: &Row, step_s: f64) -> Option<f64> {
     let cost =
         |row: &Row| row.played.worst(|outcome| outcome.load_iae_per_s - outcome.measures.iae_per_s);
@@ -126,40 +125,40 @@ pub(super) fn recommendation(
     if unstable {
         let tuning = retuning.as_ref().ok().map(|retuning| {
             format!(
-                ", for instance {}, which keeps Ms within {}",
+                ", for instance to {} (Ms up to {})",
                 tuning(retuning),
                 set(options.most_sensitive)
             )
         });
         said.push(format!(
-            "The loop is not stable even with a valve that does not stick: make its controller slower first{}. \
-             Whatever is done to the valve comes after.",
+            "The loop is unstable even with a valve that does not stick. Slow down its controller first{}, before any \
+             action on the valve.",
             tuning.unwrap_or_default()
         ));
     }
     if bands == Bands::NONE {
         said.push(
-            "The valve does not stick: no repair and no compensator can change anything."
+            "The valve does not stick, so neither a repair nor a compensator can improve the loop."
                 .to_owned(),
         );
         return said;
     }
     let state = match &present.cycle {
-        _ if unstable => "As it is, the loop swings until something limits it".to_owned(),
+        _ if unstable => "The present loop swings until a limit stops it".to_owned(),
         Prediction::Cycle(cycle) => format!(
-            "As it is, the loop cycles every {} s and the PV swings by {} to either side (predicted exactly)",
+            "The present loop cycles every {} s with a PV swing of ±{} (exact prediction)",
             set(cycle.period_s),
             set(cycle.half_pp.pv)
         ),
         Prediction::NoCycle(reason) => {
-            format!("As it is, the loop has no limit cycle of its own ({reason})")
+            format!("The present loop has no limit cycle ({reason})")
         }
         Prediction::Unknown(reason) => {
-            format!("The limit cycle of the loop as it is could not be predicted ({reason})")
+            format!("The limit cycle of the present loop could not be predicted ({reason})")
         }
     };
     said.push(format!(
-        "{state}; simulated, the PV swings by {} and is {} off its set point on the mean.",
+        "{state}. In the simulation the PV swings by ±{} with a mean error of {}.",
         set(swings.pv_half_pp),
         set(present.error())
     ));
@@ -173,11 +172,11 @@ pub(super) fn recommendation(
     {
         let left = match retuning.best.pv_swing() {
             0.0 => "no limit cycle".to_owned(),
-            _ => format!("{:.0} % of the swing of the PV", 100.0 * swing),
+            _ => format!("{:.0} % of the PV swing", 100.0 * swing),
         };
         said.push(format!(
-            "Retuning alone ({}) leaves {left}, and around a valve that does not stick a load step would cost {} \
-             times the integral of the error that it costs with the present tuning.",
+            "Retuning alone ({}) leaves {left}. With a valve that does not stick, the IAE of a load step would be {} times \
+             that of the present tuning.",
             tuning(retuning),
             ratio(iae)
         ));
@@ -185,8 +184,8 @@ pub(super) fn recommendation(
     let gain = options.positioner_gain;
     if bands.s() > 0.0 && gain * bands.j() > bands.s() {
         said.push(format!(
-            "Do not count on the positioner: the figures hold for one that is faster than a slip. A slower one \
-             of gain {} leaves the slip jump whole and hunts around this valve, because {} x J exceeds S.",
+            "Do not rely on the positioner, because its figures assume that it is faster than a slip. A slower one with a \
+             gain of {} does not reduce the slip jump and hunts with this valve, because {} x J exceeds S.",
             set(gain),
             set(gain)
         ));
@@ -211,12 +210,12 @@ fn repair(rows: &[Row], present: &Row, options: &WhatIfOptions, bands: Bands) ->
     let with = format!("S = {} % and J = {} %", set(kept.s()), set(kept.j()));
     if bands.s() <= kept.s() && bands.j() <= kept.j() {
         return format!(
-            "There is nothing to repair: a valve fresh from repair keeps {with}, and this one has no more."
+            "No repair is needed. A repaired valve has {with}, and this one has no more."
         );
     }
     if less(present.error(), repaired.error()) {
         format!(
-            "Repair the valve: that removes the cause. With {with} left, the mean error falls from {} to {}, and \
+            "Repair the valve to remove the cause. With {with} after the repair, the mean error falls from {} to {}, and \
              after a load step from {} to {}.",
             set(present.error()),
             set(repaired.error()),
@@ -225,21 +224,21 @@ fn repair(rows: &[Row], present: &Row, options: &WhatIfOptions, bands: Bands) ->
         )
     } else if less(load(present), load(repaired)) {
         format!(
-            "Repair the valve when there is an occasion: left alone the loop gains nothing by it, but after a load \
-             step the mean error falls from {} to {}, with {with} left.",
+            "Repair the valve at the next opportunity. With {with} after the repair, the mean error falls only after a \
+             load step, from {} to {}.",
             set(load(present)),
             set(load(repaired))
         )
     } else {
         format!(
-            "A repair would change little: with {with} left, the mean error goes from {} to {}.",
+            "A repair would change little. With {with} after the repair, the mean error changes from {} to {}.",
             set(present.error()),
             set(repaired.error())
         )
     }
 }
 
-/// What to do until the repair, and what not.
+/// Actions until the repair, recommended or not.
 fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<String> {
     let tried = |row: &&Row| stopgap(row);
     if rows.iter().filter(tried).count() == 0 {
@@ -261,15 +260,15 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
             };
             let name = row.action.name();
             let settled = row.nominal().load_settling_s.map_or(String::new(), |s| {
-                format!(", and a load step is back within bounds after {} s", set(s))
+                format!(", and a load step settles after {} s", set(s))
             });
             let moves = match travel(row, present) {
-                still if still < 0.01 => "the stem then stands still".to_owned(),
-                times => format!("the stem travels {} times as far at most", ratio(times)),
+                still if still < 0.01 => "the stem then rests".to_owned(),
+                times => format!("the stem travel is {} times the present one at most", ratio(times)),
             };
             said.push(format!(
-                "Until then, {what} ({name}: {}): the mean error falls from {} to {}, to {} in the worst case of S and J \
-                 being wrong by {:.0} %; {moves}{settled}.",
+                "Until then, {what} ({name} with {}). The mean error falls from {} to {}, or to {} in the worst case if S \
+                 and J are wrong by {:.0} %; {moves}{settled}.",
                 numbers.join(", "),
                 set(present.error()),
                 set(row.error()),
@@ -279,16 +278,16 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
             let number = |name| row.played.parameters.iter().find(|n| n.name == name);
             if let (Some(reach), Some(hold)) = (number("reach"), number("hold")) {
                 said.push(format!(
-                    "Mind that every correction of it throws the stem {} % past its place and back within {} s: the \
-                     OP needs that room, and the process must bear it.",
+                    "Each correction moves the stem {} % past its target and back within {} s. The OP needs this range, \
+                     and the process must tolerate it.",
                     set(reach.value),
                     set(hold.value)
                 ));
             }
             if let Some(apart) = loads_apart_s(row, present, options.protocol.step_s) {
                 said.push(format!(
-                    "It answers loads slower than the loop does now: it pays where loads of {} % come less often \
-                     than every {} s.",
+                    "Its response to loads is slower than at present. It pays if loads of {} % come less often than every \
+                     {} s.",
                     set(options.protocol.load_step),
                     set(apart)
                 ));
@@ -296,13 +295,13 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
         }
         None if present.nominal().measures.vp_travel_per_s == 0.0 => {
             said.push(
-                "Until then, leave the loop as it is: its stem is at rest, there is no swing to compensate."
+                "Until then, leave the loop as it is. The stem is at rest, so there is no swing to compensate."
                     .to_owned(),
             );
             return said;
         }
         None => said.push(
-            "Until then, leave the loop as it is: something speaks against every tuning and compensator tried."
+            "Until then, leave the loop as it is. There is evidence against every tuning and compensator tried."
                 .to_owned(),
         ),
     }
@@ -314,7 +313,7 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
     let above: Vec<String> =
         above.map(|row| format!("{} ({})", row.action.name(), row.against.join(", "))).collect();
     if !above.is_empty() {
-        said.push(format!("Less error, but not recommended: {}.", above.join("; ")));
+        said.push(format!("Smaller error, but not recommended: {}.", above.join("; ")));
     }
     let worse: Vec<&str> = rows
         .iter()
@@ -323,7 +322,7 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
         .map(|row| row.action.name())
         .collect();
     if !worse.is_empty() {
-        said.push(format!("Worse than doing nothing if S and J are wrong: {}.", worse.join(", ")));
+        said.push(format!("Worse than no action if S and J are wrong: {}.", worse.join(", ")));
     }
     said
 }
@@ -339,14 +338,14 @@ pub(super) fn assumptions(
     let protocol = &options.protocol;
     let mut said = vec![
         format!(
-            "The valve is {} with S = {} % and J = {} % as seen from the OP; process and controller are those given.",
+            "The valve model is {} with S = {} % and J = {} % as seen from the OP. Process and controller are as given.",
             model.describe().name,
             set(bands.s()),
             set(bands.j())
         ),
         format!(
-            "Errors are means over {} s, after {} s to settle; the set point then steps by {}, the load by {} %, \
-             each for {} s; settled is within {}.",
+            "Errors are means over {} s, after a settling time of {} s. Then the set point steps by {} and the load by {} \
+             %, each for {} s. The settling band is ±{}.",
             set(protocol.window_s),
             set(protocol.settle_s),
             set(protocol.set_point_step),
@@ -355,41 +354,41 @@ pub(super) fn assumptions(
             set(protocol.settling_band)
         ),
         format!(
-            "Compensators and the tuning were also chosen for S and J {:.0} % too small and too large, each with \
-             each; in the case with noise its standard deviation is {}.",
+            "Compensators and tuning were also chosen for all combinations of S and J {:.0} % too small and too large. In \
+             the case with noise its standard deviation is {}.",
             100.0 * protocol.error,
             set(protocol.noise_sd)
         ),
         format!(
-            "A repaired valve keeps S = {} % and J = {} %; a retuned loop keeps Ms within {}.",
+            "A repaired valve has S = {} % and J = {} %. A retuned loop has Ms up to {}.",
             set(repaired.s()),
             set(repaired.j()),
             set(options.most_sensitive)
         ),
         format!(
-            "The positioner is proportional with a gain of {} and faster than a slip; if the valve has one \
-             already, S and J are those behind it and its row does not apply.",
+            "The positioner is proportional with a gain of {} and faster than a slip. If the valve already has one, S and \
+             J include it, and its row does not apply.",
             set(options.positioner_gain)
         ),
     ];
     if model.describe().motion == Motion::Staircase {
         said.push(
-            "This valve model has a family of limit cycles: the predicted one is the member near the equilibrium; in \
-             which the loop ends depends on how it started."
+            "This valve model has a family of limit cycles. The prediction is the one near the equilibrium, but the start \
+             of the loop decides between them."
                 .to_owned(),
         );
     }
     if !plain || plant.valve.bare_model().is_none() {
         said.push(
-            "The simulated valve has settings beyond its model, S and J (limits, a lag, an overshoot of its own): \
-             the predicted cycle knows nothing of them."
+            "The simulated valve has settings besides its model, S and J (limits, lag, overshoot). The predicted cycle \
+             does not include them."
                 .to_owned(),
         );
     }
     said
 }
 
-/// A ratio, told to two digits; one beyond all measure is told as such.
+/// A ratio with two digits, or "more than 1000".
 fn ratio(x: f64) -> String {
     match x {
         x if !(x <= 999.0) => "more than 1000".to_owned(),

@@ -1,4 +1,4 @@
-//! What could be done, in a document.
+//! The actions in a document.
 
 use super::{Prediction, Retuning, Row, WhatIf};
 use crate::compensate;
@@ -9,21 +9,21 @@ use serde::Serialize;
 /// A [`WhatIf`] in a document.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct WhatIfDocument {
-    /// Everything that could be done, the best first.
+    /// All actions, the best first.
     actions: Vec<RowDocument>,
-    /// What is recommended until the valve is repaired; null for nothing.
+    /// The recommended action until the valve is repaired; null if there is none.
     interim: Option<&'static str>,
-    /// What retuning costs, or why there is no other tuning.
+    /// Effects and cost of retuning, or why there is no other tuning.
     retuning: RetuningDocument,
-    /// What to do, in sentences.
+    /// The recommendation, in sentences.
     recommendation: Vec<String>,
-    /// What this rests on, in sentences.
+    /// The assumptions, in sentences.
     assumptions: Vec<String>,
-    /// The test in manual that confirms it; null for a valve without friction, and where none can be made.
+    /// The test in manual that confirms stiction; null for a valve without friction, or if no test is possible.
     confirm: Option<TestPlan>,
 }
 
-/// What becomes of the loop by an action.
+/// The effects of an action on the loop.
 #[derive(Serialize, JsonSchema)]
 struct RowDocument {
     /// The action.
@@ -32,13 +32,13 @@ struct RowDocument {
     played: compensate::Row,
     /// Its rank, 1 for the best.
     rank: usize,
-    /// What speaks against it, each in a few words.
+    /// Evidence against the action, each in a few words.
     against: Vec<String>,
-    /// The exact cycle of the loop that it leaves.
+    /// The exact cycle of the loop after the action.
     cycle: Prediction,
 }
 
-/// What retuning costs.
+/// Effects and cost of retuning.
 #[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
 enum RetuningDocument {
@@ -53,12 +53,12 @@ enum RetuningDocument {
         /// `Ms` of the present tuning; null if the loop is not stable without friction.
         #[serde(with = "stiction_model::finite::Finite")]
         present_ms: f64,
-        /// The swing of the PV over that with the present tuning; null if the latter is 0.
+        /// Ratio of the PV swing to the one with the present tuning; null if the latter is 0.
         swing_ratio: Option<f64>,
-        /// The IAE of a load step over that with the present tuning; null if either has none.
+        /// Ratio of the IAE of a load step to the one with the present tuning; null if either has none.
         load_iae_ratio: Option<f64>,
     },
-    /// There is none.
+    /// There is no other tuning.
     None {
         /// Why.
         none: String,

@@ -1,30 +1,29 @@
-//! What would become of a loop whose valve sticks: left alone, repaired, retuned, compensated, positioned.
+//! The effects of actions on a loop whose valve sticks: none, repair, retuning, a compensator, a positioner.
 //!
 //! # What it computes
-//! Every [`Action`] is simulated through the same protocol ([`compensate::CompareOptions`]): a window without changes, a
-//! set-point step, a load step; nominally, with S and J wrong, and with noise. Beside it stands the exact limit
-//! cycle of the loop that the action leaves, where it can be computed. The actions are ranked, and a
-//! recommendation says what to do, what it rests on, and how to confirm it first.
+//! Every [`Action`] is simulated with the same protocol ([`compensate::CompareOptions`]): a window without changes, a
+//! set-point step, and a load step. The cases are nominal, with wrong S and J, and with noise. The exact limit cycle of
+//! the loop after the action is calculated if possible. The actions are ranked. The recommendation lists what to do,
+//! the assumptions, and the test that confirms stiction first.
 //!
 //! # Assumptions
-//! The controller, the process, the valve model, S and J are those of the loop that is given. "S and J wrong" means
-//! that the valve stays what it is while the action was chosen for other bands: so it is for compensators, and for
-//! a tuning, which is then that of the wrong S and J. Repair and positioner are chosen without S and J.
+//! The controller, the process, the valve model, S and J are those of the given loop. "S and J wrong" means that a
+//! compensator or a tuning was chosen for other bands than those of the valve. Repair and positioner do not depend on S
+//! and J.
 //!
-//! * *As it is*: the loop itself, untouched.
+//! * *As it is*: the loop without changes.
 //! * *Repaired*: a valve of the same model with the bands [`WhatIfOptions::repaired`].
-//! * *Retuned*: the PI controller whose exact cycle swings the PV least, of those with `Ms` within
+//! * *Retuned*: the PI controller whose exact limit cycle has the smallest PV swing, with `Ms` up to
 //!   [`WhatIfOptions::most_sensitive`] ([`least_swing`]).
 //! * *Positioner*: see [`positioned`].
 //! * *Compensated*: each of [`WhatIfOptions::methods`], with its parameters chosen automatically.
 //!
 //! # Equations
-//! **The measure** by which the actions are ranked is the mean absolute control error (the IAE per second) in the
-//! window, in the worst of the cases without noise. The standard deviation of the PV is told, but it would rank a
-//! method first that holds the valve still beside its place: an offset costs it nothing. The mean absolute
-//! error counts offset and swing alike, in units of the PV.
+//! **The measure** that ranks the actions is the mean absolute control error (the IAE per second) in the window, in the
+//! worst case without noise. It includes offset and swing, in PV units. The standard deviation of the PV is reported
+//! too, but it ignores an offset. So it would favour a method that stops the valve at a wrong position.
 //!
-//! **What speaks against an action**, in place of the present loop, is, each by itself:
+//! **The evidence against an action**, compared with the present loop, is any of:
 //! ```text
 //! worst error > present error / 1.25              it gains too little if S and J are wrong
 //! error with noise > present / 1.25               or with noise
@@ -35,16 +34,18 @@
 //! its cycle is longer than a third of the window  what was measured is not its error
 //! the loop is unstable without friction           no compensator helps that
 //! ```
-//! An action may answer loads slower than the present loop and still gain. Then it is told how often loads may come:
-//! with the mean errors `e` in the window and `l` after a load step, present 0 and worst 1, over the time `h` that a
-//! step is given, a step costs `((l1 - e1) - (l0 - e0)) h` more, and in between `e0 - e1` is gained per second.
+//! An action may respond to loads more slowly than the present loop and still pay. The recommendation then gives the
+//! shortest time between loads. The mean errors are `e` in the window and `l` after a load step, with index 0 at
+//! present and 1 in the worst case. A step lasts `h`. It costs `((l1 - e1) - (l0 - e0)) h` more, and between steps the
+//! action gains `e0 - e1` per second.
 //!
 //! # Limits
-//! * Travel stands for wear; how fast a given packing wears is not known here. The factor 3 ([`WEARING`]) is ours.
-//! * The exact cycle is that of the loop in continuous time, off the limits of the OP, at a constant set point and
-//!   load, without noise, stem lag or quantisation. The simulations have what the given loop has.
-//! * He's valve, He and Wang's and Stenman's have a family of cycles: in which a loop ends depends on its start.
-//! * Costs, and the time until a repair, are not part of it.
+//! * Stem travel represents wear, because the wear rate of the packing is unknown. The factor 3 ([`WEARING`]) is ours.
+//! * The exact cycle is for the loop in continuous time, within the limits of the OP, at a constant set point and load,
+//!   without noise, stem lag or quantisation. The simulations include these if the given loop has them.
+//! * The valves of He, of He and Wang and of Stenman have a family of cycles. The start of the loop decides between
+//!   them.
+//! * Costs and the time until a repair are not considered.
 
 mod advice;
 #[cfg(feature = "serde")]
@@ -64,17 +65,17 @@ use crate::valve::Model;
 use crate::valve_test::{KnownLoop, PlanOptions, TestPlan, size};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Stem travel, as a multiple of that of the loop as it is, above which an action is not recommended.
+/// An action with more than this multiple of the present stem travel is not recommended.
 pub const WEARING: f64 = 3.0;
 
-/// How fast a pneumatic stem moves at most, percent of its stroke a second: a throw that asks for more is not offered. The
-/// whole stroke in two seconds is fast for one without a booster; the figure is ours.
+/// The highest speed of a pneumatic stem, percent of stroke per second. An action that requires more is not
+/// recommended. A full stroke in two seconds is fast for an actuator without a booster. The figure is ours.
 pub const STEM_SPEED: f64 = 50.0;
 
-/// By what the control error must be divided for an action to be worth its trouble.
+/// The smallest ratio of the present control error to the new one that makes an action worthwhile.
 pub const WORTH: f64 = 1.25;
 
-/// What could be done.
+/// An action.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
     /// Nothing.
@@ -102,34 +103,34 @@ impl Action {
     }
 }
 
-/// What is assumed of the actions.
+/// Settings of the actions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WhatIfOptions {
     /// The protocol of the simulations.
     pub protocol: compensate::CompareOptions,
-    /// Bands of a valve that comes back from the workshop.
+    /// Bands of a repaired valve.
     pub repaired: Bands,
     /// Gain of a positioner.
     pub positioner_gain: f64,
     /// Bound on `Ms` for a retuned loop.
     pub most_sensitive: f64,
-    /// By which factor gain and integral time of a retuned loop may differ from the present ones.
+    /// Largest factor between the gain and integral time of a retuned loop and the present ones.
     pub retuned_within: f64,
-    /// Compensators to be tried.
+    /// Compensators to try.
     pub methods: Vec<Method>,
 }
 
 impl WhatIfOptions {
-    /// What suits a loop around a valve of this model with these bands.
+    /// Suitable settings for a loop around a valve of this model with these bands.
     ///
-    /// Every part of the protocol lasts ten cycles, or ten times what the process takes to settle if that is longer.
-    /// The set-point step is twice the swing of the PV in the cycle (or, if that is less, of what a tenth of S moves
-    /// it), a loop has settled within half of that swing, and noise is a twentieth of it; the load step is S, at
-    /// least 1 %. A repaired valve keeps `S = 0.4 %` and `J = 0.1 %`, or what it has if that is less; the
-    /// positioner has a gain of 10; `Ms` stays within 2; gain and integral time of a tuning within a factor of 3.
+    /// Every part of the protocol lasts ten cycles or ten settling times of the process, whichever is longer. The scale
+    /// is the PV swing of the cycle, but at least the PV change for a tenth of S. The set-point step is twice the
+    /// scale, the settling band half of it, and the noise a twentieth. The load step is S, at least 1 %. A repaired
+    /// valve has `S = 0.4 %` and `J = 0.1 %`, or its present bands if they are smaller. The positioner has a gain of
+    /// 10. A retuned loop has `Ms` up to 2, and its gain and integral time are within a factor of 3.
     ///
     /// # Errors
-    /// If the loop has a setting out of its range.
+    /// If a setting of the loop is out of range.
     pub fn suiting(plant: &ClosedLoop, model: Model, bands: Bands) -> Result<Self> {
         sensible(plant)?;
         let bands = model.felt(bands)?;
@@ -163,14 +164,14 @@ impl WhatIfOptions {
     }
 }
 
-/// Refuses a loop with a time that its samples cannot show: the exact cycle would be followed for hours.
+/// Refuses a loop with a time constant far outside its sample time, because the exact cycle would take hours.
 fn sensible(plant: &ClosedLoop) -> Result<()> {
-    // In sample times; beyond these it takes minutes, or is no time of a plant.
+    // In sample times. Beyond these limits the calculation takes minutes, or the time is unrealistic.
     const SHORTEST: f64 = 1e-4;
     const SHORTEST_DEAD: f64 = 0.05;
     const LONGEST: f64 = 1e9;
     let (_, den) = plant.process.coefficients();
-    // A bound on the fastest of its poles, within a factor of two; of the first order it is the pole.
+    // A bound on the fastest pole, within a factor of two. For a first-order process it is the pole itself.
     let powers = den.iter().skip(1).zip(1..);
     let fastest = powers
         .map(|(a, power)| (a / den[0]).abs().powf(1.0 / f64::from(power)))
@@ -182,11 +183,11 @@ fn sensible(plant: &ClosedLoop) -> Result<()> {
         ("integral time", (kp / ki).abs(), SHORTEST),
     ] {
         let samples = time / plant.sample_time;
-        // None at all is no absurd one.
+        // A time of 0 is allowed.
         if time > 0.0 && time.is_finite() && !(shortest..=LONGEST).contains(&samples) {
             return Err(Error::Inconsistent(format!(
-                "the {name} is {time:e} s, {samples:.0e} times the sample time of {} s, but must be between {shortest} \
-                 and {LONGEST:e} times; give one that is, none, or a sample time that shows it",
+                "the {name} is {time:e} s, {samples:.0e} times the sample time of {} s, but must be between {shortest} and \
+                 {LONGEST:e} times; change it, leave it out, or change the sample time",
                 plant.sample_time
             )));
         }
@@ -194,29 +195,29 @@ fn sensible(plant: &ClosedLoop) -> Result<()> {
     Ok(())
 }
 
-/// The exact cycle of the loop that an action leaves.
+/// The exact cycle of the loop after an action.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub enum Prediction {
-    /// It does not cycle, and why.
+    /// The loop does not cycle, with the reason.
     #[cfg_attr(feature = "serde", serde(rename = "none"))]
     NoCycle(String),
-    /// It cannot be told, and why.
+    /// The cycle is unknown, with the reason.
     #[cfg_attr(feature = "serde", serde(rename = "unknown"))]
     Unknown(String),
-    /// It cycles so.
+    /// The cycle of the loop.
     #[cfg_attr(feature = "serde", serde(untagged))]
     Cycle(Box<Cycle>),
 }
 
 impl Prediction {
-    /// That of a loop.
+    /// The exact cycle of a loop.
     pub fn of(l: &ContinuousLoop) -> Self {
         match exact::cycle(l) {
             Ok(exact::CycleOutcome::Cycles { cycles, .. }) => {
                 match cycles.into_iter().find(|cycle| cycle.stable) {
                     Some(cycle) => Self::Cycle(Box::new(cycle)),
-                    None => Self::Unknown("the cycles that were found do not attract".to_owned()),
+                    None => Self::Unknown("no stable limit cycle was found".to_owned()),
                 }
             }
             Ok(exact::CycleOutcome::None { reasons }) => {
@@ -242,12 +243,12 @@ impl Prediction {
 pub struct Row {
     /// The action.
     pub action: Action,
-    /// Its parameters and its simulations. An action that does not depend on S and J has the same outcome
-    /// however wrong they are.
+    /// Its parameters and simulations. An action that does not depend on S and J has the same outcome for any wrong S
+    /// and J.
     pub played: compensate::Row,
     /// The exact cycle of the loop that it leaves.
     pub cycle: Prediction,
-    /// What speaks against it, each in a few words; nothing for the loop as it is.
+    /// Evidence against the action, each in a few words; none for the loop as it is.
     pub against: Vec<String>,
 }
 
@@ -261,30 +262,30 @@ impl Row {
         self.played.nominal()
     }
 
-    /// Mean absolute control error in the window, nominally, in PV units.
+    /// Mean absolute control error in the window of the nominal case, in PV units.
     pub fn error(&self) -> f64 {
         self.nominal().measures.iae_per_s
     }
 
-    /// The same in the worst case of wrong S and J: the measure of the ranking.
+    /// The same in the worst case of wrong S and J, which ranks the actions.
     pub fn worst_error(&self) -> f64 {
         self.played.worst_iae_per_s()
     }
 }
 
-/// Everything that could be done, the best first.
+/// All actions, the best first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WhatIf {
-    /// The actions, the least [`Row::worst_error`] first.
+    /// The actions, the smallest [`Row::worst_error`] first.
     pub rows: Vec<Row>,
-    /// What retuning costs; `Err` tells why there is no other tuning.
+    /// Effects and cost of retuning; `Err` gives the reason if there is no other tuning.
     pub retuning: std::result::Result<Retuning, String>,
-    /// What to do, in sentences.
+    /// The recommendation, in sentences.
     pub recommendation: Vec<String>,
-    /// What this rests on, in sentences.
+    /// The assumptions, in sentences.
     pub assumptions: Vec<String>,
-    /// The test in manual that confirms it before anything is done; `None` for a valve without friction, and where
-    /// none can be made.
+    /// The test in manual that confirms stiction before an action; `None` for a valve without friction, or if no test
+    /// is possible.
     pub confirm: Option<TestPlan>,
 }
 
@@ -297,15 +298,13 @@ impl WhatIf {
         self.rows.iter().find(|row| row.action == Action::AsItIs)
     }
 
-    /// What is recommended until the valve is repaired, if anything is.
+    /// The recommended action until the valve is repaired, if there is one.
     pub fn interim(&self) -> Option<&Row> {
         advice::interim(&self.rows)
     }
 }
 
-/// What is known of a loop around a valve with these bands.
-///
-/// The noise is what the loop's PV has.
+/// Knowledge of a loop around a valve with these bands, with the noise of its PV.
 pub fn knowledge(plant: &ClosedLoop, bands: Bands) -> Knowledge {
     Knowledge {
         process: Some(plant.process.clone()),
@@ -317,15 +316,16 @@ pub fn knowledge(plant: &ClosedLoop, bands: Bands) -> Knowledge {
 /// The bands of a two-phase valve behind a proportional positioner of gain `g`: `S / (1 + g)` and `J / (1 + g)`.
 ///
 /// # Equations
-/// The actuator receives `p = op + g (op - vp)`, so that `p - vp = (1 + g)(op - vp)`. Stuck, the stem breaks away at
-/// `|p - vp| > fs`, which is `|op - vp| > fs / (1 + g)`. Moving, `vp = p - d fd` is `vp = op - d fd / (1 + g)`, and `p`
-/// goes with the OP. So the valve as seen from the OP is a two-phase valve with `fs` and `fd` divided by `1 + g`.
+/// The actuator receives `p = op + g (op - vp)`, so that `p - vp = (1 + g)(op - vp)`. A stuck stem breaks away at `|p -
+/// vp| > fs`, which is `|op - vp| > fs / (1 + g)`. For a moving stem, `vp = p - d fd` becomes `vp = op - d fd / (1 +
+/// g)`, and `p` moves in the direction of the OP. So the valve as seen from the OP is a two-phase valve with `fs` and
+/// `fd` divided by `1 + g`.
 ///
 /// # Limits
-/// It is the best that a proportional positioner can do: `p` must follow the stem **while it slips**. One that is slower than
-/// a slip lets the stem go its whole jump J before it answers: then dead band and breakaway are divided, the jump
-/// is not, and if `g J > S` the stem is thrown out on the other side, and positioner and stem hunt on their own. Real
-/// positioners are slower than a slip; that is why a high gain or integral action makes many of them cycle.
+/// This is the best possible result of a proportional positioner, because `p` must follow the stem **while it slips**.
+/// If the positioner is slower than a slip, the stem makes its whole jump J first. Then dead band and breakaway are
+/// divided, but the jump is not. If `g J > S`, the stem overshoots to the other side, and positioner and stem hunt.
+/// Real positioners are slower than a slip, so a high gain or integral action makes many of them cycle.
 ///
 /// # Errors
 /// If the gain is negative or not finite.
@@ -334,18 +334,18 @@ pub fn positioned(bands: Bands, gain: f64) -> Result<Bands> {
     Bands::from_s_j(share * bands.s(), share * bands.j())
 }
 
-/// The loop in continuous time, its set point and loads left alone: on them no cycle depends but for its middle.
+/// The loop in continuous time, without its set point and loads. They affect only the mean of a cycle.
 fn left_alone(plant: &ClosedLoop, model: Model, bands: Bands) -> ContinuousLoop {
     ContinuousLoop::new(plant.controller.clone(), plant.process.clone(), model, bands)
 }
 
-/// A loop to be simulated with what is predicted of it.
+/// A changed loop and its predicted cycle.
 struct Changed {
     plant: ClosedLoop,
     cycle: Prediction,
 }
 
-/// Asks what would become of a loop around a valve of this model with these bands.
+/// Compares the actions for a loop around a valve of this model with these bands.
 ///
 /// ```
 /// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};
@@ -368,7 +368,7 @@ struct Changed {
 /// ```
 ///
 /// # Errors
-/// If the loop or an option is out of its range, or the loop grows without bound even with its valve repaired.
+/// If the loop or an option is out of range, or if the loop grows without bound even with a repaired valve.
 pub fn what_if(
     plant: &ClosedLoop,
     model: Model,
@@ -378,8 +378,7 @@ pub fn what_if(
     what_if_with_progress(plant, model, bands, options, || true)
 }
 
-/// [`what_if`], watched: `done` is called after every simulation and every tuning that was tried, and gives up the
-/// rest by `false`.
+/// [`what_if`] with progress. It calls `done` after every simulation and tuning. If `done` returns `false`, it stops.
 ///
 /// # Errors
 /// As [`what_if`]; and [`Error::Cancelled`].
@@ -403,12 +402,14 @@ pub fn what_if_with_progress(
 
     let mut rows = vec![];
     let as_described = bench.with_bands(given)?;
-    // A valve with an overshoot or a tolerance of its own is not what model and bands say.
+    // Model and bands do not describe an overshoot or a tolerance of the valve.
     let plain = as_described.plant.valve == plant.valve;
     let present = if plain {
         as_described.cycle
     } else {
-        Prediction::Unknown("the valve has settings that the exact cycle does not know".to_owned())
+        Prediction::Unknown(
+            "the valve has settings that the exact cycle does not include".to_owned(),
+        )
     };
     rows.push(Row::new(Action::AsItIs, bench.play(plant, bands_of(bands))?, present));
     for (action, bands) in [
@@ -427,7 +428,7 @@ pub fn what_if_with_progress(
 
     let retuning = match &rows[0].cycle {
         Prediction::NoCycle(reason) if stability == Stability::Stable => {
-            Err(format!("there is no limit cycle to be tuned away: {reason}"))
+            Err(format!("there is no limit cycle to remove by tuning, because {reason}"))
         }
         _ => retuned(&bench.continuous, options, &done),
     };
@@ -438,7 +439,7 @@ pub fn what_if_with_progress(
         compare_with_progress(plant, &bench.known, &options.methods, protocol, &done)?.rows
     {
         if let Some(method) = played.method {
-            let reason = "a compensator stands between controller and valve".to_owned();
+            let reason = "the exact cycle does not include a compensator".to_owned();
             rows.push(Row::new(Action::Compensate(method), played, Prediction::Unknown(reason)));
         }
     }
@@ -453,7 +454,7 @@ pub fn what_if_with_progress(
     Ok(WhatIf { rows, retuning, recommendation, assumptions, confirm })
 }
 
-/// What every action is played on: the loop as it is, with what is known of it.
+/// Simulates every action on the present loop.
 struct Bench<'a, F> {
     plant: &'a ClosedLoop,
     model: Model,
@@ -479,7 +480,7 @@ impl<F: Fn() -> bool + Sync> Bench<'_, F> {
     }
 
     fn with_tuning(&self, tuning: &Controller) -> Result<Changed> {
-        // What else the controller does stays: limits, form, anti-windup.
+        // Limits, form and anti-windup of the controller do not change.
         let (kp, ki, kd) = tuning.gains();
         let controller = self.plant.controller.clone().with_gains(kp, ki, kd)?;
         let cycle = Prediction::of(&ContinuousLoop {
@@ -489,7 +490,7 @@ impl<F: Fn() -> bool + Sync> Bench<'_, F> {
         Ok(Changed { plant: ClosedLoop { controller, ..self.plant.clone() }, cycle })
     }
 
-    /// The loop with its best tuning; for bands of another ratio with theirs.
+    /// The loop with its best tuning. Cases with a different ratio of the bands have a tuning of their own.
     fn retune(&self, best: &Retuning) -> Result<Row> {
         let changed = self.with_tuning(&best.best.controller)?;
         let (kp, ki, _) = changed.plant.controller.gains();
@@ -497,7 +498,7 @@ impl<F: Fn() -> bool + Sync> Bench<'_, F> {
         let mut played = self.play(&changed.plant, parameters)?;
         for outcome in &mut played.outcomes {
             let (s, j) = (outcome.case.s_factor, outcome.case.j_factor);
-            // The best tuning depends on J over S alone: amplitudes scale with the bands.
+            // The best tuning depends only on J over S, because amplitudes scale with the bands.
             if s == j {
                 continue;
             }
@@ -517,7 +518,7 @@ impl<F: Fn() -> bool + Sync> Bench<'_, F> {
     }
 }
 
-/// The tuning with the least swing of the PV.
+/// The tuning with the smallest PV swing.
 fn retuned(
     continuous: &ContinuousLoop,
     options: &WhatIfOptions,
@@ -541,13 +542,13 @@ fn retuned(
         .map_err(|error| error.to_string())
 }
 
-/// These bands, or those nearest that the model allows.
+/// These bands, or the nearest ones that the model allows.
 fn assumed(model: Model, bands: Bands) -> Bands {
     let capped = Bands::from_s_j(bands.s(), bands.j().min(bands.s()));
     if model.build(bands).is_ok() { bands } else { capped.unwrap_or(bands) }
 }
 
-/// The test in manual, sized by S and by OP and PV in the window; none where the loop is at rest or too slow.
+/// The test in manual, sized from S and from OP and PV in the window; none if the loop is at rest or too slow.
 fn confirm(
     plant: &ClosedLoop,
     bands: Bands,
@@ -566,7 +567,7 @@ fn confirm(
     let window = |x: &[f64]| x.get(index(from)..).unwrap_or(x).to_vec();
     let (op, pv) = (window(&run.op), Some(window(&run.pv)));
     let segment = Segment { from: 0.0, sample_time, op, pv, sp: None, vp: None, bridged: 0 };
-    // A period is long enough for the process to answer, too.
+    // A period must also be long enough for the process to respond.
     let settle_s = Figures::of(&knowledge(&plant, bands))?.settle_s;
     let known = KnownLoop {
         name: "loop",
