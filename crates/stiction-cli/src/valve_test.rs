@@ -1,4 +1,4 @@
-//! `stiction test`: a test of a valve, planned and read.
+//! `stiction test`: plans and judges the test of a valve.
 
 use crate::diagnose::ended;
 use crate::files::{In, Out};
@@ -22,11 +22,11 @@ use stiction_io::timestamp::instant;
 use stiction_report::document::Source;
 use stiction_report::{test_answers, test_page, test_sheet, words};
 
-/// Plan a test that settles whether a valve sticks, and read it back.
+/// Plan a test that shows whether a valve sticks, and judge it.
 ///
-/// Operation cannot always tell a valve that sticks from a load that wanders. A test can, because somebody turns the
-/// output by hand and the valve has to follow. `plan` sizes the test for the loop and prints the sheet; `read` finds
-/// the test in a recording and judges it.
+/// In normal operation, stiction and a wandering load can look alike. In a test the operator moves the OP by hand, and
+/// the valve has to follow. `plan` sizes the test for the loop and prints the sheet. `read` finds the test in a
+/// recording and judges the valve.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction test plan samples/LIC104-quantised.csv
@@ -43,18 +43,19 @@ pub struct Args {
 enum Task {
     /// Size a test for a loop from a recording of its operation
     ///
-    /// The sheet says how far to turn the OP, how long to hold it, when the PV has answered and when to stop. Without
-    /// limits for the PV the test stays within what was recorded and half as much again. Where the recording holds a test
-    /// that cannot tell, the plan is of the next test: it begins where the PV answered, and makes more turns of each size.
+    /// The sheet shows how far to turn the OP, how long to hold it, which PV change is an answer, and when to stop.
+    /// Without limits for the PV, the test stays within the recorded range plus half of it. If the recording contains a
+    /// test that cannot tell, the plan is for the next test. It begins at the size that the PV answered, and has more
+    /// turns of each size.
     #[command(after_help = "Examples:
   stiction test plan FIC101.csv --sheet sheet.html
   stiction test plan plant.parquet --loop FIC101 --pv-low 40 --pv-high 60 --csv steps.csv")]
     Plan(Plan),
-    /// Find the test in a recording, and judge the valve by it
+    /// Find the test in a recording and judge the valve
     ///
-    /// The test is found by the mode column; or by a sheet of what was done; or, without either, by an OP that goes to
-    /// and fro in turns that are held. The recording before the test counts, too. With --before the test is compared
-    /// with one that was made before a repair.
+    /// The turns come from the completed sheet, or else from the mode column, or else from an OP that alternates
+    /// between held levels. The recording before the test is used, too. With --before, the test is compared with a test
+    /// before a repair.
     #[command(after_help = "Examples:
   stiction test read FIC101-test.csv
   stiction test read FIC101-test.csv --done done.csv --plot answers.svg
@@ -66,16 +67,16 @@ columns are ignored.")]
     Read(Read),
 }
 
-/// Which loop, and what is known of it.
+/// The loop and the sign of its gain.
 #[derive(clap::Args)]
 struct Of {
     /// A CSV, Parquet or MATLAB file; - is standard input
     #[arg(value_name = "FILE")]
     file: In,
-    /// This loop, where the file holds several
+    /// Tag of the loop, if the file has several
     #[arg(long = "loop", value_name = "TAG")]
     of_loop: Option<String>,
-    /// The PV rises when the OP rises [default: by the action of the controller]
+    /// The PV rises when the OP rises [default: from the controller action]
     #[arg(long)]
     rises: bool,
     /// The PV falls when the OP rises
@@ -88,7 +89,7 @@ impl Of {
         (self.rises || self.falls).then_some(self.rises)
     }
 
-    /// The loop's recording.
+    /// The recording of the loop.
     fn recording(&self, reading: &Reading) -> Result<(Source, Recording)> {
         one_loop(&self.file, self.of_loop.as_ref(), reading)
     }
@@ -116,22 +117,22 @@ fn one_loop(file: &In, of_loop: Option<&String>, reading: &Reading) -> Result<(S
 struct Plan {
     #[command(flatten)]
     of: Of,
-    /// The lowest PV that the process bears, in its units
+    /// The lowest PV that the process tolerates, in PV units
     #[arg(long, value_name = "PV", requires = "pv_high", allow_negative_numbers = true)]
     pv_low: Option<f64>,
-    /// The highest PV that the process bears, in its units
+    /// The highest PV that the process tolerates, in PV units
     #[arg(long, value_name = "PV", requires = "pv_low", allow_negative_numbers = true)]
     pv_high: Option<f64>,
-    /// What was done in a test that the recording holds and that cannot tell: a CSV file with the columns time and op
+    /// The completed sheet of an inconclusive test in the recording: a CSV file with the columns time and op
     #[arg(long, value_name = "DONE.csv")]
     done: Option<In>,
-    /// Print the plan as JSON, for a sequence and for `stiction test read --plan`
+    /// Print the plan as JSON, for an automatic sequence or for `stiction test read --plan`
     #[arg(long)]
     json: bool,
-    /// Write the turns to this CSV file, with columns to fill in; - is standard output
+    /// Write the turns to this CSV file, with columns to complete; - is standard output
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
     csv: Option<Out>,
-    /// Write the sheet to print to this file: one page of HTML
+    /// Write the printable sheet to this file, one page of HTML
     #[arg(long, value_name = "OUT.html")]
     sheet: Option<Out>,
     #[command(flatten)]
@@ -142,19 +143,19 @@ struct Plan {
 struct Read {
     #[command(flatten)]
     of: Of,
-    /// The plan that was followed, as `stiction test plan --json` prints it
+    /// The plan of the test, from `stiction test plan --json`
     #[arg(long, value_name = "PLAN.json")]
     plan: Option<In>,
-    /// What was done: a CSV file with the columns time and op
+    /// The completed sheet: a CSV file with the columns time and op
     #[arg(long, value_name = "DONE.csv")]
     done: Option<In>,
-    /// The recording of a test before a repair, to compare with
+    /// The recording of a test before a repair, for a comparison
     #[arg(long, value_name = "BEFORE")]
     before: Option<In>,
-    /// The plan of the test before
+    /// The plan of the test before the repair
     #[arg(long, value_name = "PLAN.json", requires = "before")]
     before_plan: Option<In>,
-    /// What was done in the test before
+    /// The completed sheet of the test before the repair
     #[arg(long, value_name = "DONE.csv", requires = "before")]
     before_done: Option<In>,
     /// Print the results as JSON
@@ -163,7 +164,7 @@ struct Read {
     /// Draw turns against answers to this file, .svg or .png
     #[arg(long, value_name = "FILE")]
     plot: Option<Out>,
-    /// Write the page that is filed to this file: HTML
+    /// Write a page for your records to this file, in HTML
     #[arg(long, value_name = "OUT.html")]
     report: Option<Out>,
     /// Exit with 1 if the valve sticks or does not respond
@@ -173,7 +174,7 @@ struct Read {
     reading: Reading,
 }
 
-/// What `stiction test plan --json` prints.
+/// The output of `stiction test plan --json`.
 #[derive(Serialize, JsonSchema)]
 pub struct PlanDocument {
     /// The program that made it, with its version.
@@ -191,20 +192,20 @@ struct Tested {
     name: String,
     /// The file it comes from.
     source: Source,
-    /// What the test says.
+    /// The result of the test.
     test: TestReading,
 }
 
-/// What `stiction test read --json` prints.
+/// The output of `stiction test read --json`.
 #[derive(Serialize, JsonSchema)]
 pub struct ReadDocument {
     /// The program that made it, with its version.
     tool: &'static str,
-    /// The loop that was read.
+    /// The loop with its test.
     loops: [Tested; 1],
 }
 
-/// What `stiction test read --before --json` prints.
+/// The output of `stiction test read --before --json`.
 #[derive(Serialize, JsonSchema)]
 pub struct CompareDocument {
     /// The program that made it, with its version.
@@ -213,7 +214,7 @@ pub struct CompareDocument {
     before: Tested,
     /// The test after it.
     after: Tested,
-    /// What they say of the repair.
+    /// The comparison of both tests.
     comparison: Comparison,
 }
 
@@ -233,7 +234,7 @@ fn planned(args: &Plan) -> Result<()> {
     let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
     let (mut diagnosed, failures) = diagnose_all(&[(source, operation)], &options);
     ended(failures)?;
-    let Some(one) = diagnosed.pop() else { bail!("loop {name}: nothing was diagnosed") };
+    let Some(one) = diagnosed.pop() else { bail!("loop {name}: there is no diagnosis") };
     let options = PlanOptions {
         rises: args.of.rises(),
         pv_allowed: args.pv_low.zip(args.pv_high).map(|(low, high)| [low, high]),
@@ -242,7 +243,7 @@ fn planned(args: &Plan) -> Result<()> {
         .map_err(|why| anyhow!("{}, loop {name}: {}", args.of.file.origin(), why.0))?;
     let next = first.again(&recording, by_hand);
     let head = match next {
-        Some(_) => "the next test of the valve, after the one in the recording that cannot tell",
+        Some(_) => "next test of the valve, because the recorded one cannot tell",
         None => "test of the valve",
     };
     let plan = next.unwrap_or(first);
@@ -291,7 +292,7 @@ struct Found {
 }
 
 impl Found {
-    /// The test in `file`, with its plan and its sheet.
+    /// The test in `file`, with its plan and completed sheet.
     fn of(args: &Read, file: &In, plan: Option<&In>, done: Option<&In>) -> Result<Self> {
         let (source, recording) = one_loop(file, args.of.of_loop.as_ref(), &args.reading)?;
         let plan = plan.map(plan_of).transpose()?;
@@ -352,7 +353,7 @@ fn was_compared(args: &Read, before: Found, after: Found) -> Result<()> {
         && new <= old
     {
         bail!(
-            "the test of --before began on {}, which is not before the other one, on {}; exchange the two files",
+            "the test of --before began on {}, which is not before the other test, on {}; exchange the two files",
             test_page::moment(&before.recording, before.test.from_s),
             test_page::moment(&after.recording, after.test.from_s)
         );
@@ -374,7 +375,7 @@ fn was_compared(args: &Read, before: Found, after: Found) -> Result<()> {
     output::text(&comparison_in_words(&before, &after, &comparison))
 }
 
-/// Paragraphs, each with a head before its first line and as many blanks before the others.
+/// Paragraphs with a hanging indent: `head` before the first line, blanks before the others.
 fn hanging<'a>(head: &str, texts: impl IntoIterator<Item = &'a String>) -> String {
     let mut out = String::new();
     for text in texts {
@@ -405,17 +406,17 @@ fn comparison_in_words(before: &Found, after: &Found, of: &Comparison) -> String
     out
 }
 
-/// What was carried out of the plan.
+/// The comparison with the plan.
 fn carried_in_words(carried: &Carried) -> String {
     let head = format!(
-        "the plan asks for {} or more, and {} were made\n",
+        "the plan has {} or more, the test has {}\n",
         spoken::counted(carried.turns_planned, "turn"),
         carried.turns
     );
     head + &hanging("  - ", &carried.remarks)
 }
 
-/// A plan that `stiction test plan --json` printed.
+/// A plan from `stiction test plan --json`.
 fn plan_of(file: &In) -> Result<TestPlan> {
     let text = if file.is_standard() {
         std::io::read_to_string(std::io::stdin())
@@ -427,14 +428,14 @@ fn plan_of(file: &In) -> Result<TestPlan> {
         serde_json::from_str(&text).with_context(|| format!("--plan {}", file.origin()))?;
     let plan = json.get_mut("plan").map(serde_json::Value::take).ok_or_else(|| {
         anyhow!(
-            "--plan {}: there is no key \"plan\"; give what `stiction test plan --json` prints",
+            "--plan {}: the key \"plan\" is missing; give the output of `stiction test plan --json`",
             file.origin()
         )
     })?;
     serde_json::from_value(plan).with_context(|| format!("--plan {}", file.origin()))
 }
 
-/// What was done, as somebody wrote it on the sheet.
+/// The manual settings from a completed sheet.
 fn sheet_of(file: &In, recording: &Recording, reading: &Reading) -> Result<ByHand> {
     let zone = reading.zone()?;
     let from: Box<dyn std::io::Read> = match file.is_standard() {
@@ -446,7 +447,7 @@ fn sheet_of(file: &In, recording: &Recording, reading: &Reading) -> Result<ByHan
     let column = |name: &str| {
         columns.iter().position(|c| c.eq_ignore_ascii_case(name)).ok_or_else(|| {
             anyhow!(
-                "{}: there is no column \"{name}\"; a sheet has the columns time and op",
+                "{}: the column \"{name}\" is missing; a sheet has the columns time and op",
                 file.origin()
             )
         })
@@ -466,29 +467,33 @@ fn sheet_of(file: &In, recording: &Recording, reading: &Reading) -> Result<ByHan
         };
         if cell(of_time).is_empty() {
             if !cell(of_op).is_empty() {
-                return Err(wrong("time", "is no time; write when the OP was set"));
+                return Err(wrong("time", "is not a time; write when the OP was set"));
             }
-            // A turn of the plan that was left out.
+            // A planned turn that was left out.
             continue;
         }
-        let at_s =
-            match recording.start {
-                Some(start) => {
-                    instant(cell(of_time), zone.as_ref())
-                        .map_err(|e| wrong("time", &format!("is not understood: {e}")))?
-                        - start
-                }
-                None => cell(of_time).parse::<f64>().ok().filter(|t| t.is_finite()).ok_or_else(
-                    || wrong("time", "is no number of seconds, and the recording has no dates"),
-                )?,
-            };
+        let at_s = match recording.start {
+            Some(start) => {
+                instant(cell(of_time), zone.as_ref())
+                    .map_err(|e| wrong("time", &format!("is not a time: {e}")))?
+                    - start
+            }
+            None => {
+                cell(of_time).parse::<f64>().ok().filter(|t| t.is_finite()).ok_or_else(|| {
+                    wrong(
+                        "time",
+                        "is not a number of seconds, which a recording without dates needs",
+                    )
+                })?
+            }
+        };
         let op = match cell(of_op) {
             "" => None,
             text => Some(
                 text.parse::<f64>()
                     .ok()
                     .filter(|op| (-10.0..=110.0).contains(op))
-                    .ok_or_else(|| wrong("op", "is no OP in percent"))?,
+                    .ok_or_else(|| wrong("op", "is not an OP in percent"))?,
             ),
         };
         if sets.last().is_some_and(|last: &Set| at_s < last.at_s) {

@@ -1,4 +1,4 @@
-//! `stiction what-if`: what repair, retuning, a compensator or a positioner would make of a loop.
+//! `stiction what-if`: the effects of repair, retuning, a compensator or a positioner on a loop.
 
 use crate::actions::{self, Head, Settings, Valve};
 use crate::diagnose::ended;
@@ -19,10 +19,10 @@ use stiction::fit::{Fit, FitOptions, Prospects, prospects};
 use stiction::what_if::{Prediction, Row, WhatIf, WhatIfOptions, what_if};
 use stiction_report::document::Source;
 
-/// Ask what to do about a loop whose valve sticks: repair, retune, compensate, or put a positioner on it.
+/// Compare actions for a loop whose valve sticks: repair, retuning, a compensator, or a positioner.
 ///
-/// Every action is simulated, with S and J right and wrong, and ranked by the mean control error in the worst
-/// case; then follow what is recommended, what that rests on, and the manual test that confirms it first.
+/// Every action is simulated, with S and J right and wrong, and ranked by the mean control error in the worst case. The
+/// output also has a recommendation, its assumptions, and the manual test that confirms stiction first.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction what-if paper/closed-loop --plot actions.png
@@ -33,23 +33,23 @@ pub struct Args {
     /// Name of a built-in scenario, a TOML file, or a recording (CSV, Parquet, MATLAB); a single control loop
     #[arg(value_name = "SCENARIO|FILE")]
     scenario: String,
-    /// Of a recording: this loop
+    /// Loop of a recording with several loops
     #[arg(long = "loop", value_name = "TAG")]
     of_loop: Option<String>,
-    /// Of a recording: what came of it, a recording of the same loop after something was done
+    /// Recording of the same loop after an action; SCENARIO|FILE must be a recording, too
     #[arg(long, value_name = "FILE")]
     after: Option<In>,
-    /// With --after: what was done: nothing, repair, retune, repair-and-retune, positioner, or
-    /// the name of a compensator [default: repair]
+    /// The action before --after: nothing, repair, retune, repair-and-retune, positioner, or the name of a compensator
+    /// [default: repair]
     #[arg(long, value_name = "ACTION", requires = "after", value_parser = Remedy::by_name)]
     action: Option<Remedy>,
     /// Change a key of the scenario, such as valve.S=4; may be given several times
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// S of a repaired valve, percent of span [default: 0.4, or that of the valve if it is less]
+    /// S of a repaired valve, percent of span [default: 0.4, or that of the valve if smaller]
     #[arg(long = "repaired-S", value_name = "PERCENT", allow_negative_numbers = true)]
     repaired_s: Option<f64>,
-    /// J of a repaired valve, percent of span [default: 0.1, or that of the valve if it is less]
+    /// J of a repaired valve, percent of span [default: 0.1, or that of the valve if smaller]
     #[arg(long = "repaired-J", value_name = "PERCENT", allow_negative_numbers = true)]
     repaired_j: Option<f64>,
     /// Gain of a positioner [default: 10]
@@ -61,51 +61,51 @@ pub struct Args {
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
-    /// Draw error and travel of every action to this file, .svg or .png
+    /// Draw control error and stem travel of every action to this file, .svg or .png
     #[arg(long, value_name = "FILE")]
     plot: Option<Out>,
     /// Write every action and case to this CSV file; - is standard output
     #[arg(long, value_name = "FILE", conflicts_with = "json")]
     csv: Option<Out>,
-    // Last, because its heading stands above all that follows.
+    // Last, because its heading covers all options that follow.
     #[command(flatten)]
     reading: Reading,
 }
 
-/// What `stiction what-if --json` prints of a recording.
+/// The output of `stiction what-if --json` for a recording.
 #[derive(Serialize, JsonSchema)]
 pub struct FromRecording {
-    /// The program that made it, with its version.
+    /// The program and its version.
     tool: &'static str,
     /// Tag of the loop.
     #[serde(rename = "loop")]
     name: String,
-    /// The file it comes from.
+    /// The file of the recording.
     source: Source,
-    /// What was fitted.
+    /// The fitted loop.
     fit: Fit,
-    /// What could be done, and what it would bring.
+    /// The actions and their predicted effects.
     prospects: Prospects,
-    /// What came of it, where a recording after is given.
+    /// The actual effect, if a recording after the action was given.
     after: Option<Ring>,
 }
 
-/// What `stiction what-if --json` prints.
+/// The output of `stiction what-if --json` for a scenario.
 #[derive(Serialize, JsonSchema)]
 pub struct Document {
     #[serde(flatten)]
     head: Head,
     /// The valve of the loop.
     valve: Valve,
-    /// The scenario, key by key.
+    /// The settings of the scenario by key.
     settings: Settings,
-    /// What every action went through.
+    /// The protocol of the simulations.
     protocol: compensate::CompareOptions,
     #[serde(flatten)]
     found: WhatIf,
 }
 
-/// Whether an argument is a file of recordings, not a scenario.
+/// Whether an argument is a file of recordings instead of a scenario.
 fn is_recording(name: &str) -> bool {
     let extension = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or("");
     stiction_io::scenario::built_in_text(name).is_none()
@@ -113,7 +113,7 @@ fn is_recording(name: &str) -> bool {
         && !extension.eq_ignore_ascii_case("toml")
 }
 
-/// What could be done about a recorded loop.
+/// The actions for a recorded loop.
 fn of_recording(args: &Args) -> Result<()> {
     let given = [
         ("--set", !args.set.is_empty()),
@@ -126,8 +126,8 @@ fn of_recording(args: &Args) -> Result<()> {
     ];
     if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
         bail!(
-            "{option} is for a scenario, and {} is a recording; write its loop with `stiction fit {} -o loop.toml` and \
-             ask about that",
+            "{option} is for a scenario, but {} is a recording; write its loop with `stiction fit {} -o loop.toml` and use \
+             that file",
             args.scenario,
             args.scenario
         );
@@ -188,7 +188,7 @@ pub fn run(args: Args) -> Result<()> {
         return of_recording(&args);
     }
     if args.of_loop.is_some() || args.after.is_some() {
-        bail!("--loop and --after are for a recording, and {} is a scenario", args.scenario);
+        bail!("--loop and --after are for a recording, but {} is a scenario", args.scenario);
     }
     let scenario = actions::scenario(&args.scenario, &args.set)?;
     let plant = actions::single_loop(&args.scenario, &scenario)?;
@@ -201,7 +201,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     options.positioner_gain = args.positioner_gain.unwrap_or(options.positioner_gain);
     options.most_sensitive = args.ms.unwrap_or(options.most_sensitive);
-    // A bound that no loop can meet is an error, not a reason to leave retuning out.
+    // A bound that no loop can meet is an error, so that retuning is not left out silently.
     if !(options.most_sensitive > 1.0 && options.most_sensitive.is_finite()) {
         anyhow::bail!("--ms is {}, but must be a finite number above 1", options.most_sensitive);
     }
@@ -209,7 +209,7 @@ pub fn run(args: Args) -> Result<()> {
     let rows: Vec<(&'static str, &compensate::Row)> =
         found.rows.iter().map(|row| (row.action.name(), &row.played)).collect();
     if let (Some(path), Some(present)) = (&args.plot, found.as_it_is()) {
-        let title = format!("What could be done: {}", scenario.title);
+        let title = format!("Actions: {}", scenario.title);
         let figure = stiction_figure::actions::actions(&title, &present.played, &rows);
         output::figure("--plot", path, &figure)?;
     }
@@ -239,7 +239,7 @@ fn in_words(title: &str, found: &WhatIf) -> String {
         }
     };
     let words = format!(
-        "{} cycle: exact limit cycle of what is left, none if there is none.",
+        "{} cycle: exact limit cycle after the action, none if there is none.",
         actions::LEGEND
     );
     paragraph("", &words, 0);
@@ -259,7 +259,7 @@ fn in_words(title: &str, found: &WhatIf) -> String {
     paragraph("\n", "What this rests on", 0);
     found.assumptions.iter().for_each(|sentence| paragraph("- ", sentence, 2));
     if let Err(reason) = &found.retuning {
-        paragraph("- ", &format!("No other tuning was looked for or found: {reason}."), 2);
+        paragraph("- ", &format!("There is no other tuning: {reason}."), 2);
     }
     out
 }

@@ -1,19 +1,20 @@
-//! The figure of a valve test: how far the PV went with each turn of the OP.
+//! The figure of a valve test: the PV change with each turn of the OP.
 
 use stiction_diagnose::series::{max, min};
 use stiction_diagnose::valve_test::{Step, TestReading};
 use stiction_figure::{Annotation, Figure, Panel, Series};
 
-const CAPTION: &str = "A valve that sticks answers no turn that is smaller than S.";
+const CAPTION: &str = "A sticking valve does not answer turns smaller than S.";
 
-/// Turns against answers; `unit` is that of the PV.
+/// Answers over turns. `unit` is the unit of the PV.
 pub fn figure(name: &str, unit: Option<&str>, test: &TestReading) -> Figure {
     Figure::new(format!("{name}: turns of the OP and answers of the {}", test.who()))
         .caption(CAPTION)
         .with(panel(unit, test))
 }
 
-/// The tests before and after a repair, one above the other with the same axes; each has its words, and its PV this unit.
+/// The tests before and after a repair, one above the other with the same axes. Each has a title; `unit` is the unit of
+/// the PV.
 pub fn beside(tests: [(&str, &TestReading); 2], unit: Option<&str>) -> Figure {
     let mut panels =
         tests.map(|(title, test)| Panel { title: title.to_owned(), ..panel(unit, test) });
@@ -39,7 +40,7 @@ fn panel(unit: Option<&str>, test: &TestReading) -> Panel {
         let points = test.steps.iter().filter(seen);
         points.filter_map(|step| Some((step.travel?, step.answer?.abs()))).unzip()
     };
-    // From two standard deviations below an answer to two above, one stroke a turn.
+    // A line from two standard deviations below each answer to two above.
     let bars = test.steps.iter().filter_map(|step| {
         let (travel, answer, error) = (step.travel?, step.answer?.abs(), step.error?);
         Some([(travel, answer - 2.0 * error), (travel, answer + 2.0 * error)])

@@ -1,4 +1,4 @@
-//! The page of a valve test, and of two with a repair between them: what a maintenance planner files.
+//! The page of a valve test, or of two tests before and after a repair, for the records of the maintenance planner.
 
 use crate::Error;
 use crate::document::Source;
@@ -13,18 +13,18 @@ use stiction_diagnose::valve_test::{Carried, Comparison, TestReading, same_loop}
 use stiction_figure::figure::instant;
 use stiction_figure::{Annotation, Figure};
 
-/// A test with the recording of it.
+/// A test with its recording.
 #[derive(Debug, Clone, Copy)]
 pub struct Tested<'a> {
-    /// The file that it comes from.
+    /// The file of the recording.
     pub source: &'a Source,
     /// The recording.
     pub recording: &'a Recording,
-    /// What the test says.
+    /// The result of the test.
     pub test: &'a TestReading,
 }
 
-/// A time on the recording's clock as a date of the plant, or as what has passed where no date is known.
+/// A time on the recording's clock as a date in plant time, or as elapsed time if there is no date.
 pub fn moment(recording: &Recording, at: f64) -> String {
     let date = recording.start.and_then(|start| {
         let plant = &recording.plant_time;
@@ -33,12 +33,12 @@ pub fn moment(recording: &Recording, at: f64) -> String {
     date.unwrap_or_else(|| time(at))
 }
 
-/// When a test was made.
+/// Start and end of a test.
 pub fn span(recording: &Recording, test: &TestReading) -> String {
     format!("{} to {}", moment(recording, test.from_s), moment(recording, test.to_s))
 }
 
-/// S of a test in words, as far as it is known.
+/// S of a test in words, or its limit.
 pub fn s_in_words(test: &TestReading) -> String {
     match (test.s, test.s_below) {
         (Some(s), _) => words::interval(s),
@@ -47,7 +47,7 @@ pub fn s_in_words(test: &TestReading) -> String {
     }
 }
 
-/// Two tests beside each other: what a row is about, what it was before, and what it is after.
+/// Two tests side by side: name, value before and value after of each row.
 pub fn rows(before: Tested<'_>, after: Tested<'_>) -> Vec<[String; 3]> {
     let both =
         |name: &str, of: &dyn Fn(Tested<'_>) -> String| [name.to_owned(), of(before), of(after)];
@@ -67,12 +67,12 @@ pub fn rows(before: Tested<'_>, after: Tested<'_>) -> Vec<[String; 3]> {
     ]
 }
 
-/// What to check where two recordings do not look like those of one valve.
+/// A warning if the tags of two recordings differ.
 pub fn caution(before: Tested<'_>, after: Tested<'_>) -> Option<String> {
     let (a, b) = (&before.recording.name, &after.recording.name);
     (!same_loop(a, b)).then(|| {
         format!(
-            "The recordings have different tags, {a} and {b}. Check that both are of one valve."
+            "The recordings have different tags, {a} and {b}. Check that both are of the same valve."
         )
     })
 }
@@ -80,7 +80,7 @@ pub fn caution(before: Tested<'_>, after: Tested<'_>) -> Option<String> {
 /// The page of one test.
 ///
 /// # Errors
-/// If a figure cannot be drawn. Signals far beyond what a picture can show have none, so this is not expected.
+/// If a figure cannot be drawn. This is not expected, because signals out of range are left out.
 pub fn reading(tool: &str, tested: Tested<'_>) -> Result<String, Error> {
     let Tested { source, recording, test } = tested;
     let name = &recording.name;
@@ -96,7 +96,7 @@ pub fn reading(tool: &str, tested: Tested<'_>) -> Result<String, Error> {
 /// The page of two tests with a repair between them.
 ///
 /// # Errors
-/// As of [`reading()`].
+/// As for [`reading()`].
 pub fn comparison(
     tool: &str,
     before: Tested<'_>,
@@ -133,7 +133,7 @@ pub fn comparison(
     report.source(before.source).source(after.source).with(section).html()
 }
 
-/// Width of a figure that a telephone shows, too, px.
+/// Width of a figure that fits a phone, px.
 const WIDTH: f64 = 560.0;
 
 fn answers(of: Tested<'_>) -> Figure {
@@ -153,7 +153,7 @@ fn headline(test: &TestReading) -> String {
         Class::DoesNotStick => format!("The valve does not stick. Its S is {}.", s_in_words(test)),
         Class::DoesNotRespond => "The valve does not respond to the OP.".to_owned(),
         Class::CannotTell => {
-            format!("The test does not settle whether the valve sticks: the probability is {p}.")
+            format!("The test is inconclusive. The probability that the valve sticks is {p}.")
         }
     }
 }
@@ -167,11 +167,11 @@ fn facts(of: Tested<'_>) -> Vec<Fact> {
     ];
     all.extend(test.j.map(|j| Fact::new("J, slip jump", words::interval(j), "")));
     all.extend(test.response_s.map(|s| Fact::new("response time", time(s), "")));
-    all.push(Fact::new("the turns are known by", format!("the {}", test.known_by.name()), ""));
+    all.push(Fact::new("source of the turns", format!("the {}", test.known_by.name()), ""));
     all
 }
 
-/// What one test has of its own: its trend, the plan beside it, its turns.
+/// The trend, the comparison with the plan, and the turns of a test.
 fn of_test(mut section: Section, of: Tested<'_>) -> Section {
     if let Some(figure) = trend(of) {
         section = drawn(section, figure);
@@ -183,12 +183,12 @@ fn of_test(mut section: Section, of: Tested<'_>) -> Section {
     section.with(turns(of))
 }
 
-/// What is beyond all that can be drawn is not worth the whole page.
+/// A figure that cannot be drawn is left out.
 fn drawn(section: Section, figure: Figure) -> Section {
     if figure.check().is_ok() { section.with(figure) } else { section }
 }
 
-/// All that was recorded, with the test marked.
+/// The whole recording, with the test marked.
 fn trend(of: Tested<'_>) -> Option<Figure> {
     let whole = Recording { mode: None, ..of.recording.clone() };
     let grid = Grid::of(&whole, &GridOptions::default()).ok()?;
@@ -208,10 +208,10 @@ fn trend(of: Tested<'_>) -> Option<Figure> {
     Some(figure)
 }
 
-/// The sizes of a plan beside those that were made.
+/// The planned and actual sizes.
 fn planned(carried: &Carried) -> Table {
     let table = Table::new(format!(
-        "The plan beside what was carried out: {} made, and the plan asks for {} of these sizes or more.",
+        "Test and plan: the test has {}, and the plan has {} of these sizes or more.",
         counted(carried.turns, "turn"),
         carried.turns_planned
     ))
@@ -262,7 +262,7 @@ fn turns(of: Tested<'_>) -> Table {
     })
 }
 
-/// Who agreed: lines to sign.
+/// Lines to sign.
 fn agreed() -> Table {
     let table = Table::new("").words("for").words("name").words("date").words("signature");
     let (line, date) = ("_________", "______");

@@ -1,19 +1,19 @@
-//! The sheet of a valve test: one page to print and to fill in, and the same as a table.
+//! The sheet of a valve test: one page to print and complete, also as a table.
 
 use crate::sheet::Sheet;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use stiction_diagnose::spoken::{range, rough, time};
 use stiction_diagnose::valve_test::TestPlan;
 
-/// Turns of which there is room on the page, and those of the second part at least: sizes are written in as they come.
+/// Rows for turns on the page, and fewest rows for the second part, whose sizes are written in by hand.
 const TURNS: usize = 48;
 const OF_PART_2: usize = 8;
 
-/// The plan as a table with a row a turn of the first part: how far the OP goes from u0, how long it is held at most, and
-/// two empty columns for what was done, which [`stiction_diagnose::valve_test::read`] is given.
+/// The plan as a table with a row for each turn of the first part: the OP relative to u0, the longest hold, and two
+/// empty columns. The completed columns are an input to [`stiction_diagnose::valve_test::read`].
 ///
 /// # Errors
-/// None is known: it is written to memory.
+/// No error is known, because it writes to memory.
 pub fn csv(plan: &TestPlan) -> std::io::Result<String> {
     let mut sheet = Sheet::new(["turn", "op_from_u0_percent", "hold_at_most_s", "time", "op"])?;
     for (k, turn) in plan.grow.iter().enumerate() {
@@ -58,7 +58,7 @@ pub fn html(plan: &TestPlan, tool: &str) -> String {
                         "Limits: PV " (range(plan.pv_low, plan.pv_high)) (unit)
                         ", OP " (range(plan.op_low, plan.op_high))
                         " %. Part 1 takes at most " (time(plan.total_s))
-                        ". An answer is a move of the PV by " (rough(plan.answer)) (unit) ". " (tool)
+                        ". An answer is a PV change of " (rough(plan.answer)) (unit) ". " (tool)
                     }
                 }
             }
@@ -67,7 +67,7 @@ pub fn html(plan: &TestPlan, tool: &str) -> String {
     page.into_string()
 }
 
-/// Turns of the plan by their numbers, two beside each other; none for a line that is left open.
+/// Rows with two turns of the plan each, by their numbers; `None` for an empty row.
 fn table(label: &str, unit: &str, plan: &TestPlan, rows: &[[Option<usize>; 2]]) -> Markup {
     let pv = format!("PV at end{unit}");
     let heads = ["Turn", "OP (%)", "Hold at most", "Time", "OP set", &pv];

@@ -74,11 +74,11 @@ fn a_sheet_stands_for_a_mode() {
     assert_eq!(by_output["loops"][0]["test"]["class"], "sticks");
 
     for (sheet, expected) in [
-        ("turn,op\n1,40\n", "done.csv: there is no column \"time\""),
-        ("time,op\nten,40\n", "done.csv, row 2, column time: \"ten\" is no number of seconds"),
-        ("time,op\n10,140\n", "done.csv, row 2, column op: \"140\" is no OP in percent"),
+        ("turn,op\n1,40\n", "done.csv: the column \"time\" is missing"),
+        ("time,op\nten,40\n", "done.csv, row 2, column time: \"ten\" is not a number of seconds"),
+        ("time,op\n10,140\n", "done.csv, row 2, column op: \"140\" is not an OP in percent"),
         ("time,op\n10,40\n9,41\n", "done.csv, row 3, column time: \"9\" is before the row above"),
-        ("time,op\n,40\n", "done.csv, row 2, column time: \"\" is no time"),
+        ("time,op\n,40\n", "done.csv, row 2, column time: \"\" is not a time"),
         ("time,op\n", "done.csv: no row has a time"),
         ("time,op\n900000,40\n900010,41\n900020,\n", "the test is outside the recording"),
     ] {
@@ -105,7 +105,7 @@ fn what_cannot_be_planned_or_read_is_said() {
     assert!(refused.contains("the plan is for loop FIC101-sticky"), "{refused}");
     write(&folder, "plan.json", "{}");
     let refused = run(&folder, &["test", "read", &tested, "--plan", "plan.json"]).refusal();
-    assert!(refused.contains("there is no key \"plan\""), "{refused}");
+    assert!(refused.contains("the key \"plan\" is missing"), "{refused}");
     let limits = ["test", "plan", &sample("FIC101-sticky.csv"), "--pv-low", "9", "--pv-high", "3"];
     let refused = run(&folder, &limits).refusal();
     assert!(refused.contains("the lower limit of the PV is not below"), "{refused}");
@@ -233,10 +233,10 @@ fn a_plan_stands_beside_what_was_carried_out() {
     // The tag of the plan goes on with a word in the file's name.
     let asked = ["test", "read", &*tested, "--plan", "plan.json"];
     let words = run(&folder, &[&asked[..], &["--report", "test.html"]].concat()).quiet_success();
-    assert!(words.contains("the plan asks for ") && words.contains(" or more, and 28 were made\n"));
+    assert!(words.contains("the plan has ") && words.contains(" or more, the test has 28\n"));
     assert!(words.contains("  - The controller took over once in between.\n"), "{words}");
     let html = read(&folder, "test.html");
-    for part in ["The plan beside what was carried out", "planned", "The turns, with", "its units"]
+    for part in ["Test and plan: the test has 28 turns", "planned", "The turns, with", "its units"]
     {
         assert!(html.contains(part), "{part}");
     }
@@ -263,7 +263,7 @@ fn what_spoils_a_test_is_said() {
     );
     let refused = read_it("FIC1.csv").refusal();
     assert!(
-        refused.contains("FIC1.csv, loop FIC1: the PV holds one value throughout"),
+        refused.contains("FIC1.csv, loop FIC1: the PV has the same value throughout"),
         "{refused}"
     );
     // An OP that is cut at the end of its range.

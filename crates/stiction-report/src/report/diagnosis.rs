@@ -13,12 +13,11 @@ use stiction_diagnose::finding::{Decision, Finding};
 use stiction_diagnose::oscillation::{self, Oscillation};
 use stiction_diagnose::recording::fitness::Class;
 
-/// The report on some loops: one self-contained HTML page. The loops stand in the order of
-/// [`Diagnosis::rank`], the worst first.
+/// The report on loops as one self-contained HTML page. The loops are in the order of [`Diagnosis::rank`], the worst
+/// first.
 ///
 /// # Errors
-/// If a figure cannot be drawn. Signals far beyond what a picture can show have none, so this is not
-/// expected.
+/// If a figure cannot be drawn. This is not expected, because signals out of range are left out.
 pub fn html(tool: &str, loops: &[Loop<'_>]) -> Result<String, Error> {
     report(tool, &by_rank(loops)).html()
 }
@@ -30,7 +29,7 @@ pub(super) fn by_rank<'a>(loops: &[Loop<'a>]) -> Vec<Loop<'a>> {
     ranked
 }
 
-/// The report on loops, in their order.
+/// The report on loops, in the given order.
 pub(super) fn report(tool: &str, ranked: &[Loop<'_>]) -> Report {
     let title = match ranked {
         [one] => format!("Diagnosis of {}", one.diagnosis.name),
@@ -46,11 +45,10 @@ pub(super) fn report(tool: &str, ranked: &[Loop<'_>]) -> Report {
     report
 }
 
-const INTRODUCTION: &str = "Whether the valve of a control loop sticks, by what was recorded of it in \
-    normal operation. The figures show what each method saw.";
-const VOTES: &str = "A verdict that rests on a majority is a preliminary one: published methods vote, one \
-    vote for each family that looks at the same thing, each with its own assumptions and none right on \
-    all loops.";
+const INTRODUCTION: &str = "Whether the valve of a control loop sticks, from its recording in normal operation. The \
+                            figures show the evidence of each method.";
+const VOTES: &str = "A majority verdict is preliminary. Each family of published methods has one vote. Every method has \
+                     its own assumptions, and none is correct for all loops.";
 
 pub(super) fn section(case: &Loop<'_>) -> Section {
     let Loop { diagnosis, source } = *case;
@@ -88,7 +86,7 @@ pub(super) fn section(case: &Loop<'_>) -> Section {
         .fold("Where the data come from", |inside| data(inside, diagnosis, source))
 }
 
-/// What the verdict rests on, and what was left out of the head.
+/// The basis of the verdict, and results that are not in the head.
 fn why(mut section: Section, diagnosis: &Diagnosis) -> Section {
     let reasons = reasons(diagnosis);
     if !reasons.is_empty() {
@@ -97,10 +95,10 @@ fn why(mut section: Section, diagnosis: &Diagnosis) -> Section {
     section.with(Block::Facts(facts(diagnosis)))
 }
 
-/// Figures of what was recorded.
+/// Figures of the recording.
 fn recorded(mut section: Section, diagnosis: &Diagnosis, context: &Context<'_>) -> Section {
     let Some(judged) = &diagnosis.judged else { return section };
-    // What is beyond all that can be drawn is not worth the whole report.
+    // A figure that cannot be drawn is left out.
     let views = views::all(&diagnosis.grid.segments, judged.segment, context);
     for figure in views.into_iter().filter(|figure| figure.check().is_ok()) {
         section = section.with(figure);
@@ -108,7 +106,7 @@ fn recorded(mut section: Section, diagnosis: &Diagnosis, context: &Context<'_>) 
     section
 }
 
-/// What is not fit; all of the measures on demand.
+/// The measures that are not fit, and all measures on demand.
 fn quality(section: Section, diagnosis: &Diagnosis) -> Section {
     let measures = &diagnosis.fitness.measures;
     let lacking = measures.iter().filter(|measure| measure.class != Class::Fit);
@@ -133,16 +131,17 @@ fn reasons(diagnosis: &Diagnosis) -> Vec<String> {
     let verdict = &diagnosis.verdict;
     let mut reasons: Vec<String> = vec![];
     if verdict.basis == Basis::Majority {
-        // The methods that agree are in the table and the evidence.
+        // The agreeing methods are in the table and the evidence.
         reasons.extend(verdict.reasons.iter().take(1).map(|reason| sentence(reason)));
         let families = Votes::by_family(&diagnosis.findings);
         let names = |wanted: Decision| {
             let agree = families.iter().filter(|(_, said)| *said == wanted);
             agree.map(|(family, _)| family.name()).collect::<Vec<_>>().join("; ")
         };
-        for (lead, wanted) in
-            [("It sticks, say", Decision::Sticks), ("It does not, say", Decision::DoesNotStick)]
-        {
+        for (lead, wanted) in [
+            ("Votes for sticking", Decision::Sticks),
+            ("Votes against sticking", Decision::DoesNotStick),
+        ] {
             let names = names(wanted);
             if !names.is_empty() {
                 reasons.push(format!("{lead}: {names}."));
@@ -170,13 +169,13 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
     facts.extend(estimate("S, stick band plus dead band", diagnosis.stiction.s));
     facts.extend(estimate("J, slip jump", diagnosis.stiction.j));
     facts.extend(diagnosis.verdict.s_below.map(|limit| {
-        let name = format!("S is below this with {:.0} %", 100.0 * limit.confidence);
+        let name = format!("upper limit of S ({:.0} % confidence)", 100.0 * limit.confidence);
         Fact::new(name, words::rough(limit.value), "%")
     }));
     facts.extend([
         Fact::new("basis", diagnosis.verdict.basis.name(), ""),
-        Fact::new("families of methods that say it sticks", votes.sticks, ""),
-        Fact::new("that it does not", votes.does_not_stick, ""),
+        Fact::new("families of methods that find stiction", votes.sticks, ""),
+        Fact::new("families that find none", votes.does_not_stick, ""),
         Fact::new("undecided", votes.undecided, ""),
         Fact::new("abstaining", votes.abstains, ""),
     ]);
@@ -242,10 +241,10 @@ fn fitness(diagnosis: &Diagnosis) -> Table {
     })
 }
 
-/// What all methods say, in a table; those that abstain in another one.
+/// A table with the results of all methods, and one with those that abstain.
 fn methods(section: Section, diagnosis: &Diagnosis) -> Section {
     let deciding =
-        Table::new("Methods marked with a diamond test for linearity only and have no vote.")
+        Table::new("Methods marked with a diamond test only for linearity and have no vote.")
             .words("method")
             .words("says")
             .words("statistic")
@@ -269,7 +268,7 @@ fn methods(section: Section, diagnosis: &Diagnosis) -> Section {
     let abstaining = silent.into_iter().fold(abstaining, |table, finding| {
         table.row([finding.method.title.to_owned(), sentence(&finding.reason)])
     });
-    let mut section = section.heading("What the methods say");
+    let mut section = section.heading("Results of the methods");
     if !speaking.is_empty() {
         section = section.with(deciding);
     }
@@ -280,8 +279,7 @@ fn methods(section: Section, diagnosis: &Diagnosis) -> Section {
     section
 }
 
-/// The cards of all methods that do not abstain: those that find stiction, those that do not, those
-/// that are undecided.
+/// The cards of all methods that do not abstain, in the order of sticks, does not stick, undecided.
 fn evidence(section: Section, diagnosis: &Diagnosis, context: &Context<'_>) -> Section {
     let place = |decision: Decision| match decision {
         Decision::Sticks => 0,
@@ -322,14 +320,14 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
         .numbers("decay ratio", "lasting above 0.5")
         .numbers("supervision", "oscillates above 10")
         .words("found by");
-    let mut peaks = Table::new("Oscillations that stand out of the spectrum, strongest first.")
+    let mut peaks = Table::new("Oscillations with a peak in the spectrum, strongest first.")
         .words("signal")
         .words("period")
         .numbers("amplitude", "")
         .numbers("share of the variance", "%")
         .numbers("regularity", "")
         .words("remark");
-    let mut episodes = Table::new("When the dominant oscillation was there.")
+    let mut episodes = Table::new("Episodes of the dominant oscillation.")
         .words("signal")
         .words("from")
         .words("to")
@@ -389,7 +387,7 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
     section
 }
 
-/// A table; of a long one the first rows, and all of them on demand.
+/// A table; a long one is folded.
 fn shortened(table: Table) -> Block {
     const MOST: usize = 12;
     if table.rows.len() <= MOST {
@@ -432,9 +430,9 @@ fn data(section: Section, diagnosis: &Diagnosis, source: &Source) -> Section {
         section = section.with(Block::Paragraph(sentence(note)));
     }
     if grid.repairs.is_empty() {
-        return section.with(Block::Paragraph("Nothing had to be mended.".to_owned()));
+        return section.with(Block::Paragraph("No sample needed a repair.".to_owned()));
     }
-    let table = Table::new("What had to be mended.")
+    let table = Table::new("Repairs of the data.")
         .words("signal")
         .numbers("samples or steps", "")
         .words("first")
