@@ -5,7 +5,7 @@
     python3 .ci/prose.py --sample 100 --seed 1   # prints random sentences instead, to judge one by one
 
 It reads Markdown outside code blocks, doc comments and string literals of Rust, docstrings and strings of Python, and strings and
-text of the lab's pages. Tests, scripts of benches and generated files are left out.
+text of the lab's pages. Tests, scripts of benches, generated files, scripts and policies in strings are left out.
 """
 
 import argparse
@@ -46,8 +46,10 @@ SENTENCE = re.compile(r"(?<=[.!?])\s+(?=[A-Z`*(\"])")
 CITATION = re.compile(r"\b(?:19|20)\d\d\b|\bdoi\b|https?:", re.IGNORECASE)
 # What a person does not read as prose, or has not written.
 LEFT_OUT = re.compile(
-    r"(^|/)(tests?|benches|node_modules|dist|target|fuzz|font)/|^\.ci/|^docs/style\.md$|test_\w+\.py$|tests?\.rs$|/build\.rs$|\.test\.tsx?$"
+    r"(^|/)(tests|benches|node_modules|dist|target|fuzz|font)/|^\.ci/|^docs/style\.md$|/(tests|build)\.rs$|\.test\.tsx?$"
 )
+# Strings with JavaScript or a Content-Security-Policy.
+CODE = re.compile(r"=>|\bdocument\.\w|\bdefault-src\b")
 LITERAL = re.compile(
     r"""(?P<doc>//[/!][^\n]*)|//[^\n]*|/\*.*?\*/|r(?P<hash>\#*)"(?P<raw>.*?)"(?P=hash)|"(?P<text>(?:[^"\\]|\\.)*)"|'(?:[^'\\\n]|\\.[^'\n]*)'""",
     re.DOTALL,
@@ -91,7 +93,7 @@ def rust(source: str) -> Iterator[Text]:
                 begun = line
             doc.append(found["doc"][3:].strip())
             last = line
-        else:
+        elif not CODE.search(found[0]):
             text = re.sub(r"\\\n\s*", "", found["raw"] or found["text"] or "").replace("\\n", "\n").replace('\\"', '"')
             # Examples below the help of a command are indented.
             text = re.sub(r"^  .*$", "", text, flags=re.MULTILINE)
@@ -103,7 +105,7 @@ def rust(source: str) -> Iterator[Text]:
 def python(source: str) -> Iterator[Text]:
     """Docstrings and other strings."""
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and not CODE.search(node.value):
             yield from ((node.lineno + at - 1, text) for at, text in markdown(node.value))
 
 
@@ -111,6 +113,8 @@ def pages(source: str) -> Iterator[Text]:
     """Text and strings of the lab's pages."""
     for found in JSX.finditer(re.sub(r"^\s*(?://|\*|/\*).*$", "", source, flags=re.MULTILINE)):
         text = next(filter(None, found.groups()), "")
+        if CODE.search(text):
+            continue
         yield source.count("\n", 0, found.start()) + 1, " ".join(text.split())
 
 

@@ -1,10 +1,10 @@
-"""Drives the pages in a real browser: Debian's Chromium, by Playwright.
+"""Checks the pages in a real browser, Debian's Chromium with Playwright.
 
 python3 pages/check.py COMMAND TARGET [FOLDER]
 
-COMMAND is the built `stiction`, TARGET cargo's target folder, in which the tests of the report left an index of 1,000
-loops, and those of the plant the page of a week of as many. With a FOLDER the screenshots are kept there; `FIC101-sticky.png` and `index.png` of them are
-`docs/figures/report.png` and `docs/figures/index.png`.
+COMMAND is the built `stiction`. TARGET is Cargo's target folder. It contains an index of 1,000 loops from the tests of the
+report, and the page of a week of a plant with 1,000 loops from the tests of the plant. With a FOLDER the screenshots are saved
+there. Its `FIC101-sticky.png` and `index.png` are `docs/figures/report.png` and `docs/figures/index.png`.
 """
 
 import subprocess
@@ -18,11 +18,11 @@ from playwright.sync_api import Browser, Page, sync_playwright
 ROOT = Path(__file__).resolve().parent.parent
 CHROMIUM = "/usr/bin/chromium"
 SAMPLES = sorted(path.relative_to(ROOT) for path in (ROOT / "samples").glob("*.csv") if path.stem != "truth")
-#: What opening, sorting or searching an index of 1,000 loops may take, s.
+#: Time limit to open, sort or search an index of 1,000 loops, s.
 PATIENCE = 2.0
 WIDE = {"width": 1300, "height": 900}
 PHONE = {"width": 390, "height": 844}
-#: Pages of the documentation that are kept as pictures.
+#: Pages of the documentation with a screenshot.
 SHOTS = [
     (name, size, scheme)
     for name in ("index.html", "gallery.html", "gallery/FIC211.html", "commands.html", "paper.html")
@@ -31,7 +31,7 @@ SHOTS = [
 
 
 def opened(browser: Browser, path: Path, width: int, height: int, scheme: str = "light") -> Page:
-    """A page that may fetch nothing but itself."""
+    """A page that may load only itself."""
     page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
@@ -42,7 +42,7 @@ def opened(browser: Browser, path: Path, width: int, height: int, scheme: str = 
 
 
 def overlap(page: Page, first: str, second: str) -> bool:
-    """Whether two elements lie on each other."""
+    """Whether two elements overlap."""
     a, b = (page.locator(each).first.bounding_box() for each in (first, second))
     return not (
         a["x"] + a["width"] <= b["x"]
@@ -55,7 +55,7 @@ def overlap(page: Page, first: str, second: str) -> bool:
 def report(browser: Browser, path: Path, kept: Path) -> None:
     page = opened(browser, path, 1300, 768)
     page.screenshot(path=kept / f"{path.stem}.png")
-    # Verdict, what to do and the whole trend are on the first screen.
+    # Verdict, action and the whole trend are on the first screen.
     for each in (".verdict .badge", ".said ol", ".seen figure"):
         box = page.locator(each).first.bounding_box()
         assert box["y"] + box["height"] <= 768, f"{path.name}: {each} is not on the first screen"
@@ -70,7 +70,7 @@ def report(browser: Browser, path: Path, kept: Path) -> None:
     page.keyboard.press("Enter")
     assert page.locator("details[open]").count() == 1, path.name
     page.keyboard.press("Enter")
-    # The trend shows its last cycle, is read with keys, and shows all again.
+    # The trend zooms to the last cycle, has a cursor for keys, and zooms out again.
     trend = page.locator(".seen figure svg.live").first
     if page.locator("[data-cycles='1']").count():
         page.locator("[data-cycles='1']").click()
@@ -134,7 +134,7 @@ def index(browser: Browser, path: Path, kept: Path) -> None:
 
 
 def plant(browser: Browser, path: Path, kept: Path) -> None:
-    """The page of a plant's week: it opens, sorts, narrows down and finds among 1,000 loops."""
+    """Checks opening, sorting, filters and search on the page of a plant's week with 1,000 loops."""
     began = time.monotonic()
     page = opened(browser, path, 1300, 900)
     rows = page.locator("table.loops tbody tr:not([hidden])")
@@ -163,7 +163,7 @@ def plant(browser: Browser, path: Path, kept: Path) -> None:
     within("finding", 1)
     assert "repair" in rows.first.inner_text()
     page.get_by_placeholder("words in any column").fill("")
-    # By action, area and unit with keys: any of one kind, all kinds together.
+    # Filters by action, area and unit with keys: OR within a filter, AND between filters.
     for place in ("[data-only=repair]", "[data-only=Crude]"):
         page.locator(place).focus()
         page.keyboard.press("Enter")
@@ -191,7 +191,7 @@ def plant(browser: Browser, path: Path, kept: Path) -> None:
 
 
 def site(browser: Browser, command: Path, folder: Path, kept: Path) -> None:
-    """The documentation: every page wide and narrow, the search, keys, the dark."""
+    """Checks the documentation: every page wide and narrow, search, keys, and the dark theme."""
     began = time.monotonic()
     subprocess.run([command, "docs", "-o", folder], check=True, capture_output=True)
     print(f"writing the documentation: {time.monotonic() - began:.1f} s")
@@ -215,7 +215,7 @@ def site(browser: Browser, command: Path, folder: Path, kept: Path) -> None:
         assert not mute, f"{here}: images without words or pixels: {mute}"
     print(f"documentation: {len(pages)} pages hold, {sum(p.stat().st_size for p in folder.rglob('*.*')) / 1e6:.1f} MB")
 
-    # From any page the search leads on, with keys alone.
+    # The search opens a page from any page, with keys only.
     page.goto((folder / "gallery" / "FIC201.html").as_uri())
     page.keyboard.press("/")
     page.keyboard.type("dead band")
@@ -231,7 +231,7 @@ def site(browser: Browser, command: Path, folder: Path, kept: Path) -> None:
     page.keyboard.press("Escape")
     assert page.locator("#found").is_hidden()
 
-    # The first key stop leads past the list of contents, and every stop can be seen.
+    # The first tab stop skips the table of contents, and every focused element is visible.
     page.goto((folder / "index.html").as_uri())
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.className") == "skip"

@@ -1,8 +1,8 @@
-"""Drives the rooms of valve and loop, learn the test, guess the fault and the paper in a real browser.
+"""Checks the rooms "valve and loop", "learn the test", "guess the fault" and "the paper" in a real browser.
 
 python3 pages/lab_loop.py COMMAND [FOLDER]
 
-With a FOLDER the pictures are kept there.
+With a FOLDER the screenshots are saved there.
 """
 
 import statistics
@@ -14,13 +14,13 @@ from pathlib import Path
 from lab import CHROMIUM, FRAMES, LOOKS, Lab, opened, running, sound, until
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-#: Frames while S is dragged, with trend and map: the longest of 95 %, ms, of a machine that is idle; and what a loaded
-#: one may take before something is wrong.
+#: Frame times while S is dragged, with trend and map, ms: the 95 % quantile on an idle machine, and the limit on a loaded
+#: one.
 FRAME_MS, LOADED_MS = 33, 120
 
 
 def knob(page: Page, name: str) -> None:
-    """Turns a knob by keys, and sees that the page follows."""
+    """Moves a slider with keys, and checks that the page follows."""
     slider = page.locator(f"input[data-knob={name}]")
     before = slider.get_attribute("aria-valuetext")
     slider.focus()
@@ -44,17 +44,17 @@ def loop(browser: Browser, lab: Lab, kept: Path) -> None:
     for name in ("S", "J", "kc", "ti", "sp", "load"):
         knob(page, name)
     until(page, "location.hash.includes('valve.S')")
-    # What the address says is there again after a reload.
+    # A reload restores the state from the address.
     said = page.locator("input[data-knob=S]").get_attribute("aria-valuetext")
     page.reload()
     expect(page.locator("input[data-knob=S]")).to_have_attribute("aria-valuetext", said)
 
-    # S down to 0: the valve does not stick any more, and nothing cycles.
+    # With S = 0 the valve does not stick, and the loop does not cycle.
     page.locator("input[data-knob=S]").fill("0")
     expect(page.locator(".verdict .badge")).not_to_have_text("sticks", timeout=20_000)
     page.get_by_role("button", name="Flow").click()
 
-    # The dot of the map is dragged; the knobs follow.
+    # The sliders follow when the point on the map is dragged.
     canvas = page.locator(".map canvas")
     canvas.scroll_into_view_if_needed()
     box = canvas.bounding_box()
@@ -65,7 +65,7 @@ def loop(browser: Browser, lab: Lab, kept: Path) -> None:
     until(page, "location.hash.includes('valve.J')")
     page.get_by_role("button", name="Kc and Ti").click()
 
-    # By hand: keys move the signal.
+    # In manual, keys move the signal.
     page.get_by_label("Manual mode: you move the signal").check()
     hand = page.get_by_role("slider", name="Signal to the valve")
     before = float(hand.get_attribute("aria-valuenow"))
@@ -78,7 +78,7 @@ def loop(browser: Browser, lab: Lab, kept: Path) -> None:
     page.get_by_label("Model of the valve").select_option("stem")
     page.get_by_label("Model of the valve").select_option("he-wang" if page.locator("option[value=he-wang]").count() else "kano")
 
-    # To take away.
+    # Downloads.
     page.locator(".menu summary").click()
     for name, ending in (("Scenario (TOML)", ".toml"), ("Samples (CSV)", ".csv"), ("Trend (PNG)", ".png")):
         with page.expect_download() as download:
@@ -88,7 +88,7 @@ def loop(browser: Browser, lab: Lab, kept: Path) -> None:
     page.get_by_role("button", name="Copy the command").click()
     assert page.evaluate("navigator.clipboard.readText()").startswith("stiction simulate lab/flow")
 
-    # Two at once disturb each other in nothing.
+    # Two pages at once do not affect each other.
     other = opened(browser, lab, "#/loop?scenario=lab/level")
     expect(other.locator(".valve .label")).to_contain_text("%")
     sound(other, "a second window")
@@ -117,7 +117,7 @@ def challenges(browser: Browser, lab: Lab) -> None:
 
 
 def frames(browser: Browser, lab: Lab) -> None:
-    """Frame times while S is dragged, and what the server takes for it."""
+    """Frame times while S is dragged, and the CPU time of the server."""
     page = opened(browser, lab, "")
     expect(page.locator(".verdict .badge")).to_have_text("sticks", timeout=20_000)
     page.wait_for_timeout(1500)
@@ -145,7 +145,7 @@ def frames(browser: Browser, lab: Lab) -> None:
 
 
 def exercise(browser: Browser, lab: Lab, kept: Path) -> None:
-    """A test by hand, one by the lab, and the truth."""
+    """Checks a test by hand, a test by the lab, and the true values."""
     page = opened(browser, lab, "#/exercise?seed=2")
     manual = page.get_by_role("button", name="Put the controller in manual")
     expect(manual).to_be_enabled(timeout=20_000)
@@ -161,7 +161,7 @@ def exercise(browser: Browser, lab: Lab, kept: Path) -> None:
         size.fill(str(each))
         size.press("Tab")
         for _ in range(2):
-            # By keys alone.
+            # With keys only.
             other.focus()
             page.keyboard.press("Enter")
             on.press("Enter")
@@ -177,7 +177,7 @@ def exercise(browser: Browser, lab: Lab, kept: Path) -> None:
     sound(page, "exercise, truth")
     page.screenshot(path=kept / "lab-exercise-told.png", full_page=True)
 
-    # The lab does it with the same valve; what was read is gone, and comes again.
+    # The lab tests the same valve. The old reading disappears, and the new one appears.
     begun = time.perf_counter()
     page.get_by_role("button", name="Let the lab do it").click()
     expect(page.locator("[role=status] .badge")).to_have_count(0)
@@ -187,7 +187,7 @@ def exercise(browser: Browser, lab: Lab, kept: Path) -> None:
     page.get_by_role("button", name="Read the test").click()
     expect(page.locator("[role=status] .badge")).to_have_text("sticks", timeout=20_000)
 
-    # Another valve is another seed; too few turns are a sentence.
+    # A new valve has a new seed. Too few turns give a message.
     page.get_by_role("button", name="Another valve").click()
     expect(page.get_by_text("The OP was set 0 times.")).to_be_visible()
     assert not page.url.endswith("seed=2"), page.url

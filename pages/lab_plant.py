@@ -1,9 +1,9 @@
-"""Drives the room of a plant in a real browser.
+"""Checks the room of a plant in a real browser.
 
 python3 pages/lab_plant.py COMMAND [FOLDER]
 
-Beside COMMAND, cargo has left the example `big_plant`, which writes a plant of 1,000 loops. With a FOLDER the pictures are
-kept there.
+Cargo puts the example `big_plant` next to COMMAND. It writes a plant of 1,000 loops. With a FOLDER the screenshots are saved
+there.
 """
 
 import subprocess
@@ -16,11 +16,11 @@ from pathlib import Path
 from lab import CHROMIUM, PHONE, PROJECTOR, ROOT, WIDE, Lab, opened, running, sound, until
 from playwright.sync_api import Browser, Page, sync_playwright
 
-#: What sorting 1,000 loops may take, and opening the room, s.
+#: Time limits to sort 1,000 loops and to open the room, s.
 SORTING, OPENING = 0.2, 2.0
-#: How many loops pass what narrows the list down.
+#: The number of loops that pass the filters.
 SHOWN = "[...document.querySelectorAll('.shown')].map(p => p.textContent)[0]"
-#: Of loops that are made up no file holds anything, and the browser tells that, too.
+#: Generated loops have no data in a file. The browser logs this as an error.
 NO_FILES = ("404",)
 LOOKS = (
     ("phone", PHONE, "light"),
@@ -55,7 +55,7 @@ def without_plant(browser: Browser, command: Path, kept: Path) -> None:
 
 
 def scanned(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
-    """A plant that was not scanned so far: the scan is begun, stopped, begun again, and told to its end."""
+    """Checks a plant without a scan: its scan starts, stops, starts again, and shows progress to the end."""
     with running(command, "--plant", str(plant)) as lab:
         page = opened(browser, lab, "#/plant")
         page.wait_for_selector("text=Nothing was judged so far")
@@ -91,7 +91,7 @@ def room(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
         assert "1000" in page.evaluate(SHOWN), page.evaluate(SHOWN)
         assert rows.count() < 100, "rows that nobody sees are not made"
 
-        # Sorting, by the clock of the page: from the click to the frame in which it is drawn.
+        # Sorting time by the clock of the page, from the click to the frame with the result.
         timed = """async (key) => {
           const button = document.querySelector(`.c-${key} button`);
           const began = performance.now();
@@ -122,7 +122,7 @@ def room(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
         until(page, "[...document.querySelectorAll('.c-name small')].every(of => of.textContent === 'Crude · C-101')")
         page.get_by_role("button", name="Clear filters").click()
 
-        # Keys alone: into the list, down, and into a loop.
+        # With keys only: into the list, down, and into a loop.
         rows.first.locator("a").focus()
         for _ in range(40):
             page.keyboard.press("ArrowDown")
@@ -163,10 +163,10 @@ def room(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
 
 
 def at_once(page: Page) -> None:
-    """A way that is gone while what narrows the list down is not in the address yet: neither is lost."""
+    """Checks that a navigation keeps filters that are not yet in the address."""
     search = "const box = document.querySelector('[type=search]'); box.value = 'fic20'; box.dispatchEvent(new Event('input', {bubbles: true}));"
     wait = "const end = performance.now() + 400; while (performance.now() < end);"
-    # The moment at which the address would be written comes after the step, and before the page has heard of it.
+    # The address would be written after the navigation, but before its event reaches the page.
     page.evaluate(f"() => {{ setTimeout(() => {{ location.hash = '#/plant?loop=FIC1001' }}, 240); {search} {wait} }}")
     page.wait_for_selector(".panel h2")
     assert "loop=FIC1001" in page.evaluate("location.hash")
@@ -182,7 +182,7 @@ def at_once(page: Page) -> None:
 
 
 def views(page: Page, kept: Path) -> None:
-    """Map, areas, groups, changes, orders, data."""
+    """Checks map, areas, groups, changes, orders and data."""
     links = page.locator("nav.views")
     links.get_by_role("link", name="Map").click()
     tiles = page.locator("svg.map [data-k]")
@@ -215,7 +215,7 @@ def views(page: Page, kept: Path) -> None:
 
 
 def loop(page: Page, plant: Path, kept: Path) -> None:
-    """A loop: its days, the trend from the files, the verdict, and what is said of it."""
+    """Checks a loop: its days, the trend from the files, the verdict, and its entries."""
     page.get_by_role("searchbox").fill("fic1001")
     page.locator("tr[data-loop=FIC1001] a").click()
     page.wait_for_selector(".panel .u-over")
@@ -225,7 +225,7 @@ def loop(page: Page, plant: Path, kept: Path) -> None:
     assert days.count() == 2
     holds(page, "a loop")
     page.screenshot(path=kept / "lab-plant-loop.png", full_page=True)
-    # Days by key; the address has them.
+    # Keys select days, and the address contains them.
     days.nth(1).focus()
     page.keyboard.press("ArrowLeft")
     until(page, "location.hash.includes('day=2026-03-02')")
@@ -243,7 +243,7 @@ def loop(page: Page, plant: Path, kept: Path) -> None:
     page.screenshot(path=kept / "lab-plant-zoom.png")
     page.get_by_role("button", name="Whole day").click()
 
-    # A note, a repair, a snooze and an override, as the command writes them.
+    # A note, a repair, a snooze and an override, in the format of the command.
     said = page.locator("form.said")
     said.get_by_label("Text").fill("hunts since the turnaround <b>\"x\"</b>")
     said.get_by_label("By").fill("J. Miller")
@@ -273,7 +273,7 @@ def loop(page: Page, plant: Path, kept: Path) -> None:
 
 
 def both(browser: Browser, lab: Lab, page: Page, plant: Path) -> None:
-    """Two windows at once: what one enters the other shows, and nothing is lost."""
+    """Checks two windows: each shows the entries of the other, and no entry is lost."""
     other = opened(browser, lab, "#/plant")
     for each in (page, other):
         go(each, "?loop=FIC1002")

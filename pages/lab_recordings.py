@@ -1,8 +1,8 @@
-"""Drives the lab's room of recordings in a real browser.
+"""Checks the lab's room of recordings in a real browser.
 
 python3 pages/lab_recordings.py COMMAND [FOLDER]
 
-With a FOLDER the pictures are kept there.
+With a FOLDER the screenshots are saved there.
 """
 
 import csv
@@ -18,7 +18,7 @@ from lab import CHROMIUM, FRAMES, LOOKS, ROOT, WIDE, Lab, opened, running, sound
 from playwright.sync_api import Browser, Page, sync_playwright
 
 SAMPLES = sorted(path for path in (ROOT / "samples").glob("*.csv") if path.stem != "truth")
-#: What the verdict on a stretch may take once it is chosen, s; the machine may be busy.
+#: Time limit for the verdict on a selected stretch, s. The machine may be busy.
 PATIENCE = 2.0
 
 
@@ -29,7 +29,7 @@ class Room:
         self.page = opened(browser, lab, f"#/{state}", size, scheme)
 
     def verdict(self) -> str:
-        """The verdict, once none is under way."""
+        """The verdict, when no calculation is running."""
         self.page.wait_for_selector(".verdict[aria-busy=false]")
         return self.page.locator(".verdict").inner_text()
 
@@ -49,7 +49,7 @@ def drag(page: Page, a: float, b: float) -> None:
 
 
 def judged(command: Path, path: Path) -> dict:
-    """What the command says."""
+    """The output of the command."""
     said = subprocess.run([command, "diagnose", path, "--json"], check=True, capture_output=True, text=True, cwd=ROOT).stdout
     return json.loads(said)["loops"][0]
 
@@ -63,7 +63,7 @@ def samples(browser: Browser, command: Path, kept: Path) -> None:
         assert "sticks" in text and "99" in text, text
         room.holds("a recording")
 
-        # A stretch is chosen, and the verdict follows.
+        # The verdict is for the selected stretch.
         began = time.monotonic()
         drag(page, 0.3, 0.7)
         until(page, "document.querySelector('.verdict h2').textContent.includes(': ')")
@@ -74,7 +74,7 @@ def samples(browser: Browser, command: Path, kept: Path) -> None:
         page.wait_for_timeout(400)
         assert "from=" in page.url and "to=" in page.url, page.url
 
-        # It is moved with keys.
+        # Keys move the stretch.
         end = page.get_by_role("slider", name="End of the stretch")
         before = float(end.get_attribute("aria-valuenow"))
         end.focus()
@@ -83,7 +83,7 @@ def samples(browser: Browser, command: Path, kept: Path) -> None:
         assert float(end.get_attribute("aria-valuenow")) > before
         room.verdict()
 
-        # It zooms by the wheel, by keys and by buttons, and the address says so.
+        # Wheel, keys and buttons zoom, and the address contains the zoom.
         page.locator(".over").hover()
         page.mouse.wheel(0, -400)
         page.wait_for_timeout(400)
@@ -99,7 +99,7 @@ def samples(browser: Browser, command: Path, kept: Path) -> None:
         page.wait_for_timeout(100)
         page.screenshot(path=kept / "lab-recordings-stretch.png")
 
-        # Kept beside the next.
+        # A result is kept next to the following one.
         page.get_by_role("button", name="Keep to compare").click()
         page.get_by_role("button", name="Judge all").click()
         room.verdict()
@@ -108,7 +108,7 @@ def samples(browser: Browser, command: Path, kept: Path) -> None:
         page.evaluate("scrollTo(0, 0)")
         page.screenshot(path=kept / "lab-recordings-compared.png", full_page=True)
 
-        # Every method has a picture, drawn when it is asked for.
+        # Every method has a figure, which is drawn on demand.
         page.locator(".more > summary").click()
         fold = page.locator(".fold", has_text="Every method")
         fold.locator("summary").first.click()
@@ -118,7 +118,7 @@ def samples(browser: Browser, command: Path, kept: Path) -> None:
         room.holds("all details")
         page.screenshot(path=kept / "lab-recordings-details.png", full_page=True)
 
-        # A link leads back to the same.
+        # A link restores the same view.
         again = Room(browser, lab, state=held.split("#/")[1])
         again.verdict()
         assert again.page.locator(".handle.from").get_attribute("aria-valuenow") == page.evaluate(
@@ -149,7 +149,7 @@ def samples(browser: Browser, command: Path, kept: Path) -> None:
 
 
 def nothing_open(browser: Browser, command: Path, kept: Path) -> None:
-    """The first use: it explains itself, an example opens, a file is dropped, its columns are said."""
+    """Checks the first use: the help, an example, a dropped file, and the choice of its columns."""
     with running(command) as lab:
         room = Room(browser, lab)
         page = room.page
@@ -169,7 +169,7 @@ def nothing_open(browser: Browser, command: Path, kept: Path) -> None:
             }""",
             strange,
         )
-        # Its columns have no names that tell; one says what they are.
+        # The names of its columns are unclear, so the user chooses them.
         page.get_by_label("What c is").wait_for()
         room.holds("columns that are not known")
         page.screenshot(path=kept / "lab-recordings-columns.png")
@@ -182,7 +182,7 @@ def nothing_open(browser: Browser, command: Path, kept: Path) -> None:
 
 
 def large(browser: Browser, command: Path) -> None:
-    """A million samples: how long until their trend is there, how it zooms, and what a stretch of 2,000 takes."""
+    """Checks a million samples: time to the trend, zoom, and time for a stretch of 2,000 samples."""
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "FIC900.csv"
         rows = list(csv.reader(SAMPLES[0].open()))
@@ -199,7 +199,7 @@ def large(browser: Browser, command: Path) -> None:
             print(f"1,000,000 samples, {path.stat().st_size / 1e6:.0f} MB: trend after {time.monotonic() - began:.1f} s")
             room.verdict()
             print(f"verdict on all of them after {time.monotonic() - began:.1f} s")
-            # From here on nothing is loaded for a zoom.
+            # From here on, zooming loads no data.
             asked: list[str] = []
             page.on("request", lambda request: asked.append(request.url))
             page.evaluate(FRAMES)
@@ -224,7 +224,7 @@ def large(browser: Browser, command: Path) -> None:
 
 
 def written(browser: Browser, command: Path) -> None:
-    """What is written: an override and a mapping, beside the recording."""
+    """Checks the written files: an override and a mapping next to the recording."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         path = folder / SAMPLES[0].name
@@ -244,7 +244,7 @@ def written(browser: Browser, command: Path) -> None:
             page.locator(".columns > summary").click()
             page.get_by_label("Controls").select_option("level")
             page.get_by_role("button", name="Save as mapping file").click()
-            # What is said of it outlasts the reading that follows, and its columns stay open.
+            # The message stays after the next reading, and the choice of columns stays open.
             room.verdict()
             page.locator(".columns").get_by_text("kept in").wait_for()
             assert 'type = "level"' in (folder / f"{path.name}.mapping.toml").read_text()

@@ -1,4 +1,4 @@
-"""Who gets the lab's token in a real browser: the lab's own page, and no other port of this machine.
+"""Checks in a real browser that only the lab's own page gets its token, and no other port of the machine.
 
 python3 pages/lab_token.py COMMAND
 """
@@ -16,7 +16,7 @@ from lab import CHROMIUM, ROOT, Lab, running
 from playwright.sync_api import BrowserContext, Page, expect, sync_playwright
 
 SAMPLE = ROOT / "samples/FIC101-sticky.csv"
-#: What a page of another port tries: to ask the lab, to load its script, to frame it, to open it and look inside.
+#: The attempts of a page from another port: to send requests to the lab, load its script, frame it, and open it.
 TRIES = """async origin => {
     const tried = {};
     const asks = {
@@ -47,7 +47,7 @@ TRIES = """async origin => {
 
 @contextlib.contextmanager
 def other_port() -> Iterator[tuple[str, list[str]]]:
-    """A server on another port of the loopback, and all that it receives."""
+    """A server on another loopback port, with all requests that it receives."""
     received: list[str] = []
 
     class Handler(BaseHTTPRequestHandler):
@@ -68,12 +68,12 @@ def other_port() -> Iterator[tuple[str, list[str]]]:
 
 
 def is_open(page: Page) -> None:
-    """The room shows data of the lab."""
+    """Checks that the room shows data of the lab."""
     expect(page.locator(".recordings .verdict .badge").first).to_contain_text("sticks", timeout=30_000)
 
 
 def own_page(context: BrowserContext, lab: Lab, token: str) -> Page:
-    """The printed address opens the lab, and so do a reload, a second tab by the same address and one by a link."""
+    """Checks that the printed address, a reload, a second tab with this address and a link open the lab."""
     page = context.new_page()
     asked: list[str] = []
     context.on("request", lambda request: asked.append(request.url))
@@ -89,7 +89,7 @@ def own_page(context: BrowserContext, lab: Lab, token: str) -> Page:
         assert token not in second.url, second.url
         second.close()
     assert context.cookies() == [], context.cookies()
-    # The report opens in a tab of its own, without the token and with no way to it.
+    # The report opens in its own tab, without access to the token.
     with context.expect_page() as opened:
         page.get_by_role("button", name="Open the report").click()
     report = opened.value
@@ -107,19 +107,19 @@ def own_page(context: BrowserContext, lab: Lab, token: str) -> Page:
 
 
 def elsewhere(context: BrowserContext, lab: Lab, token: str) -> None:
-    """A page of another port gets no token, no answer and no data."""
+    """Checks that a page from another port gets no token, no response and no data."""
     with other_port() as (other, received):
         page = context.new_page()
         page.goto(f"{other}/steal")
         tried = page.evaluate(TRIES, lab.origin)
-        # Sent without being read, and not answered by the lab either; all else the browser refuses.
+        # This request is sent, but the lab refuses it. The browser blocks all others.
         assert tried.pop("blind") in ("blind", "refused")
         assert tried == {
             **dict.fromkeys(("post", "header", "get", "page", "script"), "refused"),
             "stored": "{}",
             "told": "nothing",
         }, tried
-        # A page that the lab's own tab goes on to, and comes back from.
+        # A page that the lab's tab visits and leaves.
         own = context.new_page()
         own.goto(f"{lab.address}/recordings")
         is_open(own)
@@ -133,7 +133,7 @@ def elsewhere(context: BrowserContext, lab: Lab, token: str) -> None:
 
 
 def without(context: BrowserContext, lab: Lab) -> None:
-    """Without the token the page asks for it, and takes the printed address."""
+    """Checks that a page without the token asks for it, and accepts the printed address."""
     page = context.new_page()
     page.goto(f"{lab.origin}/#/recordings")
     expect(page.get_by_text("This page needs the address of the lab")).to_be_visible()

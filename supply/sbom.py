@@ -1,12 +1,12 @@
-"""Write the bill of materials of what ships: every crate that is linked in, as CycloneDX 1.5 JSON.
+"""Write the bill of materials of a product, with every linked crate, as CycloneDX 1.5 JSON.
 
     python3 supply/sbom.py stiction-cli > stiction.cdx.json
     python3 supply/sbom.py stiction-python --wheel dist/stiction-*.whl
 
-With `--wheel` it is put into the wheel, where PEP 770 has it: `*.dist-info/sboms/`. It is made of the lock file and
-of what Cargo would build, for a target (`--target`, by default this machine's). Crates that only build, such as
-macros, are not in what ships and not in the bill. Same sources, same bytes: there is no time, no path and no random
-number in it. It needs Cargo, and nothing but Python's own library.
+With `--wheel` the bill is added to the wheel in `*.dist-info/sboms/`, as PEP 770 requires. It is made from the lock
+file and from the crates that Cargo would build for a target (`--target`, by default this machine's). Crates that are
+used only for the build, such as macros, are not in the bill. The same sources give the same bytes, because the bill
+contains no time, path or random number. The script needs Cargo and only Python's standard library.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ BILL = "stiction.cdx.json"
 
 
 def cargo(*arguments: str) -> str:
-    """Give what Cargo prints."""
+    """Return the output of Cargo."""
     command = ["cargo", *arguments, "--locked"]
     return subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
 
 
 def host() -> str:
-    """Give the target that Cargo builds for by itself."""
+    """Return the default target of Cargo."""
     told = subprocess.run(["rustc", "-vV"], check=True, stdout=subprocess.PIPE, text=True).stdout
     return re.search("^host: (.*)$", told, re.M)[1]
 
 
 def linked(package: str, target: str) -> dict[tuple[str, str], list[str]]:
-    """Give the crates that are linked into `package`, by name and version, with the features they are built with."""
+    """Return the crates linked into `package`, by name and version, with their features."""
     tree = cargo(
         *["tree", "--package", package, "--target", target, "--edges", "normal,no-proc-macro"],
         *["--prefix", "none", "--no-dedupe", "--format", "{p}|{f}"],
@@ -54,7 +54,7 @@ def linked(package: str, target: str) -> dict[tuple[str, str], list[str]]:
 
 
 def bill(package: str, target: str) -> dict[str, Any]:
-    """Give the bill of materials of `package` built for `target`."""
+    """Return the bill of materials of `package` built for `target`."""
     crates = linked(package, target)
     metadata = json.loads(cargo("metadata", "--format-version", "1", "--filter-platform", target))
     known = {each["id"]: (each["name"], each["version"]) for each in metadata["packages"]}
@@ -102,7 +102,7 @@ def bill(package: str, target: str) -> dict[str, Any]:
 
 
 def put(wheel: pathlib.Path, bytes: bytes) -> None:
-    """Put a bill into a wheel, in place of one that is there, and into its list of files."""
+    """Add a bill to a wheel and its list of files, or replace the existing one."""
     with zipfile.ZipFile(wheel) as old:
         files = [(each, old.read(each)) for each in old.infolist()]
     [record] = [each.filename for each, _ in files if re.fullmatch(r"[^/]+\.dist-info/RECORD", each.filename)]
@@ -115,7 +115,7 @@ def put(wheel: pathlib.Path, bytes: bytes) -> None:
             if each.filename == path:
                 continue
             if each.filename == record:
-                # The list comes last, and its own row last in it.
+                # The list is the last file, and its own row is the last in it.
                 rows = [line for line in content.decode().splitlines() if not line.startswith(f"{path},")]
                 own = [line for line in rows if line.startswith(f"{record},")]
                 rows = [line for line in rows if line not in own] + [row] + own
@@ -129,9 +129,9 @@ def put(wheel: pathlib.Path, bytes: bytes) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("package", choices=["stiction-cli", "stiction-python"], help="what ships")
-    parser.add_argument("--target", default=None, help="the target it is built for, by default this machine's")
-    parser.add_argument("--wheel", type=pathlib.Path, help="put it into this wheel instead of printing it")
+    parser.add_argument("package", choices=["stiction-cli", "stiction-python"], help="the product")
+    parser.add_argument("--target", default=None, help="the target of the build, by default this machine's")
+    parser.add_argument("--wheel", type=pathlib.Path, help="add the bill to this wheel instead of printing it")
     arguments = parser.parse_args()
     made = json.dumps(bill(arguments.package, arguments.target or host()), indent=1, ensure_ascii=False) + "\n"
     if arguments.wheel is None:

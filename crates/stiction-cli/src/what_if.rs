@@ -39,8 +39,8 @@ pub struct Args {
     /// Recording of the same loop after an action; SCENARIO|FILE must be a recording, too
     #[arg(long, value_name = "FILE")]
     after: Option<In>,
-    /// The action before --after: nothing, repair, retune, repair-and-retune, positioner, or the name of a compensator
-    /// [default: repair]
+    /// The action before --after, one of nothing, repair, retune, repair-and-retune, positioner, or the name of a
+    /// compensator [default: repair]
     #[arg(long, value_name = "ACTION", requires = "after", value_parser = Remedy::by_name)]
     action: Option<Remedy>,
     /// Change a key of the scenario, such as valve.S=4; may be given several times
@@ -151,10 +151,10 @@ fn of_recording(args: &Args) -> Result<()> {
     let before = one(&In::also(&args.scenario)?)?;
     let name = before.diagnosed.diagnosis.name.clone();
     let fit = before.fit.map_err(|why| {
-        anyhow::anyhow!("{name}: what an action would bring cannot be told: {why}")
+        anyhow::anyhow!("loop {name} has no prediction for an action: {why}")
     })?;
     let prospects = prospects(&fit).map_err(|why| {
-        anyhow::anyhow!("{name}: what an action would bring cannot be told: {why}")
+        anyhow::anyhow!("loop {name} has no prediction for an action: {why}")
     })?;
     let after = match &args.after {
         None => None,

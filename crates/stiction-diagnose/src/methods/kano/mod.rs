@@ -15,7 +15,7 @@
 //! B:  F(k) = clamp(F(k-1) + u(k) - u(k-1), 0, w),   x_w = u - F
 //!     width = the w from 0 to the span of u for which x_w explains most of x: r^2 of both is largest
 //! ```
-//! The paper's thresholds are not known, so it is always undecided. Without stiction rho and width are about zero.
+//! The thresholds of the paper are unknown, so it is always undecided. Without stiction rho and width are about zero.
 //!
 //! # Parameters
 //! | name | unit | default | source |
@@ -113,7 +113,7 @@ impl Kano {
         title: "Kano's methods A and B",
         source: "Kano, Maruta, Kugemoto, Shimizu, IFAC DYCOPS (2004); recalled, not read",
         statistic: "share of the time at rest, rho of method A",
-        rule: "none: the paper's thresholds are not known",
+        rule: "none, because the thresholds of the paper are unknown",
         applies: Applies::AnyLoop,
         decides: Decides::Stiction,
         needs: Needs::Op,
