@@ -150,12 +150,11 @@ fn of_recording(args: &Args) -> Result<()> {
     };
     let before = one(&In::also(&args.scenario)?)?;
     let name = before.diagnosed.diagnosis.name.clone();
-    let fit = before.fit.map_err(|why| {
-        anyhow::anyhow!("loop {name} has no prediction for an action: {why}")
-    })?;
-    let prospects = prospects(&fit).map_err(|why| {
-        anyhow::anyhow!("loop {name} has no prediction for an action: {why}")
-    })?;
+    let fit = before
+        .fit
+        .map_err(|why| anyhow::anyhow!("loop {name} has no prediction for an action: {why}"))?;
+    let prospects = prospects(&fit)
+        .map_err(|why| anyhow::anyhow!("loop {name} has no prediction for an action: {why}"))?;
     let after = match &args.after {
         None => None,
         Some(path) => {

@@ -1,4 +1,4 @@
-//! A test of a valve, planned and read.
+//! Plans and judges the test of a valve.
 
 use crate::dict::plain;
 use crate::errors::refused;
@@ -16,7 +16,7 @@ fn because(name: &str, why: &Abstention) -> PyErr {
     PyValueError::new_err(format!("loop {name}: {}", why.0))
 }
 
-/// The test of a loop, as its document says it.
+/// The planned test of a loop, as a document.
 #[pyfunction]
 fn test_planned(
     py: Python<'_>,
@@ -40,8 +40,8 @@ fn test_planned(
     plain(py, &plan.map_err(|why| because(&name, &why))?)
 }
 
-/// What a test says, as its document says it; `done` is when the OP was set, s, and to what, none where the controller
-/// took over.
+/// The result of a test, as a document. `done` has the time of each OP setting, s, and the OP; `None` marks the return
+/// to automatic.
 #[pyfunction]
 fn test_read(
     py: Python<'_>,
@@ -53,10 +53,10 @@ fn test_read(
     plain(py, &read)
 }
 
-/// When the OP was set, s, and to what.
+/// Time of each OP setting, s, and the OP.
 type Done = Option<Vec<(f64, Option<f64>)>>;
 
-/// The same as the library has it.
+/// The same in the form of the library.
 fn sheet(done: Done) -> Option<ByHand> {
     let sets = done?.into_iter().map(|(at_s, op)| Set { at_s, op }).collect();
     Some(ByHand { sets, known_by: KnownBy::Sheet })
@@ -74,7 +74,7 @@ fn read(
     read.map_err(|why| because(&name, &why))
 }
 
-/// Two tests, and what they say of the repair between them.
+/// Two tests and their comparison.
 #[derive(Serialize)]
 struct Compared {
     #[serde(flatten)]
@@ -83,7 +83,7 @@ struct Compared {
     after: TestReading,
 }
 
-/// What two tests say of a repair, as its document says it.
+/// The comparison of two tests, as a document.
 #[pyfunction]
 fn test_compared<'py>(
     py: Python<'py>,

@@ -12,8 +12,8 @@ pub(super) fn cut(spells: &[(Vec<f64>, Manual)]) -> Option<String> {
     let cut = turns().filter(|(_, op)| *op <= NEAR || *op >= 100.0 - NEAR).count();
     (cut > 0).then(|| {
         format!(
-            "the OP was at 0 or 100 % in {} of {}, where the valve is at its end and cannot follow; repeat the test with \
-             the OP away from its limits",
+            "the OP was at 0 or 100 % in {} of {}, so the valve could not follow; repeat the test with the OP away from \
+             its limits",
             cut,
             counted(turns().count(), "turn")
         )

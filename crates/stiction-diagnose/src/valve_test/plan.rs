@@ -9,9 +9,9 @@
 //! 2. **Shrink.** From there two turns of each size, each 0.85 times the last, held twice as long as the PV took to
 //!    answer. This part ends when the PV has not answered three sizes in a row.
 //!
-//! If the PV drifts away although the OP should bring it back, the operator moves the OP further in the same direction
-//! and shifts the centre of the turns by the same amount. An inconclusive test is followed by another
-//! ([`TestPlan::again`]). It begins at the size that the PV answered and makes more turns of each size.
+//! If the PV drifts away although the OP should bring it back, the operator moves the OP further in the same direction.
+//! The centre of the turns moves by the same amount. An inconclusive test is followed by another ([`TestPlan::again`]).
+//! It begins at the size that the PV answered and makes more turns of each size.
 //!
 //! A sticking valve does not follow a turn smaller than S. So S lies between the last answered turn and the first one
 //! without an answer. The alternation cancels a drifting load and keeps an integrating process near its start.
@@ -215,7 +215,7 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
     Ok(plan)
 }
 
-/// The recording before a test, for the plan. If it is too short or has no test, the whole recording.
+/// The recording before a test, for the plan. It is the whole recording if that part is too short or there is no test.
 pub fn before_test(recording: &Recording, by_hand: Option<&ByHand>) -> Recording {
     let before =
         by_hand.and_then(|of| recording.part(f64::NEG_INFINITY, of.span_s().0, f64::INFINITY));

@@ -10,8 +10,8 @@
 //!   86.5 % of its travel, including Td.
 //!
 //! OP changes are measured from the OP at which the stem last moved. The stem has moved with a turn if its mean over
-//! the last third of the hold differs from the previous one by more than four standard deviations of the noise and 0.05
-//! % of span.
+//! the last third of the hold has changed. The change must exceed four standard deviations of the noise and 0.05 % of
+//! span.
 //!
 //! # Limits
 //! A turn shows only whether an OP change moves the stem. So both lie between the largest change that did not and the

@@ -185,8 +185,8 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     let values: Vec<f64> = manual.iter().flat_map(|spell| spell.pv.iter().copied()).collect();
     if !moves(&spells) {
         return Err(Abstention(format!(
-            "the {} has the same value throughout the test, because it is at the end of its range or frozen, or was not \
-             archived; repeat the test with a signal that moves",
+            "the {} has the same value throughout the test: it is at the end of its range, frozen, or not archived; repeat \
+             the test with a signal that moves",
             who(by_position)
         )));
     }
@@ -267,8 +267,8 @@ const OP: std::ops::RangeInclusive<f64> = -10.0..=110.0;
 
 const NO_TEST: &str = "the recording has no test. With a mode, the OP must be set twice in manual; without one, it must \
                        alternate between held levels. Give the completed sheet, or a recording with the mode";
-const TOO_FEW: &str = "the test is too short to judge: it needs at least two turns in one time in manual, and twelve \
-                       samples of a PV that moves; make more turns, or record more often";
+const TOO_FEW: &str = "the test is too short: it needs two turns in one time in manual, and twelve samples of a PV that \
+                       moves; make more turns, or record more often";
 
 impl Operation {
     fn before(

@@ -10,8 +10,8 @@ pub fn short(plan: &TestPlan) -> String {
     let holds = plan.grow.iter().map(|turn| turn.hold_s);
     let (least, most) = holds.fold((f64::INFINITY, 0.0f64), |(a, b), h| (a.min(h), b.max(h)));
     format!(
-        "in manual, turn the OP up and down by {} %, {} turns each, until the PV answers; hold each turn for {} to {} at \
-         most; then make each size {:.0} % smaller",
+        "in manual, turn the OP up and down by {} %, {} turns each, until the PV answers; hold each for {} to {} at most; \
+         then make each size {:.0} % smaller",
         sizes.join(", "),
         plan.each,
         time(least),
