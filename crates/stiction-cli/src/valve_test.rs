@@ -61,9 +61,9 @@ enum Task {
   stiction test read FIC101-test.csv --done done.csv --plot answers.svg
   stiction test read FIC101-after.csv --before FIC101-before.csv --report repair.html
 
-A completed sheet is a CSV file with the columns time and op. They are the time of each OP setting, in the clock of
-the recording, and the new OP, in percent. A row without op marks the return to automatic. Other columns are
-ignored.")]
+A completed sheet is a CSV file with the columns time and op. They are the time of each OP setting, in the
+clock of the recording, and the new OP, in percent. A row without op marks the return to automatic. Other
+columns are ignored.")]
     Read(Read),
 }
 

@@ -385,7 +385,7 @@ mod tests {
         ),
         ("basis", Ok("Basis: evidence in OP and PV"), Ok("evidence in OP and PV")),
         ("S_below", Err("is in the words on a cleared valve"), Err("is in the words, too")),
-        ("votes", Err("every method has a line"), Ok("families of methods that say it sticks")),
+        ("votes", Err("every method has a line"), Ok("families of methods that find stiction")),
         ("reasons", Ok("because - spoken for"), Ok("Spoken for.")),
         ("contradictions", Ok("but - spoken against"), Ok("Spoken against.")),
         ("alternatives", Ok("or else saturation"), Ok("Looks saturated.")),
