@@ -225,29 +225,29 @@ class TestPlan(Result):
     """A test of a valve, sized for its loop."""
 
     name: str = about("Tag of the loop.")
-    pv_unit: str | None = about("Unit of the PV, where it is known.")
+    pv_unit: str | None = about("Unit of the PV, if known.")
     each: int = about("Turns of each size.")
-    grow: list[Turn] = about("The turns of the first part, in order, until the PV answers.")
-    shrink_by: float = about("By this each size of the second part is smaller than the last.")
-    ends_after: int = about("The second part ends after so many sizes in a row that the PV does not answer.")
-    answer: float = about("How far the PV goes with a turn until it has answered, in its units.")
+    grow: list[Turn] = about("The turns of the first part, in order. It ends when the PV answers.")
+    shrink_by: float = about("Each size of the second part is this multiple of the last one.")
+    ends_after: int = about("The second part ends when the PV has not answered this many sizes in a row.")
+    answer: float = about("The PV change that counts as an answer, in PV units.")
     rises: bool | None = about("Whether the PV rises when the OP rises; None if the recording does not show it.")
-    pv_low: float = about("The PV below which the controller is put back in automatic, in its units.")
-    pv_high: float = about("The PV above which it is.")
+    pv_low: float = about("The controller goes back to automatic below this PV, in its units.")
+    pv_high: float = about("The controller goes back to automatic above this PV, in its units.")
     op_low: float = about("The lowest OP, percent.")
     op_high: float = about("The highest OP, percent.")
-    record_every_s: float = about("A sample of OP and PV is wanted at least this often, s, without compression.")
-    total_s: float = about("The longest that the first part takes, s.")
-    summary: str = about("The test in a few words.")
-    instructions: list[str] = about("What to do, in sentences, in order.")
+    record_every_s: float = about("The longest sample interval of OP and PV, s, without compression.")
+    total_s: float = about("The longest duration of the first part, s.")
+    summary: str = about("A summary of the test.")
+    instructions: list[str] = about("The instructions, in order.")
 
 
 @result
 class Turn(Result):
     """A turn of the OP."""
 
-    op: float = about("Where the OP goes, percent of span from where it was before the test.")
-    hold_s: float = about("How long it is held at most, s.")
+    op: float = about("The OP, percent of span relative to its value before the test.")
+    hold_s: float = about("The longest hold, s.")
 
 
 @result

@@ -1,6 +1,6 @@
-"""A test that decides whether a valve sticks, planned from a recording in operation, and evaluated afterwards.
+"""A test that shows whether a valve sticks, planned from a recording in operation, and evaluated afterwards.
 
-With the controller in manual, somebody moves the controller output (OP) up and down. A valve that sticks does not respond to
+With the controller in manual, the operator moves the controller output (OP) up and down. A sticking valve does not respond to
 moves smaller than S. `docs/test.md` describes the test.
 """
 
@@ -33,7 +33,7 @@ __all__ = [
 
 @result
 class Step(Result):
-    """A turn of the OP, with its result."""
+    """A turn of the OP and its answer."""
 
     at_s: float = about("Time of the turn, s on the recording's clock.")
     op: float = about("New OP, percent.")
@@ -42,16 +42,16 @@ class Step(Result):
         "is unknown."
     )
     answer: float | None = about("Change of the PV until the next turn, in PV units.")
-    error: float | None = about("Its standard deviation.")
-    answered: bool = about("Whether this is a response: it has the direction of the turn and exceeds 2.5 standard deviations.")
+    error: float | None = about("Standard deviation of the answer.")
+    answered: bool = about("Whether the PV moved with the turn by more than 2.5 standard deviations.")
 
 
 @result
 class Between(Result):
-    """A change of the OP that moves the stem, percent, bounded by two turns."""
+    """The OP change that moves the stem, percent, as an interval between two turns."""
 
-    above: float = about("The largest that did not move it; 0 if each did.")
-    up_to: float | None = about("The smallest that did; None if none did.")
+    above: float = about("The largest change that did not move the stem; 0 if each did.")
+    up_to: float | None = about("The smallest change that moved the stem; None if none did.")
 
 
 @result
@@ -63,16 +63,16 @@ class PositionReading(Result):
     dead_time_s: float | None = about("Median time until the stem begins to move, s.")
     t63_s: float | None = about("Median time to 63.2 % of the stem's response, s.")
     t86_s: float | None = about("Median time to 86.5 % of the stem's response, s.")
-    timed: int = about("Number of turns behind these times.")
+    timed: int = about("Number of turns in these medians.")
 
 
 @result
 class CarriedSize(Result):
-    """A planned size, and the turns of this size that were made."""
+    """A size of the plan and its turns in the test."""
 
-    part: int = about("The part of the test: 1, where sizes grow, or 2, where they shrink.")
-    planned: float | None = about("The size as planned, percent from one turn to the next; None if the plan has no such size.")
-    made: float | None = about("The size as made, percent; None if it was left out.")
+    part: int = about("The part of the test, 1 with growing or 2 with shrinking sizes.")
+    planned: float | None = about("The planned size, percent from one turn to the next; None if it is not in the plan.")
+    made: float | None = about("The actual size, percent; None if it was left out.")
     turns: int = about("Number of turns of this size.")
     answered: int = about("Number of these with a response of the PV.")
     hold_planned_s: float | None = about("Planned longest hold of each, s; None in part 2.")
@@ -81,12 +81,12 @@ class CarriedSize(Result):
 
 @result
 class Carried(Result):
-    """A plan, compared with the actual test."""
+    """A test compared with its plan."""
 
-    sizes: list[CarriedSize] = about("The sizes, in the order in which they were made or planned.")
+    sizes: list[CarriedSize] = about("The sizes, in the order of the test or the plan.")
     turns_planned: int = about("Planned turns of these sizes, two of each.")
-    turns: int = about("Number of turns made.")
-    cut_short: int = about("Turns of part 1 shorter than their hold, although the PV had not responded.")
+    turns: int = about("Turns in the test.")
+    cut_short: int = about("Turns of part 1 that ended before the planned hold, although the PV had not responded.")
     held_longer: int = about("Turns of part 1 held longer than planned.")
     pv_beyond_s: float = about("Time with the PV outside the limits of the plan during the test, s.")
     pv_low: float = about("The lowest PV of the test, in PV units.")
@@ -113,15 +113,15 @@ class Reading(Result):
     J: Estimate | None = about("Slip jump, percent of span, with its 90 % interval, if the valve sticks.")
     S_below: float | None = about("Upper limit of S with 95 % confidence, percent; None if the test sets no limit.")
     response_s: float | None = about("Dead time and lags between OP and PV, s; None if no turn had a response.")
-    known_by: str = about("Source of the manual moves: `sheet`, `mode` or `output`.")
+    known_by: str = about("Source of the manual moves, one of `sheet`, `mode` and `output`.")
     from_s: float = about("Beginning of the test, s on the recording's clock.")
     to_s: float = about("End of the test.")
-    stops: int = about("Number of interruptions in automatic.")
+    stops: int = about("Number of times that the controller took over during the test.")
     by_position: bool = about("Whether the responses are those of the recorded stem position, and not of the PV.")
     position: PositionReading | None = about("Results from the position, if it is recorded.")
     steps: list[Step] = about("The turns, in order.")
     reasons: list[str] = about("The reasons, in sentences.")
-    advice: str | None = about("What to do differently, if the test is inconclusive.")
+    advice: str | None = about("How to repeat the test, if it is inconclusive.")
     plan: Carried | None = about("Comparison with the plan, if one was given.")
 
     def _summary(self) -> list[str]:
@@ -146,7 +146,7 @@ class Difference(Result):
 class Comparison(Result):
     """The comparison of two tests before and after a repair."""
 
-    effect: str = about("The change of S: `lowered`, `raised`, `unchanged` or `cannot tell`.")
+    effect: str = about("The change of S, one of `lowered`, `raised`, `unchanged` and `cannot tell`.")
     difference: Difference | None = about("S after minus S before; None if a test neither finds nor limits S.")
     sentences: list[str] = about("The result in sentences.")
     before: Reading = about("The test before the repair.")
@@ -165,7 +165,7 @@ def plan(
 ) -> TestPlan:
     """Size a test for a loop from a recording of its operation.
 
-    If the recording contains a test that cannot tell, the plan is for the next test. It begins at the size to which the PV
+    If the recording contains an inconclusive test, the plan is for the next one. It begins at the size to which the PV
     responded, and has more turns of each size.
 
     Parameters
@@ -186,7 +186,7 @@ def plan(
     Raises
     ------
     ValueError
-        If there is no segment in automatic, no PV, or nothing moves.
+        If the recording has no segment in automatic, no PV, or no movement.
 
     Examples
     --------
@@ -207,7 +207,7 @@ def read(
     done: Iterable[tuple[float, float | None]] | None = None,
     rises: bool | None = None,
 ) -> Reading:
-    """Find the test in a recording, and judge the valve by it.
+    """Find the test in a recording and judge the valve.
 
     Parameters
     ----------
@@ -226,7 +226,7 @@ def read(
     Raises
     ------
     ValueError
-        If there is no test in the recording, or too little of it to be judged.
+        If the recording has no test, or too little of one.
 
     Examples
     --------
@@ -278,7 +278,7 @@ def compare(
     Raises
     ------
     ValueError
-        If there is no test in a recording, or too little of it to be judged.
+        If a recording has no test, or too little of one.
 
     Examples
     --------

@@ -158,9 +158,24 @@ def test_plain_sentences_and_citations_pass(prose):
         assert list(prose.faults(sentence)) == []
 
 
+@pytest.mark.parametrize(
+    ("name", "is_test"),
+    [
+        ("crates/stiction-cli/src/bench/planned_tests.rs", False),
+        ("crates/stiction-cli/src/valve_test.rs", False),
+        ("crates/stiction-plant/src/store/tests.rs", True),
+        ("python/tests/test_ci.py", True),
+    ],
+)
+def test_tests_are_no_prose(prose, name, is_test):
+    assert bool(prose.LEFT_OUT.search(name)) == is_test
+
+
 def test_each_language_is_read_with_the_line_of_its_text(prose):
     assert list(prose.markdown("# A\n\nOne two\nthree.\n\n```sh\nnot this\n```\n")) == [(1, "# A"), (3, "One two three.")]
     rust = '/// A doc\n/// comment.\nfn f() { g("a string", \'"\'); } // no\n#[cfg(test)]\nmod tests { "not this" }'
     assert list(prose.rust(rust)) == [(3, "a string"), (1, "A doc comment.")]
     assert list(prose.python('def f():\n    """Give it."""\n    return "a b"\n')) == [(2, "Give it."), (3, "a b")]
+    assert list(prose.rust('const POLICY: &str = "default-src none; img-src self";')) == []
+    assert list(prose.python('run("() => { document.title = 1; go(); }")')) == []
     assert list(prose.pages('<p>Some plain text</p>\n<i title="a title">')) == [(1, "Some plain text"), (2, "a title")]
