@@ -325,7 +325,7 @@ mod tests {
         assert!(history.trend.contains("does not drift significantly"));
         let few = combine(&flat[..4]).unwrap();
         assert_eq!(few.drift, None);
-        assert!(few.trend.contains("4 of the 5"), "{}", few.trend);
+        assert!(few.trend.contains("needs 5 windows with an S, has 4"), "{}", few.trend);
         let same: Vec<Observation> = flat.iter().map(|o| Observation { time: 0.0, ..*o }).collect();
         assert_eq!(combine(&same).unwrap().drift, None);
     }

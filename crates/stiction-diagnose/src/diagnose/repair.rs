@@ -236,7 +236,7 @@ mod tests {
         // The geometric mean.
         let product: f64 = BAD.iter().map(|(_, s)| s).product();
         assert!((s.before - product.powf(0.2)).abs() < 1e-12);
-        assert!(found.words.starts_with("S fell from 4.1 to 0.6 % (p = 0.008), the probability"));
+        assert!(found.words.starts_with("S fell from 4.1 to 0.6 % (p = 0.008), probability"));
         assert!(found.words.ends_with("the repair worked."), "{}", found.words);
     }
 

@@ -425,7 +425,7 @@ pub(super) mod tests {
         let said = |names: &[&str]| bundle().check(names.iter().copied()).unwrap_err().to_string();
         assert!(bundle().check(["first", "second"]).is_ok());
         assert!(said(&["first", "other"]).contains("feature 1 is other, but was second"));
-        assert!(said(&["first"]).contains("second is gone"));
+        assert!(said(&["first"]).contains("feature second is missing"));
         // What is newer than the model is not looked at.
         assert!(bundle().check(["first", "second", "third"]).is_ok());
     }

@@ -535,6 +535,6 @@ mod tests {
         }
         let ramp: Vec<f64> = (0..400).map(|k| 0.1 * f64::from(k)).collect();
         let why = fit(&ramp, &ramp, 1.0).unwrap_err();
-        assert!(why.0.contains("reverses"), "{why:?}");
+        assert!(why.0.contains("reversals"), "{why:?}");
     }
 }
