@@ -20,61 +20,62 @@ use stiction_diagnose::valve_test::{
 };
 use stiction_report::{test_answers, words};
 
-/// How long the loop is in automatic before anybody may set its OP, s. The plan is sized by this.
+/// How long the loop is in automatic before its OP can be set, s. This part sizes the plan.
 const OPERATION_S: f64 = 300.0;
 /// The longest exercise, s.
 const LONGEST_S: f64 = 7200.0;
 /// Sets of one exercise.
 const SETS: usize = 500;
-/// Of three valves about one is healthy: its S is up to this, percent of span.
+/// S of a healthy valve, percent of span. About one valve in three is healthy.
 const HEALTHY: (f64, f64) = (0.1, 0.3);
-/// S of a valve that sticks, percent of span, and J as a share of it.
+/// S of a sticking valve, percent of span.
 const STICKS: (f64, f64) = (1.5, 6.0);
+/// Its J as a share of S.
 const JUMP: (f64, f64) = (0.3, 0.9);
-/// How far the load wanders: standard deviation, percent of span, and correlation time, s.
+/// The load: standard deviation, percent of span, and correlation time, s.
 const LOAD: (f64, f64) = (0.3, 600.0);
 
-/// Which valve.
+/// The valve.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Which {
-    /// What draws valve, load and noise.
+    /// The seed of valve, load and noise.
     seed: u32,
 }
 
-/// What was done with a valve.
+/// An exercise as far as it was done.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Exercise {
-    /// What draws valve, load and noise.
+    /// The seed of valve, load and noise.
     seed: u32,
-    /// What was set by hand, in order of time.
+    /// The sets by hand, in order of time.
     sets: Vec<Hand>,
-    /// Until when the loop runs, s.
+    /// The end of the run, s.
     until_s: f64,
 }
 
-/// The OP that was set by hand, or the controller put back in automatic.
+/// One set: an OP by hand, or the controller back in automatic.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hand {
-    /// When, s.
+    /// The time, s.
     at_s: f64,
-    /// To what, percent of span; null where the controller was put in automatic.
+    /// The OP, percent of span; null if the controller was put in automatic.
     op: Option<f64>,
 }
 
-/// Which samples of an exercise are wanted.
+/// The requested samples of an exercise.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Look {
-    /// What was done.
+    /// The exercise.
     exercise: Exercise,
-    /// The number of the first sample that is wanted.
+    /// The number of the first requested sample.
     from: usize,
 }
 
-/// What a plant would record of the loop.
+/// The recording of the loop.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Recorded {
     /// Time between samples, s.
@@ -96,22 +97,22 @@ pub struct Before {
     longest_s: f64,
     /// Sets that one exercise may have.
     most_sets: usize,
-    /// The test that is planned for it.
+    /// The test plan.
     plan: TestPlan,
 }
 
-/// What the lab did by itself.
+/// The test that the lab carried out.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct CarriedOut {
-    /// What it set.
+    /// Its sets.
     sets: Vec<Hand>,
-    /// Until when the loop ran, s.
+    /// The end of the run, s.
     until_s: f64,
-    /// What was recorded.
+    /// The recording.
     recorded: Recorded,
 }
 
-/// What the test says, with the words for it.
+/// The result of the test, in words and complete.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Reading {
     /// The probability that the valve sticks.
@@ -122,16 +123,16 @@ pub struct Reading {
     /// J with its interval, where it is known.
     #[serde(rename = "J")]
     j: Option<String>,
-    /// The limit of S, where the valve does not stick.
+    /// The limit of S, if the valve does not stick.
     #[serde(rename = "S_below")]
     s_below: Option<String>,
-    /// Turns against answers.
+    /// The figure of PV responses over OP turns.
     svg: String,
     /// All of it, as `stiction test read --json` prints it.
     test: TestReading,
 }
 
-/// What is true of the valve.
+/// The truth about the valve.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Truth {
     /// Whether it sticks.
@@ -142,7 +143,7 @@ pub struct Truth {
     /// Slip jump, percent of span.
     #[serde(rename = "J")]
     j: f64,
-    /// The valve position at each sample, which no plant had recorded, percent of span.
+    /// The valve position at each sample, percent of span.
     vp: Vec<f64>,
 }
 
@@ -183,7 +184,7 @@ impl Which {
     }
 }
 
-/// The loop as it runs, and all that it did so far.
+/// A running loop with its samples so far.
 struct Run {
     live: Live,
     done: Samples,
@@ -194,7 +195,7 @@ impl Run {
         Ok(Self { live: Live::of(which.asked())?, done: Samples::default() })
     }
 
-    /// What was done, simulated from the start.
+    /// An exercise, simulated from the start.
     fn of(exercise: &Exercise) -> Answer<Self> {
         exercise.check()?;
         let mut run = Self::new(Which { seed: exercise.seed })?;
@@ -273,7 +274,7 @@ impl Exercise {
         Ok(())
     }
 
-    /// What was set, as the sheet of a test says it.
+    /// The sets as the sheet of a test.
     fn sheet(&self) -> ByHand {
         let set = |hand: &Hand| Set { at_s: hand.at_s, op: hand.op };
         let mut sets: Vec<Set> = self.sets.iter().map(set).collect();
@@ -285,7 +286,7 @@ impl Exercise {
     }
 }
 
-/// The test that is planned for the loop by its operation, as `stiction test plan --rises` plans it.
+/// The test plan for the loop from its operation, as from `stiction test plan --rises`.
 fn planned(run: &Run) -> Answer<TestPlan> {
     let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
     let diagnosis = diagnose(&run.recording()?, &options)?;
@@ -293,7 +294,7 @@ fn planned(run: &Run) -> Answer<TestPlan> {
     plan_of(&diagnosis, &options).map_err(|why| Wrong::own(why.0))
 }
 
-/// The loop before the test, with the plan of it.
+/// The loop before the test, with its plan.
 ///
 /// # Errors
 /// If there is no plan for it.
@@ -303,7 +304,7 @@ pub fn begin(_: &Lab, which: Which) -> Answer<Before> {
     Ok(Before { until_s: OPERATION_S, longest_s: LONGEST_S, most_sets: SETS, plan: planned(&run)? })
 }
 
-/// What was recorded.
+/// The recording.
 ///
 /// # Errors
 /// If the sets are not in order, or out of range.
@@ -323,10 +324,10 @@ pub fn carry_out(_: &Lab, which: Which) -> Answer<CarriedOut> {
     Ok(CarriedOut { sets, until_s: run.time_s(), recorded: run.recorded(0) })
 }
 
-/// What the test says that was carried out, as `stiction test read --done --rises` reads it.
+/// The result of the test, as from `stiction test read --done --rises`.
 ///
 /// # Errors
-/// If it cannot be read: the sentence says what is missing.
+/// If it cannot be read; the sentence names what is missing.
 pub fn read(_: &Lab, exercise: Exercise) -> Answer<Reading> {
     let recording = Run::of(&exercise)?.recording()?;
     if exercise.sets.iter().filter(|set| set.op.is_some()).count() < 2 {

@@ -1,4 +1,4 @@
-//! Who may ask: a page of this lab that was given its token.
+//! Access to the lab: only its own page with the token gets answers.
 //!
 //! The page itself, without data, is served to anybody. Every call needs the token, 128 random bits, in the header
 //! `Authorization`. The printed address carries it behind `#`, so browsers never send it. The page moves it to the
@@ -7,10 +7,10 @@
 //! | attack | what stops it |
 //! |---|---|
 //! | a page of another site, or of another port of this machine, asks | it does not have the token; an `Origin` other than the lab's own is refused |
-//! | a name that comes to mean this machine (DNS rebinding) | a `Host` other than the lab's own is refused |
+//! | a foreign name that resolves to this machine (DNS rebinding) | a `Host` other than the lab's own is refused |
 //! | another user of the machine asks | the token |
-//! | as many connections as there can be | connections that have not shown the token have few places, for seconds, and give way ([`places`](crate::places)) |
-//! | costly calls, asked and abandoned | they take turns among themselves, and stop when nobody waits ([`turns`](crate::turns)) |
+//! | very many connections | connections that have not shown the token have few places, for seconds, and give way (`places`) |
+//! | abandoned costly calls | costly calls take turns among themselves, and stop when nobody waits ([`turns`](crate::turns)) |
 //! | a script in a recording's name | a strict policy on what the page may load; no text is interpreted as markup |
 //! | a script in a report | a sandbox with an origin of its own |
 //!
@@ -49,8 +49,17 @@ pub(crate) fn is_same(secret: &str, said: &str) -> bool {
 }
 
 /// What the page may load: its own script, style and answers only.
-const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; \
-     connect-src 'self'; frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+const POLICY: &str = concat!(
+    "default-src 'none'; ",
+    "script-src 'self'; ",
+    "style-src 'self'; ",
+    "img-src 'self' data: blob:; ",
+    "connect-src 'self'; ",
+    "frame-src 'self'; ",
+    "base-uri 'none'; ",
+    "form-action 'none'; ",
+    "frame-ancestors 'none'"
+);
 
 const ELSEWHERE: &str = "this lab answers its own page only";
 

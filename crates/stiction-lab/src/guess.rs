@@ -42,7 +42,7 @@ pub struct Which {
 pub struct Trends {
     /// The kinds that it may be of.
     kinds: Vec<String>,
-    /// The signals that were recorded: OP, PV, and of some loops the SP.
+    /// The recorded signals: OP, PV, and the SP of some loops.
     signals: Vec<Trend>,
 }
 

@@ -20,7 +20,7 @@ use stiction_model::valve::Model;
 pub struct Asked {
     /// The name of a built-in scenario.
     scenario: String,
-    /// What is changed of it, such as `valve.S=4`.
+    /// Changed settings, such as `valve.S=4`.
     #[serde(default)]
     set: Vec<String>,
 }
@@ -37,12 +37,12 @@ impl Asked {
     }
 }
 
-/// Samples that a loop may be asked for.
+/// The most samples of a loop.
 const SAMPLES: usize = 500_000;
 /// Points of a map.
 const POINTS: usize = 10_000;
 
-/// The scenario that is asked for. Files are not read.
+/// The requested scenario. Files are not read.
 pub(crate) fn scenario(asked: &Asked) -> Answer<Scenario> {
     let name = &*asked.scenario;
     let text = scenario::built_in_text(name)
@@ -50,7 +50,7 @@ pub(crate) fn scenario(asked: &Asked) -> Answer<Scenario> {
     Ok(Scenario::parse_with(text, name, None, &asked.set)?)
 }
 
-/// The system that is asked for, of a bounded length.
+/// The requested system, of a bounded length.
 pub(crate) fn system(asked: &Asked) -> Answer<System> {
     let system = scenario(asked)?.system;
     let samples = match &system {
@@ -64,7 +64,7 @@ pub(crate) fn system(asked: &Asked) -> Answer<System> {
     Ok(system)
 }
 
-/// The loop that is asked for.
+/// The requested loop.
 pub(crate) fn closed_loop(asked: &Asked) -> Answer<ClosedLoop> {
     match system(asked)? {
         System::ClosedLoop(plant) => Ok(*plant),
@@ -87,7 +87,7 @@ fn continuous(asked: &Asked) -> Answer<ContinuousLoop> {
 #[serde(deny_unknown_fields)]
 pub struct Nothing {}
 
-/// All there is to choose from.
+/// All choices.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Choices {
     /// The program, with its version.
@@ -100,12 +100,12 @@ pub struct Choices {
     compensators: Vec<Choice>,
 }
 
-/// One of them.
+/// A choice.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Choice {
-    /// The name by which it is asked for.
+    /// Its name.
     name: String,
-    /// What it is, in a line.
+    /// Its summary in one line.
     summary: String,
     /// Whether it is a loop, and not a valve on a test signal.
     is_loop: bool,
@@ -136,7 +136,7 @@ fn settings(scenario: &Scenario) -> Vec<Setting> {
     scenario.settings().into_iter().map(one).collect()
 }
 
-/// What there is to choose from.
+/// All choices.
 ///
 /// # Errors
 /// Never.
@@ -161,12 +161,12 @@ pub fn scenarios(lab: &Lab, _: Nothing) -> Answer<Choices> {
     })
 }
 
-/// A loop's own numbers.
+/// The cycles of a loop, and its settings.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Cycles {
-    /// The cycles that were found, by all methods.
+    /// The cycles from all methods.
     cycles: Vec<Cycle>,
-    /// What each method of prediction says.
+    /// The result of each method.
     methods: Vec<Found>,
     /// Stick band plus dead band, percent of span.
     #[serde(rename = "S")]
@@ -178,11 +178,11 @@ pub struct Cycles {
     toml: String,
     /// The same, key by key.
     settings: Vec<Setting>,
-    /// What was given but has no effect.
+    /// Settings without effect.
     notes: Vec<String>,
 }
 
-/// The cycle of a loop, as it is predicted.
+/// The predicted cycle of a loop.
 ///
 /// # Errors
 /// If there is no such loop.
@@ -204,16 +204,16 @@ pub fn cycle(_: &Lab, asked: Asked) -> Answer<Cycles> {
     })
 }
 
-/// Which map is asked for.
+/// The requested map.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MapAsked {
     /// The loop.
     #[serde(rename = "loop")]
     plant: Asked,
-    /// What changes along a row.
+    /// The parameter along a row.
     x: AxisAsked,
-    /// What changes from row to row.
+    /// The parameter from row to row.
     y: AxisAsked,
 }
 
@@ -227,7 +227,7 @@ pub struct AxisAsked {
     from: f64,
     /// The last.
     to: f64,
-    /// How many.
+    /// Number of values.
     points: usize,
 }
 
@@ -238,7 +238,7 @@ impl AxisAsked {
     }
 }
 
-/// The cycles of a loop over two of its parameters, exactly.
+/// The cycles of a loop over two of its parameters, by the exact method.
 ///
 /// # Errors
 /// If there is no such loop or parameter.

@@ -14,17 +14,17 @@ pub struct PaperFigure {
     pub heading: String,
     /// What it shows.
     pub caption: String,
-    /// The picture.
+    /// The figure.
     pub svg: String,
     /// Name, value and unit of every parameter.
     pub parameters: Vec<[String; 3]>,
     /// A command that simulates the same.
     pub command: String,
-    /// What the lab opens to show the same moving: the query of its address.
+    /// The query of the address that opens the same loop live.
     pub state: String,
 }
 
-/// Draws figures by their number, from 0; who opens the lab has them.
+/// Draws figures by their number, from 0. The program that opens the lab provides it.
 #[derive(Clone)]
 pub struct Paper(pub Arc<dyn Fn(usize) -> Option<Result<PaperFigure, String>> + Send + Sync>);
 
@@ -40,11 +40,11 @@ impl fmt::Debug for Paper {
     }
 }
 
-/// Which figure.
+/// The requested figure.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Which {
-    /// Its place, from 0.
+    /// Its number, from 0.
     number: usize,
 }
 

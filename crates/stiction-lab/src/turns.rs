@@ -1,7 +1,7 @@
 //! Turns of calls: how many are worked on at a time, and for how long.
 //!
-//! A turn belongs to the work, not to its connection: the next call begins when the work has ended. Work whose caller has
-//! gone is told to stop, and ends at the next point at which it asks [`Wanted`].
+//! A turn belongs to the work, not to its connection: the next call begins when the work has ended. If the caller has gone,
+//! the work ends at its next check of [`Wanted`].
 
 use crate::calls::{Answer, Wrong};
 use std::sync::Arc;
@@ -64,8 +64,8 @@ impl Turns {
         self.begun[cost as usize].load(Ordering::Relaxed)
     }
 
-    /// Works on something on a thread of its own, as soon as there is a turn. If the caller leaves, the work is not begun,
-    /// or is told to stop.
+    /// Does some work on a thread of its own as soon as there is a turn. If the caller leaves, the work is not begun, or ends
+    /// early.
     pub(crate) async fn take<R: Send + 'static>(
         &self,
         cost: Cost,

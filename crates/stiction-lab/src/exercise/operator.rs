@@ -1,20 +1,20 @@
-//! Somebody who carries out the plan of a test as it is written, at once.
+//! An operator who carries out a test plan exactly as written.
 //!
 //! # Limits
-//! It does not watch the limits of the PV: the process of the exercise bears every turn of its plan.
+//! It does not watch the limits of the PV: the process of the exercise tolerates every turn of its plan.
 
 use super::{Hand, LONGEST_S, Run, SETS};
 use crate::calls::Answer;
 use stiction_diagnose::series::mean;
 use stiction_diagnose::valve_test::TestPlan;
 
-/// By this much of the operation the OP about which the turns go is known, s.
+/// The part of the operation that gives the OP about which the turns go, s.
 const REST_S: f64 = 60.0;
-/// Samples of the PV of which somebody sees the mean, for it is noisy.
+/// Samples of the PV that are averaged, as it is noisy.
 const SEEN: usize = 5;
 /// The smallest turn of the second part, percent of span.
 const SMALLEST: f64 = 0.2;
-/// Turns of the second part that are answered at least, if the PV answers the turns and not the load.
+/// The least number of answered turns in the second part, if the PV answers the turns and not the load.
 const ENOUGH: usize = 2;
 /// The loop is recorded in automatic after the test, s.
 const AFTER_S: f64 = 30.0;
@@ -37,7 +37,7 @@ struct Held {
     time_s: f64,
 }
 
-/// Goes on with a run, by its plan; with what was set.
+/// Continues a run by its plan; returns the sets.
 pub(super) fn carry_out(run: Run, plan: &TestPlan) -> Answer<(Run, Vec<Hand>)> {
     let samples = (REST_S / run.live.sample_time()) as usize;
     let op = &run.done.op;
@@ -64,7 +64,7 @@ impl Operator<'_> {
         self.run.live.by_hand(op);
     }
 
-    /// The PV as somebody sees it.
+    /// The averaged PV.
     fn pv(&self) -> f64 {
         let pv = &self.run.done.pv;
         mean(&pv[pv.len().saturating_sub(SEEN)..])

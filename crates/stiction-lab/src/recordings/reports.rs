@@ -16,8 +16,13 @@ pub(crate) const REPORTS: &str = "/report/";
 const KEPT: usize = 16;
 
 /// What a report may do: run its own script, and nothing else.
-const MAY: &str = "sandbox allow-scripts allow-modals allow-popups; default-src 'none'; \
-     style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+const MAY: &str = concat!(
+    "sandbox allow-scripts allow-modals allow-popups; ",
+    "default-src 'none'; ",
+    "style-src 'unsafe-inline'; ",
+    "script-src 'unsafe-inline'; ",
+    "img-src data:"
+);
 
 /// The reports that were opened last.
 #[derive(Debug, Default)]
