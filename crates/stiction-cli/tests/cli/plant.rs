@@ -111,7 +111,7 @@ fn what_is_wrong_is_told_and_the_rest_judged() {
     assert!(done.out.starts_with("1 windows judged, 0 of them with an error"), "{}", done.out);
     assert!(done.err.contains("bad.parquet"), "{}", done.err);
     let wrong = run(&folder, &["plant", "-C", "north", "scan", "--since", "3.3.2026"]).refusal();
-    assert!(wrong.contains("is no day; write it as in 2026-03-01"), "{wrong}");
+    assert!(wrong.contains("is not a day; write it like 2026-03-01"), "{wrong}");
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn a_week_is_reported_and_what_people_say_is_kept() {
     assert!(
         plant(&["report", "--week", "March"])
             .refusal()
-            .contains("is no week; write it as in 2026-W10")
+            .contains("is not a week; write it like 2026-W10")
     );
 
     let out = plant(&["report", "--week", "2026-W10", "--pages", "1"]).quiet_success();
@@ -186,7 +186,7 @@ fn a_week_is_reported_and_what_people_say_is_kept() {
         orders["orders"].as_array().unwrap().iter().any(|o| o["loop"] == *worse)
     };
     assert!(ordered(&orders), "{orders}");
-    assert!(plant(&["snooze", worse, "--until", "9.3.2026"]).refusal().contains("is no day"));
+    assert!(plant(&["snooze", worse, "--until", "9.3.2026"]).refusal().contains("is not a day"));
     plant(&[&["snooze", worse, "--until", "2026-03-23", "WO 4711"], &by[..]].concat())
         .quiet_success();
     assert!(!ordered(&plant(&["orders", "--week", "2026-W10", "--json"]).json()));
