@@ -18,8 +18,8 @@
 //!
 //! The valve began or ceased to stick if the score reaches [`THRESHOLD`], the mean log-odds differ by [`FARTHEST`], and all
 //! windows of one side, combined, accuse the valve while those of the other do not. Up is *new*, or *returned* if the valve stuck
-//! before. Down is *gone*. Otherwise the valve is *worse* or *better* if the gain of `ln S`, with noise [`S_NOISE`], reaches the
-//! threshold and S grows or shrinks by [`GROWTH`]. Later windows place the change better, until the next one is found.
+//! before. Down is *gone*. Otherwise the valve is *worse* or *better* if the gain of `ln S`, with noise [`S_NOISE`], reaches
+//! [`S_THRESHOLD`] and S grows or shrinks by [`GROWTH`]. Later windows place the change better, until the next one is found.
 //!
 //! A single day never makes a change, because a day that is unlike all others comes and goes.
 //!
@@ -33,8 +33,10 @@ use crate::store::window::WindowRow;
 use stiction_diagnose::diagnose::{Observation, combine};
 use stiction_diagnose::series::mean;
 
-/// The least score of a change.
+/// The least score of a change by log-odds.
 pub const THRESHOLD: f64 = 6.0;
+/// The least score of a change by S, whose noise is better known.
+pub const S_THRESHOLD: f64 = 4.0;
 /// Days of windows on each side of a change, at least.
 pub const SIDE: f64 = 2.0;
 /// How far mean log-odds go at least: odds of 9 to 1.
@@ -150,12 +152,13 @@ pub fn events(windows: &[Seen], log: &[&Entry], begin: impl Fn(i64) -> f64) -> V
     for end in 0..windows.len() {
         let now = windows[end].valve.time;
         let first = windows.partition_point(|seen| now - seen.valve.time > MEMORY).max(since);
-        let by_odds = step(&windows[first..=end], odds_score, moved);
-        let change = by_odds.or_else(|| step(&windows[first..=end], s_score, grown));
+        let by_odds = step(&windows[first..=end], (odds_score, THRESHOLD), moved);
+        let change = by_odds.or_else(|| step(&windows[first..=end], (s_score, S_THRESHOLD), grown));
         let Some((change, best)) = change else {
             // With more windows the last change is placed better.
             if let (Some((from, change)), Some(event)) = (last, events.last_mut())
-                && let Some((again, best)) = step(&windows[from..=end], odds_score, moved)
+                && let Some((again, best)) =
+                    step(&windows[from..=end], (odds_score, THRESHOLD), moved)
                 && again == change
             {
                 event.place(windows, from, best);
@@ -185,13 +188,13 @@ impl Event {
     }
 }
 
-/// The change at the likeliest place of a step, if its score reaches [`THRESHOLD`].
+/// The change at the likeliest place of a step, if its score reaches a threshold.
 fn step(
     windows: &[Seen],
-    score: impl Fn(&[Seen], &[Seen]) -> f64,
+    (score, threshold): (impl Fn(&[Seen], &[Seen]) -> f64, f64),
     change: impl Fn(&[Seen], &[Seen]) -> Option<Change>,
 ) -> Option<(Change, Best)> {
-    let best = best(windows, score).filter(|best| best.score >= THRESHOLD)?;
+    let best = best(windows, score).filter(|best| best.score >= threshold)?;
     let (before, after) = windows.split_at(best.at);
     Some((change(before, after)?, best))
 }
