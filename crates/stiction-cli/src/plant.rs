@@ -443,7 +443,12 @@ fn reported(folder: &Path, of: &Report) -> Result<ExitCode> {
             text += &format!("{:7} {}\n", each.loops, each.action.name());
         }
         for each in &done.changes {
-            let day = each.day.as_ref().map_or(String::new(), |day| format!(", since {day}"));
+            let mut day = each.day.as_ref().map_or(String::new(), |day| format!(" since {day}"));
+            if let (Some(from), Some(to)) = (&each.from, &each.to)
+                && from != to
+            {
+                day += &format!(" ({from} to {to})");
+            }
             text += &format!("{}: {}{day}\n", output::name(&each.name), each.change.name());
         }
         let page = folder.join(&done.folder).join(stiction_plant::page::INDEX);

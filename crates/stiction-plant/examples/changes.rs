@@ -1,95 +1,182 @@
-//! Holds the changes that are told of demo plants against their truth.
+//! Compares the weekly reports of demo plants with their truth: changes, work orders and loops that are sent upstream.
 //!
-//! `cargo run -p stiction-plant --example changes -- PLANT...`, of folders that `stiction plant demo` wrote and `stiction
-//! plant scan` judged. A change of the demo is visible if all windows before it and all after it, each combined, have
-//! verdicts that differ: 80 % or more on the side that sticks, 50 % or less on the other. It is found if it is told with
-//! the second window after it, or the first. Every other change that is told is false.
+//! `cargo run -p stiction-plant --example changes -- PLANT...`, with folders that `stiction plant demo` wrote and `stiction
+//! plant scan` judged. A change of the demo is visible if the windows before and after it, each side combined, have 80 % or more
+//! on the side that sticks and 50 % or less on the other. It is found if a weekly report shows it, with its day in the interval of
+//! the report or next to it. Every other change in a report is false, except that a valve whose S grows is worse, or new if it was
+//! too small before. A loop is sent
+//! upstream wrongly if no wave and no valve that sticks on the last day reaches it.
 
 use std::path::Path;
 use stiction_diagnose::diagnose::combine;
-use stiction_plant::change::{Change, Seen, events};
-use stiction_plant::{Store, WindowRow, demo};
+use stiction_plant::action::Action;
+use stiction_plant::change::Change;
+use stiction_plant::plant_file::Plant;
+use stiction_plant::report::Known;
+use stiction_plant::week::Week;
+use stiction_plant::{Store, WindowRow, day, demo};
 
 const DAY: f64 = 86_400.0;
 
+/// Some of all.
+#[derive(Default)]
+struct Share {
+    some: usize,
+    all: usize,
+}
+
+impl Share {
+    fn add(&mut self, is: bool) {
+        self.some += usize::from(is);
+        self.all += 1;
+    }
+
+    fn print(&self, what: &str) {
+        let percent = 100.0 * self.some as f64 / self.all.max(1) as f64;
+        println!("{what}: {} of {}, {percent:.1} %", self.some, self.all);
+    }
+}
+
+/// Whether the valve of a loop sticks on the last day, by the truth.
+fn sticks_last<'a>(truth: &'a str, name: &str) -> Option<&'a str> {
+    let own = truth.lines().find(|line| line.split(',').next() == Some(name))?;
+    own.split(',').nth(4)
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let (mut visible, mut found, mut told_false, mut weeks, mut all) = (0, 0, 0, 0.0, 0);
+    let [mut found, mut found_of_all, mut ordered, mut onsets, mut upstream, mut worse] =
+        std::array::from_fn(|_| Share::default());
+    let [mut false_changes, mut loop_weeks] = [0; 2];
     for folder in std::env::args().skip(1) {
         let folder = Path::new(&folder);
+        let plant = Plant::read(folder)?;
         let rows = Store::of(folder).rows()?;
-        let begin = demo::FIRST_DAY as f64 * DAY;
         let days = std::fs::read_dir(folder.join("data"))?.count() as f64;
-        let middle = begin + (days / 2.0).ceil() * DAY;
+        let middle = demo::FIRST_DAY + (days / 2.0).ceil() as i64;
+        let at = middle as f64 * DAY;
         let truth = std::fs::read_to_string(folder.join("truth.csv"))?;
+        let mut weeks: Vec<Week> = rows
+            .iter()
+            .map(|row| Week::of(day::of(row.window_start as f64, &plant.zone)))
+            .collect();
+        weeks.sort_unstable();
+        weeks.dedup();
+        let known: Vec<Known> = weeks
+            .iter()
+            .map(|week| Known::of(folder, &plant, Some(*week)))
+            .collect::<Result<_, _>>()?;
+        let rankings: Vec<_> = known.iter().map(|known| known.ranking(&plant)).collect();
         for line in truth.lines().skip(1) {
             let cells: Vec<&str> = line.split(',').collect();
-            let [name, _, story, sticks_first, sticks_last, ..] = cells[..] else { continue };
-            let own: Vec<_> = rows.iter().filter(|row| row.name == name).collect();
-            let seen: Vec<Seen> = own.iter().filter_map(|row| Seen::of(row)).collect();
-            let told = events(&seen, &[], |_| f64::INFINITY);
-            weeks += days / 7.0;
-            // A PV that dies is a change of its own.
-            if story.starts_with("PV dead") {
-                continue;
-            }
-            let end = |row: &WindowRow| (row.window_start + row.window_s) as f64;
-            let before: Vec<Seen> = own
-                .iter()
-                .filter(|row| end(row) <= middle)
-                .filter_map(|row| Seen::of(row))
-                .collect();
-            let after: Vec<Seen> = own
-                .iter()
-                .filter(|row| row.window_start as f64 >= middle)
-                .filter_map(|row| Seen::of(row))
-                .collect();
-            // A window of several days may lie across the change.
-            let first =
-                own.iter().filter(|row| end(row) > middle).filter_map(|row| Seen::of(row)).next();
-            let first = first.map_or(f64::INFINITY, |seen| seen.valve.time);
-            let second = after.get(1).map_or(f64::INFINITY, |seen| seen.valve.time);
-            let expected = match (sticks_first, sticks_last) {
-                ("true", "false") => Some(Change::Gone),
-                ("false", "true") => Some(Change::New),
-                _ => None,
+            let [name, _, story, first, last, _, _, _, _, _, reached_by, _] = cells[..] else {
+                return Err(format!("a line of the truth: {line}").into());
             };
-            let is_it = |change: Change| expected == Some(change);
-            let wrong = told.iter().filter(|e| !(is_it(e.change) && e.told >= first)).count();
-            told_false += wrong;
-            if wrong > 0 {
-                println!(
-                    "{} {name} {story}: {wrong} false: {:?}",
-                    folder.display(),
-                    percents(&seen)
-                );
-            }
-            if expected.is_some() {
-                all += 1;
-                let p = |side: &[Seen]| {
-                    let valves: Vec<_> = side.iter().map(|seen| seen.valve).collect();
-                    combine(&valves).ok()?.probability
+            let reports = || {
+                rankings.iter().filter_map(|ranking| {
+                    ranking.loops.iter().map(|ranked| &ranked.row).find(|row| row.name == name)
+                })
+            };
+            let own = || rows.iter().filter(|row| row.name == name);
+            let p = |is: &dyn Fn(&WindowRow) -> bool| {
+                let seen: Vec<_> =
+                    own().filter(|row| is(row)).filter_map(WindowRow::observation).collect();
+                combine(&seen).ok()?.probability
+            };
+            let before = p(&|row| (row.window_start + row.window_s) as f64 <= at);
+            let after = p(&|row| row.window_start as f64 >= at);
+            let in_words = || {
+                let all = own().filter_map(|row| row.probability);
+                let all = all.map(|p| format!("{:.0}", 100.0 * p)).collect::<Vec<_>>().join(" ");
+                format!("{} {name}, {story}: {all}", folder.display())
+            };
+            let visible = match (first, last) {
+                ("true", "false") => before >= Some(0.8) && after.is_some_and(|p| p <= 0.5),
+                ("false", "true") => after >= Some(0.8) && before.is_some_and(|p| p <= 0.5),
+                _ => false,
+            };
+            let mut is_found = false;
+            for row in reports() {
+                loop_weeks += 1;
+                let near = |from: &Option<String>, to: &Option<String>| {
+                    let day = |of: &Option<String>| day::parse(of.as_deref().unwrap_or("")).ok();
+                    day(from).zip(day(to)).is_some_and(|(a, b)| (a - 1..=b + 1).contains(&middle))
                 };
-                let (a, b) = (p(&before), p(&after));
-                let (sick, well) = if is_it(Change::Gone) { (a, b) } else { (b, a) };
-                if sick < Some(0.8) || well > Some(0.5) || well.is_none() {
-                    continue;
+                let is_it = match (row.change, first, last) {
+                    (Change::None, ..) => continue,
+                    (Change::Gone, "true", "false")
+                    | (Change::New | Change::Returned, "false", "true") => {
+                        near(&row.change_from, &row.change_to)
+                    }
+                    // It may be too small to be seen first.
+                    (Change::Worse | Change::New, "true", "true") => {
+                        story.starts_with("sticks more")
+                    }
+                    // The data end: that is a matter of their health.
+                    _ => story.starts_with("PV dead"),
+                };
+                is_found |= is_it;
+                if !is_it {
+                    false_changes += 1;
+                    println!(
+                        "false, {} on {:?}: {}",
+                        row.change.name(),
+                        row.change_day,
+                        in_words()
+                    );
                 }
-                visible += 1;
-                let hit =
-                    told.iter().any(|e| is_it(e.change) && e.told >= first && e.told <= second);
-                found += usize::from(hit);
-                if !hit {
-                    println!("{} {name} {story}: missed: {:?}", folder.display(), percents(&seen));
+            }
+            if first != last {
+                found_of_all.add(is_found);
+                if visible {
+                    found.add(is_found);
+                    if !is_found {
+                        println!("missed: {}", in_words());
+                    }
+                }
+            }
+            // What the last report does about it.
+            let Some(row) = reports().last() else { continue };
+            let repair = row.action == Action::Repair;
+            match (first, last) {
+                ("true", "false") => {
+                    ordered.add(repair);
+                    if repair {
+                        println!("ordered: {}", in_words());
+                    }
+                }
+                ("false", "true") if visible => onsets.add(repair),
+                _ if story.starts_with("sticks more") && row.s.is_some() => {
+                    worse.add(reports().any(|row| row.change == Change::Worse));
+                }
+                _ => {}
+            }
+            if row.action == Action::LookUpstream {
+                let reaches = |cause: &str| {
+                    cause.starts_with("wave-") || sticks_last(&truth, cause) == Some("true")
+                };
+                let is_reached = reached_by.split(' ').any(reaches);
+                upstream.add(!is_reached);
+                if !is_reached {
+                    println!(
+                        "upstream, {:?} {:?}, group {:?}: {}",
+                        row.alternative,
+                        row.alternative_likelihood,
+                        row.group,
+                        in_words()
+                    );
                 }
             }
         }
     }
-    println!("{found} of {visible} visible changes found within two days, of {all} in all");
-    let rate = 200.0 * told_false as f64 / weeks;
-    println!("{told_false} false changes in {weeks:.0} loop-weeks: {rate:.2} a week per 200 loops");
+    found.print("visible changes found");
+    found_of_all.print("all changes of the demo found");
+    let rate = 200.0 * false_changes as f64 / f64::from(loop_weeks.max(1));
+    println!(
+        "false changes: {false_changes} in {loop_weeks} loop-weeks, {rate:.2} a week per 200 loops"
+    );
+    worse.print("valves with an S that grows, reported as worse");
+    ordered.print("repaired valves with an order for repair");
+    onsets.print("visible onsets with an order for repair");
+    upstream.print("loops sent upstream that nothing reaches");
     Ok(())
-}
-
-fn percents(seen: &[Seen]) -> Vec<i64> {
-    seen.iter().filter_map(|each| Some((100.0 * each.valve.probability?).round() as i64)).collect()
 }

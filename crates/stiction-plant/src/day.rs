@@ -5,8 +5,8 @@ use jiff::{ToSpan, Unit};
 use stiction_diagnose::recording::{Channel, Modes, Recording};
 use stiction_io::timestamp::{Zone, instant};
 
-/// A value stored on change holds into a window from at most so long before it, s. A bound, so that a window is the
-/// same whatever else is read with it.
+/// A value stored on change holds into a window for at most this long, s. With this bound a window does not depend on the
+/// other data that are read with it.
 pub const HELD_FROM: f64 = 86_400.0;
 
 const EPOCH: Date = Date::constant(1970, 1, 1);
@@ -22,18 +22,18 @@ pub fn begin(day: i64, zone: &Zone) -> f64 {
     instant(&date, Some(zone)).unwrap_or(day as f64 * 86_400.0)
 }
 
-/// A day as it is written, such as `2026-03-01`.
+/// A day as text, such as `2026-03-01`.
 pub fn date(day: i64) -> String {
     EPOCH.checked_add(day.days()).map_or_else(|_| day.to_string(), |date| date.to_string())
 }
 
-/// The day that is written so.
+/// The day of a text such as `2026-03-01`.
 ///
 /// # Errors
-/// If it is no date.
+/// If the text is not a date.
 pub fn parse(text: &str) -> Result<i64, String> {
     let date: Date =
-        text.parse().map_err(|_| format!("\"{text}\" is no day; write it as in 2026-03-01"))?;
+        text.parse().map_err(|_| format!("\"{text}\" is not a day; write it like 2026-03-01"))?;
     let since = EPOCH.until((Unit::Day, date)).map_err(|e| e.to_string())?;
     Ok(i64::from(since.get_days()))
 }

@@ -1,9 +1,9 @@
-//! A plant with known truth, to try things on.
+//! A simulated plant with known truth.
 //!
-//! Units of coupled loops of the [population](stiction_population::network), recorded for days at their own sample times, as long
-//! Parquet of a day a file. Sticking valves make other loops swing. In every fifty loops the first five have a story: one is
-//! repaired midway, one begins to stick midway, of one the PV is dead on the last day, one is in manual every morning, and of one
-//! the valve gets worse from day to day.
+//! It has units of coupled loops of the [population](stiction_population::network), recorded for days at their own sample times, as
+//! long Parquet with a file per day. Sticking valves make other loops swing. Of every fifty loops the first five have a story: the
+//! first is repaired midway, the second begins to stick midway, the PV of the third is dead on the last day, the fourth is in manual
+//! every morning, and the S of the fifth grows from day to day.
 
 use crate::day;
 use crate::error::{Error, Result, file, store};
@@ -30,20 +30,20 @@ const DAY: f64 = 86_400.0;
 const MANUAL: (f64, f64) = (21_600.0, 32_400.0);
 /// Loops of a unit, which act on each other.
 const UNIT: usize = 20;
-/// The first of so many loops have stories.
+/// The first of this many loops have stories.
 const STORIES: usize = 50;
 /// Of the loops of a unit without a story, those whose valves stick.
 const STICKING: [usize; 2] = [7, 13];
 /// S of a valve that gets worse, on the last day over that on the first.
 const WORSE: f64 = 2.5;
-/// A unit is drawn so often at most, until its sticking valves cycle.
+/// A unit is drawn this often at most, until its sticking valves cycle.
 const DRAWS: u64 = 30;
-/// So often they cross their mean on a day at least.
+/// Cycling valves cross their mean this often on a day, at least.
 const CROSSINGS: usize = 24;
 /// Units that are in memory at once, a day of each.
 const AT_ONCE: usize = 8;
 
-/// What happens to a loop.
+/// The story of a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Story {
     Repaired,
@@ -57,10 +57,10 @@ enum Story {
 
 impl Story {
     fn of(index: usize) -> Self {
-        let told = [Self::Repaired, Self::Begins, Self::DeadPv, Self::Manual, Self::Worsens];
+        let stories = [Self::Repaired, Self::Begins, Self::DeadPv, Self::Manual, Self::Worsens];
         let sticks = STICKING.contains(&(index % UNIT));
         let rest = if sticks { Self::Sticks } else { Self::None };
-        told.get(index % STORIES).copied().unwrap_or(rest)
+        stories.get(index % STORIES).copied().unwrap_or(rest)
     }
 
     fn name(self) -> &'static str {
@@ -92,7 +92,7 @@ struct Unit {
     /// Number of its first loop in the plant.
     first: usize,
     network: Network,
-    /// Whom its valves reach on a day on which all of them stick.
+    /// The loops that its valves reach on a day on which all of them stick.
     truth: NetworkTruth,
 }
 
@@ -141,14 +141,14 @@ impl Unit {
         format!("{prefix}{}", 1001 + self.first + k)
     }
 
-    /// The loops whose sticking valves make loop `k` swing, but for itself.
+    /// The causes that make loop `k` swing: other loops whose valves stick, and waves from outside, such as `wave-1`.
     fn reached_by(&self, k: usize) -> Vec<String> {
         let each = self.truth.causes.iter().filter(|reach| reach.swings[k]);
-        let sources = each.filter_map(|reach| match reach.cause {
-            Cause::Valve(source) if source != k => Some(self.name(source)),
-            _ => None,
+        let causes = each.filter_map(|reach| match reach.cause {
+            Cause::Valve(source) => (source != k).then(|| self.name(source)),
+            Cause::Outside(wave) => Some(format!("wave-{}", wave + 1)),
         });
-        sources.collect()
+        causes.collect()
     }
 
     /// The loops whose material comes to loop `k`.
@@ -158,8 +158,8 @@ impl Unit {
         to.map(|link| self.name(link.from)).collect()
     }
 
-    /// What is told of loop `k`: its heading and lines of `plant.toml`, and its row of `truth.csv`.
-    fn told(&self, k: usize, days: usize) -> (String, String) {
+    /// The heading and lines of loop `k` in `plant.toml`, and its row of `truth.csv`.
+    fn written(&self, k: usize, days: usize) -> (String, String) {
         let (index, name) = (self.first + k, self.name(k));
         let each = &self.network.loops[k];
         let area = if index % 2 == 0 { "North" } else { "South" };
@@ -172,7 +172,7 @@ impl Unit {
             1 + index % 5
         );
         let upstream = self.upstream(k);
-        // Of every other loop somebody has written it down.
+        // It is written down for every other loop.
         if index % 2 == 0 && !upstream.is_empty() {
             let names: Vec<String> = upstream.iter().map(|name| quoted(name)).collect();
             // Writing to a string cannot fail.
@@ -180,10 +180,12 @@ impl Unit {
         }
         let reached_by = self.reached_by(k);
         let ever = each.course.ever();
-        let kind = match (ever, reached_by.is_empty()) {
+        let kind = match (ever, reached_by.first()) {
             (true, _) => LoopKind::Sticky,
-            (false, false) => LoopKind::StickingNeighbour,
-            (false, true) => LoopKind::Normal,
+            (false, None) => LoopKind::Normal,
+            // Valves come first.
+            (false, Some(cause)) if cause.starts_with("wave-") => LoopKind::ExternalWave,
+            (false, Some(_)) => LoopKind::StickingNeighbour,
         };
         let [s, j] = [each.s, each.j].map(|band| if ever { band } else { 0.0 });
         let grown = if matches!(each.course, Course::Grows { .. }) { WORSE } else { 1.0 };
@@ -210,8 +212,8 @@ fn cycles(samples: &Samples) -> bool {
     zero_crossings(&away).len() >= CROSSINGS
 }
 
-/// Writes a plant of `loops` loops and `days` days to `folder`: `plant.toml`, `data/`, `truth.csv`. `seen` hears of each loop.
-/// Memory is that of some units for a day and of a day's file.
+/// Writes a plant of `loops` loops and `days` days to `folder`: `plant.toml`, `data/`, `truth.csv`. `seen` is called for each loop.
+/// Memory holds some units for a day, and the file of a day.
 ///
 /// # Errors
 /// If a file cannot be written, or there is no loop or day.
@@ -223,7 +225,7 @@ pub fn write(
     mut seen: impl FnMut(),
 ) -> Result<()> {
     if loops == 0 || days == 0 {
-        return Err(Error::Option("a plant has one loop and one day at least".to_owned()));
+        return Err(Error::Option("a plant needs at least one loop and one day".to_owned()));
     }
     let firsts: Vec<usize> = (0..loops).step_by(UNIT).collect();
     let units: Vec<Unit> = firsts
@@ -244,7 +246,7 @@ pub fn write(
                 {
                     let dead = Story::of(unit.first + number) == Story::DeadPv && k + 1 == days;
                     let tags = tags(&unit.name(number), each, own, k, dead);
-                    // A row group a loop: who wants one loop can leave out the others.
+                    // A row group per loop, so that readers of one loop can skip the others.
                     writer.write(&table(&tags)).map_err(|e| store(&path, e))?;
                 }
             }
@@ -262,7 +264,7 @@ pub fn write(
     );
     for unit in &units {
         for k in 0..unit.network.loops.len() {
-            let (of_plant, of_truth) = unit.told(k, days);
+            let (of_plant, of_truth) = unit.written(k, days);
             plant += &of_plant;
             truth += &of_truth;
         }
@@ -275,7 +277,7 @@ pub fn write(
 /// A tag of a day: its name, the times of its samples, ms since 1970, and their values.
 type Tag = (String, Vec<i64>, Vec<f64>);
 
-/// What is recorded of a loop on day `k`, by tag and time.
+/// The recording of a loop on day `k`, by tag and time.
 fn tags(name: &str, each: &NetworkLoop, own: &Samples, k: usize, dead: bool) -> Vec<Tag> {
     let begin = FIRST_DAY * 86_400_000;
     let time = |i: usize| begin + (1000.0 * (own.from_s + i as f64 * own.step_s)).round() as i64;
@@ -296,7 +298,7 @@ fn tags(name: &str, each: &NetworkLoop, own: &Samples, k: usize, dead: bool) -> 
     tags
 }
 
-/// The columns of what is recorded.
+/// The columns of the recording.
 fn columns() -> Vec<Column> {
     let column = |name, kind, meaning: &str| Column {
         name,

@@ -1,4 +1,4 @@
-//! What can go wrong with a plant, in sentences.
+//! Errors about a plant, in sentences.
 
 /// Why a plant could not be read, scanned or written.
 #[derive(Debug, thiserror::Error)]
@@ -9,32 +9,32 @@ pub enum Error {
     File {
         /// The file or folder.
         path: String,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// A plant file does not say what it should; each problem begins with its line.
+    /// A plant file has mistakes. Each problem begins with its line.
     #[error("{origin}, {}", problems.join(&format!("\n{origin}, ")))]
     PlantFile {
         /// The file.
         origin: String,
-        /// Everything that is wrong, each with what would be right.
+        /// All mistakes, each with its remedy.
         problems: Vec<String>,
     },
-    /// A file of the store is not what the store wrote.
+    /// A file of the store was changed.
     #[error("{origin}: {message}")]
     Store {
         /// The file.
         origin: String,
-        /// What is wrong and what would help.
+        /// Fault and remedy.
         message: String,
     },
-    /// Somebody else writes to the store.
+    /// Another process writes to the store.
     #[error("{path}: another scan of this plant is running; wait until it ends")]
     Locked {
         /// The file that is locked.
         path: String,
     },
-    /// An option cannot be.
+    /// An option is invalid.
     #[error("{0}")]
     Option(String),
     /// The library refused.
@@ -45,12 +45,12 @@ pub enum Error {
 /// The result type of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// The operating system's refusal, with the path it is about.
+/// An error of the operating system, with its path.
 pub(crate) fn file(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Error + '_ {
     |source| Error::File { path: path.display().to_string(), source }
 }
 
-/// What is wrong with a file of the store.
+/// A fault in a file of the store.
 pub(crate) fn store(path: &std::path::Path, message: impl std::fmt::Display) -> Error {
     Error::Store { origin: path.display().to_string(), message: message.to_string() }
 }

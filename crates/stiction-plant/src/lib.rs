@@ -1,13 +1,13 @@
 //! A plant of control loops over time.
 //!
 //! ```text
-//! plant.toml ──> inputs (files ──> loops and their days) ──> scan ──> store (a row and a trace a window)
+//! plant.toml ──> inputs (files ──> loops and their days) ──> scan ──> store (a row and a trace per window)
 //!                                                   day (cutting) ──┘        └──> groups
-//! log.toml ──> ranking (a row a loop of a week; change, action) ──> report (page, orders, tables)
+//! log.toml ──> ranking (a row per loop and week; change, action) ──> report (page, orders, tables)
 //! ```
 //!
-//! The unit of everything is the [`window`]: one loop, one day of the plant. What was judged is kept in a
-//! [`store`] of Parquet files; a [`scan()`] judges what is not there yet.
+//! The unit of everything is the [`window`]: one loop, one day of the plant. A [`store`] of Parquet files keeps the judged windows.
+//! A [`scan()`] judges the windows that are not in it.
 #![forbid(unsafe_code)]
 
 pub mod day;

@@ -1,18 +1,18 @@
-//! `log.toml`: what people did and concluded, in one file, by hand or by command.
+//! `log.toml`: the actions and conclusions of people, entered by hand or by command.
 //!
 //! ```toml
 //! [[entry]]
 //! kind = "override"              # repair, order, override, note or snooze
 //! loop = "FIC101"
-//! day = 2026-03-02               # when it was done, or entered
+//! day = 2026-03-02               # day of the action, or of the entry
 //! by = "J. Miller"
 //! until = 2026-06-30             # the last day on which it holds
 //! verdict = "does not stick"     # of an override
 //! text = "new packing, stroked"
 //! ```
 //!
-//! A file with a mistake is refused as a whole, with the line: who does not know what was meant must not guess. What is
-//! entered by command is added at its end, and the rest stays as it is, comments and order included.
+//! A file with a mistake is refused as a whole, with the line, because the program must not guess. A command adds its entry at the
+//! end, and leaves the rest unchanged, including comments and order.
 
 use crate::day;
 use crate::error::{Error, Result, file};
@@ -28,21 +28,21 @@ use toml::Spanned;
 pub const NAME: &str = "log.toml";
 
 const HEAD: &str =
-    "# What people did and concluded, kept by `stiction plant`; to be edited by hand, too.\n";
+    "# Actions and conclusions of people, kept by `stiction plant`. You may edit this file.\n";
 
 /// What an entry is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
-    /// The valve was repaired on that day; a week is judged by what came after.
+    /// The valve was repaired on that day. A week is judged by the windows after it.
     Repair,
     /// A work order was placed.
     Order,
-    /// A person concluded something of the valve, which stands beside the computed verdict.
+    /// The conclusion of a person about the valve, shown beside the computed verdict.
     Override,
-    /// Something to know.
+    /// A remark.
     Note,
-    /// Nothing is to be seen of the loop in the list of work before the day `until`.
+    /// The loop is not in the work list before the day `until`.
     Snooze,
 }
 
@@ -59,29 +59,29 @@ impl Kind {
     }
 }
 
-/// An entry of the log. Days are those of the plant's calendar since 1970-01-01, in the file dates.
+/// An entry of the log. Days count from 1970-01-01 on the plant's calendar, and are dates in the file.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
-    /// What it is about.
+    /// Its kind.
     pub kind: Kind,
     /// Tag of the loop.
     #[serde(rename = "loop")]
     pub name: String,
-    /// When it was done, or entered.
+    /// Day of the action, or of the entry.
     #[serde(deserialize_with = "a_day", serialize_with = "as_date")]
     #[schemars(with = "String")]
     pub day: i64,
-    /// Who says so.
+    /// Its author.
     pub by: Option<String>,
     /// The last day on which it holds.
     #[serde(default, deserialize_with = "a_day_if_any", serialize_with = "as_date_if_any")]
     #[schemars(with = "Option<String>")]
     pub until: Option<i64>,
-    /// What the valve does, of an override.
+    /// The verdict of an override.
     #[serde(default, deserialize_with = "a_verdict")]
     pub verdict: Option<VerdictClass>,
-    /// What there is to say.
+    /// The remark.
     #[serde(default)]
     pub text: String,
 }
@@ -124,15 +124,14 @@ fn as_date_if_any<S: serde::Serializer>(
 }
 
 impl Entry {
-    /// What is wrong with it: the key, and what would be right.
+    /// Its fault, as key and remedy.
     fn mistake(&self) -> Option<(&'static str, &'static str)> {
         let needs_text = matches!(self.kind, Kind::Override | Kind::Note | Kind::Order);
         match self {
             Self { name, .. } if name.trim().is_empty() => Some(("loop", "is empty")),
-            Self { kind: Kind::Override, verdict: None, .. } => Some((
-                "verdict",
-                "is missing; give what the valve does, such as \"does not stick\"",
-            )),
+            Self { kind: Kind::Override, verdict: None, .. } => {
+                Some(("verdict", "is missing; give the verdict, such as \"does not stick\""))
+            }
             Self { kind, verdict: Some(_), .. } if *kind != Kind::Override => {
                 Some(("verdict", "belongs to an override only"))
             }
@@ -141,7 +140,7 @@ impl Entry {
             }
             Self { day, until: Some(until), .. } if until < day => Some(("until", "is before day")),
             Self { text, .. } if needs_text && text.trim().is_empty() => {
-                Some(("text", "is missing; say why, in words"))
+                Some(("text", "is missing; give a reason"))
             }
             _ => None,
         }
@@ -168,7 +167,7 @@ impl Entry {
         out
     }
 
-    /// It in words, without its loop.
+    /// The entry in words, without its loop.
     pub fn words(&self) -> String {
         let mut words = match (self.kind, self.verdict) {
             (Kind::Repair, _) => "repaired".to_owned(),
@@ -207,7 +206,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// Reads `log.toml` in `folder`; nothing if there is no such file.
+    /// Reads `log.toml` in `folder`; empty if there is no such file.
     ///
     /// # Errors
     /// If it cannot be read, or as for [`Log::parse`].
@@ -219,7 +218,7 @@ impl Log {
     /// Reads a log from its `text`; `origin` names it in errors.
     ///
     /// # Errors
-    /// If it is not well formed, has unknown keys, or says what cannot be: with its line.
+    /// If it is not well formed, has unknown keys or invalid values, with the line.
     pub fn parse(text: &str, origin: &str) -> Result<Self> {
         let line = |at: usize| text.as_bytes().iter().take(at).filter(|b| **b == b'\n').count() + 1;
         let refused = |problems| Error::PlantFile { origin: origin.to_owned(), problems };
@@ -230,7 +229,7 @@ impl Log {
         let mut problems = vec![];
         for entry in &log.entry {
             if let Some((key, what)) = entry.get_ref().mistake() {
-                problems.push(format!("line {}: entry.{key}: {what}", line(entry.span().start)));
+                problems.push(format!("line {}, entry.{key}: {what}", line(entry.span().start)));
             }
         }
         match problems.is_empty() {
@@ -248,7 +247,7 @@ impl Log {
     }
 }
 
-/// The loop that is called so, in any case, of the plant's file or of those that were `judged`.
+/// The loop of this name, in any case, from the plant's file or the `judged` loops.
 ///
 /// # Errors
 /// If there is none.
@@ -261,14 +260,13 @@ pub fn loop_named<'a>(
     let same = |name: &&str| name.to_lowercase() == tag.to_lowercase();
     known.into_iter().find(same).ok_or_else(|| {
         Error::Option(format!(
-            "there is no loop \"{tag}\" in {} nor among what was judged; status tells more",
+            "there is no loop \"{tag}\" in {} or among the judged loops; check the tag in the report",
             plant_file::NAME
         ))
     })
 }
 
-/// The same of the plant's file, of its data as far as they were looked at, or of what was judged. Rows that cannot be read are
-/// no reason to refuse what a person has to say.
+/// The same from the plant's file, its examined data or the judged loops. Unreadable rows are no reason to refuse an entry.
 ///
 /// # Errors
 /// If there is none.
@@ -283,10 +281,10 @@ pub fn known_loop(folder: &Path, plant: &Plant, tag: &str) -> Result<String> {
     loop_named(plant, rows.iter().map(|row| &*row.name), tag).map(str::to_owned)
 }
 
-/// Adds an entry at the end of `log.toml` in `folder`, whoever else does at the time.
+/// Adds an entry at the end of `log.toml` in `folder`, even if others do so at the same time.
 ///
 /// # Errors
-/// If the entry says what cannot be, or the file is damaged or cannot be read or written.
+/// If the entry is invalid, or the file is damaged or cannot be read or written.
 pub fn enter(folder: &Path, entry: &Entry) -> Result<()> {
     if let Some((key, what)) = entry.mistake() {
         return Err(Error::Option(format!("{key} {what}")));
@@ -351,12 +349,12 @@ day = "2026-03-01"
             ("\"override\"", "\"overide\"", "log.toml, line 3: unknown variant `overide`"),
             ("\"does not stick\"", "\"wobbles\"", "log.toml, line 8: "),
             ("2026-06-30", "2026-02-30", "log.toml, line 7: "),
-            ("2026-06-30", "2026-01-30", "log.toml, line 2: entry.until: is before day"),
-            ("verdict = \"does not stick\"\n", "", "log.toml, line 2: entry.verdict: is missing"),
+            ("2026-06-30", "2026-01-30", "log.toml, line 2, entry.until: is before day"),
+            ("verdict = \"does not stick\"\n", "", "log.toml, line 2, entry.verdict: is missing"),
             (
                 "kind = \"repair\"",
                 "kind = \"snooze\"",
-                "log.toml, line 11: entry.until: is missing",
+                "log.toml, line 11, entry.until: is missing",
             ),
             ("[[entry]]   #", "[[entri]] #", "log.toml, line 11: unknown field `entri`"),
         ] {
@@ -390,7 +388,7 @@ day = "2026-03-01"
         );
         assert_eq!(Log::read(&folder).unwrap().entries[2], entry);
         assert!(enter(&folder, &Entry { until: None, ..entry.clone() }).is_err());
-        // Nothing is added to what is not understood.
+        // Nothing is added to an invalid file.
         std::fs::write(folder.join(NAME), "[[entry]]\nkind = 1\n").unwrap();
         assert!(enter(&folder, &entry).unwrap_err().to_string().contains("line 2"));
         assert_eq!(std::fs::read_to_string(folder.join(NAME)).unwrap(), "[[entry]]\nkind = 1\n");

@@ -1,4 +1,4 @@
-//! `plant.toml`: what people say of a plant, in one file.
+//! `plant.toml`: the facts about a plant, in one file.
 
 use crate::error::{Error, Result, file};
 use serde::Deserialize;
@@ -14,27 +14,27 @@ use stiction_io::timestamp::Zone;
 /// What the file is called.
 pub const NAME: &str = "plant.toml";
 
-/// A plant, as its file tells it.
+/// A plant as described by its file.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlantFile {
     /// Name of the plant.
     pub name: String,
-    /// Zone of its clock, such as `Europe/Berlin`: where days begin, and what times without a zone are in.
+    /// Time zone of its clock, such as `Europe/Berlin`. Days begin at its midnight, and times without a zone are in it.
     #[serde(default = "utc")]
     pub zone: String,
-    /// Files of data, by patterns such as `export/*.parquet`, from the folder of the plant on.
+    /// Data files, as patterns such as `export/*.parquet`, relative to the folder of the plant.
     #[serde(default)]
     pub data: Vec<String>,
     /// How tags are built, such as `{loop}.{signal}`.
     pub pattern: Option<String>,
-    /// What words and codes of mode tags mean.
+    /// Meaning of the words and codes of mode tags.
     #[serde(default)]
     pub modes: BTreeMap<String, ModeName>,
     /// The areas.
     #[serde(default)]
     pub area: BTreeMap<String, Area>,
-    /// The loops of which something is known; others that the data hold are judged too.
+    /// The loops with known facts. Other loops in the data are judged, too.
     #[serde(default, rename = "loop")]
     pub loops: BTreeMap<String, LoopFacts>,
 }
@@ -53,15 +53,15 @@ pub enum ModeName {
     Other,
 }
 
-/// What is known of an area.
+/// The known facts about an area.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Area {
-    /// How much it matters; 1 if nothing is said.
+    /// Its weight, 1 by default.
     pub weight: Option<f64>,
 }
 
-/// What is known of a loop.
+/// The known facts about a loop.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoopFacts {
@@ -78,19 +78,19 @@ pub struct LoopFacts {
     /// What it controls.
     #[serde(rename = "type")]
     pub loop_type: Option<String>,
-    /// The values of OP that are 0 % and 100 %; guessed of each file where nothing is said.
+    /// The values of OP that are 0 % and 100 %. By default they are estimated from each file.
     pub op_range: Option<[f64; 2]>,
     /// The values of PV that are 0 % and 100 %.
     pub pv_range: Option<[f64; 2]>,
-    /// The values of VP that are 0 % and 100 %; guessed of each file where nothing is said.
+    /// The values of VP that are 0 % and 100 %. By default they are estimated from each file.
     pub vp_range: Option<[f64; 2]>,
-    /// How much it matters; 1 if nothing is said.
+    /// Its weight, 1 by default.
     pub weight: Option<f64>,
     /// The area it is in, one of `[area]`.
     pub area: Option<String>,
     /// The unit it is in.
     pub unit: Option<String>,
-    /// Loops whose swing would reach it.
+    /// Loops whose oscillation would reach it.
     #[serde(default)]
     pub upstream: Vec<String>,
     /// Whether it is on the watch list.
@@ -102,10 +102,10 @@ fn utc() -> String {
     "UTC".to_owned()
 }
 
-/// A plant file that was read, with what follows from it.
+/// A plant file that was read, with the settings derived from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plant {
-    /// What the file says.
+    /// The content of the file.
     pub file: PlantFile,
     /// The zone of the plant.
     pub zone: Zone,
@@ -117,7 +117,7 @@ impl Plant {
     /// Reads `plant.toml` in `folder`.
     ///
     /// # Errors
-    /// If it is not there, names no data, or as for [`Plant::parse`].
+    /// If it does not exist, names no data, or as for [`Plant::parse`].
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(NAME);
         let text = std::fs::read_to_string(&path).map_err(file(&path))?;
@@ -125,7 +125,7 @@ impl Plant {
         let plant = Self::parse(&text, &origin)?;
         if plant.file.data.is_empty() {
             let problem = format!(
-                "line {}: data: names no files; give patterns, as in [\"export/*.parquet\"]",
+                "line {}, data: names no files; give patterns, as in [\"export/*.parquet\"]",
                 line_of(&text, "", "data")
             );
             return Err(Error::PlantFile { origin, problems: vec![problem] });
@@ -136,7 +136,7 @@ impl Plant {
     /// Reads a plant file from its `text`; `origin` names it in errors. It need not name data, which may come as tables.
     ///
     /// # Errors
-    /// If it is not well formed, has unknown keys, or says what cannot be: every problem with its line.
+    /// If it is not well formed, has unknown keys or invalid values. Every problem is listed with its line.
     pub fn parse(text: &str, origin: &str) -> Result<Self> {
         let refused = |problems| Error::PlantFile { origin: origin.to_owned(), problems };
         let file: PlantFile = toml::from_str(text).map_err(|e| {
@@ -149,7 +149,7 @@ impl Plant {
         let mut problem = |heading: &str, key: &str, message: String| {
             let line = line_of(text, heading, key);
             let path = if heading.is_empty() { key.to_owned() } else { format!("{heading}.{key}") };
-            problems.push((line, format!("line {line}: {path}: {message}")));
+            problems.push((line, format!("line {line}, {path}: {message}")));
         };
         let mut options = ReadOptions::default();
         let zone = file.zone.parse::<Zone>().map_err(|e| problem("", "zone", e)).ok();
@@ -162,7 +162,7 @@ impl Plant {
         }
         for pattern in &file.data {
             if let Err(e) = glob::Pattern::new(pattern) {
-                problem("", "data", format!("\"{pattern}\" is no pattern of files: {e}"));
+                problem("", "data", format!("\"{pattern}\" is not a valid file pattern: {e}"));
             }
         }
         let is_weight = |weight: Option<f64>| weight.is_none_or(|w| w > 0.0 && w.is_finite());
@@ -188,7 +188,7 @@ impl Plant {
                 problem(
                     &heading,
                     "upstream",
-                    format!("there is no [loop.{other}]; add it, or leave it out"),
+                    format!("there is no [loop.{other}]; add it, or remove it here"),
                 );
             }
             for (key, range) in facts.ranges() {
@@ -225,14 +225,14 @@ impl Plant {
         }
     }
 
-    /// What is known of a loop; names are compared without case.
+    /// The known facts about a loop. Names are compared without case.
     pub fn facts(&self, name: &str) -> Option<&LoopFacts> {
         let same = |known: &&String| known.to_lowercase() == name.to_lowercase();
         self.file.loops.keys().find(same).map(|known| &self.file.loops[known])
     }
 
-    /// SHA-256 of what counts for the verdict of any loop: the zone, how tags and modes are read, all loops' tags and
-    /// types. Areas, weights and the like can change without judging again.
+    /// SHA-256 of the settings that affect the verdict of any loop: the zone, how tags and modes are read, and the tags and types of all
+    /// loops. Areas, weights and the like can change without judging again.
     pub fn reading_hash(&self) -> String {
         let file = &self.file;
         let tags: Vec<_> =
@@ -240,7 +240,7 @@ impl Plant {
         hash(&format!("{:?}", (&file.zone, &file.pattern, &file.modes, tags)))
     }
 
-    /// SHA-256 of what counts for the verdict of this loop, the model of the verdict included.
+    /// SHA-256 of the settings that affect the verdict of this loop, including the model of the verdict.
     pub fn settings_hash(&self, name: &str) -> String {
         let file = &self.file;
         let facts = self.facts(name);
@@ -260,12 +260,12 @@ impl LoopFacts {
         [("op_range", self.op_range), ("pv_range", self.pv_range), ("vp_range", self.vp_range)]
     }
 
-    /// What counts for how it is read and judged.
+    /// The settings that affect how it is read and judged.
     fn of_reading(&self) -> impl std::fmt::Debug {
         (self.tags().collect::<Vec<_>>(), &self.loop_type, self.ranges())
     }
 
-    /// The tags that are named.
+    /// The tags in the file.
     pub fn tags(&self) -> impl Iterator<Item = (Signal, &str)> {
         let all = [
             (Signal::Op, &self.op),
@@ -354,16 +354,16 @@ watch = true
             (
                 "weight = 5",
                 "op_range = [9, 0]",
-                "plant.toml, line 15: loop.FIC101.op_range: must be two",
+                "plant.toml, line 15, loop.FIC101.op_range: must be two",
             ),
             ("pv = ", "pw = ", "plant.toml, line 11: unknown field `pw`"),
             ("\"auto\"", "\"car\"", "plant.toml, line 7: unknown variant `car`"),
             (
                 "weight = 5",
                 "weight = 0",
-                "plant.toml, line 15: loop.FIC101.weight: must be a number above 0",
+                "plant.toml, line 15, loop.FIC101.weight: must be a number above 0",
             ),
-            ("{signal}", "x", "plant.toml, line 5: pattern: "),
+            ("{signal}", "x", "plant.toml, line 5, pattern: "),
         ] {
             let message = told(&ALL.replace(from, to));
             assert!(message.starts_with(expected), "{message}");
@@ -373,11 +373,11 @@ watch = true
         let message = told(&several);
         assert_eq!(message.lines().count(), 3, "{message}");
         assert!(
-            message.contains("line 3: zone") && message.contains("line 13: loop.FIC101.type"),
+            message.contains("line 3, zone") && message.contains("line 13, loop.FIC101.type"),
             "{message}"
         );
         assert!(
-            message.contains("line 17: loop.FIC101.upstream: there is no [loop.PIC104]"),
+            message.contains("line 17, loop.FIC101.upstream: there is no [loop.PIC104]"),
             "{message}"
         );
     }

@@ -1,7 +1,7 @@
 //! A first plant file from the data alone, with its doubts as comments.
 //!
-//! Of text the [beginning](HEAD) of each file is read; of each folder of other files the first and the last, as files of
-//! one export are alike. Of Parquet in turn it is the beginning of each loop.
+//! It reads the [beginning](HEAD) of each text file. Of each folder of other files it reads the first and the last, because
+//! files of one export are alike. Of Parquet it reads the beginning of each loop.
 
 use crate::error::{Error, Result, file};
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,29 +15,29 @@ use stiction_io::reading::{self, Reading};
 use stiction_io::role::Role;
 use stiction_io::timestamp::Clock;
 
-/// How much of a text file is read, bytes.
+/// Bytes that are read of a text file.
 pub const HEAD: u64 = 256 * 1024;
 
 const TEXT: [&str; 3] = ["csv", "txt", "tsv"];
 const OTHER: [&str; 2] = ["parquet", "mat"];
 
-/// What was found for a plant file.
+/// A proposed plant file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Proposal {
     /// The text of the file.
     pub text: String,
     /// Loops in it.
     pub loops: usize,
-    /// Files that were looked at.
+    /// Files that were examined.
     pub files: usize,
-    /// What is in doubt; it stands in the text too.
+    /// Doubts, which are in the text, too.
     pub doubts: Vec<String>,
 }
 
-/// Proposes a plant file for the files and folders `data`, named from `folder` on.
+/// Proposes a plant file for the files and folders `data`, relative to `folder`.
 ///
 /// # Errors
-/// If one is not there, or no file holds a loop.
+/// If one does not exist, or no file holds a loop.
 pub fn propose(folder: &Path, name: &str, data: &[String]) -> Result<Proposal> {
     let mut patterns: Vec<String> = vec![];
     let mut files: BTreeMap<(String, String), BTreeSet<String>> = BTreeMap::new();
@@ -79,7 +79,7 @@ pub fn propose(folder: &Path, name: &str, data: &[String]) -> Result<Proposal> {
             for recording in &reading.recordings {
                 if recording.start.is_none() {
                     doubts.push(format!(
-                        "{path}: {} tells no dates, so its days are not known",
+                        "{path}: {} has no dates, so its days are unknown",
                         recording.name
                     ));
                 }
@@ -104,8 +104,8 @@ pub fn propose(folder: &Path, name: &str, data: &[String]) -> Result<Proposal> {
         let why = doubts
             .first()
             .or(no_recordings.first())
-            .map_or("there are no files of data".to_owned(), Clone::clone);
-        return Err(Error::Option(format!("no loop was found: {why}")));
+            .map_or("there are no data files".to_owned(), Clone::clone);
+        return Err(Error::Option(format!("found no loop: {why}")));
     }
     if local {
         doubts.push("the times have no zone; if the clock is not UTC, correct zone".to_owned());
@@ -141,7 +141,7 @@ pub fn propose(folder: &Path, name: &str, data: &[String]) -> Result<Proposal> {
     Ok(Proposal { text, loops: loops.len(), files: looked.len(), doubts })
 }
 
-/// The files of data below `own`, from `folder` on.
+/// The data files below `own`, relative to `folder`.
 fn list(folder: &Path, own: &str) -> Result<Vec<String>> {
     let (mut found, mut open) = (vec![], vec![folder.join(own)]);
     while let Some(next) = open.pop() {
@@ -151,7 +151,7 @@ fn list(folder: &Path, own: &str) -> Result<Vec<String>> {
                 path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase());
             let is_hidden = path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'));
             if is_hidden {
-                // Such as what was judged, which is no data.
+                // Such as the store, which is no data.
             } else if path.is_dir() {
                 open.push(path);
             } else if TEXT.contains(&&*extension) || OTHER.contains(&&*extension) {
@@ -202,7 +202,7 @@ fn look(
     Ok(())
 }
 
-/// Hands `visit` what a file holds: of Parquet the beginning of each loop, some loops at a time.
+/// Passes the content of a file to `visit`: of Parquet the beginning of each loop, some loops at a time.
 pub(crate) fn head(
     path: &Path,
     options: &ReadOptions,
@@ -229,7 +229,7 @@ pub(crate) fn tags(reading: &Reading, name: &str) -> Vec<String> {
     .collect()
 }
 
-/// A text in quotes, as TOML wants it.
+/// A text in quotes, as in TOML.
 pub(crate) fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }

@@ -1,4 +1,4 @@
-//! What a plant's data hold, and what was judged of them so far.
+//! Summaries of the data of a plant, and of the windows judged so far.
 
 use crate::day;
 use crate::error::Result;
@@ -12,22 +12,22 @@ use stiction_diagnose::diagnose::Grade;
 use stiction_diagnose::recording::{Mode, Recording};
 use stiction_io::reading::Reading;
 
-/// What a plant's data hold.
+/// The content of a plant's data.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Checked {
     /// Name of the plant.
     pub plant: String,
-    /// Files that the plant's file names.
+    /// Files named in the plant's file.
     pub files: usize,
     /// Loops in them.
     pub loops: Vec<LoopThere>,
-    /// What is wrong.
+    /// Problems.
     pub problems: Vec<Problem>,
-    /// Files that are no recordings, as they have no OP, a sentence each.
+    /// Files that are no recordings because they have no OP, a sentence each.
     pub no_recordings: Vec<String>,
 }
 
-/// A loop that the data hold.
+/// A loop in the data.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize, schemars::JsonSchema)]
 pub struct LoopThere {
     /// Its tag.
@@ -39,19 +39,19 @@ pub struct LoopThere {
     pub first_day: Option<String>,
     /// The last of them.
     pub last_day: Option<String>,
-    /// Whether the plant's file knows it.
+    /// Whether it is in the plant's file.
     pub in_plant_file: bool,
-    /// What its last file says of it, or the beginning of that: the tags of its signals, such as `op = "FIC101.OP"`.
+    /// The tags of its signals in its last file, such as `op = "FIC101.OP"`.
     pub tags: Vec<String>,
     /// The values of OP that are 0 % and 100 %.
     pub op_range: Option<[f64; 2]>,
-    /// The modes it is in: `auto`, `cascade`, `manual`, `other`; none of a loop whose mode is not recorded.
+    /// Its modes: `auto`, `cascade`, `manual`, `other`. Empty if its mode is not recorded.
     pub modes: Vec<&'static str>,
-    /// What to confirm, and what was assumed.
+    /// Assumptions, and points to confirm.
     pub notes: Vec<String>,
 }
 
-/// What was judged so far.
+/// The windows judged so far.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Status {
     /// Name of the plant.
@@ -72,13 +72,13 @@ pub struct Status {
     pub grades: Vec<Graded>,
     /// Runs.
     pub runs: usize,
-    /// Runs that were cut short since the last scan of all loops and days that came to its end.
+    /// Incomplete runs since the last complete scan of all loops and days.
     pub cut_short: usize,
-    /// Files of what was judged that were found damaged, a sentence each.
+    /// Damaged files of the store, a sentence each.
     pub damaged: Vec<String>,
 }
 
-/// How many windows have a grade.
+/// The number of windows with a grade.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Graded {
     /// The grade.
@@ -87,12 +87,12 @@ pub struct Graded {
     pub windows: usize,
 }
 
-/// Reads all data of the plant in `folder` and judges nothing; `seen` hears of each file.
+/// Reads all data of the plant in `folder` without judging; `seen` is called for each file.
 ///
 /// # Errors
-/// If a folder of data cannot be listed. What is wrong with a file is among the problems.
+/// If a data folder cannot be listed. Faults of single files are among the problems.
 pub fn check(folder: &Path, plant: &Plant, seen: impl FnMut(&str)) -> Result<Checked> {
-    // What the store knows of the files is used, and left as it is.
+    // The index of files in the store is used, but not changed.
     let mut inputs = Inputs::known(&Store::of(folder), plant);
     let files = inputs::paths(folder, plant)?.len();
     inputs.update(folder, plant, seen)?;
@@ -114,7 +114,7 @@ pub fn check(folder: &Path, plant: &Plant, seen: impl FnMut(&str)) -> Result<Che
     })
 }
 
-/// What the last file of each loop says of it. A file that cannot be read is among the problems already.
+/// The content of the last file of each loop. An unreadable file is among the problems already.
 fn heads(folder: &Path, plant: &Plant, inputs: &Inputs) -> BTreeMap<String, LoopThere> {
     let mut last: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     let days = inputs.days();
@@ -151,7 +151,7 @@ fn described(reading: &Reading, recording: &Recording) -> LoopThere {
     }
 }
 
-/// Tells what was judged of the plant in `folder`.
+/// Summarises the windows judged of the plant in `folder`.
 ///
 /// # Errors
 /// If its store cannot be read.

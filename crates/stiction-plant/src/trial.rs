@@ -1,8 +1,7 @@
-//! How right groups are, on networks of loops whose truth is known.
+//! The accuracy of groups, on networks of loops whose truth is known.
 //!
-//! Each network of the [population](stiction_population::network) is simulated for some days; every loop is judged by its first
-//! day, and groups are looked for in the traces of all. What counts as true is told in
-//! [`NetworkTruth`].
+//! Each network of the [population](stiction_population::network) is simulated for some days. Every loop is judged by its first
+//! day, and groups are found from the traces of all loops. [`NetworkTruth`] defines what is true.
 
 use crate::error::{Error, Result};
 use crate::groups::{self, Group, GroupOptions, LoopOfWeek, Source};
@@ -13,14 +12,14 @@ use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, diagnose};
 use stiction_population::network::{Cause, Network, NetworkTruth};
 use stiction_population::scoreboard::Share;
 
-/// What was counted on networks.
+/// Counts on networks.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, schemars::JsonSchema)]
 pub struct Trial {
     /// Networks that were simulated.
     pub networks: usize,
     /// Loops in them.
     pub loops: usize,
-    /// Valves whose swing reaches another loop: those that are in a group with one of these, of all.
+    /// Of all valves whose oscillation reaches another loop: those in a group with such a loop.
     pub sources: Share,
     /// Of all pairs of such a valve's loop and one that it reaches: those in a group.
     pub recall: Share,
@@ -30,9 +29,9 @@ pub struct Trial {
     pub first: Share,
     /// Those among the first three.
     pub first_three: Share,
-    /// Of the groups without any sticking valve: those of which it is said that the source is not among the recorded loops.
+    /// Of the groups without a sticking valve: those whose source is reported as not recorded.
     pub not_recorded: Share,
-    /// Of the groups with a source: those of which that is said.
+    /// Of the groups with a source: those whose source is reported as not recorded.
     pub wrongly_not_recorded: Share,
     /// Of the networks in which nothing can reach two loops: those with a group.
     pub unrelated: Share,
@@ -42,7 +41,7 @@ pub struct Trial {
 const START: i64 = crate::demo::FIRST_DAY * 86_400;
 
 impl Trial {
-    /// Counts on the first `n` networks of `seed`, of so many days each. `seen` hears of each that is done.
+    /// Counts on the first `n` networks of `seed`, of so many days each. `seen` is called after each.
     ///
     /// # Errors
     /// None is known: if a network cannot be simulated or a loop not be judged.

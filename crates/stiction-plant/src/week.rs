@@ -1,4 +1,4 @@
-//! Weeks as plants count them: ISO 8601, from Monday to Sunday, such as `2026-W10`.
+//! Weeks of ISO 8601, from Monday to Sunday, such as `2026-W10`.
 
 use crate::day;
 use jiff::civil::{Date, ISOWeekDate, Weekday};
@@ -29,7 +29,7 @@ impl Week {
 impl fmt::Display for Week {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         let monday: Result<Date, _> = day::date(self.monday).parse();
-        // A day beyond the calendar has no week, and no sample either.
+        // A day beyond the calendar has neither week nor samples.
         let week = monday.map(|date| date.iso_week_date()).unwrap_or_default();
         write!(to, "{:04}-W{:02}", week.year(), week.week())
     }
@@ -39,7 +39,7 @@ impl FromStr for Week {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || format!("\"{text}\" is no week; write it as in 2026-W10");
+        let wrong = || format!("\"{text}\" is not a week; write it like 2026-W10");
         let (year, week) = text.trim().split_once("-W").ok_or_else(wrong)?;
         let (year, week) = (year.parse().map_err(|_| wrong())?, week.parse().map_err(|_| wrong())?);
         let monday = ISOWeekDate::new(year, week, Weekday::Monday).map_err(|_| wrong())?;

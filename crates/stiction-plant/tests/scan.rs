@@ -161,7 +161,7 @@ fn damaged_rows_block_nothing_and_are_judged_again() {
         assert_eq!(rows(&folder), expected);
         let done = go(&folder);
         assert_eq!((done.windows, done.damaged.len()), (0, 1), "{done:?}");
-        assert!(done.damaged[0].contains("was cut or changed"), "{done:?}");
+        assert!(done.damaged[0].contains("is damaged"), "{done:?}");
         assert!(!part.exists() && folder.join(".stiction/damaged").is_dir());
         // Without the index they are gone, and everything goes on.
         fs::write(&part, &bytes).unwrap();

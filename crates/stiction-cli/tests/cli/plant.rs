@@ -111,7 +111,7 @@ fn what_is_wrong_is_told_and_the_rest_judged() {
     assert!(done.out.starts_with("1 windows judged, 0 of them with an error"), "{}", done.out);
     assert!(done.err.contains("bad.parquet"), "{}", done.err);
     let wrong = run(&folder, &["plant", "-C", "north", "scan", "--since", "3.3.2026"]).refusal();
-    assert!(wrong.contains("is no day; write it as in 2026-03-01"), "{wrong}");
+    assert!(wrong.contains("is not a day; write it like 2026-03-01"), "{wrong}");
 }
 
 #[test]
@@ -120,17 +120,17 @@ fn a_week_is_reported_and_what_people_say_is_kept() {
     let demo = ["plant", "demo", "--loops", "4", "--days", "8", "-o", "north"];
     run(&folder, &demo).quiet_success();
     let plant = |more: &[&str]| run(&folder, &[&["plant", "-C", "north"], more].concat());
-    assert!(plant(&["report"]).refusal().contains("nothing was judged so far; scan first"));
+    assert!(plant(&["report"]).refusal().contains("no window was judged so far; scan first"));
     plant(&["scan"]).quiet_success();
     let refused = plant(&["report", "--week", "2026-W08"]).refusal();
     assert!(
-        refused.contains("nothing was judged in or before 2026-W08; the last week is 2026-W11"),
+        refused.contains("no window was judged in or before 2026-W08; the last week is 2026-W11"),
         "{refused}"
     );
     assert!(
         plant(&["report", "--week", "March"])
             .refusal()
-            .contains("is no week; write it as in 2026-W10")
+            .contains("is not a week; write it like 2026-W10")
     );
 
     let out = plant(&["report", "--week", "2026-W10", "--pages", "1"]).quiet_success();
@@ -147,6 +147,7 @@ fn a_week_is_reported_and_what_people_say_is_kept() {
             "ranking.parquet",
             "orders.csv",
             "orders.json",
+            "work-orders.csv",
             "groups.parquet",
         ];
         names.map(|name| std::fs::read(week.join(name)).expect(name)).into()
@@ -154,6 +155,8 @@ fn a_week_is_reported_and_what_people_say_is_kept() {
     let before = all();
     plant(&["report", "--week", "2026-W10", "--pages", "1", "--json"]).json();
     assert!(before == all(), "the same again");
+    let cmms = read(&folder, "north/reports/2026-W10/work-orders.csv");
+    assert!(cmms.starts_with("tag,description,priority,action,opened,status,"), "{cmms}");
     let table = read(&folder, "north/reports/2026-W10/ranking.csv");
     let (header, ranking) = rows(&table);
     assert_eq!((header[0], ranking.len()), ("loop", 4));
@@ -183,7 +186,7 @@ fn a_week_is_reported_and_what_people_say_is_kept() {
         orders["orders"].as_array().unwrap().iter().any(|o| o["loop"] == *worse)
     };
     assert!(ordered(&orders), "{orders}");
-    assert!(plant(&["snooze", worse, "--until", "9.3.2026"]).refusal().contains("is no day"));
+    assert!(plant(&["snooze", worse, "--until", "9.3.2026"]).refusal().contains("is not a day"));
     plant(&[&["snooze", worse, "--until", "2026-03-23", "WO 4711"], &by[..]].concat())
         .quiet_success();
     assert!(!ordered(&plant(&["orders", "--week", "2026-W10", "--json"]).json()));
@@ -216,7 +219,10 @@ fn a_test_confirms_an_order_and_closes_one() {
     let out = plant(&["report", "--week", "2026-W10"]).quiet_success();
     assert!(out.contains(" work orders, 1 closed by a test; see "), "{out}");
 
-    assert!(read(&folder, "north/reports/2026-W10/orders.csv").contains(",status,finding,"));
+    assert!(
+        read(&folder, "north/reports/2026-W10/orders.csv")
+            .contains(",status,opened,finding,action,")
+    );
     let orders: serde_json::Value =
         serde_json::from_str(&read(&folder, "north/reports/2026-W10/orders.json")).unwrap();
     let all = orders.as_array().unwrap();
@@ -240,7 +246,7 @@ fn a_test_confirms_an_order_and_closes_one() {
     assert!(read(&folder, &sheet).contains(&heading));
 
     let page = read(&folder, "north/reports/2026-W10/index.html");
-    for part in ["1 closed by a test", ": does not stick</small>", "-test.html\">The sheet</a>"] {
+    for part in ["1 closed by a test", ": does not stick</small>", "-test.html\">Test sheet</a>"] {
         assert!(page.contains(part), "{part}");
     }
     let words = plant(&["orders", "--week", "2026-W10"]).quiet_success();

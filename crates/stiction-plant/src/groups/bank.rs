@@ -1,4 +1,4 @@
-//! Spectra of all loops in pieces of six to twelve periods, so that each period is seen by pieces as long as it wants.
+//! Spectra of all loops in pieces of six to twelve periods, so that each period has pieces of suitable length.
 //!
 //! A level takes pieces of `L` values, `L` a power of two, half of each over the next, under a Hann window, and keeps the bins
 //! 6 to 11. The levels side by side are bands an eighth of their frequency wide, from [`SHORTEST_S`](crate::store::trace::SHORTEST_S) on.
@@ -15,13 +15,13 @@ const BINS: usize = 6;
 const LEVELS: (u32, u32) = (5, 13);
 /// Bands in all, the slowest first.
 pub const BANDS: usize = BINS * (LEVELS.1 - LEVELS.0 + 1) as usize;
-/// A piece counts if so much of it is known.
+/// A piece counts if at least this share of it is known.
 const KNOWN: f64 = 0.9;
-/// A piece is as strong as so many medians at most: one upset that all loops feel is no swing.
+/// The strength of a piece is limited to this many medians, because one upset of all loops is no swing.
 const STRONGEST: f64 = 2.0;
-/// The fewest pieces that a band is judged by.
+/// The fewest pieces of a band.
 pub const FEWEST: usize = 12;
-/// A band is a peak where its power is so many times the median of the bands within an octave.
+/// A band is a peak if its power is this many times the median of the bands within an octave.
 const PEAK: f64 = 4.0;
 /// The most peaks of a loop.
 const PEAKS: usize = 3;
@@ -57,12 +57,12 @@ pub struct Series {
 pub struct Pieces {
     /// One a piece; zero where it is not known.
     pub values: Vec<Complex<f32>>,
-    /// The memory of the band: how much pieces so far apart are of one phase, from one on; see [`memory`].
+    /// The memory of the band: how well the phases of pieces at a distance agree, from distance 1; see [`memory`].
     pub memory: Vec<f32>,
 }
 
-/// The series of each loop over a span, by name; a trace that begins before it is left out. Of a loop whose traces are of two signals, those of
-/// the commoner one.
+/// The series of each loop over a span, by name. A trace that begins before the span is left out. If the traces of a loop are of
+/// two signals, the more frequent one is used.
 pub fn series<'a>(traces: impl IntoIterator<Item = &'a Trace>, span: &Range<i64>) -> Vec<Series> {
     let cells = ((span.end - span.start) / STEP_S).max(0) as usize;
     let mut loops: BTreeMap<&str, Vec<&Trace>> = BTreeMap::new();
@@ -83,7 +83,7 @@ pub fn series<'a>(traces: impl IntoIterator<Item = &'a Trace>, span: &Range<i64>
 }
 
 impl Series {
-    /// The transforms of all pieces of so many values, those that are not known zero.
+    /// The transforms of all pieces of a length. Unknown values are zero.
     fn transforms(&self, length: usize, mut each: impl FnMut(Option<&[Complex<f64>]>)) {
         let mut transform = Transform::new(length);
         let mut bins = vec![Complex::default(); transform.bins()];
@@ -108,7 +108,7 @@ impl Series {
         }
     }
 
-    /// The power of each band, times its frequency: even where all octaves are alike. NaN of a band with too few pieces.
+    /// The power of each band times its frequency, which is flat if all octaves are alike. NaN for a band with too few pieces.
     pub fn powers(&self) -> Vec<f64> {
         let mut powers = vec![f64::NAN; BANDS];
         for first in (0..BANDS).step_by(BINS) {
@@ -163,8 +163,8 @@ impl Pieces {
     }
 }
 
-/// The magnitude of the autocorrelation of pieces at the distances 1, 2, ..., less twice what chance gives: of `K` pieces of noise the
-/// squared magnitude is `1/K` on average, and of many lags some are more.
+/// The magnitude of the autocorrelation of pieces at the distances 1, 2, ..., less twice what chance gives: for `K` pieces of noise the
+/// squared magnitude is `1/K` on average, and some of many lags exceed it.
 fn memory(values: &[Complex<f32>]) -> Vec<f32> {
     let k = values.len();
     let length = (2 * k).next_power_of_two();
@@ -189,14 +189,14 @@ fn memory(values: &[Complex<f32>]) -> Vec<f32> {
     let known = values.iter().filter(|v| v.norm_sqr() > 0.0).count().max(2) as f64;
     let power = real[0].max(f64::MIN_POSITIVE);
     let debiased = |lag: usize| {
-        // Fewer pairs are so far apart.
+        // There are fewer pairs at this distance.
         let squared = (real[lag].powi(2) + imaginary[lag].powi(2)) / power.powi(2);
         let share = 1.0 - lag as f64 / k as f64;
         let chance = 2.0 * share / known;
         (((squared - chance).max(0.0)).sqrt() / share).min(1.0) as f32
     };
     let mut memory: Vec<f32> = (1..k).map(debiased).collect();
-    // Where nothing is left at two distances, what comes later is chance.
+    // After two distances without memory, the rest is chance.
     let ends = memory.windows(2).position(|pair| pair == [0.0, 0.0]).unwrap_or(memory.len());
     memory[ends..].fill(0.0);
     memory
@@ -237,8 +237,8 @@ impl Series {
         self.values.len() as f64 * STEP_S as f64
     }
 
-    /// How unlike a sine its swing in a band is: the power at two and three times the frequency that is locked to it, over that
-    /// at the frequency.
+    /// The deviation of its swing in a band from a sine: the power at two and three times the frequency that is locked to it, over
+    /// the power at the frequency.
     pub fn shape(&self, band: usize) -> f64 {
         let (length, bin) = level(band);
         let mut sums = [(Complex::new(0.0, 0.0), 0.0, 0.0); 2];
@@ -248,7 +248,7 @@ impl Series {
             let first = bins[bin];
             power += first.norm_sqr();
             for (times, (product, own, of)) in (2..).zip(&mut sums) {
-                // Beyond half the rate there is nothing.
+                // There is no signal beyond half the sample rate.
                 let harmonic = bins.get(times * bin).copied().unwrap_or_default();
                 let turned =
                     first.powu(times as u32) / first.norm().powi(times as i32 - 1).max(1e-300);

@@ -1,31 +1,31 @@
-//! Whether two loops swing in step over all of the time.
+//! Whether two loops swing in step all the time.
 //!
 //! # Coherence
 //! Of the pieces `X_k`, `Y_k` of two loops in one band
 //! ```text
 //! C2 = |sum X_k conj(Y_k)|^2 / (sum |X_k|^2 sum |Y_k|^2)
 //! ```
-//! A phase between them that stays counts, one that turns from piece to piece does not: two valves that swing every 300 s and
-//! every 301 s are in step for an hour and not for a day.
+//! A constant phase between them counts, a phase that turns from piece to piece does not. Two valves with periods of 300 s and
+//! 301 s are in step for an hour, but not for a day.
 //!
 //! # By chance
-//! Of loops that have nothing to do with each other, of `K` pieces that forget each other, `P(C2 > c) = (1 - c)^(K - 1)`. A steady
-//! swing does not forget: its pieces count for fewer,
+//! For unrelated loops with `K` independent pieces, `P(C2 > c) = (1 - c)^(K - 1)`. The pieces of a steady swing depend on each
+//! other, so they count for fewer,
 //! ```text
 //! K' = K / (1 + 2 sum (1 - m/K) |rho_x(m)| |rho_y(m)|)
 //! ```
-//! after Bartlett's variance of a sum of products, `rho` being the memories of the two. Two clocks that never err count
-//! for one piece: that they are in step is no wonder, if they are of one period. Then the wonder is the period. Swings that have nothing to do
-//! with each other have periods spread over some range, `r` being [`SPREAD`]. That two frequencies differ by less than `x/T`
-//! happens in a share `2 x/(T f r)` of cases, and the coherence of two clocks so far apart is `(sin(pi x) / (pi x))^2`, at most
-//! `1 / (pi x)^2`. Lines that are wider overlap as much more often. So
+//! after Bartlett's variance of a sum of products, where `rho` are the memories of the two. Two exact clocks count for one piece:
+//! if their periods are equal, they are always in step. Then the evidence is that the periods are equal. Periods of unrelated
+//! swings are spread over a range `r`, see [`SPREAD`]. Two frequencies differ by less than `x/T` in a share `2 x/(T f r)` of cases,
+//! and the coherence of two clocks at that distance is `(sin(pi x) / (pi x))^2`, at most `1 / (pi x)^2`. Wider lines overlap more
+//! often in proportion. So
 //! ```text
 //! p = min(1, K' / (T f r) * 2 / (pi C)) (1 - C2)^(K' - 1)
 //! ```
 
 use super::bank::{FEWEST, Pieces};
 
-/// The range over which the periods of loops that have nothing to do with each other are spread, as the logarithm of a factor; ours.
+/// The range of the periods of unrelated loops, as the logarithm of a factor; ours.
 pub const SPREAD: f64 = 0.5;
 
 /// What two loops have in common in a band.
@@ -33,18 +33,18 @@ pub const SPREAD: f64 = 0.5;
 pub struct Coherence {
     /// Squared magnitude of the coherence, 0 to 1.
     pub squared: f64,
-    /// How many pieces it is worth.
+    /// The number of independent pieces it is worth.
     pub pieces: f64,
     /// The probability of as much or more by chance.
     pub p: f64,
 }
 
-/// The coherence of two loops in a band in which they swing `cycles` times in all; `None` where too few pieces of both are known.
+/// The coherence of two loops in a band in which they swing `cycles` times in all; `None` if too few pieces of both are known.
 pub fn coherence(x: &Pieces, y: &Pieces, cycles: f64) -> Option<Coherence> {
     let (mut re, mut im, mut xx, mut yy, mut k) = (0.0f64, 0.0f64, 0.0f64, 0.0f64, 0usize);
     for (a, b) in x.values.iter().zip(&y.values) {
         let (pa, pb) = (a.norm_sqr(), b.norm_sqr());
-        // Zero stands for what is not known.
+        // Unknown values are zero.
         if pa > 0.0 && pb > 0.0 {
             let product = a * b.conj();
             re += f64::from(product.re);
@@ -66,13 +66,13 @@ pub fn coherence(x: &Pieces, y: &Pieces, cycles: f64) -> Option<Coherence> {
     let pieces = (n / (1.0 + 2.0 * lags)).max(1.0);
     let near = 2.0 / (std::f64::consts::PI * squared.sqrt());
     let of_one_period = (pieces / (cycles * SPREAD) * near).min(1.0);
-    // Values are known to so many digits only.
+    // Values have this many digits only.
     let p = of_one_period * (1.0 - squared).max(1e-6).powf(pieces - 1.0);
     Some(Coherence { squared, pieces, p })
 }
 
-/// The largest p that counts if, of all that count, the share `rate` may be by chance; `all` of them were asked, `p` are those
-/// below one. Benjamini and Hochberg's step-up.
+/// The largest p that counts if a share `rate` of those that count may be chance, by the step-up of Benjamini and Hochberg. `all` is the
+/// number of tests, `p` are the probabilities below one.
 pub fn threshold(mut p: Vec<f64>, all: usize, rate: f64) -> f64 {
     p.sort_by(f64::total_cmp);
     let allowed = |(k, p): (usize, &f64)| (*p <= rate * (k + 1) as f64 / all as f64).then_some(*p);

@@ -5,8 +5,8 @@
 //!     p of all pairs, at a false discovery rate ──> edges ──> groups of one period ──> their common swing
 //!     probability, shape, upstream ──> candidates for the source, in their order
 //! ```
-//! What is promised: the loops of a group swing in step, and of all pairs that are said to, one in twenty does by chance. Which of them is the
-//! source is ranked with reasons, and not decided: the swing may come from what nobody records.
+//! The loops of a group swing in step. Of all pairs that are reported, one in twenty does so by chance. The members are ranked
+//! as candidates for the source, with reasons. The source is not decided, because it may not be recorded.
 
 mod bank;
 pub mod coherence;
@@ -20,7 +20,7 @@ use realfft::num_complex::Complex;
 use std::collections::{BTreeMap, BTreeSet};
 use stiction_diagnose::spoken;
 
-/// Loops that swing together, and who of them may be the source.
+/// Loops that swing together, and the candidates for the source.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Group {
     /// Its number, from one.
@@ -31,7 +31,7 @@ pub struct Group {
     pub members: Vec<Member>,
     /// Whether one of them may be the source.
     pub source: Source,
-    /// What the group rests on, sentences.
+    /// Evidence for the group, sentences.
     pub reasons: Vec<String>,
 }
 
@@ -41,11 +41,14 @@ pub struct Member {
     /// Its tag.
     #[serde(rename = "loop")]
     pub name: String,
-    /// How much of its swing at the period is that of the group: squared coherence with the common swing, 0 to 1.
+    /// Probability that its valve sticks; in the ranking, not in documents.
+    #[serde(skip)]
+    pub probability: Option<f64>,
+    /// The share of its swing at the period that it has in common with the group: squared coherence, 0 to 1.
     pub coherence: f64,
     /// Its place among the candidates for the source, from one; none if it is no candidate.
     pub candidate_rank: Option<usize>,
-    /// What speaks for and against it as the source, sentences.
+    /// Evidence for and against it as the source, sentences.
     pub reasons: Vec<String>,
 }
 
@@ -55,11 +58,11 @@ pub struct Member {
 pub enum Source {
     /// Among the members; they are ranked.
     Candidates,
-    /// Not among the loops that are recorded, as far as their valves tell: none is likely to stick.
+    /// Not among the recorded loops: none of their valves is likely to stick.
     NotRecorded,
 }
 
-/// What a week says of a loop.
+/// A loop in a week.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LoopOfWeek {
     /// Its tag.
@@ -70,16 +73,16 @@ pub struct LoopOfWeek {
     pub period_s: Option<f64>,
 }
 
-/// How groups are looked for.
+/// How groups are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroupOptions {
-    /// Of all pairs that are said to swing together, the share that may do so by chance.
+    /// The share of the reported pairs that may swing together by chance.
     pub false_discovery_rate: f64,
-    /// The least squared coherence of a pair: of a smaller one, most of the swing has other reasons.
+    /// The least squared coherence of a pair. Below it, most of the swing has other reasons.
     pub least_coherence: f64,
     /// The least probability of sticking of a candidate for the source.
     pub least_probability: f64,
-    /// The source is among the members only if one is as likely to stick as this.
+    /// The source is among the members only if one of them sticks with this probability.
     pub likely: f64,
 }
 
@@ -94,8 +97,8 @@ impl Default for GroupOptions {
     }
 }
 
-/// The groups of some traces, the largest first. `loops` is what else is known of them, and `upstream` names for a loop
-/// those whose swing would reach it. Traces may have gaps; what is not known is left out. The same on any number of threads.
+/// The groups of some traces, the largest first. `loops` has the other facts about them, and `upstream` lists for a loop
+/// those whose swing would reach it. Traces may have gaps. The result is the same on any number of threads.
 pub fn find(
     traces: &[Trace],
     loops: &[LoopOfWeek],
@@ -107,7 +110,7 @@ pub fn find(
     find_among(&swings, edges, swings.series.len(), loops, upstream, options)
 }
 
-/// The same where the pairs were found before; none of those that count may be missing.
+/// The same from pairs that were found before. None of those that count may be missing.
 ///
 /// `None` if one is of a loop that has no trace.
 pub fn find_of(
@@ -174,7 +177,7 @@ impl Part {
     }
 }
 
-/// What hangs together: by an edge, or by a loop that has edges in two bands side by side.
+/// The connected parts: by an edge, or by a loop with edges in two adjacent bands.
 fn components(edges: &[Edge]) -> Vec<Part> {
     let mut nodes: BTreeMap<(usize, usize), usize> = BTreeMap::new();
     for edge in edges {
@@ -213,8 +216,8 @@ fn components(edges: &[Edge]) -> Vec<Part> {
     parts.into_values().collect()
 }
 
-/// Leaves out what is another look at a swing: nearly the same loops, or half of them at a period that is nearly the same or a
-/// whole part of it. Of such parts the one with most coherence stays.
+/// Removes parts that show the same swing again: nearly the same loops, or half of them at nearly the same period or a
+/// fraction of it. Of such parts the one with the largest coherence stays.
 fn one_a_swing(mut parts: Vec<Part>) -> Vec<Part> {
     let strength = |part: &Part| part.edges.iter().map(|edge| edge.squared).sum::<f64>();
     parts.sort_by(|a, b| strength(b).total_cmp(&strength(a)).then(a.loops.cmp(&b.loops)));
@@ -236,7 +239,7 @@ fn one_a_swing(mut parts: Vec<Part>) -> Vec<Part> {
     kept
 }
 
-/// What groups are told from.
+/// The facts from which groups are made.
 struct Context<'a> {
     series: &'a [Series],
     powers: &'a [Vec<f64>],
@@ -272,7 +275,7 @@ impl Context<'_> {
                 Some(p) => {
                     format!("Its valve sticks with a probability of {}.", spoken::percent(p))
                 }
-                None => "Whether its valve sticks is not known.".to_owned(),
+                None => "It is unknown whether its valve sticks.".to_owned(),
             }];
             let mut score = logit(probability.unwrap_or(UNKNOWN));
             if sharpest > SHARP && *shape == sharpest {
@@ -294,7 +297,8 @@ impl Context<'_> {
                 reasons.push(format!("It is upstream of {reaches} of the group."));
             }
             let coherence = *shared;
-            let member = Member { name: name.clone(), coherence, candidate_rank: None, reasons };
+            let name = name.clone();
+            let member = Member { name, probability, coherence, candidate_rank: None, reasons };
             told.push((score, probability, member));
         }
         let likely = |p: Option<f64>| p.is_none_or(|p| p >= self.options.likely);
@@ -317,12 +321,9 @@ impl Context<'_> {
         let period_s = self.period(&loops, band);
         let members: Vec<Member> = told.into_iter().map(|(.., member)| member).collect();
         let mut reasons =
-            vec![format!("{} loops swing in step {}.", members.len(), told_every(period_s))];
+            vec![format!("{} loops swing in step {}.", members.len(), period(period_s))];
         if source == Source::NotRecorded {
-            reasons.push(
-                "The source is not among the recorded loops, as far as their valves tell: none is likely to stick."
-                    .to_owned(),
-            );
+            reasons.push("None of the valves is likely to stick.".to_owned());
         }
         Some(Group { id: 0, period_s, members, source, reasons })
     }
@@ -343,11 +344,11 @@ impl Context<'_> {
     }
 }
 
-/// What is taken for the probability where none is known.
+/// The probability if none is known.
 const UNKNOWN: f64 = 0.2;
-/// What a vote is worth beside the logit of the probability.
+/// The value of a vote, added to the logit of the probability.
 const VOTE: f64 = 1.0;
-/// Share of the power in harmonics from which on a swing is not a sine.
+/// The least share of the power in harmonics of a swing that is not a sine.
 const SHARP: f64 = 0.02;
 
 fn logit(p: f64) -> f64 {
@@ -355,7 +356,7 @@ fn logit(p: f64) -> f64 {
     (p / (1.0 - p)).ln()
 }
 
-/// The squared coherence of each loop with what they have in common: the largest eigenvalue of the matrix of their coherences,
+/// The squared coherence of each loop with their common swing: the largest eigenvalue of the matrix of their coherences,
 /// times the squared part of each in its vector. After the spectral envelope and oscillation contribution index of Jiang, Choudhury
 /// and Shah (2007), at one frequency.
 fn common_swing(pieces: &[Pieces]) -> Vec<f64> {
@@ -389,6 +390,6 @@ fn common_swing(pieces: &[Pieces]) -> Vec<f64> {
     vector.iter().map(|v| (value * v.norm_sqr()).min(1.0)).collect()
 }
 
-fn told_every(period_s: f64) -> String {
-    format!("every {}", spoken::time(period_s))
+fn period(period_s: f64) -> String {
+    format!("with a period of {}", spoken::time(period_s))
 }

@@ -1,5 +1,5 @@
-//! What every two loops have in common: the part of the search that grows with the square of their number. It can be done in
-//! blocks, on other machines, and gives the same to the last bit.
+//! The coherence of all pairs of loops, the part of the search that grows with the square of their number. It can be done in
+//! blocks on other machines, with the same result to the last bit.
 
 use super::bank::{self, Pieces, Series};
 use super::coherence::coherence;
@@ -13,7 +13,7 @@ use std::ops::Range;
 
 pub use crate::store::pair::Pair;
 
-/// A pair whose probability in its band is above this is not told of: it cannot count.
+/// A pair with a larger probability in its band cannot count, and is left out.
 const TOLD: f64 = 0.05;
 
 /// Loops on one clock, by name, and the bands in which each swings.
@@ -45,7 +45,7 @@ pub fn span(traces: &[Trace]) -> Range<i64> {
 }
 
 impl Swings {
-    /// Of traces within a span, and what else is known of the loops.
+    /// Of traces within a span, and the other facts about the loops.
     pub fn of<'a>(
         traces: impl IntoIterator<Item = &'a Trace>,
         loops: &[LoopOfWeek],
@@ -63,8 +63,8 @@ impl Swings {
         Self { series, powers, peaks }
     }
 
-    /// What pairs have in common in the bands in which one of them swings, by band, then by loops; only pairs that are
-    /// asked for, by the places of their loops.
+    /// The coherence of pairs in the bands in which one of the two swings, by band, then by loops. Only wanted pairs, by the
+    /// places of their loops.
     pub fn edges(&self, asked: impl Fn(usize, usize) -> bool + Sync) -> Vec<Edge> {
         let (series, peaks) = (&self.series, &self.peaks);
         let wanted: BTreeSet<usize> = peaks.iter().flatten().copied().collect();
@@ -82,7 +82,7 @@ impl Swings {
                         let edge = |a: usize| {
                             let cycles = bank::frequency(*band) * series[a].seconds();
                             let found = coherence(&pieces[a][at], &pieces[b][at], cycles)?;
-                            // Of several bands in which a pair is looked at, the best is as many times as likely by chance.
+                            // The best of several bands is more likely by chance, by the number of bands.
                             let times = peaks[a].union(&peaks[b]).count() as f64;
                             let p = found.p * times;
                             let edge =
@@ -98,7 +98,7 @@ impl Swings {
         edges
     }
 
-    /// The same of pairs that were found before, in the same order; `None` if one is of a loop that is not here.
+    /// The same from pairs that were found before, in the same order; `None` if the loop of a pair is missing.
     pub fn edges_of(&self, pairs: &[Pair]) -> Option<Vec<Edge>> {
         let place = |name: &str| self.series.binary_search_by(|own| (*own.name).cmp(name)).ok();
         let edge = |pair: &Pair| {
@@ -112,8 +112,8 @@ impl Swings {
     }
 }
 
-/// The pairs among the loops of some traces; with `block`, names of loops, those of one in it and one that is not. `span` is
-/// that of all traces, also of those that are not here.
+/// The pairs among the loops of some traces. With `block`, a set of names, the pairs of a loop in it and one outside. `span` is
+/// that of all traces, including missing ones.
 pub fn pairs(
     traces: &[Trace],
     loops: &[LoopOfWeek],
@@ -140,18 +140,18 @@ pub fn pairs(
     edges.iter().map(told).collect()
 }
 
-/// A probability that those of all pairs that count do not exceed, if of so many loops `count` pairs are as improbable as
-/// the last one that may count. To ask again of what is left brings it down to what counts.
+/// A bound on the probability of all pairs that count, if `count` pairs of these loops are as improbable as the last one that may
+/// count. Applied again to the rest, it approaches the pairs that count.
 pub fn most_that_counts(count: usize, loops: usize, options: &GroupOptions) -> f64 {
     options.false_discovery_rate * count as f64 / all_pairs(loops) as f64
 }
 
-/// So many pairs are there of some loops.
+/// The number of pairs of some loops.
 pub fn all_pairs(loops: usize) -> usize {
     loops * loops.saturating_sub(1) / 2
 }
 
-/// SHA-256 of all that pairs are made of.
+/// SHA-256 of everything from which pairs are made.
 pub fn made_of(traces: &[Trace], loops: &[LoopOfWeek]) -> String {
     let mut digest = Sha256::new();
     let mut add = |text: &str| {

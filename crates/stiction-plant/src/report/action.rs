@@ -4,17 +4,17 @@ use crate::report::health::Health;
 use crate::store::table::{named_cell, written_by_name};
 use stiction_diagnose::diagnose::{Cause, Grade, VerdictClass};
 
-/// The likelihood from which another cause than stiction is acted on.
+/// The least likelihood of a cause other than stiction that leads to an action.
 pub const LIKELY: f64 = 0.5;
 
-/// What to do about a loop, the first first.
+/// What to do about a loop, the most urgent first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum Action {
     /// Test the valve, and send it to the workshop.
     Repair,
     /// Tune the controller.
     Retune,
-    /// It is the victim of something before it.
+    /// The oscillation comes from elsewhere.
     LookUpstream,
     /// The data cannot answer.
     CheckData,
@@ -27,7 +27,7 @@ named_cell!(Action);
 written_by_name!(Action);
 
 impl Action {
-    /// All of them, the first first.
+    /// All of them, the most urgent first.
     pub const ALL: [Self; 5] =
         [Self::Repair, Self::Retune, Self::LookUpstream, Self::CheckData, Self::Leave];
 
@@ -42,7 +42,7 @@ impl Action {
         }
     }
 
-    /// The letter that stands for it where there is no room.
+    /// Its letter on the map.
     pub fn letter(self) -> char {
         match self {
             Self::Repair => 'R',
@@ -59,17 +59,17 @@ impl Action {
 pub struct Found {
     /// The week's verdict in one word, if there is one.
     pub grade: Option<Grade>,
-    /// What a person concluded, which goes before it.
+    /// The conclusion of a person, which has precedence over the verdict and the test.
     pub overruled: Option<VerdictClass>,
-    /// What the last test of the valve says, which goes before the verdict, too.
+    /// The result of the last test of the valve, which has precedence over the verdict.
     pub tested: Option<VerdictClass>,
-    /// What the data are like.
+    /// The health of the data.
     pub health: Health,
-    /// Whether the loop oscillates in most windows.
+    /// Whether the loop oscillates in most of the last windows.
     pub oscillates: bool,
     /// The likeliest other cause with its likelihood.
     pub alternative: Option<(Cause, f64)>,
-    /// Whether it swings with others, and is no candidate for their source.
+    /// Whether it swings with a loop whose valve is likely to stick, and is not the first candidate for the source.
     pub is_victim: bool,
 }
 
@@ -99,7 +99,8 @@ impl Found {
     fn without_stiction(&self) -> Action {
         let cause = self.alternative.filter(|(_, likelihood)| *likelihood >= LIKELY);
         match cause.map(|(cause, _)| cause) {
-            _ if !self.oscillates && !self.is_victim => Action::Leave,
+            // What hardly swings has nothing to look for upstream, even if it moves in step with others.
+            _ if !self.oscillates => Action::Leave,
             Some(Cause::AggressiveTuning | Cause::ProcessNonlinearity | Cause::Saturation) => {
                 Action::Retune
             }
@@ -107,6 +108,7 @@ impl Found {
                 Action::LookUpstream
             }
             Some(Cause::Quantisation | Cause::DeadZoneElsewhere) => Action::CheckData,
+            Some(Cause::NormalOperation | Cause::SetPointChanges) => Action::Leave,
             _ if self.is_victim => Action::LookUpstream,
             _ => Action::Leave,
         }
@@ -144,9 +146,11 @@ mod tests {
         assert_eq!(of(Grade::Unclear).action(), Action::Retune);
         assert_eq!(Found { oscillates: false, ..of(Grade::Fine) }.action(), Action::Leave);
         assert_eq!(of(Grade::CannotAnswer).action(), Action::CheckData);
-        let victim =
-            Found { alternative: None, oscillates: false, is_victim: true, ..of(Grade::Fine) };
+        let victim = Found { alternative: None, is_victim: true, ..of(Grade::Fine) };
         assert_eq!(victim.action(), Action::LookUpstream);
+        assert_eq!(Found { oscillates: false, ..victim }.action(), Action::Leave);
+        let normal = Some((Cause::NormalOperation, 0.6));
+        assert_eq!(Found { alternative: normal, ..victim }.action(), Action::Leave);
         assert_eq!(Found { health: Health::Frozen, ..found }.action(), Action::CheckData);
     }
 }

@@ -1,78 +1,77 @@
 //! What changed about a valve, and on which day.
 //!
 //! # Rule
-//! Windows are taken one after the other. The last two are held against those before them, of four weeks at most and
-//! since the last change, three at least. With log-odds `l` of the probability that the valve sticks, none beyond those
-//! of 99 %,
+//! A change is a step between two windows of a valve. Of each window the rule uses log-odds `l` of the probability that the
+//! valve sticks, limited to those of 99 %, and four logarithms of how the loop moves: amplitude, period, OP travel and OP
+//! reversals. Windows are added in order of time. With each, every place `k` of a step since the last change, 28 days back at
+//! most and with windows of [`SIDE`] days on each side at least, gets the gain in log-likelihood of a step with unknown noise:
 //!
 //! ```text
-//! d = mean(l of the two) - mean(l before)
-//! z = d/(s sqrt(1/2 + 1/n)),   s = max(standard deviation of l before, 1)
+//! gain = (NU + n)/2 ln((NU s^2 + SS)/(NU s^2 + SS_before + SS_after))
 //! ```
 //!
-//! there is a change if both windows lie on one side of the mean before by [`EACH`] at least, the means lie on two sides of 50 %, `|d|` is at
-//! least [`FARTHEST`], and either `|z|` is at least [`DECISIVE`], or at least [`NOTABLE`] and the loop moves otherwise, too.
-//! Up is *new*, or *returned* if it had stuck before; down is *gone*. What shakes by itself has a large `s`, and must go
-//! farther.
+//! `n` is the number of windows, `SS` their sum of squares about the mean, `SS_before` and `SS_after` those about the means of the two
+//! sides. The noise has a prior of [`NU`] degrees of freedom about `s`: [`NOISE`] for log-odds, [`MOVES`] for logarithms. The
+//! score of `k` is the gain of the log-odds plus those of the four logarithms, which add [`MOVES_MOST`] at most: a repaired valve moves
+//! its loop differently. The change is at the `k` of the largest score. All `k` whose score is within [`WITHIN`] of it are its
+//! 95 % interval.
 //!
-//! A loop moves otherwise if the logarithm of its amplitude, its period, or the travel or turns of its output lies, in both
-//! windows, on one side of the mean before by at least [`OTHERWISE`] of its standard deviations, which are held to be
-//! [`STEADIEST`] at least. A valve that was repaired moves its loop otherwise; a verdict that merely shakes does not.
+//! The valve began or ceased to stick if the score reaches [`THRESHOLD`], the mean log-odds differ by [`FARTHEST`], and all
+//! windows of one side, combined, accuse the valve while those of the other do not. Up is *new*, or *returned* if the valve stuck
+//! before. Down is *gone*. Otherwise the valve is *worse* or *better* if the gain of `ln S`, with noise [`S_NOISE`], reaches
+//! [`S_THRESHOLD`] and S grows or shrinks by [`GROWTH`]. Later windows place the change better, until the next one is found.
 //!
-//! Else, a valve is *worse* if the whole intervals of S of the last two windows that have one lie above the typical upper end
-//! before, and by more than [`GROWTH`] above the typical S; *better* the other way round. So what merely shook within its
-//! interval, or was rounded by an export, is no change.
-//!
-//! One window is not enough: a day that is unlike all others comes and goes. So a change is told with the second day of
-//! data after it.
+//! A single day never makes a change, because a day that is unlike all others comes and goes.
 //!
 //! # Limits
-//! The constants were chosen on demo plants, see `docs/plant.md`. A valve that sticks too little to be likely on most days
+//! The threshold is set by false alarms on demo plants, see `docs/plant.md`. A valve that sticks too little to be accused
 //! changes unseen.
 
 use crate::log::{Entry, Kind};
 use crate::store::table::{named_cell, written_by_name};
 use crate::store::window::WindowRow;
-use stiction_diagnose::diagnose::{Estimate, Observation};
-use stiction_diagnose::series::{mean, median};
+use stiction_diagnose::diagnose::{Observation, combine};
+use stiction_diagnose::series::mean;
 
-/// How many standard errors a change goes that needs no other sign.
-pub const DECISIVE: f64 = 3.5;
-/// How many it goes at least.
-pub const NOTABLE: f64 = 1.75;
-/// How far log-odds go at least: odds of 4.5 to 1.
-pub const FARTHEST: f64 = 1.5;
-/// How far log-odds of each of the two windows go at least.
-pub const EACH: f64 = 0.75;
-/// How many standard deviations off what a loop does is another way.
-pub const OTHERWISE: f64 = 1.5;
-/// The least that the ways of a loop are held to scatter, as a share.
-pub const STEADIEST: f64 = 0.05;
+/// The least score of a change by log-odds.
+pub const THRESHOLD: f64 = 6.0;
+/// The least score of a change by S, whose noise is better known.
+pub const S_THRESHOLD: f64 = 4.0;
+/// Days of windows on each side of a change, at least.
+pub const SIDE: f64 = 2.0;
+/// How far mean log-odds go at least: odds of 9 to 1.
+pub const FARTHEST: f64 = 2.2;
 /// By what share S grows or shrinks at least.
 pub const GROWTH: f64 = 0.25;
-/// Windows after a change that tell it.
-const AFTER: usize = 2;
-/// Windows before it, at least.
-const BEFORE: usize = 3;
+/// Degrees of freedom of the prior of the noise.
+pub const NU: f64 = 3.0;
+/// The noise of log-odds.
+pub const NOISE: f64 = 0.8;
+/// The noise of the logarithms of amplitude, period, OP travel and OP reversals.
+pub const MOVES: f64 = 0.1;
+/// What these four add at most.
+pub const MOVES_MOST: f64 = 3.0;
+/// The noise of the logarithm of S.
+pub const S_NOISE: f64 = 0.08;
+/// How far below the best the scores of an interval go: half the 95 % quantile of chi-squared with one degree of freedom.
+pub const WITHIN: f64 = 1.92;
 /// How long before, s.
 const MEMORY: f64 = 28.0 * 86_400.0;
 /// The surest a window may be, as a probability.
 const SUREST: f64 = 0.99;
-/// The least that log-odds of windows are held to scatter.
-const SCATTER: f64 = 1.0;
 
 /// What changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum Change {
-    /// It sticks, and did not before.
+    /// The valve sticks, and did not before.
     New,
-    /// It sticks again.
+    /// The valve sticks again.
     Returned,
-    /// It sticks more.
+    /// S grew.
     Worse,
-    /// It sticks less.
+    /// S shrank.
     Better,
-    /// It stuck, and is not seen to any more.
+    /// The valve no longer shows stiction.
     Gone,
     /// Nothing.
     #[default]
@@ -107,118 +106,183 @@ pub struct Event {
     pub change: Change,
     /// When: the time of the first window after it, s.
     pub time: f64,
-    /// The time of the window that told it.
-    pub told: f64,
+    /// The interval of that time, 95 %.
+    pub interval: (f64, f64),
+    /// The time of the window with which it was found.
+    pub found: f64,
 }
 
-/// What a window says of a valve, and how its loop moves.
+/// A window: its observation of the valve, and how the loop moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
-    /// What it says of the valve.
+    /// The observation of the valve.
     pub valve: Observation,
-    /// Logarithms of amplitude, period, travel and turns, where there are any.
-    ways: [Option<f64>; 4],
+    /// Days of the window.
+    days: f64,
+    /// Logarithms of amplitude, period, OP travel and OP reversals, where they are known.
+    moves: [Option<f64>; 4],
 }
 
 impl Seen {
-    /// What a row says; `None` if nothing was judged.
+    /// From a row; `None` if it was not judged.
     pub fn of(row: &WindowRow) -> Option<Self> {
-        let ways = [row.amplitude, row.period_s, row.travel_per_hour, row.reversals_per_hour];
-        let ways = ways.map(|way| way.filter(|value| *value > 0.0).map(f64::ln));
-        Some(Self { valve: row.observation()?, ways })
+        let moves = [row.amplitude, row.period_s, row.travel_per_hour, row.reversals_per_hour];
+        let moves = moves.map(|move_| move_.filter(|value| *value > 0.0).map(f64::ln));
+        Some(Self { valve: row.observation()?, days: row.window_s as f64 / 86_400.0, moves })
+    }
+
+    fn log_odds(&self) -> Option<f64> {
+        let p = self.valve.probability?.clamp(1.0 - SUREST, SUREST);
+        Some((p / (1.0 - p)).ln())
+    }
+
+    fn log_s(&self) -> Option<f64> {
+        self.valve.s.map(|s| s.value).filter(|s| *s > 0.0).map(f64::ln)
     }
 }
 
-/// All changes of a valve, from its windows in order of time and what people say of it; `begin` tells when a day begins.
-pub fn events(windows: &[Seen], said: &[&Entry], begin: impl Fn(i64) -> f64) -> Vec<Event> {
+/// All changes of a valve, from its windows in order of time and the log of its loop; `begin` is when a day begins.
+pub fn events(windows: &[Seen], log: &[&Entry], begin: impl Fn(i64) -> f64) -> Vec<Event> {
     let repairs: Vec<f64> =
-        said.iter().filter(|entry| entry.kind == Kind::Repair).map(|e| begin(e.day)).collect();
+        log.iter().filter(|entry| entry.kind == Kind::Repair).map(|e| begin(e.day)).collect();
     let mut events: Vec<Event> = vec![];
     let mut since = 0;
-    for end in AFTER..=windows.len() {
-        let start = end - AFTER;
-        let after = &windows[start..end];
-        let time = after[0].valve.time;
-        let before: Vec<&Seen> = windows[since.min(start)..start]
-            .iter()
-            .filter(|each| time - each.valve.time <= MEMORY)
-            .collect();
-        let change = match moved(&before, after) {
-            Some(true) => {
-                let had_stuck = events.iter().any(|event| event.change == Change::Gone)
-                    || repairs.iter().any(|repair| *repair <= time);
-                Some(if had_stuck { Change::Returned } else { Change::New })
+    // The window from which on the last change by log-odds was found, and that change.
+    let mut last: Option<(usize, Change)> = None;
+    for end in 0..windows.len() {
+        let now = windows[end].valve.time;
+        let first = windows.partition_point(|seen| now - seen.valve.time > MEMORY).max(since);
+        let by_odds = step(&windows[first..=end], (odds_score, THRESHOLD), moved);
+        let change = by_odds.or_else(|| step(&windows[first..=end], (s_score, S_THRESHOLD), grown));
+        let Some((change, best)) = change else {
+            // With more windows the last change is placed better.
+            if let (Some((from, change)), Some(event)) = (last, events.last_mut())
+                && let Some((again, best)) =
+                    step(&windows[from..=end], (odds_score, THRESHOLD), moved)
+                && again == change
+            {
+                event.place(windows, from, best);
+                since = from + best.at;
             }
-            Some(false) => Some(Change::Gone),
-            None => grown(&before, after),
+            continue;
         };
-        if let Some(change) = change {
-            events.push(Event { change, time, told: after[AFTER - 1].valve.time });
-            since = start;
+        let mut event = Event { change, time: now, interval: (now, now), found: now };
+        event.place(windows, first, best);
+        let stuck_before = events.iter().any(|event| event.change == Change::Gone)
+            || repairs.iter().any(|repair| *repair <= event.time);
+        if change == Change::New && stuck_before {
+            event.change = Change::Returned;
         }
+        events.push(event);
+        last = by_odds.map(|(change, _)| (first, change));
+        since = first + best.at;
     }
     events
 }
 
-fn log_odds(probability: f64) -> f64 {
-    let p = probability.clamp(1.0 - SUREST, SUREST);
-    (p / (1.0 - p)).ln()
+impl Event {
+    /// Takes its time from the place of a step in the windows from `first` on.
+    fn place(&mut self, windows: &[Seen], first: usize, best: Best) {
+        let time = |k: usize| windows[first + k].valve.time;
+        (self.time, self.interval) = (time(best.at), (time(best.first), time(best.last)));
+    }
 }
 
-/// Whether it began to stick (true) or ceased to (false).
-fn moved(before: &[&Seen], after: &[Seen]) -> Option<bool> {
-    let odds = |seen: &Seen| seen.valve.probability.map(log_odds);
-    let old: Vec<f64> = before.iter().filter_map(|seen| odds(seen)).collect();
-    let new: Vec<f64> = after.iter().filter_map(odds).collect();
-    if old.len() < BEFORE || new.len() < AFTER {
+/// The change at the likeliest place of a step, if its score reaches a threshold.
+fn step(
+    windows: &[Seen],
+    (score, threshold): (impl Fn(&[Seen], &[Seen]) -> f64, f64),
+    change: impl Fn(&[Seen], &[Seen]) -> Option<Change>,
+) -> Option<(Change, Best)> {
+    let best = best(windows, score).filter(|best| best.score >= threshold)?;
+    let (before, after) = windows.split_at(best.at);
+    Some((change(before, after)?, best))
+}
+
+/// The likeliest place of a step.
+#[derive(Clone, Copy)]
+struct Best {
+    score: f64,
+    /// The first window after the step.
+    at: usize,
+    /// The first and the last window of its interval.
+    first: usize,
+    last: usize,
+}
+
+/// The place of a step in windows with the largest score.
+fn best(windows: &[Seen], score: impl Fn(&[Seen], &[Seen]) -> f64) -> Option<Best> {
+    let scores: Vec<(usize, f64)> =
+        (1..windows.len()).map(|k| (k, score(&windows[..k], &windows[k..]))).collect();
+    let (at, most) = scores.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let mut near = scores.iter().filter(|(_, score)| *score >= most - WITHIN).map(|(k, _)| *k);
+    let first = near.next()?;
+    Some(Best { score: most, at, first, last: near.next_back().unwrap_or(first) })
+}
+
+fn odds_score(before: &[Seen], after: &[Seen]) -> f64 {
+    let moves: f64 = (0..4).map(|of| gain(before, after, |seen| seen.moves[of], MOVES)).sum();
+    gain(before, after, Seen::log_odds, NOISE) + moves.min(MOVES_MOST)
+}
+
+fn s_score(before: &[Seen], after: &[Seen]) -> f64 {
+    gain(before, after, Seen::log_s, S_NOISE)
+}
+
+/// The gain in log-likelihood of a step; 0 with values of fewer than [`SIDE`] days on a side.
+fn gain(
+    before: &[Seen],
+    after: &[Seen],
+    of: impl Fn(&Seen) -> Option<f64> + Copy,
+    noise: f64,
+) -> f64 {
+    let days = |side: &[Seen]| -> f64 {
+        side.iter().filter(|seen| of(seen).is_some()).map(|seen| seen.days).sum()
+    };
+    // Days of the plant's clock have 23 to 25 hours.
+    if days(before).min(days(after)) < SIDE - 0.1 {
+        return 0.0;
+    }
+    let [old, new] = [before, after].map(|side| side.iter().filter_map(of).collect::<Vec<f64>>());
+    let rest = NU * noise * noise + squares(&old) + squares(&new);
+    let n = (old.len() + new.len()) as f64;
+    let step = (mean(&new) - mean(&old)).powi(2) * old.len() as f64 * new.len() as f64 / n;
+    (NU + n) / 2.0 * (step / rest).ln_1p()
+}
+
+/// The sum of squares about the mean.
+fn squares(of: &[f64]) -> f64 {
+    let middle = mean(of);
+    of.iter().map(|value| (value - middle).powi(2)).sum()
+}
+
+/// Whether the valve began to stick or ceased to.
+fn moved(before: &[Seen], after: &[Seen]) -> Option<Change> {
+    let middle = |side: &[Seen]| mean(&side.iter().filter_map(Seen::log_odds).collect::<Vec<_>>());
+    let (from, to) = (middle(before), middle(after));
+    if (to - from).abs() < FARTHEST {
         return None;
     }
-    let (from, to) = (mean(&old), mean(&new));
-    let error: f64 =
-        scatter(&old).max(SCATTER) * (1.0 / new.len() as f64 + 1.0 / old.len() as f64).sqrt();
-    let up = to > from;
-    // Both, or one day that is unlike all others would do.
-    let same_side = new.iter().all(|l| (*l > from) == up && (l - from).abs() >= EACH);
-    let crosses = if up { from <= 0.0 && to >= 0.0 } else { from >= 0.0 && to <= 0.0 };
-    let far = (to - from).abs();
-    let sure = far >= DECISIVE * error
-        || (far >= NOTABLE * error && (0..4).any(|way| moves_otherwise(before, after, way)));
-    (same_side && crosses && far >= FARTHEST && sure).then_some(up)
-}
-
-/// Whether the loop moves otherwise than before, in one way.
-fn moves_otherwise(before: &[&Seen], after: &[Seen], way: usize) -> bool {
-    let old: Vec<f64> = before.iter().filter_map(|seen| seen.ways[way]).collect();
-    let new: Vec<f64> = after.iter().filter_map(|seen| seen.ways[way]).collect();
-    if old.len() < BEFORE || new.len() < AFTER {
-        return false;
+    match (accused(before), accused(after)) {
+        (false, true) if to > from => Some(Change::New),
+        (true, false) if to < from => Some(Change::Gone),
+        _ => None,
     }
-    let from = mean(&old);
-    let far = OTHERWISE * scatter(&old).max(STEADIEST);
-    new.iter().all(|value| *value >= from + far) || new.iter().all(|value| *value <= from - far)
 }
 
-/// The standard deviation of two values or more.
-fn scatter(of: &[f64]) -> f64 {
-    let middle = mean(of);
-    let squares: f64 = of.iter().map(|value| (value - middle).powi(2)).sum();
-    (squares / (of.len() - 1) as f64).sqrt()
+/// Whether windows, combined, accuse the valve.
+fn accused(windows: &[Seen]) -> bool {
+    let seen: Vec<Observation> = windows.iter().map(|seen| seen.valve).collect();
+    combine(&seen).is_ok_and(|history| history.grade.accuses())
 }
 
 /// Whether it sticks more or less, by S.
-fn grown(before: &[&Seen], after: &[Seen]) -> Option<Change> {
-    let old: Vec<Estimate> = before.iter().filter_map(|seen| seen.valve.s).collect();
-    let new: Vec<Estimate> = after.iter().filter_map(|seen| seen.valve.s).collect();
-    if old.len() < BEFORE || new.len() < AFTER {
-        return None;
-    }
-    let typical = |of: fn(&Estimate) -> f64| median(&old.iter().map(of).collect::<Vec<_>>());
-    let (low, value, high) = (typical(|s| s.low), typical(|s| s.value), typical(|s| s.high));
-    let above = |s: &Estimate| s.low > high && s.value > (1.0 + GROWTH) * value;
-    let below = |s: &Estimate| s.high < low && (1.0 + GROWTH) * s.value < value;
+fn grown(before: &[Seen], after: &[Seen]) -> Option<Change> {
+    let middle = |side: &[Seen]| mean(&side.iter().filter_map(Seen::log_s).collect::<Vec<_>>());
+    let by = (middle(after) - middle(before)).exp();
     match () {
-        () if new.iter().all(above) => Some(Change::Worse),
-        () if new.iter().all(below) => Some(Change::Better),
+        () if by >= 1.0 + GROWTH => Some(Change::Worse),
+        () if by * (1.0 + GROWTH) <= 1.0 => Some(Change::Better),
         () => None,
     }
 }
@@ -226,7 +290,7 @@ fn grown(before: &[&Seen], after: &[Seen]) -> Option<Change> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction_diagnose::diagnose::VerdictClass;
+    use stiction_diagnose::diagnose::{Estimate, VerdictClass};
 
     const DAY: f64 = 86_400.0;
 
@@ -240,7 +304,7 @@ mod tests {
             weight: 1.0,
             windows: 1.0,
         };
-        let each = |of| Seen { valve: valve(of), ways: [None; 4] };
+        let each = |of| Seen { valve: valve(of), days: 1.0, moves: [None; 4] };
         days.iter().enumerate().map(each).collect()
     }
 
@@ -258,12 +322,12 @@ mod tests {
     }
 
     #[test]
-    fn onsets_repairs_and_relapses_are_told_with_the_second_day() {
-        let days = [0.1, 0.2, 0.1, 0.1, 0.97, 0.95, 0.98, 0.96, 0.1, 0.2, 0.1, 0.1, 0.9, 0.97];
-        let expected = [(Change::New, 4.0), (Change::Gone, 8.0), (Change::Returned, 12.0)];
+    fn onsets_repairs_and_relapses_are_found_with_the_second_day() {
+        let days = [0.1, 0.2, 0.97, 0.95, 0.98, 0.96, 0.1, 0.2, 0.1, 0.1, 0.93, 0.97];
+        let expected = [(Change::New, 2.0), (Change::Gone, 6.0), (Change::Returned, 10.0)];
         assert_eq!(by_p(&days), expected);
-        assert_eq!(by_p(&days[..5]), [], "one day is none");
-        assert_eq!(by_p(&days[..6]), expected[..1]);
+        assert_eq!(by_p(&days[..3]), [], "one day is none");
+        assert_eq!(by_p(&days[..4]), expected[..1]);
         // After a repair that is known it has stuck before.
         let repair = Entry {
             kind: Kind::Repair,
@@ -274,26 +338,45 @@ mod tests {
             verdict: None,
             text: String::new(),
         };
-        let all = seen(&days[..6].iter().map(|p| (*p, None)).collect::<Vec<_>>());
+        let all = seen(&days[..4].iter().map(|p| (*p, None)).collect::<Vec<_>>());
         assert_eq!(events(&all, &[&repair], |day| day as f64)[0].change, Change::Returned);
     }
 
     #[test]
-    fn what_is_less_sure_needs_a_loop_that_moves_otherwise() {
-        let days = [0.3, 0.6, 0.2, 0.4, 0.3, 0.6, 0.85, 0.75];
-        let mut all = seen(&days.map(|p| (p, None)));
-        let told = |all: &[Seen]| events(all, &[], |day| day as f64).len();
-        assert_eq!(told(&all), 0);
-        for (day, each) in all.iter_mut().enumerate() {
-            each.ways[2] = Some(if day < 6 { 3.0 } else { 3.2 });
-        }
-        assert_eq!(told(&all), 1);
-        all[7].ways[2] = Some(2.8);
-        assert_eq!(told(&all), 0, "not one day up and the other down");
+    fn the_interval_of_a_change_is_wider_where_days_lie_between() {
+        let interval = |days: &[f64]| {
+            let all = seen(&days.iter().map(|p| (*p, None)).collect::<Vec<_>>());
+            events(&all, &[], |day| day as f64).last().map(|event| event.interval)
+        };
+        assert_eq!(interval(&[0.1, 0.1, 0.1, 0.97, 0.97, 0.97]), Some((3.0 * DAY, 3.0 * DAY)));
+        let (from, to) = interval(&[0.1, 0.1, 0.1, 0.66, 0.97, 0.97, 0.97]).unwrap();
+        assert_eq!((from, to), (3.0 * DAY, 4.0 * DAY));
     }
 
     #[test]
-    fn what_shakes_is_no_change() {
+    fn one_window_of_several_days_is_enough_on_one_side() {
+        let mut all = seen(&[0.95, 0.97, 0.93, 0.96, 0.1].map(|p| (p, None)));
+        assert!(events(&all, &[], |day| day as f64).is_empty());
+        all[4].days = 3.0;
+        assert_eq!(events(&all, &[], |day| day as f64)[0].change, Change::Gone);
+    }
+
+    #[test]
+    fn what_is_less_sure_needs_a_loop_that_moves_differently() {
+        let days = [0.1, 0.55, 0.1, 0.5, 0.8, 0.85];
+        let mut all = seen(&days.map(|p| (p, None)));
+        let count = |all: &[Seen]| events(all, &[], |day| day as f64).len();
+        assert_eq!(count(&all), 0);
+        for (day, each) in all.iter_mut().enumerate() {
+            each.moves[2] = Some(if day < 4 { 3.0 } else { 4.0 });
+        }
+        assert_eq!(count(&all), 1);
+        all[5].moves[2] = Some(3.0);
+        assert_eq!(count(&all), 0, "not one day up and the other down");
+    }
+
+    #[test]
+    fn scatter_is_no_change() {
         assert_eq!(by_p(&[0.6, 0.95, 0.3, 0.9, 0.2, 0.97, 0.8, 0.2, 0.3, 0.9]), []);
         assert_eq!(by_p(&[0.1, 0.2, 0.1, 0.1, 0.9, 0.1, 0.2, 0.95, 0.1, 0.1]), []);
         assert_eq!(by_s(&[4.0, 4.3, 3.9, 4.1, 4.4, 4.5, 3.8, 3.7, 4.2]), []);
@@ -303,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn s_beyond_its_intervals_is_worse_or_better() {
+    fn steps_of_s_are_worse_or_better() {
         assert_eq!(by_s(&[4.0, 4.1, 3.9, 5.9, 6.0, 6.1]), [(Change::Worse, 3.0)]);
         assert_eq!(by_s(&[4.0, 4.1, 3.9, 2.0, 2.1, 2.0]), [(Change::Better, 3.0)]);
         assert_eq!(by_s(&[4.0, 4.1, 3.9, 9.0, 4.0, 4.1]), []);

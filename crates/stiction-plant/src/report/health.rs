@@ -1,4 +1,4 @@
-//! Whether the data of a loop can answer at all.
+//! The health of the data of a loop.
 
 use crate::store::table::{named_cell, written_by_name};
 use crate::store::window::WindowRow;
@@ -7,18 +7,18 @@ use stiction_diagnose::diagnose::Silence;
 /// A service factor below which a loop counts as always in manual, percent.
 pub const MANUAL_BELOW: f64 = 5.0;
 
-/// What the data of a loop are like over a week.
+/// The health of the data of a loop over a week.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum Health {
     /// No file has a sample of it.
     NoData,
-    /// No window could be judged for an error.
+    /// All windows have an error.
     Errors,
-    /// The PV does not move in the last window, or is frozen while the output travels.
+    /// The PV does not move in the last window, or is frozen while the OP travels.
     Frozen,
-    /// The controller was hardly ever in command.
+    /// The controller was hardly ever in automatic.
     Manual,
-    /// No window is fit to answer.
+    /// No window is fit for a verdict.
     Unfit,
     /// Windows can be judged.
     #[default]
@@ -45,7 +45,7 @@ impl Health {
         }
     }
 
-    /// What the windows of a week say, in order of time.
+    /// From the windows of a week, in order of time.
     pub fn of(windows: &[&WindowRow]) -> Self {
         let Some(last) = windows.last() else { return Self::NoData };
         let all = |is: fn(&WindowRow) -> bool| windows.iter().all(|row| is(row));

@@ -2,14 +2,15 @@
 //!
 //! ```text
 //! index.html            the page
-//! loops/TAG.html        the diagnosis of the most telling window of a loop
-//! loops/TAG-test.html   the sheet of the test of its valve, where an order asks for one
+//! loops/TAG.html        the diagnosis of one window of a loop
+//! loops/TAG-test.html   the sheet of its valve test, if an order needs one
 //! ranking.csv|json|parquet
 //! orders.csv|json
+//! work-orders.csv       the orders for a CMMS
 //! groups.parquet
 //! ```
 //!
-//! Equal stores, files and options give equal bytes; each file is written whole or not at all, the page last.
+//! Equal stores, files and options give equal bytes. Each file is written whole or not at all, the page last.
 
 pub mod action;
 pub mod change;
@@ -35,7 +36,7 @@ use crate::store::{Store, write_whole};
 use crate::week::Week;
 use action::Action;
 use change::Change;
-use orders::{Order, orders};
+use orders::{Order, WorkOrder, orders};
 use ranking::{LoopRow, Ranked, Ranking, rank};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -63,18 +64,18 @@ columns! {
     "loop" [""] name: String;
     /// Its coherence with the group at the period.
     "coherence" [""] coherence: f64;
-    /// Its place among the candidates for the source; empty if it is none.
+    /// Place among the candidates for the source; empty if it is none.
     "candidate_rank" [""] candidate_rank: Option<i64>;
-    /// Why, sentences.
+    /// Evidence, sentences.
     "reasons" [""] reasons: String;
 }
 
-/// What is reported, and how.
+/// Options of a report.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReportOptions {
-    /// The week; the last one with windows without it.
+    /// The week; by default the last one with windows.
     pub week: Option<Week>,
-    /// For how many of the worst loops a page is written, besides those that changed and are watched.
+    /// Pages for this many of the worst loops, besides those that changed and are watched.
     pub pages: usize,
 }
 
@@ -91,38 +92,38 @@ struct RankingDocument<'a> {
     last_day: String,
     /// Version of the program.
     engine_version: &'static str,
-    /// The loops, what to do first at the top.
+    /// The loops, the most urgent first.
     loops: Vec<&'a LoopRow>,
     /// Loops that swing together.
     groups: &'a [Group],
 }
 
-/// What a report holds.
+/// The content of a report.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Reported {
     /// Name of the plant.
     pub plant: String,
     /// The week, such as `2026-W10`.
     pub week: String,
-    /// The folder it is in, from that of the plant on.
+    /// Its folder, relative to that of the plant.
     pub folder: String,
     /// Loops in it.
     pub loops: usize,
-    /// Of these, loops with a window that was judged.
+    /// Of these, loops with a judged window.
     pub judged: usize,
     /// Loops by action.
     pub actions: Vec<Counted>,
-    /// What changed in the week.
+    /// Changes in the week.
     pub changes: Vec<Changed>,
-    /// Work orders that are to be done.
+    /// Work orders to do.
     pub orders: usize,
     /// Work orders that a test closed.
     pub orders_closed: usize,
     /// Pages of loops that were written.
     pub pages: usize,
-    /// Why pages of loops could not be written.
+    /// Reasons why pages of loops could not be written.
     pub problems: Vec<String>,
-    /// Loops that stick and did not before, without those that are snoozed.
+    /// Loops whose valves began to stick, without snoozed ones.
     pub new_sticking: usize,
 }
 
@@ -145,12 +146,16 @@ pub struct Changed {
     pub change: Change,
     /// The first day after it.
     pub day: Option<String>,
+    /// First day of the 95 % interval of that day.
+    pub from: Option<String>,
+    /// Last day of that interval.
+    pub to: Option<String>,
 }
 
-/// Weeks of windows before the week that are looked at: for what changed, and for the small histories.
+/// Weeks before the week that are read, for changes and the small histories.
 const WEEKS: i64 = 26;
 
-/// What a plant's folder holds for the report of a week.
+/// The content of a plant's folder for the report of a week.
 #[derive(Debug)]
 pub struct Known {
     log: Log,
@@ -158,12 +163,12 @@ pub struct Known {
     week: Week,
     /// The loops that swing together in the week.
     pub groups: Vec<Group>,
-    /// What of the store was found damaged, in sentences.
+    /// Damaged files of the store, in sentences.
     damaged: Vec<String>,
 }
 
 impl Known {
-    /// Reads what is known of `week`, or of the last one with windows.
+    /// Reads the data of `week`, or of the last week with windows.
     ///
     /// # Errors
     /// If there is no window in or before the week, or a file of the store or the log cannot be read.
@@ -173,14 +178,14 @@ impl Known {
         Ok(known)
     }
 
-    /// The same without its groups, which take the most time.
+    /// The same without groups, which take the most time.
     ///
     /// # Errors
     /// As for [`Known::of`].
     pub fn without_groups(folder: &Path, plant: &Plant, week: Option<Week>) -> Result<Self> {
         let (log, store) = (Log::read(folder)?, Store::of(folder));
         let begin = |day: i64| day::begin(day, &plant.zone) as i64;
-        let none = || Error::Option("nothing was judged so far; scan first".to_owned());
+        let none = || Error::Option("no window was judged so far; scan first".to_owned());
         let last = store.last()?.ok_or_else(none)?;
         let last = Week::of(day::of(last as f64, &plant.zone));
         let week = week.unwrap_or(last);
@@ -188,13 +193,13 @@ impl Known {
         let rows = store.rows_between(begin(week.days().start() - 7 * WEEKS), end)?;
         if rows.is_empty() {
             return Err(Error::Option(format!(
-                "nothing was judged in or before {week}; the last week is {last}"
+                "no window was judged in or before {week}; the last week is {last}"
             )));
         }
         Ok(Self { log, rows, week, groups: vec![], damaged: store.damaged() })
     }
 
-    /// What groups need to know of each loop.
+    /// The facts about each loop that groups need.
     pub fn loops_of_week(&self, plant: &Plant) -> Vec<LoopOfWeek> {
         let of_week = |ranked: &Ranked<'_>| {
             let swings = ranked.of_week.iter().filter(|row| row.oscillates == Some(true)).count();
@@ -211,8 +216,8 @@ impl Known {
         ranking.loops.iter().map(of_week).collect()
     }
 
-    /// The loops that swing together in the week, of which so much is known; of pairs that were found elsewhere, if they are of
-    /// the same traces.
+    /// The loops that swing together in the week, from these facts. It uses pairs that were found elsewhere if they are from the
+    /// same traces.
     ///
     /// # Errors
     /// If a file of the store cannot be read.
@@ -243,11 +248,11 @@ impl Known {
         Store::of(folder).traces(first, end)
     }
 
-    /// Keeps pairs of loops that were found elsewhere, for the groups of the week. `compared` tells of which traces: loop, start, the
+    /// Keeps pairs of loops that were found elsewhere, for the groups of the week. `compared` lists their traces: loop, start, the
     /// bits of the unit, and [digest](Trace::digest).
     ///
     /// # Errors
-    /// If these are not the traces of the store, or the store cannot be read or written.
+    /// If these are not the traces in the store, or the store cannot be read or written.
     pub fn keep_pairs(
         &self,
         folder: &Path,
@@ -261,20 +266,20 @@ impl Known {
         if let Some((name, start, ..)) = own.symmetric_difference(compared).next() {
             let day = day::date(day::of(*start as f64, &plant.zone));
             return Err(Error::Option(format!(
-                "the windows that pairs were found of are not those of the plant, such as that of {name} on {day}; \
-                 judge again with both, and to one output"
+                "the pairs were found from windows that are not those of the plant, such as the window of {name} on {day}; \
+                 judge both again, with one output"
             )));
         }
         let made_of = pairs::made_of(&traces, &self.loops_of_week(plant));
         Store::of(folder).keep_pairs(self.week, &made_of, pairs)
     }
 
-    /// The loops of the week, where others say which of them swing together.
+    /// The ranking of the week with groups that were found elsewhere.
     pub fn ranking_with(&self, plant: &Plant, groups: &[Group]) -> Ranking<'_> {
         rank(plant, &self.log, &self.rows, groups, self.week)
     }
 
-    /// The loops that were judged, in order.
+    /// The judged loops, in order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.rows.chunk_by(|a, b| a.name == b.name).map(|rows| &*rows[0].name)
     }
@@ -291,22 +296,22 @@ impl Known {
         self.week
     }
 
-    /// What people said.
+    /// The log.
     pub fn log(&self) -> &Log {
         &self.log
     }
 
-    /// The loops of the week, what to do first at the top.
+    /// The ranking of the week.
     pub fn ranking(&self, plant: &Plant) -> Ranking<'_> {
         rank(plant, &self.log, &self.rows, &self.groups, self.week)
     }
 }
 
-/// Writes the report of a week of the plant in `folder`; `seen` hears of each page of a loop.
+/// Writes the report of a week of the plant in `folder`; `seen` is called for each page of a loop.
 ///
 /// # Errors
 /// If there is nothing to report, or a file of the store, the log or the report cannot be read or written. A loop whose
-/// page cannot be made is among the problems, and stops no other.
+/// page cannot be made is among the problems, and does not stop the others.
 pub fn write(
     folder: &Path,
     plant: &Plant,
@@ -340,6 +345,8 @@ pub fn write(
                 name: row.name.clone(),
                 change: row.change,
                 day: row.change_day.clone(),
+                from: row.change_from.clone(),
+                to: row.change_to.clone(),
             })
             .collect(),
         orders: orders::to_do(&orders),
@@ -350,7 +357,7 @@ pub fn write(
     })
 }
 
-/// Writes the pages of the worst loops, the changed and the watched, and notes in the ranking where they are.
+/// Writes the pages of the worst, changed and watched loops, and enters their paths in the ranking.
 fn write_pages(
     folder: &Path,
     to: &Path,
@@ -398,36 +405,37 @@ fn write_pages(
                         (row.plan, row.sheet) = (Some(valve_test::short(&plan)), Some(sheet));
                     }
                 }
-                Err(why) => problems.push(format!("the page of {}: {why}", window.name)),
+                Err(why) => problems.push(format!("page of {}: {why}", window.name)),
             }
         }
     }
     Ok(problems)
 }
 
-/// A file of the pages of loops that has no other's name: tags may differ in what no file system holds.
+/// A unique file name for the page of a loop: tags may differ in characters that file names cannot hold.
 fn file_name(names: &mut BTreeSet<String>, plain: String) -> String {
     let tries = std::iter::once(plain.clone()).chain((2..).map(|k| format!("{plain}-{k}")));
     let name = tries.into_iter().find(|name| names.insert(name.to_lowercase()));
     format!("loops/{}.html", name.unwrap_or(plain))
 }
 
-/// The window of the week that says most: of a valve to repair that which accuses it most, else the last that was judged.
+/// The window whose page is made, of those on which the verdict rests: of a valve to repair that with the largest probability,
+/// else the last.
 fn telling<'a>(ranked: &Ranked<'a>) -> Option<&'a WindowRow> {
     let mut judged = ranked.of_week.iter().copied().filter(|row| row.is_judged());
     match ranked.row.action {
-        Action::Repair => judged.max_by(|a, b| {
+        Action::Repair => judged.filter(|row| row.middle() >= ranked.settled).max_by(|a, b| {
             a.probability.partial_cmp(&b.probability).unwrap_or(std::cmp::Ordering::Equal)
         }),
         _ => judged.next_back(),
     }
 }
 
-/// What is written of a loop.
+/// The pages of a loop.
 struct LoopPages {
     /// The diagnosis of a window as a page.
     diagnosis: String,
-    /// The test of its valve, where one can be sized.
+    /// The test of its valve, if one can be sized.
     plan: Option<TestPlan>,
 }
 
@@ -442,7 +450,7 @@ fn loop_pages(
 ) -> std::result::Result<LoopPages, String> {
     let diagnosis = diagnose(recording, &DiagnoseOptions::default()).map_err(|e| e.to_string())?;
     let day = day::date(day::of(window.window_start as f64, &plant.zone));
-    let file = format!("all files of {day}, put together");
+    let file = format!("all files of {day} together");
     let source = Source { file, sha256: window.input_fingerprint.clone() };
     let one = Loop { diagnosis: &diagnosis, source: &source };
     let page = Folder::new(tool(), &[one]).page(0).map_err(|e| e.to_string())?;
@@ -480,6 +488,13 @@ fn write_tables(
     let csv = self::csv(names, orders.iter().map(Order::cells));
     write("orders.csv", csv.map_err(|e| refused("orders.csv", e.to_string()))?.as_bytes())?;
     write("orders.json", json(&orders).as_bytes())?;
+    let names = WorkOrder::columns().into_iter().map(|column| column.name);
+    let rows = orders.iter().map(|order| WorkOrder::from(order).cells());
+    let csv = self::csv(names, rows);
+    write(
+        "work-orders.csv",
+        csv.map_err(|e| refused("work-orders.csv", e.to_string()))?.as_bytes(),
+    )?;
 
     let of_group = |group: &Group| {
         let (id, period_s) = (group.id as i64, group.period_s);

@@ -1,20 +1,21 @@
-//! Work orders: what a week asks to be done at valves, one a loop that is to be repaired.
+//! Work orders of a week: one for each loop whose valve is to be repaired.
 
 use crate::report::action::Action;
+use crate::report::change::Change;
 use crate::report::ranking::{LoopRow, Ranking};
 use crate::store::table::{columns, named_cell, written_by_name};
 use stiction_diagnose::diagnose::{Grade, VerdictClass};
 use stiction_diagnose::spoken::{counted, percent, rough, time};
 
-/// What a test of the valve made of an order.
+/// The state of an order after the last test of the valve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Status {
-    /// No test says anything of it.
+    /// No test has settled it.
     #[default]
     Open,
-    /// A test says that the valve sticks, or does not respond.
+    /// By a test the valve sticks or does not respond.
     Confirmed,
-    /// A test says that the valve does not stick.
+    /// By a test the valve does not stick.
     Closed,
 }
 
@@ -46,13 +47,17 @@ columns! {
     "unit" [""] unit: Option<String>;
     /// Weight times severity times probability.
     "priority" [""] priority: f64;
-    /// What a test made of it: open, confirmed or closed.
+    /// Open, or confirmed or closed by a test.
     "status" [""] status: Status;
-    /// What is wrong.
+    /// Day of the order in the log, or else the first day of the windows on which the verdict rests.
+    "opened" [""] opened: Option<String>;
+    /// What is wrong, with the day.
     "finding" [""] finding: String;
-    /// What says so.
+    /// What to do at the valve.
+    "action" [""] action: String;
+    /// Evidence for the finding.
     "evidence" [""] evidence: String;
-    /// The test that is due, or when it was made.
+    /// The test that is due, or the day on which it was made.
     "test" [""] test: String;
     /// The last repair, order or note.
     "note" [""] note: Option<String>;
@@ -62,7 +67,55 @@ columns! {
     "sheet" [""] sheet: Option<String>;
 }
 
-/// The orders of a week, the most important first, and those that a test closed at the end. What is snoozed has none.
+columns! {
+    /// A work order as a maintenance system (CMMS) imports it.
+    pub struct WorkOrder;
+    /// Tag of the loop.
+    "tag" [""] tag: String;
+    /// What is wrong, with the day.
+    "description" [""] description: String;
+    /// 1 (highest) to 4, by the priority of the order: from 1, from 0.3, from 0.1, and below.
+    "priority" [""] priority: i64;
+    /// What to do at the valve.
+    "action" [""] action: String;
+    /// The day of the order.
+    "opened" [""] opened: Option<String>;
+    /// Open, confirmed or closed.
+    "status" [""] status: Status;
+    /// Area of the plant.
+    "area" [""] area: Option<String>;
+    /// Unit of the plant.
+    "unit" [""] unit: Option<String>;
+    /// Evidence and test.
+    "details" [""] details: String;
+}
+
+/// The least priority of an order in each class but the last.
+const CLASSES: [f64; 3] = [1.0, 0.3, 0.1];
+
+impl From<&Order> for WorkOrder {
+    fn from(order: &Order) -> Self {
+        Self {
+            tag: order.name.clone(),
+            description: capital(&order.finding),
+            priority: 1 + CLASSES.iter().filter(|least| order.priority < **least).count() as i64,
+            action: order.action.clone(),
+            opened: order.opened.clone(),
+            status: order.status,
+            area: order.area.clone(),
+            unit: order.unit.clone(),
+            details: format!("Evidence: {}. Test: {}.", order.evidence, order.test),
+        }
+    }
+}
+
+/// A text with a capital at its beginning.
+pub fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// The orders of a week, the most important first, and those that a test closed at the end. A snoozed loop has none.
 pub fn orders(ranking: &Ranking<'_>) -> Vec<Order> {
     let rows = ranking.loops.iter().map(|ranked| &ranked.row);
     let rows: Vec<&LoopRow> = rows.filter(|row| !row.is_snoozed()).collect();
@@ -70,7 +123,7 @@ pub fn orders(ranking: &Ranking<'_>) -> Vec<Order> {
     due.chain(rows.iter().filter(|row| row.is_cleared())).map(|row| order(row)).collect()
 }
 
-/// How many of them are still to be done.
+/// How many of them are not closed.
 pub fn to_do(orders: &[Order]) -> usize {
     orders.iter().filter(|order| order.status != Status::Closed).count()
 }
@@ -90,7 +143,9 @@ fn order(row: &LoopRow) -> Order {
         unit: row.unit.clone(),
         priority: row.priority,
         status: status(row),
+        opened: row.ordered.clone().or_else(|| row.since.clone()),
         finding: finding(row),
+        action: action(row).to_owned(),
         evidence: evidence(row),
         test: test(row),
         note: row.note.clone(),
@@ -99,35 +154,63 @@ fn order(row: &LoopRow) -> Order {
     }
 }
 
+/// What is wrong, with the day.
 fn finding(row: &LoopRow) -> String {
     let by_test = row.test_in_words().unwrap_or_default();
     match status(row) {
         Status::Closed => return format!("the valve does not stick, by {by_test}"),
-        Status::Confirmed => {
-            let what = match row.test {
-                Some(VerdictClass::DoesNotRespond) => "the valve does not respond",
-                _ => "the valve sticks",
-            };
-            return format!("{what}, confirmed by {by_test}");
-        }
+        Status::Confirmed => return format!("the valve {}, confirmed by {by_test}", verb(row)),
         Status::Open => {}
     }
-    let found = match (row.overruled, row.grade) {
-        (Some(VerdictClass::DoesNotRespond), _) | (None, Some(Grade::DoesNotRespond)) => {
-            "the valve, or its transmitter, does not respond"
-        }
-        (Some(_), _) | (None, Some(Grade::Sticks)) => "the valve sticks",
-        (None, _) => "the valve probably sticks; test it first",
+    let found = match verb(row) {
+        "sticks" => format!("the valve sticks{}", days(row)),
+        "probably sticks" => format!("the valve probably sticks{}", days(row)),
+        verb => format!("the valve, or its transmitter, {verb}{}", days(row)),
     };
     match &row.override_reason {
         Some(reason) if row.overruled.is_some() => {
             format!("{found}, as a person concluded: {reason}")
         }
-        _ => found.to_owned(),
+        _ => found,
     }
 }
 
-/// What says so, in a sentence.
+/// What a valve does that is to be repaired.
+fn verb(row: &LoopRow) -> &'static str {
+    let confirmed = row.test.filter(|_| row.is_confirmed());
+    match (row.overruled.or(confirmed), row.grade) {
+        (Some(VerdictClass::DoesNotRespond), _) | (None, Some(Grade::DoesNotRespond)) => {
+            "does not respond"
+        }
+        (Some(_), _) | (None, Some(Grade::Sticks)) => "sticks",
+        (None, _) => "probably sticks",
+    }
+}
+
+/// The days of a finding.
+fn days(row: &LoopRow) -> String {
+    match (row.change, &row.change_day, &row.since, &row.until) {
+        (Change::New, Some(day), ..) => format!(", new since {day}"),
+        (Change::Returned, Some(day), ..) => format!(", again since {day}"),
+        (Change::Worse, Some(day), ..) => format!(", more since {day}"),
+        (_, _, Some(since), Some(until)) if since != until => format!(", {since} to {until}"),
+        (_, _, Some(day), _) => format!(", {day}"),
+        _ => String::new(),
+    }
+}
+
+/// What to do at the valve.
+fn action(row: &LoopRow) -> &'static str {
+    match (status(row), verb(row)) {
+        (Status::Closed, _) => "None: a test cleared the valve",
+        (_, "does not respond") => "Check air supply, positioner, actuator and transmitter",
+        (Status::Confirmed, _) => "Repair the valve",
+        (Status::Open, _) if row.overruled.is_some() => "Repair the valve",
+        (Status::Open, _) => "Test the valve, and repair it if the test confirms stiction",
+    }
+}
+
+/// The evidence, in a sentence.
 fn evidence(row: &LoopRow) -> String {
     let range = |low: Option<f64>, high: Option<f64>| match low.zip(high) {
         Some((low, high)) => format!(" ({} to {})", rough(low), rough(high)),
@@ -135,8 +218,8 @@ fn evidence(row: &LoopRow) -> String {
     };
     let mut parts = vec![];
     if let Some(p) = row.probability {
-        let windows = counted(row.windows_judged as usize, "window");
-        parts.push(format!("probability {} by {windows}", percent(p)));
+        let windows = counted(row.windows_used as usize, "window");
+        parts.push(format!("probability {} from {windows}", percent(p)));
     }
     if let Some(s) = row.s {
         parts.push(format!("S {} %{}", rough(s), range(row.s_low, row.s_high)));
@@ -145,19 +228,19 @@ fn evidence(row: &LoopRow) -> String {
         parts.push(format!("J {} %{}", rough(j), range(row.j_low, row.j_high)));
     }
     if let Some(period) = row.period_s {
-        parts.push(format!("swings every {}", time(period)));
+        parts.push(format!("period {}", time(period)));
     }
-    if let Some(day) = &row.change_day {
-        parts.push(format!("{} since {day}", row.change.name()));
+    if let Some(change) = row.change_in_words() {
+        parts.push(change);
     }
     parts.join("; ")
 }
 
-/// The test that is due, or that was made.
+/// The test that is due, or the day of the one that was made.
 fn test(row: &LoopRow) -> String {
     match (status(row), &row.plan) {
         (Status::Closed | Status::Confirmed, _) => {
-            format!("made on {}", row.test_day.as_deref().unwrap_or("a day that is not known"))
+            format!("made on {}", row.test_day.as_deref().unwrap_or("an unknown day"))
         }
         (Status::Open, Some(plan)) => plan.clone(),
         (Status::Open, None) => UNSIZED.to_owned(),
@@ -165,5 +248,5 @@ fn test(row: &LoopRow) -> String {
 }
 
 /// The test of a loop whose page was not made.
-const UNSIZED: &str = "in manual, turns of the OP to and fro that grow until the PV answers, then shrink; the report has the \
-                       sheet where it has a page of the loop, and `stiction test plan` sizes it for any other";
+const UNSIZED: &str = "in manual, step the OP up and down by growing amounts until the PV responds, then by shrinking ones \
+                       (`stiction test plan` sizes the steps)";

@@ -1,6 +1,6 @@
 // A tile of the plant leads to its loop in the list.
 "use strict";
-document.querySelector("svg.map")?.addEventListener("click", (event) => {
+for (const map of document.querySelectorAll("svg.map")) map.addEventListener("click", (event) => {
   const tile = event.target.closest("[data-k]");
   const row = tile && document.getElementById(`k${tile.dataset.k}`);
   if (!row) return;

@@ -1,12 +1,12 @@
-//! The page of a week: what to do first, what changed, where, and what the data are like. One file that works without a
-//! network, with keys and on paper; without scripts it shows all loops.
+//! The page of a week: the work list, changes, a map of the plant, all loops, and the health of the data. It is one file that
+//! works offline, by keyboard and on paper. Without scripts it shows all loops.
 
 use crate::day;
 use crate::groups::{Group, Source};
 use crate::report::action::Action;
 use crate::report::change::Change;
 use crate::report::health::Health;
-use crate::report::orders::{Order, to_do};
+use crate::report::orders::{Order, capital, to_do};
 use crate::report::ranking::{FULL, LoopRow, Ranked, Ranking};
 use crate::report::treemap::{AreaTile, LoopTile, NOWHERE, Tile, map};
 use crate::store::window::ENGINE_VERSION;
@@ -23,16 +23,19 @@ use stiction_report::words::{percent, rough, spoken};
 pub const INDEX: &str = "index.html";
 const OWN_STYLE: &str = include_str!("page.css");
 const OWN_SCRIPT: &str = include_str!("page.js");
-/// The most lines of a box; the list has all.
+/// The most changes of a box; the list of loops has all.
 const LINES: usize = 20;
+/// Orders on the first screen.
+const FIRST: usize = 6;
 /// Windows of a small history.
 const POINTS: usize = 42;
 /// Its size, px.
 pub const SPARK: (f64, f64) = (84.0, 22.0);
-/// Width of the treemap.
-const MAP: f64 = 1240.0;
-/// Its height, and what each loop adds, up to a limit.
-const HEIGHT: (f64, f64, f64) = (120.0, 0.2, 320.0);
+/// Width of the map, its height, what each loop adds to the height, and the most: of a wide screen and of a narrow one.
+const MAPS: [(&str, f64, f64, f64, f64); 2] =
+    [("wide", 1240.0, 120.0, 1.0, 420.0), ("narrow", 350.0, 160.0, 2.0, 560.0)];
+/// Width of a letter of a tag on the map.
+const LETTER: f64 = 5.4;
 
 /// The page.
 pub fn page(ranking: &Ranking<'_>, orders: &[Order], groups: &[Group]) -> String {
@@ -61,15 +64,14 @@ pub fn page(ranking: &Ranking<'_>, orders: &[Order], groups: &[Group]) -> String
                     }
                 }
                 main {
-                    (changed(ranking))
+                    div.first { (work(orders)) (changed(ranking)) }
                     (treemap(ranking))
                     h2 #loops { "Loops" }
                     (chips(ranking))
                     (tree(ranking))
                     (table(ranking))
-                    (formula())
+                    (columns(ranking))
                     (together(groups, ranking))
-                    (work(orders))
                     (health(ranking))
                 }
                 footer { p { "stiction " (ENGINE_VERSION) } }
@@ -87,28 +89,29 @@ fn changed(ranking: &Ranking<'_>) -> Markup {
     changed.sort_by_key(|row| row.change);
     html! {
         section.box aria-labelledby="changed" {
-            h2 #changed { "Changed since last time" }
-            p.soft { "New: sticks and did not. Returned: sticks again. Worse, better: sticks more, less. Gone: stuck, and is not seen to any more." }
-            @if changed.is_empty() { p { "Nothing changed beyond what merely shook." } }
+            h2 #changed { "Changes this week" }
+            @if changed.is_empty() { p { "No significant change this week." } }
             @else {
                 ul.changes {
                     @for row in changed.iter().take(LINES) {
-                        li { b.change.(row.change.name()) { (row.change.name()) } " " (name(row)) " " span.soft { (told(row)) } }
+                        li { b.change.(row.change.name()) { (row.change.name()) } " " (name(row)) " " span.soft { (change_in_words(row)) } }
                     }
                 }
                 @if changed.len() > LINES {
                     p { (changed.len() - LINES) " more are in the list below." }
                 }
             }
+            p.soft { "New: sticks, and did not before. Returned: sticks again. Worse, better: S grew, shrank. Gone: no longer shows stiction." }
         }
     }
 }
 
-/// A change in words.
-fn told(row: &LoopRow) -> String {
-    let mut words = row.change_day.as_ref().map_or(String::new(), |day| format!("since {day}"));
+/// A change in words, after its name.
+fn change_in_words(row: &LoopRow) -> String {
+    let words = row.change_in_words().unwrap_or_default();
+    let mut words = words.trim_start_matches(row.change.name()).trim_start().to_owned();
     if let (Some(before), Some(grade)) = (row.verdict_before, row.grade) {
-        let _ = write!(words, "; before: {before}, now: {grade}");
+        let _ = write!(words, ", {before} before, {grade} now");
     }
     words
 }
@@ -125,11 +128,26 @@ fn name(row: &LoopRow) -> Markup {
 
 /// Areas, and loops in them, as tiles.
 fn treemap(ranking: &Ranking<'_>) -> Markup {
-    let height = (HEIGHT.0 + HEIGHT.1 * ranking.loops.len() as f64).min(HEIGHT.2);
-    let whole = Tile { x: 0.0, y: 0.0, w: MAP, h: height };
+    html! {
+        section aria-labelledby="map" {
+            h2 #map { "Plant map" }
+            p.key {
+                "Each tile is a loop, sized by its weight. Press a tile to find the loop in the list. "
+                @for action in Action::ALL {
+                    span.{ "tile " (action.letter()) } { (action.letter()) } " " (action.name()) " "
+                }
+            }
+            @for (class, width, least, each, most) in MAPS {
+                (PreEscaped(drawn(ranking, class, width, (least + each * ranking.loops.len() as f64).min(most))))
+            }
+        }
+    }
+}
+
+fn drawn(ranking: &Ranking<'_>, class: &str, width: f64, height: f64) -> String {
+    let whole = Tile { x: 0.0, y: 0.0, w: width, h: height };
     let mut svg = format!(
-        "<svg class=\"map\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Loops by area and weight; the list below says the same\">",
-        MAP, height
+        "<svg class=\"map {class}\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"Loops by area and weight, as in the list below\">"
     );
     for AreaTile { area, tile, loops } in map(ranking.loops.iter().map(|r| &r.row), whole) {
         let most = (tile.w / 7.5) as usize;
@@ -142,32 +160,31 @@ fn treemap(ranking: &Ranking<'_>) -> Markup {
             html! { (label) }.into_string()
         );
         for LoopTile { place, tile } in loops {
-            let letter = ranking.loops[place].row.action.letter();
+            let row = &ranking.loops[place].row;
+            let letter = row.action.letter();
             let _ = write!(
                 svg,
                 "<g class=\"{letter}\" data-k=\"{place}\"><path d=\"M{:.1} {:.1}h{:.1}v{:.1}h-{:.1}z\"/>",
                 tile.x, tile.y, tile.w, tile.h, tile.w
             );
-            if tile.w >= 9.0 && tile.h >= 11.0 {
-                let (x, y) = (tile.x + tile.w / 2.0, tile.y + tile.h / 2.0 + 4.0);
+            let (x, y) = (tile.x + tile.w / 2.0, tile.y + tile.h / 2.0 + 4.0);
+            let has_tag =
+                tile.w >= LETTER * row.name.chars().count() as f64 + 2.0 && tile.h >= 24.0;
+            if has_tag {
+                let tag = html! { (row.name) }.into_string();
+                let _ = write!(svg, "<text x=\"{x:.0}\" y=\"{:.0}\">{letter}</text>", y - 5.0);
+                let _ = write!(
+                    svg,
+                    "<text class=\"tag\" x=\"{x:.0}\" y=\"{:.0}\">{tag}</text>",
+                    y + 6.0
+                );
+            } else if tile.w >= 9.0 && tile.h >= 11.0 {
                 let _ = write!(svg, "<text x=\"{x:.0}\" y=\"{y:.0}\">{letter}</text>");
             }
             svg += "</g>";
         }
     }
-    svg += "</svg>";
-    html! {
-        section aria-labelledby="map" {
-            h2 #map { "The plant" }
-            p.key {
-                "A tile is a loop, as large as its weight; press it to find it in the list. "
-                @for action in Action::ALL {
-                    span.{ "tile " (action.letter()) } { (action.letter()) } " " (action.name()) " "
-                }
-            }
-            (PreEscaped(svg))
-        }
-    }
+    svg + "</svg>"
 }
 
 /// Buttons that narrow the list down: by action, change, and list.
@@ -267,52 +284,106 @@ fn tree(ranking: &Ranking<'_>) -> Markup {
     }
 }
 
-/// The heads of the list: name, whether its cells are numbers, and what it means.
-const HEADS: [(&str, bool, &str); 16] = [
-    ("loop", false, "tag, area and unit"),
-    ("do", false, "what to do"),
-    ("priority", true, "weight × severity × probability, see below"),
-    ("verdict", false, "by all windows of the week together"),
-    ("p", true, "probability that the valve sticks, %"),
-    ("S", true, "stick band plus dead band, % of span; below a limit where none was seen"),
-    ("J", true, "slip jump, % of span"),
-    ("change", false, "what changed in the week"),
-    (
-        "history",
-        false,
-        "p as a line from 0 to 100 %, S as dots from 0 to its largest; upright lines are repairs",
+/// A column of the list of loops.
+struct Head {
+    name: &'static str,
+    /// Whether its cells are numbers.
+    is_number: bool,
+    /// Its width, px: a table that is measured anew takes a second to sort.
+    width: u32,
+    meaning: &'static str,
+}
+
+const fn head(name: &'static str, is_number: bool, width: u32, meaning: &'static str) -> Head {
+    Head { name, is_number, width, meaning }
+}
+
+const HEADS: [Head; 17] = [
+    head("Loop", false, 104, "Tag, area and unit."),
+    head("Action", false, 92, "What to do: repair, retune, look upstream, check data or leave."),
+    head("Priority", true, 58, "Weight × severity × probability."),
+    head("Verdict", false, 100, "Verdict on the valve after its last change or repair."),
+    head("Prob., %", true, 50, "Probability that the valve sticks."),
+    head(
+        "S, %",
+        true,
+        50,
+        "Stick band plus dead band, % of span. “< 3” is a detection limit: a larger S would have shown.",
     ),
-    ("drift", true, "growth of S a week, % of S itself; bold where it is significant"),
-    ("auto", true, "share of the time in automatic, %: the service factor"),
-    ("limit", true, "share of the time the output rests at a limit, %"),
-    ("travel", true, "travel of the output, % an hour"),
-    ("turns", true, "turns of the output an hour"),
-    ("other cause", false, "the likeliest other cause, and the period of the swing"),
-    (
-        "said",
+    head("J, %", true, 44, "Slip jump, % of span."),
+    head("Change", false, 84, "Change in the week, with its day."),
+    head(
+        "History",
         false,
-        "overrides, orders, repairs and notes of people, and the last test of the valve",
+        88,
+        "Line: probability from 0 to 100 %. Dots: S from 0 to its largest value. Upright lines: repairs.",
+    ),
+    head("S drift, %/week", true, 112, "Growth of S a week, % of S. Bold: significant."),
+    head("In auto, %", true, 44, "Share of the time in automatic (service factor)."),
+    head("OP at limit, %", true, 50, "Share of the time with the OP at a limit."),
+    head("OP travel, %/h", true, 56, "OP travel, up and down, an hour."),
+    head("Reversals, 1/h", true, 76, "OP reversals an hour."),
+    head("Other cause", false, 112, "The likeliest other cause."),
+    head("Period", false, 78, "Period of the oscillation."),
+    head(
+        "Notes",
+        false,
+        0,
+        "Watch list, group, overrides, repairs, orders and notes, and the last valve test.",
     ),
 ];
 
+/// The place of the column of J in [`HEADS`].
+const J: usize = 6;
+
+/// The columns that are shown: that of J only if a loop has one.
+fn shown(ranking: &Ranking<'_>) -> Vec<&'static Head> {
+    let has_j = ranking.loops.iter().any(|ranked| ranked.row.j.is_some());
+    HEADS.iter().enumerate().filter(|(k, _)| *k != J || has_j).map(|(_, head)| head).collect()
+}
+
 fn table(ranking: &Ranking<'_>) -> Markup {
+    let heads = shown(ranking);
+    let has_j = heads.len() == HEADS.len();
     html! {
         div.rows {
             table.loops data-sortable {
+                colgroup {
+                    @for head in &heads {
+                        @if head.width > 0 { col style={ "width:" (head.width) "px" }; } @else { col; }
+                    }
+                }
                 thead {
                     tr {
-                        @for (name, is_number, meaning) in HEADS {
-                            th scope="col" title=(meaning) class=[is_number.then_some("number")] { (name) }
+                        @for head in &heads {
+                            th scope="col" title=(head.meaning) class=[head.is_number.then_some("number")] { (head.name) }
                         }
                     }
                 }
-                tbody { @for (place, ranked) in ranking.loops.iter().enumerate() { (row(place, ranked)) } }
+                tbody { @for (place, ranked) in ranking.loops.iter().enumerate() { (row(place, ranked, has_j)) } }
             }
         }
     }
 }
 
-fn row(place: usize, ranked: &Ranked<'_>) -> Markup {
+/// What the columns mean, and how the priority is calculated.
+fn columns(ranking: &Ranking<'_>) -> Markup {
+    html! {
+        details #columns {
+            summary { "What the columns mean" }
+            dl { @for head in shown(ranking) { dt { (head.name) } dd { (head.meaning) } } }
+            p {
+                b { "Weight" } " is the weight of the loop times that of its area, both from plant.toml. "
+                b { "Severity" } " is S + J over " (FULL) " % of span, at most 1. If they are unknown, the smallest of three values \
+                replaces them: OP travel between two reversals, OP travel in half a period, and the detection limit. "
+                b { "Probability" } " is that of stiction, or of the other cause for “retune” and “look upstream”. For “check data”, \
+                severity and probability are 1."
+            }
+        }
+    }
+}
+
+fn row(place: usize, ranked: &Ranked<'_>, has_j: bool) -> Markup {
     let row = &ranked.row;
     let area = row.area.as_deref().unwrap_or(NOWHERE);
     let places = row.unit.as_ref().map(|unit| format!("{area}|{area}/{unit}"));
@@ -346,7 +417,7 @@ fn row(place: usize, ranked: &Ranked<'_>) -> Markup {
                 Some((value, text)) => td.number data-value=(short(value)) title=[range] { (text) },
                 None => td.number { "–" },
             }
-            (cell(row.j))
+            @if has_j { (cell(row.j)) }
             td { @if let Some(word) = change {
                 b.change.(word) { (word) }
                 @if let Some(day) = &row.change_day { small { (day) } }
@@ -354,8 +425,12 @@ fn row(place: usize, ranked: &Ranked<'_>) -> Markup {
             td { (PreEscaped(spark(ranked))) }
             (drift(row))
             (share(row.auto_share)) (share(row.at_limit_share)) (cell(row.travel_per_hour)) (cell(row.reversals_per_hour))
-            td { (cause(row)) }
-            td { (said(row)) }
+            td { @if let Some(cause) = row.alternative { (cause.name()) } }
+            @match row.period_s {
+                Some(period) => td data-value=(short(period)) { (spoken(period)) },
+                None => td { "–" },
+            }
+            td { (notes(row)) }
         }
     }
 }
@@ -410,17 +485,10 @@ fn drift(row: &LoopRow) -> Markup {
     }
 }
 
-fn cause(row: &LoopRow) -> Markup {
-    html! {
-        @if let Some(cause) = row.alternative { (cause.name()) }
-        @if let Some(period) = row.period_s { small { "every " (spoken(period)) } }
-    }
-}
-
-fn said(row: &LoopRow) -> Markup {
+fn notes(row: &LoopRow) -> Markup {
     html! {
         @if row.watch { small { "watched" } }
-        @if let Some(id) = row.group { small { a href={ "#group-" (id) } { "swings with group " (id) } } }
+        @if let Some(id) = row.group { small { a href={ "#group-" (id) } { "group " (id) } } }
         @if let Some(reason) = &row.override_reason { small { "override: " (reason) } }
         @if let (Some(class), Some(test)) = (row.test, row.test_in_words()) {
             small { (test) ": " (class.name()) }
@@ -499,18 +567,6 @@ fn spark(ranked: &Ranked<'_>) -> String {
     svg + "</svg>"
 }
 
-fn formula() -> Markup {
-    html! {
-        p.soft {
-            "Priority = weight × severity × probability. Weight: that of the loop times that of its area. Severity: S + J over \
-             " (FULL) " % of span, at most 1; where they are not known, in their place the least of the output's travel between two \
-             turns, its travel in half a period, and the S that would have shown. \
-             Probability: that the valve sticks; of what to retune or to look upstream for, that of the other cause. Of data to \
-             check severity and probability are 1. p and S of a week combine its windows as a history does."
-        }
-    }
-}
-
 fn together(groups: &[Group], ranking: &Ranking<'_>) -> Markup {
     let link = |name: &str| {
         let place = ranking.loops.iter().position(|ranked| ranked.row.name == name);
@@ -522,14 +578,14 @@ fn together(groups: &[Group], ranking: &Ranking<'_>) -> Markup {
             @for group in groups {
                 section.box #{ "group-" (group.id) } {
                     p {
-                        b { "Group " (group.id) ": " } "these loops swing together, every " (spoken(group.period_s)) ": "
+                        b { "Group " (group.id) ": " } "these loops swing together with a period of " (spoken(group.period_s)) ": "
                         @for (k, member) in group.members.iter().enumerate() { @if k > 0 { ", " } (link(&member.name)) }
                         "."
                     }
                     @match group.source {
                         Source::NotRecorded => p { "The source is not among the recorded loops." },
                         Source::Candidates => {
-                            p { "Candidates for the source, in this order because:" }
+                            p { "Candidates for the source, the likeliest first:" }
                             @let mut ranked: Vec<_> = group.members.iter().filter(|m| m.candidate_rank.is_some()).collect();
                             @let () = ranked.sort_by_key(|member| member.candidate_rank);
                             ol { @for member in ranked { li { (link(&member.name)) ": " (member.reasons.join(" ")) } } }
@@ -543,32 +599,44 @@ fn together(groups: &[Group], ranking: &Ranking<'_>) -> Markup {
 }
 
 fn work(orders: &[Order]) -> Markup {
+    let (first, rest) = orders.split_at(orders.len().min(FIRST));
     html! {
-        h2 #orders { "Work orders" }
-        p {
-            (counted(to_do(orders), "order")) " to be done"
-            @if to_do(orders) < orders.len() { ", " (orders.len() - to_do(orders)) " closed by a test" }
-            ": " a href="orders.csv" download { "orders.csv" } ", "
-            a href="orders.json" download { "orders.json" } ". All loops: " a href="ranking.csv" download { "ranking.csv" } ", "
-            a href="ranking.json" download { "ranking.json" } ", " a href="ranking.parquet" download { "ranking.parquet" } "."
-        }
-        @if !orders.is_empty() {
-            details {
-                summary { @if orders.len() > LINES { "The first " (LINES) } @else { "All of them" } }
-                @for order in orders.iter().take(LINES) {
-                    section.box {
-                        p {
-                            b { @match &order.page { Some(path) => a href=(relative(path)) { (order.name) }, None => (order.name) } }
-                            ", " (order.status.name()) ": " (order.finding) "."
-                        }
-                        p { "Evidence: " (order.evidence) "." }
-                        p {
-                            "Test: " (order.test) "."
-                            @if let Some(sheet) = &order.sheet { " " a href=(relative(sheet)) { "The sheet" } "." }
-                        }
-                        @if let Some(note) = &order.note { p.soft { (note) } }
-                    }
+        section.box aria-labelledby="orders" {
+            h2 #orders { "Work list" }
+            @if orders.is_empty() { p { "No valve is to be repaired." } }
+            ol.work { @for order in first { (line(order)) } }
+            @if !rest.is_empty() {
+                details {
+                    summary { (counted(rest.len(), "more order")) }
+                    ol.work start=(FIRST + 1) { @for order in rest { (line(order)) } }
                 }
+            }
+            p.soft {
+                (counted(to_do(orders), "order")) " to do"
+                @if to_do(orders) < orders.len() { ", " (orders.len() - to_do(orders)) " closed by a test" }
+                ". For a CMMS: " a href="work-orders.csv" download { "work-orders.csv" } ". With evidence: "
+                a href="orders.csv" download { "orders.csv" } ", " a href="orders.json" download { "orders.json" } ". All loops: "
+                a href="ranking.csv" download { "ranking.csv" } ", " a href="ranking.json" download { "ranking.json" } ", "
+                a href="ranking.parquet" download { "ranking.parquet" } "."
+            }
+        }
+    }
+}
+
+fn line(order: &Order) -> Markup {
+    html! {
+        li {
+            b { @match &order.page { Some(path) => a href=(relative(path)) { (order.name) }, None => (order.name) } }
+            " " (capital(&order.finding)) "." span.soft { " Priority " (rough(order.priority)) ", " (order.status.name()) "." }
+            details {
+                summary { "Action, evidence and test" }
+                p { (order.action) "." }
+                p { "Evidence: " (order.evidence) "." }
+                p {
+                    "Test: " (order.test) "."
+                    @if let Some(sheet) = &order.sheet { " " a href=(relative(sheet)) { "Test sheet" } "." }
+                }
+                @if let Some(note) = &order.note { p.soft { (note) } }
             }
         }
     }
@@ -580,7 +648,7 @@ fn health(ranking: &Ranking<'_>) -> Markup {
     };
     html! {
         h2 #health { "Health of the data" }
-        @if of(Health::Good).len() == ranking.loops.len() { p { "The data of all loops can be judged." } }
+        @if of(Health::Good).len() == ranking.loops.len() { p { "The data of all loops are good." } }
         @for kind in Health::ALL.into_iter().filter(|health| *health != Health::Good) {
             @let rows = of(kind);
             @if !rows.is_empty() {

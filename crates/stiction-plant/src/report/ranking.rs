@@ -1,28 +1,27 @@
-//! What a week says of each loop: a row a loop, what to do first at the top.
+//! The ranking of a week: a row per loop, the most urgent first.
 //!
 //! # A week
-//! The windows that begin in the week are combined as `stiction history` combines those of a valve
-//! ([`combine`]); of a valve that was repaired, by `log.toml`, or began or ceased to stick, those after it: the
-//! verdict is on the valve as it is now. S and J are the medians of the
-//! windows that have them, and so are the ends of their intervals. Key figures are means of the windows.
+//! The windows of the week are combined as `stiction history` combines those of a valve ([`combine`]). If the valve was repaired
+//! (by `log.toml`), or began or ceased to stick, only the windows after that count: the verdict is on the valve as it is now. S
+//! and J are the medians of the windows that have them, as are the ends of their intervals. Key figures are means.
 //!
 //! # Priority
 //! ```text
 //! priority = weight x severity x probability
 //! ```
 //!
-//! * weight: that of the loop times that of its area, 1 where nothing is said;
-//! * severity: S + J in percent of span over [`FULL`], at most 1; where they are not known, in their place the least of the
-//!   travel of the output between two turns, its travel in half a period, and the S that would have shown;
-//! * probability: that the valve sticks; of what is to be retuned or is a victim that of the other cause.
+//! * weight: that of the loop times that of its area, 1 by default;
+//! * severity: S + J in percent of span over [`FULL`], at most 1. If they are unknown, it uses the smallest of the OP travel between
+//!   two reversals, the OP travel in half a period, and the detection limit;
+//! * probability: that of stiction; for "retune" and "look upstream" that of the other cause.
 //!
-//! Of data that are to be checked severity and probability are 1.
+//! For "check data" severity and probability are 1.
 
 use crate::day;
-use crate::groups::{Group, Source};
+use crate::groups::{Group, Member};
 use crate::log::{Entry, Kind, Log};
 use crate::plant_file::Plant;
-use crate::report::action::{Action, Found};
+use crate::report::action::{Action, Found, LIKELY};
 use crate::report::change::{self, Change, Event, Seen};
 use crate::report::health::Health;
 use crate::report::tested::{LastTest, s_in_words};
@@ -36,25 +35,31 @@ use stiction_diagnose::diagnose::{
 };
 use stiction_diagnose::series::{mean, median};
 
-/// The swing whose severity is 1, and the S whose date is told where S drifts, percent of span.
+/// S + J with severity 1, and the S whose date is reported if S drifts, percent of span.
 pub const FULL: f64 = 10.0;
-/// How long before a week "before" reaches, days.
+/// Length of the time before a week or a change, days.
 const BEFORE: i64 = 28;
-/// The farthest a date is told ahead, days: two years.
+/// The least squared coherence with its group of a loop that swings because of it.
+const SHARED: f64 = 0.6;
+/// Factor within which the period of a loop is that of its group.
+const SAME_PERIOD: f64 = 1.5;
+/// Windows by which a loop oscillates now.
+const LAST: usize = 3;
+/// The farthest date that is reported ahead, days: two years.
 const FARTHEST: f64 = 730.0;
 
 columns! {
-    /// What a week says of a loop. Percent of span, s, and the units of the PV, as columns say.
+    /// A loop in a week. Units are those of the columns.
     pub struct LoopRow;
     /// Tag of the loop.
     "loop" [""] name: String;
-    /// Area of the plant, as its file says.
+    /// Area of the plant, from plant.toml.
     "area" [""] area: Option<String>;
-    /// Unit of the plant, as its file says.
+    /// Unit of the plant, from plant.toml.
     "unit" [""] unit: Option<String>;
-    /// What the loop controls.
+    /// Type of the loop.
     "type" [""] loop_type: String;
-    /// How much it matters: the weight of the loop times that of its area.
+    /// Weight of the loop times that of its area.
     "weight" [""] weight: f64;
     /// Windows of the week that were judged.
     "windows_judged" [""] windows_judged: i64;
@@ -62,9 +67,9 @@ columns! {
     "windows" [""] windows: i64;
     /// Class of the verdict on the week.
     "verdict" [""] verdict: Option<VerdictClass>;
-    /// The verdict in one graded word.
+    /// Verdict in one graded word.
     "grade" [""] grade: Option<Grade>;
-    /// Probability that the valve sticks, by all windows of the week together.
+    /// Probability that the valve sticks, from all windows on which the verdict rests.
     "probability" [""] probability: Option<f64>;
     /// Stick band plus dead band, of span.
     "S" ["%"] s: Option<f64>;
@@ -84,49 +89,59 @@ columns! {
     "alternative" [""] alternative: Option<Cause>;
     /// Its probability.
     "alternative_likelihood" [""] alternative_likelihood: Option<f64>;
-    /// Share of the time in which the controller was in command: the service factor.
+    /// Share of the time in automatic: the service factor.
     "auto_share" ["%"] auto_share: Option<f64>;
-    /// Share of the time in which the OP rests at a limit.
+    /// Share of the time with the OP at a limit.
     "at_limit_share" ["%"] at_limit_share: Option<f64>;
-    /// Travel of the OP, up and down, an hour.
+    /// OP travel, up and down, an hour.
     "travel_per_hour" ["%/h"] travel_per_hour: Option<f64>;
-    /// Turns of the OP by more than its noise, an hour.
+    /// OP reversals by more than the noise, an hour.
     "reversals_per_hour" ["1/h"] reversals_per_hour: Option<f64>;
     /// Period of the oscillation.
     "period_s" ["s"] period_s: Option<f64>;
     /// Amplitude of the oscillation, of the error, or of the OP in % where the error does not oscillate.
     "amplitude" ["PV"] amplitude: Option<f64>;
-    /// What to do: repair, retune, look upstream, check data or leave.
+    /// Action: repair, retune, look upstream, check data or leave.
     "action" [""] action: Action;
-    /// How bad it is, from 0 to 1.
+    /// Severity, from 0 to 1.
     "severity" [""] severity: f64;
     /// Weight times severity times probability.
     "priority" [""] priority: f64;
-    /// What changed in the week: new, returned, worse, better, gone or none.
+    /// Change in the week: new, returned, worse, better, gone or none.
     "change" [""] change: Change;
-    /// The first day after the change.
+    /// First day after the change.
     "change_day" [""] change_day: Option<String>;
-    /// The graded word of the four weeks before.
+    /// First day of the 95 % interval of that day.
+    "change_from" [""] change_from: Option<String>;
+    /// Last day of that interval.
+    "change_to" [""] change_to: Option<String>;
+    /// Graded word before the change, or else of the four weeks before.
     "verdict_before" [""] verdict_before: Option<Grade>;
-    /// Growth of S a week, in % of S itself, since the last repair, or since it began to stick.
+    /// Windows on which the verdict rests: those of the week after the last change or repair.
+    "windows_used" [""] windows_used: i64;
+    /// The first of their days.
+    "since" [""] since: Option<String>;
+    /// The last of their days.
+    "until" [""] until: Option<String>;
+    /// Growth of S a week, in % of S, since the last repair or since the valve began to stick.
     "drift_per_week" ["% of S"] drift: Option<f64>;
     /// Low end of its 95 % interval.
     "drift_low" ["% of S"] drift_low: Option<f64>;
     /// High end of its 95 % interval.
     "drift_high" ["% of S"] drift_high: Option<f64>;
-    /// Probability of as much by chance, the larger of two tests.
+    /// Probability of this drift by chance, the larger of two tests.
     "drift_p" [""] drift_p: Option<f64>;
-    /// Whether both tests call the drift significant.
+    /// Whether the drift is significant by both tests.
     "drift_significant" [""] drift_significant: Option<bool>;
-    /// The day on which S reaches 10 % if it goes on so; where the drift is significant only.
+    /// Day on which S reaches 10 % at this drift; only if the drift is significant.
     "limit_day" [""] limit_day: Option<String>;
-    /// What a person concluded, and that holds in the week.
+    /// Conclusion of a person that holds in the week.
     "override" [""] overruled: Option<VerdictClass>;
-    /// Why, by whom and until when.
+    /// Its reason, author and last day.
     "override_reason" [""] override_reason: Option<String>;
-    /// What the last test of the valve says that counts in the week, of those that settle it if there is one.
+    /// Result of the last valve test that counts in the week; a decisive test has precedence.
     "test" [""] test: Option<VerdictClass>;
-    /// The day on which that test ended.
+    /// Day on which that test ended.
     "test_day" [""] test_day: Option<String>;
     /// S by that test, of span.
     "test_S" ["%"] test_s: Option<f64>;
@@ -134,36 +149,36 @@ columns! {
     "test_S_low" ["%"] test_s_low: Option<f64>;
     /// High end of its interval.
     "test_S_high" ["%"] test_s_high: Option<f64>;
-    /// S is below this by that test, where it finds none.
+    /// Upper limit of S by that test, if it finds no S.
     "test_S_below" ["%"] test_s_below: Option<f64>;
-    /// The day of the last order that no repair followed.
+    /// Day of the last order without a later repair.
     "ordered" [""] ordered: Option<String>;
-    /// The day on which to look again.
+    /// Day on which to look again.
     "snoozed_until" [""] snoozed_until: Option<String>;
     /// Whether it is on the watch list.
     "watch" [""] watch: bool;
-    /// The last repair, order or note.
+    /// Last repair, order or note.
     "note" [""] note: Option<String>;
-    /// Number of the group of loops that swing together, where it is in one.
+    /// Number of its group of loops that swing together, if it is in one.
     "group" [""] group: Option<i64>;
-    /// Its place among the candidates for the source of the group.
+    /// Place among the candidates for the source of the group.
     "candidate_rank" [""] candidate_rank: Option<i64>;
-    /// What the data are like: no data, errors, dead or frozen, always in manual, not fit or good.
+    /// Health of the data: no data, errors, dead or frozen, always in manual, not fit or good.
     "health" [""] health: Health;
-    /// Why the last window that could not be judged was not.
+    /// Error of the last window that could not be judged.
     "error" [""] error: Option<String>;
-    /// Page of the loop, from the folder of the report on.
+    /// Page of the loop, relative to the folder of the report.
     "page" [""] page: Option<String>;
-    /// The test of the valve in short, where one is due and its page was made.
+    /// Due valve test in short, if the page of the loop was made.
     "plan" [""] plan: Option<String>;
-    /// Sheet of that test, from the folder of the report on.
+    /// Sheet of that test, relative to the folder of the report.
     "sheet" [""] sheet: Option<String>;
 }
 
-/// A loop in the ranking, with what its row comes from.
+/// A loop in the ranking, with the sources of its row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranked<'a> {
-    /// What the week says of it.
+    /// Its row.
     pub row: LoopRow,
     /// Its windows up to the end of the week, in order of time.
     pub windows: Vec<&'a WindowRow>,
@@ -171,9 +186,11 @@ pub struct Ranked<'a> {
     pub of_week: Vec<&'a WindowRow>,
     /// Its repairs, days since 1970-01-01.
     pub repairs: Vec<i64>,
+    /// When its last change or repair was, s; minus infinity if none is known.
+    pub settled: f64,
 }
 
-/// The loops of a plant, what to do first at the top.
+/// The loops of a plant, the most urgent first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranking<'a> {
     /// Name of the plant.
@@ -185,12 +202,12 @@ pub struct Ranking<'a> {
 }
 
 impl LoopRow {
-    /// Whether it is not to be seen in the list of work.
+    /// Whether it is not in the work list.
     pub fn is_snoozed(&self) -> bool {
         self.snoozed_until.is_some()
     }
 
-    /// Whether the last test says that the valve sticks, or does not respond.
+    /// Whether by the last test the valve sticks or does not respond.
     pub fn is_confirmed(&self) -> bool {
         matches!(self.test, Some(VerdictClass::Sticks | VerdictClass::DoesNotRespond))
     }
@@ -200,7 +217,7 @@ impl LoopRow {
         self.action == Action::Repair && !self.is_confirmed() && self.overruled.is_none()
     }
 
-    /// Whether the last test says that a valve does not stick that was to be repaired, by its windows or by an order.
+    /// Whether by the last test a valve does not stick that was to be repaired, by its windows or by an order.
     pub fn is_cleared(&self) -> bool {
         let accused = [self.grade, self.verdict_before].into_iter().flatten().any(Grade::accuses);
         self.test == Some(VerdictClass::DoesNotStick)
@@ -208,7 +225,7 @@ impl LoopRow {
             && (accused || self.ordered.is_some())
     }
 
-    /// The last test in words, without what it says of the valve: `a test on 2026-03-04, S 3.2 % (3 to 3.5)`.
+    /// The last test in words, without its verdict: `a test on 2026-03-04, S 3.2 % (3 to 3.5)`.
     pub fn test_in_words(&self) -> Option<String> {
         let day = self.test_day.as_ref()?;
         let s = s_in_words(self.test_s, self.test_s_low, self.test_s_high, self.test_s_below);
@@ -219,13 +236,23 @@ impl LoopRow {
         })
     }
 
-    /// Whether a valve that did not stick does now.
+    /// The change with its day and interval: `new since 2026-03-06 (2026-03-05 to 2026-03-06)`.
+    pub fn change_in_words(&self) -> Option<String> {
+        let day = self.change_day.as_ref()?;
+        let range = match (&self.change_from, &self.change_to) {
+            (Some(from), Some(to)) if from != to => format!(" ({from} to {to})"),
+            _ => String::new(),
+        };
+        Some(format!("{} since {day}{range}", self.change.name()))
+    }
+
+    /// Whether the valve began to stick.
     pub fn is_new_sticking(&self) -> bool {
         matches!(self.change, Change::New | Change::Returned) && self.action == Action::Repair
     }
 }
 
-/// Ranks all loops of which the plant's file or a window tells, by what `rows` say of a week and of the time before.
+/// Ranks all loops of the plant's file and of `rows` in a week, from the rows of the week and the time before.
 pub fn rank<'a>(
     plant: &Plant,
     log: &Log,
@@ -256,14 +283,14 @@ pub fn rank<'a>(
     Ranking { plant: plant.file.name.clone(), week, loops }
 }
 
-/// What people said of a loop and that counts in a week.
+/// The entries of a loop in the log that count in a week.
 struct Said<'a> {
     /// Days of repairs up to its end.
     repairs: Vec<i64>,
     overruled: Option<&'a Entry>,
     snoozed: Option<i64>,
     note: Option<&'a Entry>,
-    /// The day of the last order that no repair followed.
+    /// The day of the last order without a later repair.
     ordered: Option<i64>,
 }
 
@@ -276,7 +303,7 @@ impl<'a> Said<'a> {
         let repaired = of_kind(Kind::Repair).map(|entry| entry.day).max();
         let ordered = of_kind(Kind::Order).map(|entry| entry.day).filter(|day| day <= days.end());
         let snoozed = of_kind(Kind::Snooze).filter_map(|entry| entry.until).max();
-        // The last one counts; one that cannot tell takes back what was said before.
+        // The last one counts. "Cannot tell" withdraws earlier ones.
         let overruled = of_kind(Kind::Override).rfind(holds);
         Self {
             repairs: repairs.filter(|day| day <= days.end()).collect(),
@@ -288,19 +315,21 @@ impl<'a> Said<'a> {
     }
 }
 
-/// What the windows say of a valve as it is now, and what changed.
+/// A valve as it is now by its windows, and its change.
 struct Valve {
-    /// What was observed of it in the week.
+    /// When its last change or repair was, s; windows from then on count.
+    settled: f64,
+    /// The observations that count in the week.
     now: Vec<Observation>,
     history: Option<History>,
-    /// What was told of the four weeks before.
+    /// The grade before the change, or else that of the four weeks before.
     before: Option<Grade>,
     drift: Option<Drift>,
     event: Option<Event>,
 }
 
 impl Valve {
-    /// By windows up to the end of the week; `first` is its first day, `begin` tells when a day begins.
+    /// By windows up to the end of the week; `first` is its first day, `begin` is when a day begins.
     fn of(
         windows: &[&WindowRow],
         entries: &[&Entry],
@@ -314,8 +343,8 @@ impl Valve {
         };
         let seen: Vec<Seen> = windows.iter().filter_map(|row| Seen::of(row)).collect();
         let events = change::events(&seen, entries, &begin);
-        // A change on Sunday is told by Monday's data, in the week after.
-        let event = events.iter().rev().find(|event| event.told >= begin(first));
+        // A change on Sunday is found by Monday's data, in the week after.
+        let event = events.iter().rev().find(|event| event.found >= begin(first));
         // What drifts becomes worse in the end, which is the same drift.
         let is_other = |change| !matches!(change, Change::Worse | Change::Better);
         let other = events.iter().rev().find(|event| is_other(event.change));
@@ -323,16 +352,17 @@ impl Valve {
         let settled = other.map_or(f64::NEG_INFINITY, |event| event.time).max(repaired);
         let now = observed(begin(first).max(settled), f64::INFINITY);
         let history = combined(&now);
-        // What is told of the change must be what is told of the week.
+        // The change must agree with the verdict on the week.
         let accused = history.as_ref().is_some_and(|history| history.grade.accuses());
         let event = event.copied().filter(|event| match event.change {
             Change::New | Change::Returned => accused,
             Change::Gone => !accused,
             _ => true,
         });
-        let before = combined(&observed(begin(first - BEFORE), begin(first)));
+        let until = event.map_or(begin(first), |event| event.time);
+        let before = combined(&observed(until - BEFORE as f64 * 86_400.0, until));
         let drift = combined(&observed(settled, f64::INFINITY)).and_then(|history| history.drift);
-        Self { now, history, before: before.map(|history| history.grade), drift, event }
+        Self { settled, now, history, before: before.map(|h| h.grade), drift, event }
     }
 }
 
@@ -345,12 +375,13 @@ fn ranked<'a>(
     week: Week,
 ) -> Ranked<'a> {
     let begin = |day: i64| day::begin(day, &plant.zone);
+    let date = |time: f64| day::date(day::of(time, &plant.zone));
     let days = week.days();
     let facts = plant.facts(name);
     let entries = log.of(name);
     let Said { repairs, overruled, snoozed, note, ordered } = Said::of(&entries, &days);
     let last_repair = repairs.last().copied();
-    let Valve { now, history, before, drift, event } =
+    let Valve { settled, now, history, before, drift, event } =
         Valve::of(&windows, &entries, last_repair, *days.start(), begin);
     let test = LastTest::of(&windows, *days.start(), last_repair, &plant.zone);
     let from = begin(*days.start());
@@ -360,7 +391,9 @@ fn ranked<'a>(
     let area = facts.and_then(|facts| facts.area.clone());
     let of_area = area.as_ref().and_then(|area| plant.file.area.get(area)?.weight);
     let weight = facts.and_then(|facts| facts.weight).unwrap_or(1.0) * of_area.unwrap_or(1.0);
-    let judged: Vec<&WindowRow> = of_week.iter().copied().filter(|row| row.is_judged()).collect();
+    // Figures are those of the valve as it is now.
+    let counts = |row: &&WindowRow| row.is_judged() && row.middle() >= settled;
+    let judged: Vec<&WindowRow> = of_week.iter().copied().filter(counts).collect();
     let numbers = |of: fn(&WindowRow) -> Option<f64>| -> Vec<f64> {
         judged.iter().filter_map(|row| of(row)).collect()
     };
@@ -372,15 +405,19 @@ fn ranked<'a>(
     let s = estimate(now.iter().filter_map(|seen| seen.s).collect());
     let j = estimate(now.iter().filter_map(|seen| seen.j).collect());
     let alternative = alternative(&judged);
-    let oscillating = judged.iter().filter(|row| row.oscillates == Some(true)).count();
+    let last = &judged[judged.len().saturating_sub(LAST)..];
+    let oscillating = last.iter().filter(|row| row.oscillates == Some(true)).count();
     let health = Health::of(&of_week);
 
     let member = groups
         .iter()
         .find_map(|group| Some((group, group.members.iter().find(|member| member.name == name)?)));
-    let is_victim = member.is_some_and(|(group, member)| match group.source {
-        Source::NotRecorded => true,
-        Source::Candidates => member.candidate_rank.is_none_or(|rank| rank > 1),
+    let period_s = typical(|row| row.period_s);
+    let is_victim = member.is_some_and(|(group, member)| {
+        let own = period_s.is_some_and(|own| (own / group.period_s).ln().abs() <= SAME_PERIOD.ln());
+        let is_first = member.candidate_rank == Some(1);
+        let sticks = |other: &Member| other.probability.is_some_and(|p| p >= LIKELY);
+        own && !is_first && member.coherence >= SHARED && group.members.iter().any(sticks)
     });
 
     let mut row = LoopRow {
@@ -389,7 +426,7 @@ fn ranked<'a>(
         unit: facts.and_then(|facts| facts.unit.clone()),
         loop_type: windows.last().map_or("unknown".to_owned(), |row| row.loop_type.clone()),
         weight,
-        windows_judged: judged.len() as i64,
+        windows_judged: of_week.iter().filter(|row| row.is_judged()).count() as i64,
         windows: of_week.len() as i64,
         verdict: history.as_ref().map(|history| history.class),
         grade: history.as_ref().map(|history| history.grade),
@@ -407,11 +444,16 @@ fn ranked<'a>(
         at_limit_share: average(|row| row.at_limit_share),
         travel_per_hour: average(|row| row.travel_per_hour),
         reversals_per_hour: average(|row| row.reversals_per_hour),
-        period_s: typical(|row| row.period_s),
+        period_s,
         amplitude: typical(|row| row.amplitude),
         change: event.map_or(Change::None, |event| event.change),
-        change_day: event.map(|event| day::date(day::of(event.time, &plant.zone))),
+        change_day: event.map(|event| date(event.time)),
+        change_from: event.map(|event| date(event.interval.0)),
+        change_to: event.map(|event| date(event.interval.1)),
         verdict_before: before,
+        windows_used: judged.len() as i64,
+        since: judged.first().map(|row| date(row.window_start as f64)),
+        until: judged.last().map(|row| date((row.window_start + row.window_s - 1) as f64)),
         overruled: overruled.and_then(|entry| entry.verdict),
         override_reason: overruled.map(|entry| entry.words()),
         test: test.as_ref().map(|test| test.class),
@@ -436,15 +478,15 @@ fn ranked<'a>(
         overruled: row.overruled,
         tested: row.test,
         health,
-        oscillates: 2 * oscillating > judged.len(),
+        oscillates: 2 * oscillating > last.len(),
         alternative,
         is_victim,
     });
-    Ranked { row, windows, of_week, repairs }
+    Ranked { row, windows, of_week, repairs, settled }
 }
 
 impl LoopRow {
-    /// How far the valve, or the output, goes, percent of span.
+    /// Travel of the valve or of the OP, percent of span.
     fn swing(&self) -> f64 {
         if let Some(s) = self.test_s.or(self.s) {
             return s + self.j.unwrap_or(0.0);
@@ -456,7 +498,7 @@ impl LoopRow {
         known.into_iter().flatten().min_by(f64::total_cmp).unwrap_or(0.0)
     }
 
-    /// The probability of what the action is for.
+    /// The probability of the cause that the action addresses.
     pub fn likelihood(&self) -> f64 {
         let other = || self.alternative_likelihood.unwrap_or(0.5);
         match (self.action, self.overruled) {
@@ -468,7 +510,7 @@ impl LoopRow {
         }
     }
 
-    /// Takes what to do about what was found, and how urgent it is.
+    /// Sets action, severity and priority.
     fn decides(&mut self, found: &Found) {
         self.action = found.action();
         self.severity = match self.action {
@@ -478,7 +520,7 @@ impl LoopRow {
         self.priority = self.weight * self.severity * self.likelihood();
     }
 
-    /// Takes the drift of S, `today` being the last day.
+    /// Sets the drift of S; `today` is the last day.
     fn drifts(&mut self, drift: Option<Drift>, today: Option<i64>) {
         let Some(drift) = drift else { return };
         let weekly = |per_day: f64| 100.0 * ((7.0 * per_day).exp() - 1.0);
@@ -495,9 +537,9 @@ impl LoopRow {
     }
 }
 
-/// What observations say together; `None` if there is none.
+/// The combined history of observations; `None` if there are none.
 fn combined(observations: &[Observation]) -> Option<History> {
-    // Rows of the store are finite: what was not was left out when they were made.
+    // Numbers in the store are finite: others were left out when rows were made.
     (!observations.is_empty()).then(|| combine(observations).ok())?
 }
 

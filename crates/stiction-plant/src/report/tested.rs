@@ -1,7 +1,8 @@
-//! The last test of a valve, as its windows hold it, and for how long it counts.
+//! The last test of a valve in its windows, and how long it counts.
 //!
-//! A test counts in the week in which it ends and in the four weeks after, but not beyond a repair: it was of another
-//! valve then. One that settles nothing does not replace one that does. What a person concluded goes before it, and it goes before the verdict on operation.
+//! A test counts in the week in which it ends and in the four weeks after, but not beyond a repair, which changes the valve. An
+//! inconclusive test does not replace a decisive one. The conclusion of a person has precedence over the test, and the test over the
+//! verdict on operation.
 
 use crate::day;
 use crate::store::window::WindowRow;
@@ -15,7 +16,7 @@ const COUNTS: i64 = 28;
 /// The last test of a valve that counts in a week.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LastTest {
-    /// What it says.
+    /// Its result.
     pub class: VerdictClass,
     /// The day on which it ended, such as `2026-03-04`.
     pub day: String,
@@ -25,12 +26,12 @@ pub struct LastTest {
     pub s_low: Option<f64>,
     /// High end of its interval.
     pub s_high: Option<f64>,
-    /// S is below this, where it was not found.
+    /// Upper limit of S, if S was not found.
     pub s_below: Option<f64>,
 }
 
 impl LastTest {
-    /// Of windows in order of time, for a week that begins on the day `first`, after the last repair.
+    /// From windows in order of time, for a week that begins on the day `first`, after the last repair.
     pub fn of(
         windows: &[&WindowRow],
         first: i64,
@@ -50,14 +51,14 @@ impl LastTest {
                 s_below: row.test_s_below,
             })
         });
-        // One that does not settle it takes nothing from one before that does.
+        // A decisive test has precedence over later inconclusive ones.
         let all: Vec<Self> = all.collect();
         let settled = all.iter().find(|test| test.class != VerdictClass::CannotTell);
         settled.or(all.first()).cloned()
     }
 }
 
-/// S as a test gives it: `S 3.2 % (3 to 3.5)`, `S below 0.6 %`; empty if it says nothing of S.
+/// S by a test: `S 3.2 % (3 to 3.5)`, `S below 0.6 %`; empty without S.
 pub fn s_in_words(
     s: Option<f64>,
     low: Option<f64>,

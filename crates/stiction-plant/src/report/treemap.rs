@@ -1,4 +1,4 @@
-//! Rectangles in a rectangle, each as large as it weighs and as square as can be.
+//! Rectangles in a rectangle, each with the area of its weight and as square as possible.
 //!
 //! M. Bruls, K. Huizing, J. J. van Wijk, "Squarified treemaps", Data Visualization 2000 (recalled, not read).
 
@@ -18,7 +18,7 @@ pub struct Tile {
     pub h: f64,
 }
 
-/// Where loops without an area are.
+/// The area of loops without one.
 pub const NOWHERE: &str = "no area";
 /// Height of the name of an area.
 pub const NAME: f64 = 16.0;
@@ -28,7 +28,7 @@ pub const NAME: f64 = 16.0;
 pub struct AreaTile {
     /// Its name.
     pub area: String,
-    /// Where it is; its name takes [`NAME`] of its height.
+    /// Its place; its name takes [`NAME`] of its height.
     pub tile: Tile,
     /// Its loops.
     pub loops: Vec<LoopTile>,
@@ -39,14 +39,14 @@ pub struct AreaTile {
 pub struct LoopTile {
     /// Its place in the ranking, from 0.
     pub place: usize,
-    /// Where it is.
+    /// Its tile.
     pub tile: Tile,
 }
 
 /// The name of an area, and the places and weights of its loops.
 type OfArea<'a> = (&'a str, Vec<(usize, f64)>);
 
-/// The plant on a map: areas, and loops in them, as large as they weigh.
+/// The plant on a map: areas, and loops in them, with the sizes of their weights.
 pub fn map<'a>(loops: impl IntoIterator<Item = &'a LoopRow>, whole: Tile) -> Vec<AreaTile> {
     let mut areas: BTreeMap<&str, Vec<(usize, f64)>> = BTreeMap::new();
     for (place, row) in loops.into_iter().enumerate() {
@@ -59,7 +59,7 @@ pub fn map<'a>(loops: impl IntoIterator<Item = &'a LoopRow>, whole: Tile) -> Vec
     let weights: Vec<f64> = areas.iter().map(|(_, loops)| weight(loops)).collect();
     let area_of = |(of, tile): (OfArea<'_>, Tile)| {
         let (area, mut loops) = of;
-        // The largest first makes tiles squarer; of the same weight what is to be done first.
+        // The largest first makes tiles squarer. Of equal weights the most urgent comes first.
         loops.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         let within = Tile { y: tile.y + NAME, h: (tile.h - NAME).max(1.0), ..tile };
         let weights: Vec<f64> = loops.iter().map(|(_, weight)| *weight).collect();
@@ -70,7 +70,7 @@ pub fn map<'a>(loops: impl IntoIterator<Item = &'a LoopRow>, whole: Tile) -> Vec
     areas.into_iter().zip(squarified(&weights, whole)).map(area_of).collect()
 }
 
-/// A tile of `whole` for each weight, in the order of the weights; they are the squarer the larger weights come first.
+/// A tile of `whole` for each weight, in the order of the weights. Tiles are squarer if large weights come first.
 /// All weights must be above 0.
 pub fn squarified(weights: &[f64], whole: Tile) -> Vec<Tile> {
     let scale = whole.w * whole.h / weights.iter().sum::<f64>();
@@ -107,7 +107,7 @@ pub fn squarified(weights: &[f64], whole: Tile) -> Vec<Tile> {
     tiles
 }
 
-/// How far from square the worst tile of a row along `side` is.
+/// The largest ratio of sides of the tiles in a row along `side`.
 fn worst(row: &[f64], side: f64) -> f64 {
     let total: f64 = row.iter().sum();
     let ratio = |area: &f64| {

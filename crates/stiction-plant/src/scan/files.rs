@@ -13,20 +13,20 @@ use stiction_io::sheet::Sheet;
 
 /// Bytes of a sample of a recording: time, value, quality.
 const SAMPLE: usize = 17;
-/// About what a row group takes of what is remembered of a file.
+/// Approximate memory of a row group in the metadata of a file.
 const GROUP: usize = 256;
 
-/// The recordings of a loop, and perhaps of others, or why it cannot be read.
+/// The recordings of a loop, and perhaps of others, or the reason why it cannot be read.
 pub type Loops = Result<Arc<Vec<Recording>>, String>;
 
-/// The files of a plant; those that were used last are remembered.
+/// The files of a plant, with a cache of those used last.
 pub struct Files<'a> {
     folder: &'a Path,
     plant: &'a Plant,
-    /// What may be remembered, bytes.
+    /// Size of the cache, bytes.
     memory: usize,
     opened: Mutex<Vec<(String, Opened)>>,
-    /// Where rows were sorted to, by file.
+    /// Folders of sorted rows, by file.
     sorted: HashMap<String, PathBuf>,
 }
 
@@ -50,7 +50,7 @@ impl Opened {
 }
 
 impl<'a> Files<'a> {
-    /// The files of a plant in `folder`, of which `memory` bytes may be remembered.
+    /// The files of a plant in `folder`, with a cache of `memory` bytes.
     pub fn of(folder: &'a Path, plant: &'a Plant, memory: usize) -> Self {
         Self { folder, plant, memory, opened: Mutex::default(), sorted: HashMap::new() }
     }
@@ -80,7 +80,7 @@ impl<'a> Files<'a> {
         Ok(file)
     }
 
-    /// About how many rows of a long table one loop has in a file; 0 of a file that cannot be read.
+    /// The approximate number of rows of one loop in a long table; 0 for an unreadable file.
     pub fn rows(&self, path: &str) -> usize {
         match self.open(path) {
             Ok(Opened::Parted(file)) => {
@@ -99,7 +99,7 @@ impl<'a> Files<'a> {
     /// twice otherwise.
     ///
     /// # Errors
-    /// If what is sorted cannot be written. What is wrong with the file is told when it is read.
+    /// If the sorted rows cannot be written. Faults of the file are reported when it is read.
     pub fn sort(&mut self, path: &str, batches: &[Vec<&str>], folder: &Path) -> Result<()> {
         let Ok(Opened::Parted(file)) = self.open(path) else { return Ok(()) };
         if !file.is_long() {
@@ -125,16 +125,16 @@ impl<'a> Files<'a> {
         Ok(())
     }
 
-    /// Forgets what was sorted; the folders are the caller's.
+    /// Forgets the sorted rows. The caller owns the folders.
     pub fn forget_sorted(&mut self) {
         self.sorted.clear();
     }
 
     /// The recordings of each of these loops in a file, and perhaps of others; `batch` is their place when rows were
-    /// sorted. One that cannot be read keeps no other from being read: then each is read alone.
+    /// sorted. An unreadable loop does not affect the others: then each is read alone.
     ///
     /// # Errors
-    /// Why a loop cannot be read, a sentence; of a file that cannot, the same for all.
+    /// The reason why a loop cannot be read, a sentence. For an unreadable file it is the same for all loops.
     pub fn read(&self, path: &str, loops: &[&str], batch: usize) -> Vec<Loops> {
         let all = |result: Loops| vec![result; loops.len()];
         let file = match self.open(path) {
@@ -167,7 +167,7 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// The recordings of loops, from the file or from what was sorted of it.
+    /// The recordings of loops, from the file or from its sorted rows.
     fn part(&self, file: &PartedFile, sorted: Option<&Sheet>, path: &str, loops: &[&str]) -> Loops {
         let options = &self.plant.options;
         let names = || loops.iter().copied();
@@ -182,13 +182,13 @@ impl<'a> Files<'a> {
             missing.is_partly_here && names().any(same)
         });
         match missing {
-            Some(of) => Err(format!("{path}: loop {}: the file {}", of.name, of.reason)),
+            Some(of) => Err(format!("{path}, loop {}: the file {}", of.name, of.reason)),
             None => Ok(Arc::new(reading.recordings)),
         }
     }
 }
 
-/// What was sorted to a folder for a batch; none of a file that has nothing for it.
+/// The rows sorted to a folder for a batch; none if the file has no rows for it.
 fn sorted(file: &PartedFile, folder: &Path, batch: usize) -> Result<Option<Sheet>, String> {
     let empty = file.empty().map_err(|e| e.to_string())?;
     spill::read(folder, batch, &empty).map_err(|e| e.to_string())

@@ -1,4 +1,4 @@
-//! Which files a plant has, and which loops and days are in them.
+//! The files of a plant, with their loops and days.
 
 use crate::day;
 use crate::error::{Result, file, store};
@@ -15,20 +15,20 @@ use stiction_io::parted::{PartedFile, Stamp};
 use stiction_io::reading;
 use stiction_io::timestamp::Zone;
 
-/// Something that could not be read.
+/// A file or loop that could not be read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Problem {
-    /// The file; none if it is about all of them.
+    /// The file; none if the problem concerns all of them.
     pub file: Option<String>,
-    /// The loop; none if it is about the whole file.
+    /// The loop; none if the problem concerns the whole file.
     #[serde(rename = "loop")]
     pub name: Option<String>,
-    /// What is wrong, and what would help.
+    /// Fault and remedy.
     pub message: String,
 }
 
 impl Problem {
-    /// It as a sentence.
+    /// The problem as a sentence.
     pub fn words(&self) -> String {
         // The message about a whole file names it.
         match (&self.file, &self.name) {
@@ -42,15 +42,15 @@ impl Problem {
 /// A file of the plant.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Input {
-    /// Its size in bytes, and when it was changed, ns since 1970: what has not changed in them is not read again.
+    /// Its size in bytes, and the time of its last change, ns since 1970. A file with the same two is not read again.
     pub stamp: (u64, u128),
-    /// SHA-256 of its bytes, or of what was looked at.
+    /// SHA-256 of its bytes, or of the part that was examined.
     pub sha256: String,
     /// Its loops.
     pub loops: BTreeMap<String, LoopIn>,
-    /// What of it could not be read.
+    /// Its problems.
     pub problems: Vec<Problem>,
-    /// Why it is no recording, if it is a table without an OP, such as one of truths or of tags.
+    /// The reason why it is no recording, if it is a table without an OP, such as a list of tags.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_recording: Option<String>,
 }
@@ -60,28 +60,27 @@ pub struct Input {
 pub struct LoopIn {
     /// The days on which it has samples of the OP: of the plant's calendar, since 1970-01-01.
     pub days: Vec<i64>,
-    /// SHA-256 of what is stored of it alone, where it is stored alone.
+    /// SHA-256 of its own part of the file, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
 }
 
 impl Input {
-    /// SHA-256 of what holds a loop.
+    /// SHA-256 of the part that holds a loop.
     pub fn fingerprint(&self, name: &str) -> &str {
         let own = self.loops.get(name).and_then(|own| own.sha256.as_deref());
         own.unwrap_or(&self.sha256)
     }
 }
 
-/// The files of a plant by their paths from its folder on.
+/// The files of a plant by their paths relative to its folder.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Inputs {
-    /// By what settings they were read.
+    /// The settings with which they were read.
     reading_hash: String,
     /// The files.
     pub files: BTreeMap<String, Input>,
-    /// When this was written, ns since 1970 by the clock of its disk. A file that was changed as late as that may have
-    /// changed again without showing it.
+    /// When this was written, ns since 1970 by the clock of its disk. A file changed at this time may have changed again unnoticed.
     #[serde(skip)]
     written: u128,
 }
@@ -89,7 +88,7 @@ pub struct Inputs {
 const NAME: &str = "inputs.json";
 
 impl Inputs {
-    /// What the store knows of the files; nothing if that was lost, or other settings hold now.
+    /// The files according to the store; empty if the list was lost or the settings have changed.
     pub fn known(store: &Store, plant: &Plant) -> Self {
         let reading_hash = plant.reading_hash();
         let path = store.path(NAME);
@@ -112,11 +111,11 @@ impl Inputs {
         write_whole(&path, &text)
     }
 
-    /// Brings it up to date with the files in `folder`: those that are gone are forgotten, new and changed ones are
-    /// looked at, several at a time; `seen` hears of each file.
+    /// Updates the list from the files in `folder`: it removes missing files, and examines new and changed ones, several at a time.
+    /// `seen` is called for each file.
     ///
     /// # Errors
-    /// If a folder cannot be listed. What is wrong with a file is among its problems.
+    /// If a folder cannot be listed. Faults of a file are among its problems.
     pub fn update(
         &mut self,
         folder: &Path,
@@ -139,7 +138,7 @@ impl Inputs {
         Ok(())
     }
 
-    /// What a file holds now.
+    /// The current content of a file.
     fn current(&self, folder: &Path, path: &str, known: Option<&Input>, plant: &Plant) -> Input {
         let whole = folder.join(path);
         let refused = |message: String| Input {
@@ -187,7 +186,7 @@ impl Inputs {
         self.files.values().filter_map(|input| input.no_recording.clone()).collect()
     }
 
-    /// Everything that could not be read, and the loops of the plant's file that no file holds.
+    /// All problems, including loops of the plant's file that are in no data file.
     pub fn problems(&self, plant: &Plant) -> Vec<Problem> {
         let mut problems: Vec<Problem> =
             self.files.values().flat_map(|input| input.problems.iter().cloned()).collect();
@@ -201,7 +200,7 @@ impl Inputs {
             problems.push(Problem {
                 file: None,
                 name: Some(name.clone()),
-                message: "the plant's file names it, but no file that could be read holds it; correct its tags \
+                message: "it is in plant.toml, but in no readable data file; correct its tags \
                           or its name, or leave it out"
                     .to_owned(),
             });
@@ -210,7 +209,7 @@ impl Inputs {
     }
 }
 
-/// The files that the plant's patterns name, from `folder` on, in order.
+/// The files that match the plant's patterns, relative to `folder`, in order.
 ///
 /// # Errors
 /// If a folder cannot be listed.
@@ -225,7 +224,7 @@ pub fn paths(folder: &Path, plant: &Plant) -> Result<Vec<String>> {
                 let at = e.path().to_owned();
                 file(&at)(e.into())
             })?;
-            // What was judged is no data.
+            // The store is no data.
             let is_stored = path.components().any(|part| part.as_os_str() == STORE);
             if path.is_file() && !is_stored {
                 let own = path.strip_prefix(folder).unwrap_or(&path);
@@ -249,10 +248,10 @@ fn stamp(path: &Path) -> std::io::Result<(u64, u128)> {
     Ok((known.len(), changed.as_nanos()))
 }
 
-/// What a file holds that can be read loop by loop: little of it needs to be read for that.
+/// The content of a file that can be read loop by loop, of which a small part is enough.
 fn of_parts(file: &PartedFile, path: &Path, zone: &Zone) -> stiction_io::Result<Input> {
     let mut days: BTreeMap<String, BTreeSet<i64>> = BTreeMap::new();
-    // Clocks are asked once a day, not once a sample.
+    // Clocks are read once a day, not once a sample.
     let known = Cell::new((f64::INFINITY, f64::NEG_INFINITY, 0));
     let day = |stamp: Stamp| match stamp {
         Stamp::Local(at) => (at / 86_400.0).floor() as i64,
@@ -292,7 +291,7 @@ fn of_parts(file: &PartedFile, path: &Path, zone: &Zone) -> stiction_io::Result<
     Ok(Input { sha256, loops: loops.collect(), ..Input::default() })
 }
 
-/// What a file holds that must be read whole.
+/// The content of a file that must be read whole.
 fn look(folder: &Path, path: &str, plant: &Plant, sha256: String) -> Input {
     let mut input = Input { sha256, ..Input::default() };
     let problem = |name: Option<String>, message: String| Problem {
@@ -315,15 +314,14 @@ fn look(folder: &Path, path: &str, plant: &Plant, sha256: String) -> Input {
         let name = Some(recording.name.clone());
         let days = day::days(recording, &plant.zone);
         if recording.start.is_none() {
-            let message =
-                "tells no dates, so its days are not known; give a column of dates and times";
+            let message = "has no dates, so its days are unknown; add a column of dates and times";
             input.problems.push(problem(name, message.to_owned()));
         } else if input
             .loops
             .insert(recording.name.clone(), LoopIn { days, sha256: None })
             .is_some()
         {
-            let message = "is in the file twice; give one of them another name";
+            let message = "is in the file twice; rename one of them";
             input.problems.push(problem(name, message.to_owned()));
         }
     }

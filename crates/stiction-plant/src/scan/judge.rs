@@ -1,7 +1,6 @@
-//! The row of a window, from what is recorded of its loop.
+//! The row of a window, from the recordings of its loop.
 //!
-//! There is one way from samples to a row, whoever brings the samples: a scan of files, a table, an engine that has
-//! spread them over machines.
+//! A scan of files, a table and a distributed engine all use this one way from samples to a row.
 
 use crate::day;
 use crate::plant_file::{LoopFacts, Plant};
@@ -14,12 +13,12 @@ use stiction_diagnose::recording::{ByHand, Channel, Modes, Recording};
 use stiction_diagnose::valve_test::{self, ReadOptions, TestReading};
 use stiction_io::join;
 
-/// Periods that a window has at least, as far as [`MOST_DAYS`] allow.
+/// The fewest periods of a window, within [`MOST_DAYS`].
 pub const PERIODS: f64 = 10.0;
 /// The most days of a window.
 pub const MOST_DAYS: i64 = 7;
 
-/// What is recorded of a loop, each with the name of its file; or why that could not be read.
+/// The recordings of a loop, each with the name of its file, or the reason why they could not be read.
 pub type Parts<'a> = Result<&'a [(&'a str, Recording)], &'a str>;
 
 /// One loop of a plant, to be judged.
@@ -28,18 +27,18 @@ pub struct Judge<'a> {
     plant: &'a Plant,
     facts: Option<&'a LoopFacts>,
     name: &'a str,
-    /// SHA-256 of what the plant's file says that counts for its verdict.
+    /// SHA-256 of the settings in the plant's file that affect its verdict.
     pub settings: String,
 }
 
-/// What came of a window.
+/// The result of a window.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judged {
     /// Its row; none without a sample of the OP.
     pub row: Option<WindowRow>,
-    /// Its trace, where it could be judged.
+    /// Its trace, if it could be judged.
     pub trace: Option<Trace>,
-    /// How many days the window should have that begins there: what ten periods take.
+    /// The number of days that the window should have: the duration of ten periods.
     pub days: i64,
 }
 
@@ -49,7 +48,7 @@ impl<'a> Judge<'a> {
         Self { plant, facts: plant.facts(name), name, settings: plant.settings_hash(name) }
     }
 
-    /// Judges the window of `count` days from `day` on. It needs the samples of its days and of the one before.
+    /// Judges the window of `count` days from `day` on, with the samples of its days and of the day before.
     pub fn window(&self, parts: Parts<'_>, day: i64, count: i64) -> Judged {
         let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
         let recording =
@@ -91,7 +90,7 @@ impl<'a> Judge<'a> {
         Judged { row: Some(row), trace: None, days: 1 }
     }
 
-    /// What of a row is known before it is judged.
+    /// The part of a row that is known before it is judged.
     fn identity(&self, day: i64, count: i64) -> WindowRow {
         let zone = &self.plant.zone;
         let (start, end) = (day::begin(day, zone), day::begin(day + count, zone));
@@ -110,7 +109,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// The recording of a window, from all parts that hold some of it; none without a sample of the OP.
+    /// The recording of a window, from all its parts; none without a sample of the OP.
     ///
     /// # Errors
     /// If parts contradict each other, a sentence.
@@ -129,7 +128,7 @@ impl<'a> Judge<'a> {
                 .collect();
             join::join(&parts.iter().map(|(path, part)| (*path, part)).collect::<Vec<_>>())
         };
-        // What does not fit together with the day before is judged without it.
+        // If the day before does not fit, the window is judged without it.
         if !parts.iter().any(|(_, part)| day::slice(part, from, to).is_some()) {
             return Ok(None);
         }
@@ -138,7 +137,7 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// The samples of each channel in order of time, in whatever order they came; of one time by value.
+/// The samples of each channel in order of time, and of equal times by value.
 fn in_order(mut recording: Recording) -> Recording {
     let channels = [
         Some(&mut recording.op),
@@ -172,7 +171,7 @@ fn in_order(mut recording: Recording) -> Recording {
     recording
 }
 
-/// SHA-256 of the samples of a recording: what a verdict is made of, wherever they were stored.
+/// SHA-256 of the samples of a recording. It does not depend on where they were stored.
 fn fingerprint(recording: &Recording) -> String {
     let mut bytes: Vec<u8> = vec![];
     let number = |bytes: &mut Vec<u8>, value: f64| {
@@ -206,19 +205,18 @@ fn fingerprint(recording: &Recording) -> String {
     format!("{:x}", Sha256::digest(bytes))
 }
 
-/// What a test of the valve says that the recording holds; none where there is none that can be read.
+/// The result of a valve test in the recording; none without a readable test.
 fn tested(recording: &Recording) -> Option<TestReading> {
     ByHand::of(recording).filter(ByHand::is_test)?;
     let options = ReadOptions::default();
     catch_unwind(AssertUnwindSafe(|| valve_test::read(recording, &options))).ok()?.ok()
 }
 
-/// A diagnosis; what must not happen ends it, and nothing else.
+/// A diagnosis. A fault of the program ends this diagnosis only.
 fn judged(recording: &Recording, options: &DiagnoseOptions) -> Result<Diagnosis, String> {
     let caught = catch_unwind(AssertUnwindSafe(|| diagnose(recording, options)));
-    let failed = || {
-        "the program failed at it, which it should not; please report it with its data".to_owned()
-    };
+    let failed =
+        || "the program failed on this window; please report the fault with the data".to_owned();
     caught.map_err(|_| failed())?.map_err(|e| e.to_string())
 }
 

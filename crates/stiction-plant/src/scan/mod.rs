@@ -1,20 +1,19 @@
-//! Judging what is new.
+//! Judging new windows.
 //!
 //! # Windows
 //! A window of a loop is a day of the plant on which its OP has a sample. If ten periods of the oscillation of that day
-//! take longer, it is as many days as these take, [`MOST_DAYS`] at most, and the next window begins after it.
-//! So a window depends on the samples of its own days, and on values held from the [day before](crate::day::HELD_FROM),
-//! and not on the files in which they lie, nor on what is scanned with it.
+//! take longer, the window has as many days as these take, [`MOST_DAYS`] at most, and the next window begins after it.
+//! So a window depends on the samples of its own days and on values held from the [day before](crate::day::HELD_FROM), but not on
+//! the files in which they are stored, or on the other windows of the scan.
 //!
-//! # What is new
-//! A window is done if the store has its row, made of the same files by the same settings. Files are told apart by their
+//! # New windows
+//! A window is done if the store has its row, made from the same files with the same settings. Files are identified by their
 //! bytes, not by names or dates.
 //!
 //! # Memory
-//! Windows are judged a [segment](SEGMENT) of days after the other, in batches of loops that take a share of the memory
-//! that is allowed. Of Parquet a batch reads what it needs; a long table whose row groups mix all tags is sorted on disk
-//! first. Other files are read whole, so memory is that of the largest of them, and a batch, whatever the number of
-//! loops and days.
+//! Windows are judged in [segments](SEGMENT) of days, in batches of loops that take a share of the allowed memory. Of Parquet a
+//! batch reads only its own part. A long table whose row groups mix all tags is sorted on disk first. Other files are read
+//! whole, so memory holds the largest of them and a batch, for any number of loops and days.
 
 mod files;
 pub mod inputs;
@@ -39,16 +38,16 @@ use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use stiction_diagnose::recording::Recording;
 
-/// Days that are judged together, so that each file is read about once for them; no window is longer.
+/// Days that are judged together, so that each file is read about once for them. No window is longer.
 pub const SEGMENT: i64 = MOST_DAYS + 1;
 /// Rows of windows that are written together.
 pub const PART: usize = 64;
-/// What a scan may take where nothing else is said, bytes.
+/// Memory of a scan by default, bytes.
 pub const MEMORY: u64 = 500 << 20;
-/// What a row of a long table takes while it is read and judged, two batches at a time, bytes.
+/// Memory of a row of a long table while it is read and judged, two batches at a time, bytes.
 const ROW: u64 = 320;
 
-/// What is scanned, and how.
+/// Options of a scan.
 #[derive(Debug, Clone, Default)]
 pub struct ScanOptions {
     /// Windows that begin on this day or later, days since 1970-01-01 on the plant's calendar; all without it.
@@ -57,27 +56,27 @@ pub struct ScanOptions {
     pub loops: Option<String>,
     /// Threads; as many as the machine has without it. The rows are the same for any number.
     pub threads: Option<usize>,
-    /// What it may take, bytes; [`MEMORY`] without it. Less makes smaller batches, and the same rows.
+    /// Its memory, bytes; [`MEMORY`] by default. Less memory makes smaller batches, and the same rows.
     pub memory: Option<u64>,
     /// Whether windows that are done are judged again.
     pub again: bool,
 }
 
-/// How far a scan is.
+/// The progress of a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Progress<'a> {
-    /// A file was looked at.
+    /// A file was examined.
     Looked(&'a str),
-    /// A batch is on the disk: days of loops that are done in this run, of all that were new.
+    /// A batch was written: days of loops that are done in this run, of all new ones.
     Written {
         /// Done.
         done: usize,
-        /// Of so many.
+        /// Of all.
         of: usize,
     },
 }
 
-/// What a scan did.
+/// The result of a scan.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Manifest {
     /// Name of the plant.
@@ -86,9 +85,9 @@ pub struct Manifest {
     pub run: Option<String>,
     /// Version of the program.
     pub engine_version: String,
-    /// What the verdict was trained on.
+    /// The training of the verdict.
     pub model_version: String,
-    /// Files that were looked at.
+    /// Files that were examined.
     pub files: usize,
     /// Loops in them.
     pub loops: usize,
@@ -98,15 +97,15 @@ pub struct Manifest {
     pub errors: usize,
     /// Parts in which they are kept.
     pub parts: usize,
-    /// What could not be read.
+    /// Files and loops that could not be read.
     pub problems: Vec<Problem>,
-    /// Files that are no recordings, as they have no OP, a sentence each.
+    /// Files that are no recordings because they have no OP, a sentence each.
     pub no_recordings: Vec<String>,
     /// Files of earlier runs that were found damaged, a sentence each.
     pub damaged: Vec<String>,
 }
 
-/// A loop of the plant, and how far it is judged.
+/// A loop of the plant, and the progress of its windows.
 struct Loop<'a> {
     name: &'a str,
     days: BTreeMap<i64, Vec<&'a str>>,
@@ -123,14 +122,14 @@ struct Piece<'a, 's> {
     /// Windows begin on `from` or later, and end before `until`.
     from: i64,
     until: i64,
-    /// What each file holds of it.
+    /// Its recordings by file.
     parts: Vec<(&'a str, Recording)>,
     /// The files that could not be read for it, and why.
     failed: Vec<(&'a str, String)>,
 }
 
 impl Piece<'_, '_> {
-    /// What was read for the window of `count` days from `day` on. A file that holds nothing of its days stands in no way.
+    /// The recordings for the window of `count` days from `day` on. Files without samples of these days do not matter.
     fn parts(&self, day: i64, count: i64) -> Parts<'_> {
         let own = |path: &str| {
             self.of.days.range(day..day + count).any(|(_, files)| files.contains(&path))
@@ -140,12 +139,12 @@ impl Piece<'_, '_> {
     }
 }
 
-/// Judges what is new of the plant in `folder` and keeps it in its store. `watch` hears how far it is, and may end the
-/// scan after a batch; what is written stays.
+/// Judges the new windows of the plant in `folder` and keeps them in its store. `watch` is called with the progress, and may end
+/// the scan after a batch. The written rows stay.
 ///
 /// # Errors
-/// If the plant's folder cannot be listed, the store not be read or written, an option cannot be, or somebody else is
-/// scanning. A file, loop or window that cannot be judged is a problem or a row with an error, and stops no other.
+/// If the plant's folder cannot be listed, the store cannot be read or written, an option is invalid, or another scan is running. A
+/// file, loop or window that cannot be judged is a problem or a row with an error, and does not stop the others.
 pub fn scan(
     folder: &Path,
     plant: &Plant,
@@ -153,7 +152,7 @@ pub fn scan(
     mut watch: impl FnMut(Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Manifest> {
     let wanted = options.loops.as_deref().map(glob::Pattern::new).transpose();
-    let wanted = wanted.map_err(|e| Error::Option(format!("the pattern of loops: {e}")))?;
+    let wanted = wanted.map_err(|e| Error::Option(format!("invalid pattern of loops: {e}")))?;
     let any_case = glob::MatchOptions { case_sensitive: false, ..glob::MatchOptions::new() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads.unwrap_or(0)).build();
     let pool = pool.map_err(|e| Error::Option(format!("the threads: {e}")))?;
@@ -191,7 +190,7 @@ pub fn scan(
     while let Some(from) = scan.next_segment(&mut loops) {
         let until = from + SEGMENT;
         let batches = batches(&loops, until, &files, (memory / ROW).max(1) as usize);
-        // What was left by a scan that was ended.
+        // Remains of an interrupted scan.
         remove(&sorted)?;
         sort(&mut files, &loops, &batches, from..until, &sorted)?;
         let segment = Segment { scan: &scan, loops: &loops, batches, until, files: &files };
@@ -231,7 +230,7 @@ pub fn scan(
     Ok(manifest)
 }
 
-/// The recordings of windows that were judged, read again from the plant's files: one each, in their order, or why there
+/// The recordings of judged windows, read again from the plant's files: one per window in their order, or the reason why there
 /// is none.
 ///
 /// # Errors
@@ -275,12 +274,12 @@ pub fn recordings_of(
     let recording = |piece: &Piece<'_, '_>| {
         let (judge, count) = (&piece.of.judge, piece.until - piece.from);
         let found = judge.recording(piece.parts(piece.from, count)?, piece.from, count)?;
-        found.ok_or_else(|| "has no sample of the OP any more".to_owned())
+        found.ok_or_else(|| "has no samples of the OP any more".to_owned())
     };
     Ok(pieces.iter().map(recording).collect())
 }
 
-/// Removes a folder, if it is there.
+/// Removes a folder, if it exists.
 fn remove(folder: &Path) -> Result<()> {
     match std::fs::remove_dir_all(folder) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(file(folder)(e)),
@@ -288,7 +287,7 @@ fn remove(folder: &Path) -> Result<()> {
     }
 }
 
-/// The loops that have windows to be judged before `until`, by their places, so many rows together.
+/// The loops with windows to be judged before `until`, by their places, in batches of this many rows.
 fn batches(loops: &[Loop<'_>], until: i64, files: &Files<'_>, rows: usize) -> Vec<Vec<usize>> {
     let mut known: HashMap<&str, usize> = HashMap::new();
     let mut batches: Vec<Vec<usize>> = vec![];
@@ -328,10 +327,10 @@ fn sort(
     Ok(())
 }
 
-/// What is kept of a window: its row, and its trace where it has one.
+/// The stored part of a window: its row, and its trace if it has one.
 type Window = (WindowRow, Option<Trace>);
 
-/// What was judged, on its way to the store.
+/// Judged windows on their way to the store.
 struct Kept {
     run: Run,
     rows: Vec<WindowRow>,
@@ -368,7 +367,7 @@ struct Segment<'s, 'a> {
 }
 
 impl<'s, 'a> Segment<'s, 'a> {
-    /// What a batch needs; `None` after the last.
+    /// The data of a batch; `None` after the last.
     fn read(&self, batch: usize) -> Option<Vec<Piece<'a, 's>>> {
         let piece = |place: &usize| {
             let of = &self.loops[*place];
@@ -380,8 +379,8 @@ impl<'s, 'a> Segment<'s, 'a> {
         Some(pieces)
     }
 
-    /// Judges it, the next batch being read meanwhile: the days from which on its loops are to be judged. `written` hears how
-    /// many days are done, and may end it.
+    /// Judges it while the next batch is read. Returns the days from which its loops are to be judged next. `written` is called with
+    /// the number of days that are done, and may end the scan.
     fn judge(
         &self,
         pool: &ThreadPool,
@@ -415,16 +414,16 @@ impl<'s, 'a> Segment<'s, 'a> {
     }
 }
 
-/// What holds throughout a scan.
+/// The constants of a scan.
 struct Scan<'a> {
     plant: &'a Plant,
     inputs: &'a Inputs,
-    /// What was judged.
+    /// The judged windows.
     done: HashMap<(String, i64), Done>,
 }
 
 impl Scan<'_> {
-    /// SHA-256 of the files that a window of `count` days from `day` on is made of.
+    /// SHA-256 of the files of a window of `count` days from `day` on.
     fn fingerprint(&self, of: &Loop<'_>, day: i64, count: i64) -> String {
         let files: BTreeSet<&str> = of
             .days
@@ -438,7 +437,7 @@ impl Scan<'_> {
         plant_file::hash(&each.into_iter().collect::<Vec<_>>().join("\n"))
     }
 
-    /// How many days the window that begins on `day` has, if it is done.
+    /// The number of days of the window that begins on `day`, if it is done.
     fn done(&self, of: &Loop<'_>, day: i64) -> Option<i64> {
         let zone = &self.plant.zone;
         let start = day::begin(day, zone);
@@ -460,7 +459,7 @@ impl Scan<'_> {
         }
     }
 
-    /// The first day on which a window of a loop is not done; each loop goes on to its own.
+    /// The first day without a done window of a loop. Each loop proceeds to its own day.
     fn next_segment(&self, loops: &mut [Loop<'_>]) -> Option<i64> {
         for each in &mut *loops {
             each.cursor = self.next_open(each, each.cursor).unwrap_or(i64::MAX);
@@ -468,7 +467,7 @@ impl Scan<'_> {
         loops.iter().map(|each| each.cursor).min().filter(|day| *day < i64::MAX)
     }
 
-    /// About how many days are to be judged.
+    /// The approximate number of days to judge.
     fn open_days(&self, of: &Loop<'_>) -> usize {
         let mut open = 0;
         let mut cursor = of.cursor;
@@ -480,7 +479,7 @@ impl Scan<'_> {
         open
     }
 
-    /// Reads what the pieces of a batch need, several files at a time.
+    /// Reads the data of a batch, several files at a time.
     fn read<'a>(&self, files: &Files<'_>, pieces: &mut [Piece<'a, '_>], batch: usize) {
         let mut wanted: BTreeMap<&'a str, Vec<usize>> = BTreeMap::new();
         for (k, piece) in pieces.iter().enumerate() {
@@ -520,7 +519,7 @@ impl Scan<'_> {
         }
     }
 
-    /// The rows of a piece, and the day from which on it is to be judged.
+    /// The rows of a piece, and the day from which it is to be judged next.
     fn judge(&self, piece: &Piece<'_, '_>) -> (Vec<Window>, i64) {
         let mut rows = vec![];
         let mut cursor = piece.from;
@@ -530,7 +529,7 @@ impl Scan<'_> {
                 continue;
             }
             let (row, count) = self.window(piece, *day);
-            // What it needs more was not read: it begins the next segment.
+            // The rest was not read. The window begins the next segment.
             if piece.of.days.range(piece.until..(day + count).max(piece.until)).next().is_some() {
                 return (rows, *day);
             }
@@ -540,8 +539,8 @@ impl Scan<'_> {
         (rows, cursor)
     }
 
-    /// The window that begins on `day`, and how many days it has. None without a sample of the OP, or where the
-    /// window ends after what was read.
+    /// The window that begins on `day`, and its number of days. None without a sample of the OP, or if the window ends after the
+    /// data that were read.
     fn window(&self, piece: &Piece<'_, '_>, day: i64) -> (Option<Window>, i64) {
         let of_files = |judged: Judged, count: i64| {
             let input_fingerprint = self.fingerprint(piece.of, day, count);

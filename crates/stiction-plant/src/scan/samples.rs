@@ -1,8 +1,7 @@
-//! Rows of windows from tables in memory, as other engines bring them: a long table of samples or a wide one, of one
-//! loop or of several.
+//! Rows of windows from tables in memory of other engines: a long or wide table of samples, of one loop or several.
 //!
-//! An engine that spreads a plant over machines judges [a window](window) at a time, of samples of its loop, its days and
-//! the day before; [`loops`] tells it which tags belong together.
+//! A distributed engine judges one [window](window) at a time, from the samples of its loop on its days and the day before.
+//! [`loops`] finds the tags that belong together.
 
 use crate::day;
 use crate::plant_file::Plant;
@@ -16,10 +15,10 @@ use stiction_io::reading;
 use stiction_io::role::Signal;
 use stiction_io::sheet::{Cells, Column, Sheet};
 
-/// What a table is called in messages.
+/// The name of a table in messages.
 pub const ORIGIN: &str = "the table";
 
-/// The rows of all windows in a table. What cannot be read is a row with an error, of no window where none is known.
+/// The rows of all windows in a table. An unreadable part is a row with an error, without a window if none is known.
 pub fn rows(sheet: Sheet, plant: &Plant) -> Vec<WindowRow> {
     let refused = |name: String, error: String| {
         vec![WindowRow {
@@ -39,8 +38,7 @@ pub fn rows(sheet: Sheet, plant: &Plant) -> Vec<WindowRow> {
     let of_loop = |recording: Recording| {
         let name = recording.name.clone();
         if recording.start.is_none() {
-            let message =
-                "tells no dates, so its days are not known; give a column of dates and times";
+            let message = "has no dates, so its days are unknown; add a column of dates and times";
             return refused(name, message.to_owned());
         }
         let judge = Judge::of(plant, &name);
@@ -66,7 +64,7 @@ pub fn rows(sheet: Sheet, plant: &Plant) -> Vec<WindowRow> {
     judged.into_iter().flatten().chain(lost).collect()
 }
 
-/// One window of the loop called `name`, of `count` days from `day` on. What of the table is of other loops is left alone.
+/// One window of the loop `name`, of `count` days from `day` on. Rows of other loops are ignored.
 pub fn window(sheet: Sheet, plant: &Plant, name: &str, day: i64, count: i64) -> Judged {
     let judge = Judge::of(plant, name);
     let lower = name.to_lowercase();
@@ -83,19 +81,19 @@ pub fn window(sheet: Sheet, plant: &Plant, name: &str, day: i64, count: i64) -> 
     }
 }
 
-/// A loop, and the names that are read for it.
+/// A loop with its tags.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tags {
     /// The loop.
     pub name: String,
     /// The tags or columns that are read with it, as indices.
     pub tags: Vec<usize>,
-    /// That of its OP.
+    /// The index of its OP.
     pub op: usize,
 }
 
-/// The loops among the tags of a long table, or among the columns of a wide one but for those about `rows`. None where
-/// the plant's file and the names tell none.
+/// The loops among the tags of a long table, or among the columns of a wide one except those about `rows`. None if the plant's
+/// file and the names show none.
 pub fn loops(names: &[&str], rows: &[usize], plant: &Plant) -> Vec<Tags> {
     if let Some(bundles) = layout::bundles(names, rows, &plant.options) {
         let of = |bundle: layout::Bundle| {
@@ -104,7 +102,7 @@ pub fn loops(names: &[&str], rows: &[usize], plant: &Plant) -> Vec<Tags> {
         };
         return bundles.into_iter().flat_map(of).collect();
     }
-    // All are read together: a table of them, a row each, is recognised.
+    // All are recognised together, from a table with a row for each.
     let tags: Vec<usize> = (0..names.len()).filter(|k| !rows.contains(k)).collect();
     let column = |name: &str, cells: Cells| Column { name: name.to_owned(), unit: None, cells };
     let sheet = Sheet {

@@ -1,7 +1,7 @@
-//! Rows of a long table, sorted into files on disk by who will read them.
+//! Rows of a long table, sorted into files on disk by reader.
 //!
-//! Where the row groups of a file mix all tags, to read some loops would be to decode all. Then it is decoded once, and
-//! what each batch of loops needs is kept in a file of its own until the batch is judged.
+//! If the row groups of a file mix all tags, reading some loops means decoding all rows. Then the file is decoded once, and the
+//! rows of each batch of loops are kept in a file of their own until the batch is judged.
 
 use crate::error::{Result, file, store};
 use std::collections::{HashMap, HashSet};
@@ -14,7 +14,7 @@ use stiction_io::sheet::{Cells, Sheet};
 /// Rows that a file collects before they are written.
 const ROWS: usize = 8192;
 
-/// Files for so many readers, that are being filled.
+/// Files for a number of readers, being filled.
 pub struct Spill {
     folder: PathBuf,
     parts: Vec<Part>,
@@ -27,17 +27,17 @@ struct Part {
 }
 
 impl Spill {
-    /// Begins files in `folder`, which is made.
+    /// Creates `folder` and begins its files.
     ///
     /// # Errors
-    /// If it cannot be made.
+    /// If it cannot be created.
     pub fn begin(folder: &Path, readers: usize) -> Result<Self> {
         std::fs::create_dir_all(folder).map_err(file(folder))?;
         let parts = (0..readers).map(|_| Part::default()).collect();
         Ok(Self { folder: folder.to_owned(), parts })
     }
 
-    /// Adds the rows of `sheet`, each for the reader that `of` tells of its index, if any.
+    /// Adds the rows of `sheet`, each for the reader that `of` gives for its index, if any.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -95,7 +95,7 @@ fn path(folder: &Path, reader: usize) -> PathBuf {
     folder.join(format!("{reader:05}.rows"))
 }
 
-/// What was kept in `folder` for a reader, as a sheet like `like`, which has no rows; `None` if there is nothing.
+/// The rows in `folder` for a reader, as a sheet like the empty `like`; `None` if there are none.
 ///
 /// # Errors
 /// If the file cannot be read.
@@ -119,8 +119,8 @@ pub fn read(folder: &Path, reader: usize, like: &Sheet) -> Result<Option<Sheet>>
     Ok(Some(sheet))
 }
 
-/// Rows, column by column: how many, their numbers, then of each column numbers, or places among words and the words.
-/// Counts and places take four bytes, numbers eight, the low one first.
+/// Rows, column by column: their count, their numbers, then for each column its numbers, or its words and places among these.
+/// Counts and places take four bytes, numbers eight, little-endian.
 fn block(sheet: &Sheet) -> Vec<u8> {
     let mut block = vec![];
     let count = |block: &mut Vec<u8>, n: usize| block.extend((n as u32).to_le_bytes());
@@ -134,7 +134,7 @@ fn block(sheet: &Sheet) -> Vec<u8> {
             Cells::Text(cells) => {
                 let mut places: HashMap<&str, usize> = HashMap::new();
                 let mut known: Vec<&str> = vec![];
-                // Words that follow each other are mostly one and the same.
+                // Consecutive words are mostly equal.
                 let mut last: Option<(&Arc<str>, usize)> = None;
                 for cell in cells {
                     let place = match last {
@@ -158,7 +158,7 @@ fn block(sheet: &Sheet) -> Vec<u8> {
     block
 }
 
-/// Appends the rows of a block to a sheet; `None` if it is none.
+/// Appends the rows of a block to a sheet; `None` if it is not a block.
 fn take(mut block: &[u8], sheet: &mut Sheet, words: &mut HashSet<Arc<str>>) -> Option<()> {
     fn count(block: &mut &[u8]) -> Option<usize> {
         Some(u32::from_le_bytes(*block.split_off(..4)?.first_chunk()?) as usize)

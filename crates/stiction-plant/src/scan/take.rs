@@ -1,4 +1,4 @@
-//! Rows that were judged elsewhere, taken into the store of a plant, where reports find them.
+//! Stores rows that were judged elsewhere, for the reports of a plant.
 
 use crate::error::{Result, store};
 use crate::plant_file::Plant;
@@ -9,11 +9,11 @@ use crate::store::window::{ENGINE_VERSION, WindowRow, model_version};
 use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 
-/// Writes rows, and the traces that belong to them, as one run to the store of the plant in `folder`; without a row there
-/// is none. By their traces a report finds what swings together.
+/// Writes rows and their traces as one run to the store of the plant in `folder`; nothing without a row. From the traces a report
+/// finds the loops that swing together.
 ///
 /// # Errors
-/// If the store cannot be written, or somebody else is writing.
+/// If the store cannot be written, or another process writes to it.
 pub fn take(
     folder: &Path,
     plant: &Plant,

@@ -1,24 +1,24 @@
-//! What was judged, kept beside the plant's file.
+//! The store of judged windows, beside the plant's file.
 //!
 //! ```text
-//! .stiction/lock                               held by the one who writes
-//! .stiction/log.lock                           held by the one who enters something in log.toml
-//! .stiction/inputs.json                        what was seen of the data; made anew where it is lost
+//! .stiction/lock                               held by the writer of runs
+//! .stiction/log.lock                           held by the writer of log.toml
+//! .stiction/inputs.json                        index of the data files; remade if lost
 //! .stiction/runs/0001/windows-0001-SHA.parquet rows, written as they end
 //! .stiction/runs/0001/traces-0001-SHA.parquet  their traces, written before them
-//! .stiction/runs/0001/manifest.json            how the run ended; none if it was cut short
-//! .stiction/whole                              the last run when a scan of all loops and days came to its end
-//! .stiction/damaged/                           files of runs that were found damaged, which count no longer
-//! .stiction/index/02931.parquet                the rows that count of a week, made from the runs
+//! .stiction/runs/0001/manifest.json            result of the run; missing if the run was interrupted
+//! .stiction/whole                              the last run when a scan of all loops and days was complete
+//! .stiction/damaged/                           damaged files of runs, which no longer count
+//! .stiction/index/02931.parquet                the valid rows of a week, made from the runs
 //! .stiction/index/through                      the last run that is in it
 //! .stiction/pairs/2026-W10-SHA256.parquet      pairs of loops of a week, found elsewhere, and what they were made of
 //! ```
 //!
-//! Every file is written beside its place and renamed into it, so it is there whole or not at all. Rows count
-//! whether or not their run came to its end; which windows are done is asked of them alone.
+//! Every file is written under a temporary name and renamed, so it exists whole or not at all. Rows count even if their run was
+//! interrupted. They alone show which windows are done.
 //!
-//! SHA is the beginning of the SHA-256 of the file. A file of a run that was cut or changed since is passed over, and the next
-//! scan sets it apart and judges its windows again; an index that cannot be read is made again of the runs.
+//! SHA is the beginning of the SHA-256 of the file. A damaged file of a run is skipped. The next scan moves
+//! it to `damaged` and judges its windows again. An unreadable index is remade from the runs.
 
 pub mod pair;
 pub mod parquet_file;
@@ -49,11 +49,11 @@ pub(crate) const STORE: &str = ".stiction";
 #[derive(Debug, Clone)]
 pub struct Store {
     folder: PathBuf,
-    /// What was found damaged, in sentences.
+    /// Damaged files, in sentences.
     damaged: Arc<Mutex<BTreeSet<String>>>,
 }
 
-/// What is asked of a window that was judged.
+/// The identity of a judged window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Done {
     /// Its duration, s.
@@ -63,7 +63,7 @@ pub struct Done {
 }
 
 impl Done {
-    /// Of a window of so many seconds, judged by these settings from this input.
+    /// Of a window of this duration, judged with these settings from this input.
     pub fn of(window_s: i64, settings_hash: &str, input_fingerprint: &str) -> Self {
         let digest = Sha256::digest(format!("{settings_hash}\n{input_fingerprint}"));
         let mut made_of = [0; 16];
@@ -72,7 +72,7 @@ impl Done {
     }
 }
 
-/// A run that is being written; while it lives nobody else writes to the store.
+/// A run that is being written. While it lives no other process writes to the store.
 #[derive(Debug)]
 pub struct Run {
     /// Its name: a number, one above the last.
@@ -84,7 +84,7 @@ pub struct Run {
 }
 
 impl Store {
-    /// The store of the plant in `folder`, which may not be there yet.
+    /// The store of the plant in `folder`, which need not exist.
     pub fn of(folder: &Path) -> Self {
         Self { folder: folder.join(STORE), damaged: Arc::default() }
     }
@@ -110,7 +110,7 @@ impl Store {
     /// Begins a run.
     ///
     /// # Errors
-    /// If somebody else writes, or the folder cannot be made.
+    /// If another process writes, or the folder cannot be created.
     pub fn begin(&self) -> Result<Run> {
         fs::create_dir_all(self.runs()).map_err(file(&self.folder))?;
         let path = self.path("lock");
@@ -131,7 +131,7 @@ impl Store {
         Ok(Run { name, folder, store: self.clone(), parts: 0, _lock: lock })
     }
 
-    /// Removes what killed scans left in the folders of runs, to which nobody writes any more.
+    /// Removes the remains of killed scans from the folders of runs.
     fn remove_left_over(&self) -> Result<()> {
         for run in self.run_names()? {
             stiction_io::whole::remove_left_over(&self.runs().join(run));
@@ -139,7 +139,7 @@ impl Store {
         Ok(())
     }
 
-    /// Takes files of runs that were cut or changed since they were written out of them. What the index holds of them stays.
+    /// Moves damaged files out of their runs. Their rows in the index stay.
     fn set_damaged_apart(&self) -> Result<()> {
         let through = self.path("index").join("through");
         let indexed = fs::metadata(through).and_then(|there| there.modified()).ok();
@@ -155,7 +155,7 @@ impl Store {
                 let to = apart.join(format!("{run}-{part}"));
                 fs::rename(&path, &to).map_err(file(&path))?;
                 self.found_damaged(format!(
-                    "{} was cut or changed since it was written, and is kept as {}; {}",
+                    "{} is damaged, and was moved to {}; {}",
                     path.display(),
                     to.display(),
                     consequence(&part)
@@ -165,13 +165,13 @@ impl Store {
         Ok(())
     }
 
-    /// Brings the index up to date, and makes it again if it cannot be read.
+    /// Updates the index, and remakes it if it cannot be read.
     fn index_again_if_damaged(&self) -> Result<()> {
         let readable =
             || self.weeks()?.into_iter().try_for_each(|week| read_done(&self.week(week)).map(drop));
         match readable().and_then(|()| self.index()) {
             Err(Error::Store { origin, .. }) => {
-                self.found_damaged(format!("{origin} could not be read; the index is made again"));
+                self.found_damaged(format!("{origin} could not be read; the index was remade"));
                 self.forget_index()?;
                 self.index()
             }
@@ -179,25 +179,23 @@ impl Store {
         }
     }
 
-    /// Asks with the last run that is in the index, and of the runs alone if the index cannot be read.
+    /// Asks with the last run in the index, or from the runs alone if the index cannot be read.
     fn indexed<T>(&self, ask: impl Fn(&str) -> Result<T>) -> Result<T> {
         match ask(&self.through()) {
             Err(Error::Store { origin, .. }) => {
-                self.found_damaged(format!(
-                    "{origin} cannot be read; the next scan makes it again"
-                ));
+                self.found_damaged(format!("{origin} cannot be read; the next scan remakes it"));
                 ask("")
             }
             done => done,
         }
     }
 
-    /// Waits until nobody else changes what people say of the plant, and keeps others from it while the file lives.
+    /// Waits until no other process writes the log, and locks it while the file lives.
     ///
-    /// A lock of its own: a note need not wait for the end of a scan.
+    /// It is a separate lock, so that a note need not wait for the end of a scan.
     ///
     /// # Errors
-    /// If the folder cannot be made, or the file not be locked.
+    /// If the folder cannot be created, or the file cannot be locked.
     pub(crate) fn lock_log(&self) -> Result<File> {
         fs::create_dir_all(&self.folder).map_err(file(&self.folder))?;
         let path = self.path("log.lock");
@@ -217,7 +215,7 @@ impl Store {
     /// All rows that were ever written, in the order of runs and parts, each with the name of its run.
     ///
     /// # Errors
-    /// If a file cannot be read or is not what the store wrote.
+    /// If a file cannot be read or was changed.
     pub fn all_rows(&self) -> Result<Vec<(String, WindowRow)>> {
         let mut rows = vec![];
         for run in self.run_names()? {
@@ -226,15 +224,15 @@ impl Store {
         Ok(rows)
     }
 
-    /// The rows that count, by loop and time: of windows of a loop that overlap, the one judged last.
+    /// The valid rows, by loop and time. Of overlapping windows of a loop the one judged last is valid.
     ///
     /// # Errors
-    /// If a file cannot be read or is not what the store wrote.
+    /// If a file cannot be read or was changed.
     pub fn rows(&self) -> Result<Vec<WindowRow>> {
         self.rows_between(i64::MIN, i64::MAX)
     }
 
-    /// The [rows that count](Self::rows) of windows that begin from `from` on and before `to`, s since 1970.
+    /// The [valid rows](Self::rows) of windows that begin from `from` on and before `to`, s since 1970.
     ///
     /// # Errors
     /// As for [`Store::rows`].
@@ -291,7 +289,7 @@ impl Store {
         Ok(weeks.into_iter().map(|week| Week::of(7 * week - 3)).collect())
     }
 
-    /// A text that is another one as soon as there are other rows.
+    /// A text that changes whenever the rows change.
     ///
     /// # Errors
     /// If a folder cannot be read.
@@ -352,7 +350,7 @@ impl Store {
         write_whole(&self.path("index").join("through"), last.as_bytes())
     }
 
-    /// Throws the index away; it is made again when the next run begins.
+    /// Removes the index. The next run remakes it.
     ///
     /// # Errors
     /// If it cannot be removed.
@@ -388,7 +386,7 @@ impl Store {
 
     /// The same of an index that goes through this run.
     fn weeks_in(&self, through: &str) -> Result<Vec<i64>> {
-        // Without its end it was not made whole, and the runs are asked.
+        // Without this file the index is incomplete, and the runs are read.
         if through.is_empty() {
             return Ok(vec![]);
         }
@@ -422,17 +420,17 @@ impl Store {
     fn left_out(&self, path: &Path) {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         self.found_damaged(format!(
-            "{} was cut or changed since it was written, and is left out; {}",
+            "{} is damaged, and is left out; {}",
             path.display(),
             consequence(&name)
         ));
     }
 
     /// The traces of windows that begin from `from` on and before `to`, s since 1970-01-01 UTC, by loop and time: of traces of a
-    /// loop that begin at the same time, the one written last. Of files without any only the footers are read.
+    /// loop that begin at the same time, the one written last. Only the footers of files without any are read.
     ///
     /// # Errors
-    /// If a file cannot be read or is not what the store wrote.
+    /// If a file cannot be read or was changed.
     pub fn traces(&self, from: i64, to: i64) -> Result<Vec<Trace>> {
         let mut newest: BTreeMap<(String, i64), Trace> = BTreeMap::new();
         let mut runs = self.run_names()?;
@@ -441,7 +439,7 @@ impl Store {
             let folder = self.runs().join(&run);
             for part in names(&folder, |name| is_part(name, TRACES))? {
                 let path = folder.join(part);
-                // They are large: the sum is asked of those only that are wanted.
+                // They are large, so only wanted files are checked.
                 let within = |footer: &ParquetMetaData| {
                     let wanted = may_begin(footer, from, to);
                     let whole = wanted && is_whole(&path).unwrap_or(false);
@@ -469,12 +467,12 @@ impl Store {
         self.path("pairs").join(format!("{week}-{made_of}.parquet"))
     }
 
-    /// The pairs of loops that were found elsewhere of a week, made of what `made_of` tells; `None` if there are none.
+    /// The pairs of loops of a week that were found elsewhere from the input `made_of`; `None` if there are none.
     ///
     /// # Errors
-    /// If a file cannot be read or is not what the store wrote.
+    /// If a file cannot be read or was changed.
     pub fn pairs(&self, week: Week, made_of: impl FnOnce() -> String) -> Result<Option<Vec<Pair>>> {
-        // What they should be made of takes long to tell.
+        // Their expected input takes long to compute.
         if self.pairs_of(week)?.is_empty() {
             return Ok(None);
         }
@@ -490,7 +488,7 @@ impl Store {
         names(&self.path("pairs"), |name| name.starts_with(&format!("{week}-")))
     }
 
-    /// Keeps the pairs of a week, in place of those that were kept before.
+    /// Keeps the pairs of a week, and removes earlier ones.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -506,7 +504,7 @@ impl Store {
         Ok(())
     }
 
-    /// How many runs did not come to their end since the last scan of all loops and days that did.
+    /// The number of incomplete runs since the last complete scan of all loops and days.
     ///
     /// # Errors
     /// If a folder cannot be read.
@@ -519,7 +517,7 @@ impl Store {
         Ok(cut)
     }
 
-    /// The manifest of a run, as it was written; `None` if the run did not come to its end.
+    /// The manifest of a run; `None` if the run was interrupted.
     ///
     /// # Errors
     /// If it cannot be read.
@@ -543,7 +541,7 @@ impl Run {
         self.write_part(WINDOWS, self.parts, rows)
     }
 
-    /// Writes the traces of the rows that are written next. Without their rows they are harmless; rows count as done.
+    /// Writes the traces of the rows that are written next. Without their rows they are harmless. Rows mark windows as done.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -563,7 +561,7 @@ impl Run {
         self.parts
     }
 
-    /// Keeps that this scan was one of all loops and days, and came to its end: runs that were cut short before need nothing.
+    /// Records that this was a complete scan of all loops and days. Earlier interrupted runs then need nothing.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -572,7 +570,7 @@ impl Run {
         last.map_or(Ok(()), |last| write_whole(&self.store.path("whole"), last.as_bytes()))
     }
 
-    /// Ends the run with its manifest, and brings the index up to date; one without a part leaves nothing behind.
+    /// Ends the run with its manifest, and updates the index. A run without a part leaves nothing behind.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -597,24 +595,24 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
 
 const DAY: i64 = 86_400;
 
-/// What the names of files of rows begin with.
+/// Prefix of the names of files of rows.
 const WINDOWS: &str = "windows-";
-/// What the names of files of traces begin with.
+/// Prefix of the names of files of traces.
 const TRACES: &str = "traces-";
 
 fn is_part(name: &str, kind: &str) -> bool {
     name.starts_with(kind) && name.ends_with(".parquet")
 }
 
-/// What follows from the damage of a part.
+/// The consequence of a damaged part.
 fn consequence(name: &str) -> &'static str {
     match is_part(name, TRACES) {
-        true => "groups of loops are found without its windows, until scan --again makes it anew",
-        false => "the next scan judges its windows again, but those that another file has",
+        true => "groups of loops lack its windows until `scan --again`",
+        false => "the next scan judges its windows again, unless another file has them",
     }
 }
 
-/// Whether a file of a run is what was written: by the sum in its name, and one of an earlier version by being readable.
+/// Whether a file of a run is unchanged, by the checksum in its name. A file of an earlier version only needs to be readable.
 fn is_whole(path: &Path) -> Result<bool> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let mut input = File::open(path).map_err(file(path))?;
@@ -628,7 +626,7 @@ fn is_whole(path: &Path) -> Result<bool> {
     }
 }
 
-/// The same, but of a file that has not changed since `seen` only its end is looked at: all runs together may be large.
+/// The same, but only the end of a file that has not changed since `seen` is read, because all runs together may be large.
 fn looks_whole(path: &Path, seen: Option<SystemTime>) -> Result<bool> {
     let there = fs::metadata(path).map_err(file(path))?;
     match there.modified() {
@@ -644,23 +642,23 @@ fn looks_whole(path: &Path, seen: Option<SystemTime>) -> Result<bool> {
     }
 }
 
-/// The beginning of a sum, in hexadecimal.
+/// The beginning of a checksum, in hexadecimal.
 fn beginning(sum: &[u8]) -> String {
     sum.iter().take(8).map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The number of a run; 0 of none.
+/// The number of a run; 0 if it is not a run.
 fn number(run: &str) -> u32 {
     run.trim().parse().unwrap_or(0)
 }
 
-/// The week in which a window begins, which is near midnight by some clock: weeks begin on Monday.
+/// The week in which a window begins, from Monday. Windows begin near midnight of some clock.
 fn week_of(row: &WindowRow) -> i64 {
     let day = row.window_start.saturating_add(DAY / 2).div_euclid(DAY);
     (day + 3).div_euclid(7)
 }
 
-/// Of rows in the order in which they were judged, those that count, by loop and time.
+/// The valid rows among rows in the order in which they were judged, by loop and time.
 fn those_that_count(mut all: Vec<WindowRow>) -> Vec<WindowRow> {
     let mut newest: Vec<WindowRow> = vec![];
     all.reverse();
@@ -683,7 +681,7 @@ fn those_that_count(mut all: Vec<WindowRow>) -> Vec<WindowRow> {
     newest
 }
 
-/// The entries of a folder whose names are wanted, in order; none of a folder that is not there.
+/// The entries of a folder with wanted names, in order; none if the folder does not exist.
 fn names(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<String>> {
     let entries = match fs::read_dir(folder) {
         Ok(entries) => entries,
@@ -705,7 +703,7 @@ fn write<R: Row>(path: &Path, rows: &[R]) -> Result<()> {
     write_whole(path, &parquet_file::bytes(rows).map_err(|e| store(path, e))?)
 }
 
-/// Hands `take` the tables of a file whose footer says that it is wanted, of all columns or of these.
+/// Passes the tables of a file with a wanted footer to `take`, with all columns or these.
 fn tables(
     path: &Path,
     columns: Option<&[&str]>,

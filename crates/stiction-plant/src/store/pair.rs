@@ -1,4 +1,4 @@
-//! The row of two loops that may swing in step, as it is kept of a week.
+//! The stored row of two loops that may swing in step in a week.
 
 use crate::store::table::columns;
 
@@ -11,7 +11,7 @@ columns! {
     "other" [""] second: String;
     /// The band, the slowest first.
     "band" [""] band: i64;
-    /// Probability of as much coherence by chance, in the best of the bands in which the two were compared.
+    /// Probability of this coherence by chance, in the best of the compared bands.
     "p" [""] p: f64;
     /// Squared coherence, 0 to 1.
     "squared" [""] squared: f64;

@@ -1,6 +1,6 @@
 //! Tables as Parquet files.
 //!
-//! What a file tells of its columns beside names and types, units and meanings, is the text [`TOLD`] of its metadata.
+//! The text [`COLUMNS`] in the metadata of a file lists units and meanings of its columns.
 
 use crate::store::table::{Cells, Column, Kind, MISSING, Row, Table};
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, TimeUnit, Type as Physical};
@@ -18,10 +18,10 @@ use std::fs::File;
 use std::io::Write;
 use std::sync::Arc;
 
-/// Where the metadata of a file tell its columns, as JSON: name, unit, kind, whether cells may be empty, meaning.
-pub const TOLD: &str = "stiction:columns";
+/// Key of the metadata with the columns as JSON: name, unit, kind, whether cells may be empty, meaning.
+pub const COLUMNS: &str = "stiction:columns";
 
-/// Rows that are written together at most.
+/// The most rows that are written together.
 const GROUP: usize = 1 << 20;
 
 /// Rows that are read together.
@@ -52,11 +52,11 @@ impl<W: Write + Send> Writer<W> {
     /// If it cannot be written.
     pub fn begin(to: W, columns: Vec<Column>) -> Result<Self> {
         let told = serde_json::to_string(&columns)
-            .map_err(|e| ParquetError::General(format!("its columns cannot be told: {e}")))?;
+            .map_err(|e| ParquetError::General(format!("its columns cannot be described: {e}")))?;
         let mut properties = WriterProperties::builder()
             .set_compression(Compression::SNAPPY)
             .set_created_by("stiction".to_owned())
-            .set_key_value_metadata(Some(vec![KeyValue::new(TOLD.to_owned(), told)]));
+            .set_key_value_metadata(Some(vec![KeyValue::new(COLUMNS.to_owned(), told)]));
         for column in columns.iter().filter(|column| column.kind == Kind::Steps) {
             // Steps from one value to the next are small numbers; as whole ones they would take four bytes each.
             let path = [column.name, "list", "item"].map(str::to_owned).to_vec();
@@ -140,7 +140,7 @@ fn write_column(
 ) -> Result<()> {
     match (column.kind, cells) {
         (Kind::Text, Cells::Text(cells)) => {
-            // Words that follow each other are mostly one and the same.
+            // Consecutive words are mostly equal.
             let mut last: Option<(&Arc<str>, ByteArray)> = None;
             write_cells::<ByteArrayType, _>(writer, column, cells, |cell| {
                 let text = match &last {
@@ -186,7 +186,7 @@ fn write_cells<'a, T: DataType, C>(
     Ok(())
 }
 
-/// What the levels of lists say: none in the list, one that is missing, one that is there.
+/// The levels of lists: an empty list, a missing step, an existing step.
 const EMPTY: i16 = 0;
 const GONE: i16 = 1;
 const THERE: i16 = 2;
@@ -213,10 +213,10 @@ fn write_steps(writer: &mut SerializedColumnWriter<'_>, lists: &[Vec<i16>]) -> R
     Ok(())
 }
 
-/// Hands `take` the tables of a file whose footer says that it is `wanted`: some rows each, of all columns or of these.
+/// Passes the tables of a file with a `wanted` footer to `take`, some rows each, with all columns or these.
 ///
 /// # Errors
-/// If the file cannot be read, or `take` says so.
+/// If the file cannot be read, or `take` fails.
 pub fn read(
     file: File,
     columns: Option<&[&str]>,
@@ -256,7 +256,7 @@ pub fn read(
     Ok(())
 }
 
-/// Whether the cells of a column are of a kind that is written here.
+/// Whether the cells of a column are of a kind of [`Cells`].
 fn holds_cells(column: &ColumnDescriptor) -> bool {
     match column.physical_type() {
         Physical::INT32 => (column.max_rep_level(), column.max_def_level()) == (1, THERE),
@@ -327,7 +327,7 @@ fn all_of(count: usize, rows: usize) -> Result<()> {
     match count == rows {
         true => Ok(()),
         false => Err(ParquetError::General(format!(
-            "it has {count} of {rows} cells that it should have; the file is cut short"
+            "it has {count} of {rows} cells; the file is incomplete"
         ))),
     }
 }

@@ -1,25 +1,25 @@
-//! Tables that are declared once: the struct of a row, its columns in memory and in Parquet, its JSON and CSV, and the
-//! table of documentation come from one declaration.
+//! Tables with one declaration, from which the struct of a row, its columns in memory and in Parquet, its JSON and CSV, and
+//! the table in the documentation are made.
 
 use std::sync::Arc;
 use stiction_diagnose::diagnose::{Cause, Grade, VerdictClass};
 
-/// What a column is.
+/// The description of a column.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Column {
     /// Its name.
     pub name: &'static str,
-    /// Its unit; empty for what has none.
+    /// Its unit; empty if it has none.
     pub unit: &'static str,
-    /// What its cells are.
+    /// The kind of its cells.
     pub kind: Kind,
     /// Whether a cell may be empty.
     pub optional: bool,
-    /// What it means.
+    /// Its meaning.
     pub meaning: String,
 }
 
-/// What the cells of a column are.
+/// The kind of the cells of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Text.
@@ -49,7 +49,7 @@ impl Kind {
         }
     }
 
-    /// Its name in the language of Spark.
+    /// Its name in Spark SQL.
     pub fn sql(self) -> &'static str {
         match self {
             Self::Text => "STRING",
@@ -62,13 +62,13 @@ impl Kind {
     }
 }
 
-/// What stands for a step that is missing.
+/// The value of a missing step.
 pub const MISSING: i16 = i16::MIN;
 
 /// The cells of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cells {
-    /// Text; equal texts that follow each other are best one.
+    /// Text. Consecutive equal texts should share one allocation.
     Text(Vec<Option<Arc<str>>>),
     /// Numbers.
     Number(Vec<Option<f64>>),
@@ -76,14 +76,14 @@ pub enum Cells {
     Count(Vec<Option<i64>>),
     /// True or false.
     Flag(Vec<Option<bool>>),
-    /// Lists of steps, [`MISSING`] for one that is.
+    /// Lists of steps, with [`MISSING`] for a missing one.
     Steps(Vec<Vec<i16>>),
-    /// So many of another kind, which no row holds.
+    /// A number of cells of an unknown kind, which no row uses.
     Other(usize),
 }
 
 impl Cells {
-    /// How many there are.
+    /// Their number.
     pub fn len(&self) -> usize {
         match self {
             Self::Text(cells) => cells.len(),
@@ -109,7 +109,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// How many rows it has.
+    /// Its number of rows.
     pub fn len(&self) -> usize {
         self.columns.first().map_or(0, |(_, cells)| cells.len())
     }
@@ -119,10 +119,10 @@ impl Table {
         self.len() == 0
     }
 
-    /// The cells of a column. One whose cells may be empty may be missing: an earlier version did not know it.
+    /// The cells of a column. An optional column may be missing, because an earlier version did not have it.
     ///
     /// # Errors
-    /// If it is not there but must be, is of another type, or lacks a cell that it must have.
+    /// If a required column is missing, the type is different, or a required cell is empty.
     pub fn column<T: Cell>(&self, name: &str) -> Result<Vec<T>, String> {
         let Some((_, cells)) = self.columns.iter().find(|(own, _)| own == name) else {
             let none = T::none().ok_or_else(|| format!("has no column \"{name}\""))?;
@@ -133,21 +133,21 @@ impl Table {
     }
 }
 
-/// What a cell of a column can be.
+/// A type of cells.
 pub trait Cell: Clone {
-    /// What its column is.
+    /// The kind of its column.
     const KIND: Kind;
-    /// An empty cell, if it may be one.
+    /// An empty cell, if the type allows one.
     fn none() -> Option<Self>;
     /// Cells as a column.
     fn cells(cells: Vec<Self>) -> Cells;
-    /// The cell of a row; `None` if the column is of another type, or the cell empty that must not be.
+    /// The cell of a row; `None` if the column has a different type, or a required cell is empty.
     fn of(cells: &Cells, row: usize) -> Option<Self>;
-    /// The cell as text for people's tables; empty for none.
+    /// The cell as text for CSV; empty for none.
     fn text(&self) -> String;
 }
 
-/// Cells that may be empty, of those that are always there.
+/// Optional cells, from required ones.
 macro_rules! cell {
     ($type:ty, $kind:ident, $in:expr, $out:expr) => {
         impl Cell for $type {
@@ -207,7 +207,7 @@ impl Cell for Vec<i16> {
     }
 }
 
-/// A type of cells that has names for its values, `ALL` of them known, and the same that may be empty.
+/// A type of cells whose values `ALL` have names, required and optional.
 macro_rules! named_cell {
     ($type:ty) => {
         impl $crate::store::table::Cell for $type {
@@ -255,7 +255,7 @@ named_cell!(Grade);
 named_cell!(Cause);
 named_cell!(VerdictClass);
 
-/// What has names is written by them.
+/// Writes values with names as their names.
 macro_rules! written_by_name {
     ($type:ty) => {
         impl serde::Serialize for $type {
@@ -291,11 +291,11 @@ pub trait Row: Sized {
     /// Rows as a table.
     fn table(rows: &[Self]) -> Table;
 
-    /// The rows of a table; columns are found by name, and others than these are left alone. One whose cells may be
-    /// empty may be missing: an earlier version did not know it.
+    /// The rows of a table. Columns are found by name, and unknown columns are ignored. An optional column may be missing, because an
+    /// earlier version did not have it.
     ///
     /// # Errors
-    /// If another column is not there, one is of another type, or lacks a cell that it must have.
+    /// If a required column is missing, a type is different, or a required cell is empty.
     fn rows(table: &Table) -> Result<Vec<Self>, String>;
 
     /// The columns as Spark declares them.

@@ -1,9 +1,8 @@
-//! What is kept of a window's signal, to compare loops on one clock without reading the data again.
+//! The stored signal of a window, to compare loops on one clock without reading the data again.
 //!
-//! Loops of a plant are sampled at times of their own. A trace is the control error, or the OP, as means of [`STEP_S`] seconds
-//! on the clock of the plant: each value holds until the next, for [`HELD_S`] at most. It is kept in steps of a
-//! hundredth of its standard deviation, in some 12 kB a day, and is for spectra, not for looking at: periods below
-//! [`SHORTEST_S`] are lost.
+//! Each loop of a plant has its own sample times. A trace is the control error, or the OP, as means of [`STEP_S`] seconds
+//! on the clock of the plant. Each value holds until the next, for [`HELD_S`] at most. A trace is stored in steps of a
+//! hundredth of its standard deviation, in some 12 kB a day. It is for spectra: periods below [`SHORTEST_S`] are lost.
 
 use crate::store::table::{Cell, Cells, Column, MISSING, Row, Table, named_cell};
 use sha2::{Digest, Sha256};
@@ -11,19 +10,19 @@ use stiction_diagnose::diagnose::Diagnosis;
 use stiction_diagnose::oscillation::Oscillation;
 use stiction_diagnose::recording::{Channel, Recording};
 
-/// Time between two values, s; the first cell of all began at 1970-01-01 UTC.
+/// Time between two values, s. Cells count from 1970-01-01 UTC.
 pub const STEP_S: i64 = 10;
-/// How long a value holds at most, s.
+/// The longest time for which a value holds, s.
 pub const HELD_S: f64 = 3600.0;
 /// The shortest period that a trace can show, s: four values.
 pub const SHORTEST_S: f64 = 4.0 * STEP_S as f64;
 /// Steps in a standard deviation.
 const FINE: f64 = 100.0;
 
-/// Which signal of a loop a trace is.
+/// The signal of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TraceSignal {
-    /// PV less SP; the PV where no SP is recorded.
+    /// PV less SP, or the PV if no SP is recorded.
     Error,
     /// The OP.
     Op,
@@ -59,18 +58,18 @@ named_cell!(TraceSignal);
 pub struct Trace {
     /// Tag of the loop.
     pub name: String,
-    /// Begin of the first value, s since 1970-01-01 UTC: a multiple of [`STEP_S`].
+    /// Start of the first value, s since 1970-01-01 UTC: a multiple of [`STEP_S`].
     pub start: i64,
-    /// Which signal it is.
+    /// Its signal.
     pub signal: TraceSignal,
-    /// What a step of the values is in the units of the signal.
+    /// The size of a step in the units of the signal.
     unit: f64,
     values: Vec<i16>,
 }
 
 impl Trace {
     /// The trace of a window that begins at `start`, s since 1970-01-01 UTC, and lasts `duration_s`; the recording's
-    /// clock begins with it. `None` of a signal that is not there, or never moves.
+    /// clock begins with it. `None` if the signal is missing or never moves.
     pub fn of(
         recording: &Recording,
         start: i64,
@@ -109,28 +108,28 @@ impl Trace {
         })
     }
 
-    /// How many values it has, those that are not known included.
+    /// Its number of values, including unknown ones.
     pub fn len(&self) -> usize {
         self.values.len()
     }
 
-    /// Whether it has none.
+    /// Whether it has no values.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
 
-    /// Its values about their mean, in the units of the signal; NaN where one is not known.
+    /// Its values about their mean, in the units of the signal; NaN for unknown ones.
     pub fn values(&self) -> impl Iterator<Item = f64> {
         let value = |v: &i16| if *v == MISSING { f64::NAN } else { f64::from(*v) * self.unit };
         self.values.iter().map(value)
     }
 
-    /// What a step of its values is in the units of the signal.
+    /// The size of a step in the units of the signal.
     pub fn unit(&self) -> f64 {
         self.unit
     }
 
-    /// SHA-256 of its values, whole numbers of two bytes, the low one first.
+    /// SHA-256 of its values, little-endian whole numbers of two bytes.
     pub fn digest(&self) -> String {
         let bytes: Vec<u8> = self.values.iter().flat_map(|value| value.to_le_bytes()).collect();
         format!("{:x}", Sha256::digest(bytes))
@@ -182,7 +181,7 @@ impl Row for Trace {
     }
 }
 
-/// The means of a channel in cells of [`STEP_S`] from `from` on, s on its clock; NaN where less than half of a cell is known.
+/// The means of a channel in cells of [`STEP_S`] from `from` on, s on its clock; NaN if less than half of a cell is known.
 fn means(channel: &Channel, from: f64, cells: usize) -> Vec<f64> {
     let step = STEP_S as f64;
     let (mut sums, mut known) = (vec![0.0; cells], vec![0.0; cells]);

@@ -1,4 +1,4 @@
-//! The row of a window: what is kept of one loop on one day.
+//! The row of a window, that is, of one loop on one day.
 
 use crate::store::table::columns;
 use stiction_diagnose::diagnose::{Diagnosis, Estimate, Grade, Observation, VerdictClass};
@@ -7,49 +7,49 @@ use stiction_diagnose::recording::fitness::{Class, MeasureId};
 use stiction_diagnose::valve_test::TestReading;
 
 columns! {
-    /// What is kept of one window of one loop. Percent of span, s, and the units of the PV, as columns say.
+    /// One window of one loop. Units are those of the columns.
     pub struct WindowRow;
     /// Tag of the loop.
     "loop" [""] name: String;
-    /// Area of the plant, as its file says.
+    /// Area of the plant, from plant.toml.
     "area" [""] area: Option<String>;
-    /// Unit of the plant, as its file says.
+    /// Unit of the plant, from plant.toml.
     "unit" [""] unit: Option<String>;
-    /// What the loop controls.
+    /// Type of the loop.
     "type" [""] loop_type: String;
-    /// Begin of the window, since 1970-01-01 UTC: midnight by the clock of the plant.
+    /// Start of the window, since 1970-01-01 UTC: midnight by the clock of the plant.
     "window_start" ["s"] window_start: i64;
     /// Duration of the window: a day of the plant, or several.
     "window_s" ["s"] window_s: i64;
     /// Version of the program that judged.
     "engine_version" [""] engine_version: String;
-    /// What the verdict was trained on.
+    /// Training of the verdict.
     "model_version" [""] model_version: String;
-    /// SHA-256 of what the plant's file says that counts for the verdict.
+    /// SHA-256 of the settings in plant.toml that affect the verdict.
     "settings_hash" [""] settings_hash: String;
-    /// SHA-256 of what it was read from, by which it is known to be done: its files, or on Spark its rows.
+    /// SHA-256 of its input, which shows that it is done: its files, or on Spark its rows.
     "input_fingerprint" [""] input_fingerprint: String;
-    /// SHA-256 of the samples that were judged, the same wherever they are stored; empty where there are none.
+    /// SHA-256 of the judged samples, independent of where they are stored; empty without samples.
     "samples_fingerprint" [""] samples_fingerprint: Option<String>;
-    /// Why the window could not be judged; empty where it was.
+    /// Reason why the window could not be judged; empty if it was.
     "error" [""] error: Option<String>;
-    /// Samples of the stretch that was judged.
+    /// Samples of the judged stretch.
     "samples" [""] samples: Option<i64>;
-    /// Share of the samples that can be used, of the worse of OP and PV.
+    /// Share of usable samples, of the worse of OP and PV.
     "good_share" ["%"] good_share: Option<f64>;
-    /// Share of the time in which the controller was in command: the service factor.
+    /// Share of the time in automatic: the service factor.
     "auto_share" ["%"] auto_share: Option<f64>;
-    /// Begin of the stretch that was judged, from the begin of the window on.
+    /// Start of the judged stretch, from the start of the window.
     "stretch_start_s" ["s"] stretch_start_s: Option<f64>;
-    /// Duration of the stretch that was judged.
+    /// Duration of the judged stretch.
     "stretch_s" ["s"] stretch_s: Option<f64>;
-    /// Time between the samples that were judged.
+    /// Sample time of the judged stretch.
     "sample_time_s" ["s"] sample_time_s: Option<f64>;
-    /// Whether the data can answer: fit, caveats or unfit.
+    /// Fitness of the data: fit, caveats or unfit.
     "fitness" [""] fitness: Option<String>;
-    /// Why the data are not fit, sentences.
+    /// Reasons why the data are unfit, sentences.
     "unfit_reasons" [""] unfit_reasons: Option<String>;
-    /// Whether the PV moves at all in the stretch that was judged.
+    /// Whether the PV moves at all in the judged stretch.
     "pv_moves" [""] pv_moves: Option<bool>;
     /// Whether the loop oscillates.
     "oscillates" [""] oscillates: Option<bool>;
@@ -57,23 +57,23 @@ columns! {
     "period_s" ["s"] period_s: Option<f64>;
     /// Regularity of the oscillation.
     "regularity" [""] regularity: Option<f64>;
-    /// Amplitude of the oscillation, of the error, or of the OP in % where the error does not oscillate.
+    /// Amplitude of the oscillation of the error, or of the OP in % if the error does not oscillate.
     "amplitude" ["PV"] amplitude: Option<f64>;
-    /// Travel of the OP, up and down, an hour.
+    /// OP travel, up and down, an hour.
     "travel_per_hour" ["%/h"] travel_per_hour: Option<f64>;
-    /// Turns of the OP by more than its noise, an hour.
+    /// OP reversals by more than the noise, an hour.
     "reversals_per_hour" ["1/h"] reversals_per_hour: Option<f64>;
-    /// Share of the time in which the OP rests at a limit.
+    /// Share of the time with the OP at a limit.
     "at_limit_share" ["%"] at_limit_share: Option<f64>;
     /// Class of the verdict.
     "verdict" [""] verdict: Option<String>;
-    /// The verdict in one graded word.
+    /// Verdict in one graded word.
     "grade" [""] grade: Option<String>;
     /// Probability that the valve sticks.
     "probability" [""] probability: Option<f64>;
-    /// What the verdict rests on.
+    /// Basis of the verdict.
     "basis" [""] basis: Option<String>;
-    /// How many independent windows the evidence is worth; what a history weighs by.
+    /// Number of independent windows that the evidence is worth, the weight in a history.
     "evidence_windows" [""] evidence_windows: Option<f64>;
     /// Stick band plus dead band, of span.
     "S" ["%"] s: Option<f64>;
@@ -89,15 +89,15 @@ columns! {
     "J_high" ["%"] j_high: Option<f64>;
     /// Detection limit: an S above this would have shown.
     "S_below" ["%"] s_below: Option<f64>;
-    /// The likeliest other cause.
+    /// Likeliest other cause.
     "alternative" [""] alternative: Option<String>;
     /// Its probability.
     "alternative_likelihood" [""] alternative_likelihood: Option<f64>;
-    /// The mistake in the columns that ended the judgement.
+    /// Mistake in the columns that ended the judgement.
     "mistaken" [""] mistaken: Option<String>;
-    /// What the PV does that does not respond.
+    /// Behaviour of a PV that does not respond.
     "no_response" [""] no_response: Option<String>;
-    /// What a test of the valve says that the window holds; empty where it holds none that can be read.
+    /// Result of a valve test in the window; empty without a readable test.
     "test" [""] test: Option<String>;
     /// S by that test, of span.
     "test_S" ["%"] test_s: Option<f64>;
@@ -105,18 +105,18 @@ columns! {
     "test_S_low" ["%"] test_s_low: Option<f64>;
     /// High end of its interval.
     "test_S_high" ["%"] test_s_high: Option<f64>;
-    /// S is below this by that test, where it finds none.
+    /// Upper limit of S by that test, if it finds no S.
     "test_S_below" ["%"] test_s_below: Option<f64>;
-    /// When the test began, since 1970-01-01 UTC.
+    /// Start of the test, since 1970-01-01 UTC.
     "test_from" ["s"] test_from: Option<i64>;
-    /// When it ended.
+    /// End of the test, since 1970-01-01 UTC.
     "test_to" ["s"] test_to: Option<i64>;
 }
 
-/// The program's version, as rows name it.
+/// The program's version in rows.
 pub const ENGINE_VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// What the verdict was trained on, in a word.
+/// The training of the verdict, in a word.
 pub fn model_version() -> String {
     fusion::shipped().map_or_else(
         |_| "none".to_owned(),
@@ -133,20 +133,25 @@ impl WindowRow {
         self.error.is_none() && self.stretch_s.is_some()
     }
 
-    /// The grade, where there is one.
+    /// The grade, if there is one.
     pub fn grade(&self) -> Option<Grade> {
         Grade::ALL.into_iter().find(|grade| self.grade.as_deref() == Some(grade.name()))
     }
 
-    /// What it says of its valve in the middle of the stretch that was judged, as
-    /// [`Diagnosis::observation`] does; `None` if none was judged.
+    /// The middle of the stretch that was judged, or of the window if none was, s since 1970-01-01 UTC.
+    pub fn middle(&self) -> f64 {
+        let from = self.stretch_start_s.unwrap_or(0.0);
+        self.window_start as f64 + from + self.stretch_s.unwrap_or(self.window_s as f64) / 2.0
+    }
+
+    /// Its observation of the valve in the middle of the judged stretch, like [`Diagnosis::observation`]; `None` if none was judged.
     pub fn observation(&self) -> Option<Observation> {
         let estimate = |value: Option<f64>, low: Option<f64>, high: Option<f64>| {
             Some(Estimate { value: value?, low: low?, high: high? })
         };
-        let (from, length) = (self.stretch_start_s?, self.stretch_s?);
+        self.stretch_s?;
         Some(Observation {
-            time: self.window_start as f64 + from + length / 2.0,
+            time: self.middle(),
             class: VerdictClass::by_name(self.verdict.as_deref()?).ok()?,
             probability: self.probability,
             s: estimate(self.s, self.s_low, self.s_high),
@@ -156,8 +161,8 @@ impl WindowRow {
         })
     }
 
-    /// The row with what a diagnosis found. Identity, settings and fingerprint are those of `self`; the times of the
-    /// diagnosis begin with the window.
+    /// The row with the results of a diagnosis. Identity, settings and fingerprint are those of `self`. The times of the diagnosis
+    /// count from the start of the window.
     #[must_use]
     pub fn judged(self, diagnosis: &Diagnosis) -> Self {
         let verdict = &diagnosis.verdict;
@@ -211,7 +216,7 @@ impl WindowRow {
         }
     }
 
-    /// The row with what a test of the valve says; its times begin with the window.
+    /// The row with the results of a valve test, whose times count from the start of the window.
     #[must_use]
     pub fn tested(self, test: &TestReading) -> Self {
         let at = |s: f64| Some(self.window_start + s as i64);
@@ -253,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_are_told_and_are_those_of_the_json() {
+    fn columns_are_described_and_are_those_of_the_json() {
         let columns = WindowRow::columns();
         assert!(columns.iter().all(|column| !column.meaning.is_empty()));
         let json = serde_json::to_value(WindowRow::default()).unwrap();
