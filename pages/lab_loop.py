@@ -239,7 +239,7 @@ def looks(browser: Browser, lab: Lab, kept: Path) -> None:
     for at, name in (("", "lab-loop"), ("#/exercise?seed=1", "lab-exercise"), ("#/guess?seed=5&loop=2", "lab-guess"), ("#/paper", "lab-paper")):
         for suffix, size, scheme in LOOKS:
             page = opened(browser, lab, at, size, scheme)
-            page.wait_for_timeout(12_000 if name == "lab-loop" else 4000)
+            page.wait_for_timeout(20_000 if name == "lab-loop" else 4000)
             sound(page, f"{name}{suffix}")
             page.screenshot(path=kept / f"{name}{suffix}.png")
             page.close()

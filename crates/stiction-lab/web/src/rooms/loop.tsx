@@ -172,10 +172,10 @@ export function LoopRoom() {
     },
   );
   useEffect(() => {
-    if (!k.isLoop.value) return;
+    if (!k.chosen.value?.is_loop) return;
     const timer = setTimeout(() => latest.current?.ask(k.asked.value), 60);
     return () => clearTimeout(timer);
-  }, [JSON.stringify(k.asked.value), k.isLoop.value]);
+  }, [JSON.stringify(k.asked.value), k.chosen.value]);
 
   // Sixty times a second, and numbers four times.
   useEffect(() => {
@@ -218,6 +218,8 @@ export function LoopRoom() {
   const knobs = k.knobs.value;
   const [few, more] = [knobs.filter((each) => !each.more), knobs.filter((each) => each.more)];
   const isValve = (id: string) => id === "S" || id === "J";
+  // Before the list of scenarios has come, it is not known what can be asked.
+  const isLoop = k.chosen.value?.is_loop === true;
   const visible = (each: k.Knob) => !(hidden.value && isValve(each.id));
   const fd = (cycles.value ? (cycles.value.S - cycles.value.J) / 2 : 0);
   const fs = (cycles.value ? (cycles.value.S + cycles.value.J) / 2 : 0);
@@ -327,13 +329,13 @@ export function LoopRoom() {
             </figure>
           </div>
           <div class="below">
-            {!hidden.value && k.isLoop.value && <LoopMap locked={locked.value} />}
+            {!hidden.value && isLoop && <LoopMap locked={locked.value} />}
             <Challenges cycles={cycles.value} />
           </div>
         </div>
         <div class="side">
-          {k.isLoop.value && <Verdict hidden={hidden.value} />}
-          {!hidden.value && k.isLoop.value && <Numbers cycles={cycles.value} measured={measured.value} wrong={wrong.value} />}
+          {isLoop && <Verdict hidden={hidden.value} />}
+          {!hidden.value && isLoop && <Numbers cycles={cycles.value} measured={measured.value} wrong={wrong.value} />}
         </div>
       </div>
     </div>
