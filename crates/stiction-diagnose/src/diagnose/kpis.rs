@@ -173,19 +173,9 @@ impl Kpis {
             (Some(_), None) => Err("there is no SP"),
             _ => e(&mean),
         };
-        self.add(
-            "error mean",
-            offset,
-            "mean of SP less PV: the remaining offset",
-            "mean of SP less PV: what control leaves over",
-        );
+        self.add("error mean", offset, "PV", "mean of SP less PV: the remaining offset");
         self.add("error std", e(&std), "PV", "standard deviation of the control error");
-        self.add(
-            "error skewness",
-            e(&skewness),
-            "0 if positive and negative errors are alike",
-            "0 if errors up and down are alike",
-        );
+        self.add("error skewness", e(&skewness), "", "0 if positive and negative errors are alike");
         if segment.sp.is_none() && pv.is_some() {
             let note = "there is no SP; the mean of the PV replaces it";
             self.numbers
