@@ -41,30 +41,25 @@ class Found(Result):
     """The diagnosis of one loop."""
 
     name: str = about("Tag of the loop.")
-    loop_type: str = about("What it controls.")
+    loop_type: str = about("The controlled quantity.")
     verdict: Verdict = about("The conclusion.")
-    stiction: Stiction = about("How much the valve sticks.")
+    stiction: Stiction = about("Size of the stiction.")
     oscillation: Oscillation | None = about(
-        "The oscillation that speaks for the loop, with times on the recording's clock; None without a segment to "
-        "judge."
+        "The dominant oscillation of the loop, with times on the recording's clock; None without a segment to judge."
     )
-    judged: Judged | None = about("The segment that was judged, the longest of the grid; None if there is none.")
+    judged: Judged | None = about("The judged segment, the longest of the grid; None if there is none.")
     plant_time: PlantTime = about("The clock of the plant, in which its times are shown.")
-    repairs: list[Mended] = about("What had to be mended in the data.")
-    fitness: Fitness = about("Whether the data can answer.")
-    findings: dict[str, Finding] = about("What each method that was asked says, in the order of the registry.")
+    repairs: list[Mended] = about("Repairs of the data.")
+    fitness: Fitness = about("Fitness of the data.")
+    findings: dict[str, Finding] = about("The finding of each method that was run, in the order of the registry.")
     kpis: dict[str, Kpi] = about("Key figures of the loop.")
-    relation: Relation | None = about(
-        "The likely mistake in the columns; None where OP and PV belong together, as far as can be told."
-    )
-    no_response: NoResponse | None = about(
-        "What the PV does that does not respond; None where it responds, as far as can be told."
-    )
+    relation: Relation | None = about("The likely mistake in the columns; None if OP and PV seem to belong together.")
+    no_response: NoResponse | None = about("The behaviour of a PV that does not respond; None if it seems to respond.")
     few_slips: FewSlips | None = about(
-        "Slips that a record lacks which looks stuck; None where it does not, or has enough."
+        "Number of slips missing from a record that looks stuck; None if it does not, or has enough."
     )
     windows: list[Window] = about("The windows of the judged segment that were weighed one by one, in order of time.")
-    notes: list[str] = about("What the reader of the file, or a step on the way, wants the user to know.")
+    notes: list[str] = about("Remarks to the user by the reader of the file or another step.")
 
     _documented_as: ClassVar[Mapping[str, str]] = {
         "name": "loop",
@@ -81,51 +76,49 @@ class Judged(Result):
     duration_s: float = about("Its duration, s.")
     sample_time_s: float = about("Time between samples, s.")
     samples: int = about("Number of samples.")
-    bridged: int = about("How many of them were bridged.")
-    segments: int = about("Out of how many segments it was taken.")
-    signals: list[str] = about("The signals it has.")
+    bridged: int = about("Number of bridged samples.")
+    segments: int = about("Number of segments of the grid.")
+    signals: list[str] = about("The recorded signals.")
 
 
 @result
 class PlantTime(Result):
-    """How the instants of a recording are written: by the clock of the plant, as it went at the beginning. A
-    recording that lasts beyond a change to or from summer time keeps it, so that its times have one order.
+    """The clock for the instants of a recording: that of the plant at the beginning. A recording across a change to
+    or from summer time keeps it, so that its times have one order.
     """
 
-    name: str = about("What the clock is called, such as `CET`, `+05:30` or `UTC`; empty where it was not recorded.")
-    offset_s: int = about(
-        "How far it goes before UTC, s; where its name is not known, times were taken as if it were UTC."
-    )
+    name: str = about("Name of the clock, such as `CET`, `+05:30` or `UTC`; empty if it was not recorded.")
+    offset_s: int = about("Its offset from UTC, s; if its name is not known, times were interpreted as UTC.")
 
 
 @result
 class Mended(Result):
-    """Something that had to be mended, and how often."""
+    """A repair, with its count."""
 
     signal: str = about("The signal, such as `PV`; or `time` for all.")
-    count: int = about("How many samples, or steps of the clock.")
-    first_s: float = about("The first place, s on the recording's clock.")
-    done: str = about("What was done, a sentence.")
+    count: int = about("Number of samples, or of steps of the clock.")
+    first_s: float = about("The first time, s on the recording's clock.")
+    done: str = about("The repair, a sentence.")
 
 
 @result
 class Kpi(Result):
-    """One number about a loop."""
+    """One key figure of a loop."""
 
     name: str = about("Its name, such as `OP travel`.")
     value: float | None = about("Its value; None where the data do not give one.")
     unit: str = about("Its unit; empty for a ratio, `PV` for the units of the process value.")
-    meaning: str = about("What it is, a sentence.")
-    note: str | None = about("Why there is no value, or what it assumes.")
+    meaning: str = about("Its meaning, a sentence.")
+    note: str | None = about("Why there is no value, or its assumption.")
 
 
 @result
 class Relation(Result):
-    """A likely mistake in the columns of a recording, as documents tell it."""
+    """A likely mistake in the columns of a recording, in documents."""
 
     mismatch: str = about("The mistake, such as `PV and OP look exchanged`.")
-    because: str = about("What the data show of it.")
-    remedy: str = about("What to do about it.")
+    because: str = about("The evidence for it.")
+    remedy: str = about("The remedy.")
 
 
 @result
@@ -133,11 +126,11 @@ class NoResponse(Result):
     """A PV that does not respond."""
 
     silence: str = about(
-        "What the PV does: `PV at its low end`, `PV at its high end`, `PV frozen` or `PV moves without the OP`."
+        "The behaviour of the PV: `PV at its low end`, `PV at its high end`, `PV frozen` or `PV moves without the OP`."
     )
     decides: bool = about("Whether the verdict rests on it.")
-    rest: Rest | None = about("The rest of the PV in which the OP travels farthest; None if it moves on.")
-    faults: list[Fault] = about("What it may be, the likeliest first.")
+    rest: Rest | None = about("The rest of the PV in which the OP travels farthest; None if the PV moves.")
+    faults: list[Fault] = about("Possible faults, the likeliest first.")
 
 
 @result
@@ -146,22 +139,22 @@ class Rest(Result):
 
     from_s: float = about("Its beginning, s on the recording's clock.")
     to_s: float = about("Its end, s on the recording's clock.")
-    op_travel: float = about("How far the OP travels in it, percent.")
+    op_travel: float = about("OP travel in it, percent.")
     error: float = about("Mean of SP less PV in it, in units of the PV.")
-    overwhelming: bool = about("Whether that alone names the fault.")
+    overwhelming: bool = about("Whether it alone names the fault.")
 
 
 @result
 class Fault(Result):
-    """Why a PV may not respond, as documents tell it."""
+    """A possible fault behind a PV that does not respond, in documents."""
 
     name: str = about("Its name, such as `line isolated`.")
-    told_by: str = about("How to tell it from the others.")
+    told_by: str = about("How to distinguish it from the others.")
 
 
 @result
 class Verdict(Result):
-    """What is concluded, on what, and why."""
+    """Conclusion, basis and reasons."""
 
     class_: str = about("The conclusion: `sticks`, `does not stick`, `does not respond` or `cannot tell`.")
     grade: str = about(
@@ -171,19 +164,18 @@ class Verdict(Result):
     probability: float | None = about(
         "The probability that the valve sticks, where a calibrated model gives one. A majority has none."
     )
-    basis: str = about("What it rests on, such as `evidence in OP and PV`.")
+    basis: str = about("Its basis, such as `evidence in OP and PV`.")
     S_below: Limit | None = about(
-        "What this very recording would have shown: an S above this is ruled out with this confidence. Told where the "
-        "valve is cleared, and where nothing is decided; None where the valve is at fault, where S is a number with an "
-        "interval, where what is wrong lies deeper (mistaken columns, unfit data, a recording unlike the training), or "
-        "where no such number is known."
+        "The detection limit of this recording: an S above it is ruled out with this confidence. It is given for a "
+        "cleared valve and if nothing is decided. None if the valve is at fault, if S is a number with an interval, if "
+        "no limit is known, and for mistaken columns, unfit data or a recording unlike the training."
     )
     votes: Votes = about("How the families of published methods voted.")
     reasons: list[str] = about("Why, in sentences.")
-    contradictions: list[str] = about("Evidence that speaks against the conclusion, in sentences.")
-    alternatives: list[Alternative] = about("What else it could be, the likeliest first.")
+    contradictions: list[str] = about("Evidence against the conclusion, in sentences.")
+    alternatives: list[Alternative] = about("Other possible causes, the likeliest first.")
     confirm: TestPlan | None = about(
-        "The manual test that would settle it, as `stiction test plan` sizes it. None where none is needed, or where "
+        "The manual test that would decide, as `stiction test plan` sizes it. None where none is needed, or where "
         "`no_test` gives the reason."
     )
     no_test: str | None = about("Why no test can be made where one is needed.")
@@ -198,15 +190,15 @@ class Limit(Result):
     """An upper limit of S."""
 
     value: float = about("Stick band plus dead band, percent of span.")
-    confidence: float = about("Of valves that stick by more, the share that would have been seen.")
+    confidence: float = about("Of valves that stick by more, the share that would have been detected.")
 
 
 @result
 class Votes(Result):
     """How the families of methods voted."""
 
-    sticks: int = about("Families that say the valve sticks.")
-    does_not_stick: int = about("Families that say it does not.")
+    sticks: int = about("Families that find stiction.")
+    does_not_stick: int = about("Families that find none.")
     undecided: int = about("Families that apply and are undecided, or divided.")
     abstains: int = about("Families all of whose methods abstain.")
 
@@ -216,8 +208,8 @@ class Alternative(Result):
     """A cause other than the concluded one, and how likely it is."""
 
     cause: str = about("The cause, such as `aggressive tuning`.")
-    likelihood: float = about("Its probability; together with that of sticking they add up to one.")
-    because: str = about("What the data show of it, and how to tell it apart: a sentence.")
+    likelihood: float = about("Its probability. All of them and that of sticking add up to one.")
+    because: str = about("The evidence for it, and how to distinguish it: a sentence.")
 
 
 @result
@@ -252,14 +244,14 @@ class Turn(Result):
 
 @result
 class Stiction(Result):
-    """How much a valve sticks."""
+    """The size of a valve's stiction."""
 
     S: Estimate | None = about("Stick band plus dead band, percent of span.")
     J: Estimate | None = about("Slip jump, percent of span.")
     coverage: float | None = about(
         "The nominal coverage of the intervals, such as 0.9; None where they are not of that kind."
     )
-    model: str | None = about("What it was found with: the valve model, or the measured position.")
+    model: str | None = about("Its source: the valve model, or the measured position.")
     why_not: str | None = about("Why a number is missing.")
     definitions: list[Definition] = about('The competing definitions of "stiction in percent", side by side.')
 
@@ -280,27 +272,27 @@ class Definition(Result):
     name: str = about("Its name, such as `apparent stiction`.")
     value: float | None = about("Its value; None where it cannot be measured.")
     unit: str = about("Its unit.")
-    meaning: str = about("What it is, and by whom.")
+    meaning: str = about("Its meaning and source.")
 
 
 @result
 class FewSlips(Result):
     """A record that looks stuck, with too few slips to decide."""
 
-    seen: int = about("Slips that the best valve model sees in all windows, scaled to all of the record.")
-    needed: int = about("Slips that a decision takes.")
+    seen: int = about("Slips of the best valve model in all windows, scaled to the whole record.")
+    needed: int = about("Slips that a decision needs.")
     record_for_s: float | None = about(
-        "For how much longer to record, s, if the valve goes on slipping as often; None if it never slipped."
+        "Further recording time in s, if the valve continues to slip as often; None if it never slipped."
     )
     step: float = about(
-        "How large steps of the OP would make it slip, percent of span: half more than the S that is estimated."
+        "Size of OP steps that would make the valve slip, percent of span: half more than the estimated S."
     )
-    words: str = about("The same, a sentence.")
+    words: str = about("The same in a sentence.")
 
 
 @result
 class Window(Result):
-    """What one window of a segment says."""
+    """The result of one window of a segment."""
 
     from_s: float = about("Time of its first sample, s on the recording's clock.")
     duration_s: float = about("Its duration, s.")
@@ -308,5 +300,5 @@ class Window(Result):
     S: Estimate | None = about("Stick band plus dead band, percent of span, where it could be quantified.")
     J: Estimate | None = about("Slip jump, percent of span, where it could be quantified.")
     S_below: Limit | None = about(
-        "Had the valve stuck by more, percent of span, this window would have shown it, with 95 %."
+        "The detection limit (95 %): an S above it, percent of span, would have shown in this window."
     )
