@@ -29,7 +29,7 @@ const LOOPS: usize = 32;
 /// Samples of one answer.
 const SAMPLES: usize = 20_000;
 /// Samples of a verdict at most, as a diagnosis cannot be stopped.
-const JUDGED: usize = 100_000;
+const JUDGED: usize = 150_000;
 
 /// The loops that run.
 #[derive(Debug, Default)]
