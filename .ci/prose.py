@@ -46,7 +46,7 @@ SENTENCE = re.compile(r"(?<=[.!?])\s+(?=[A-Z`*(\"])")
 CITATION = re.compile(r"\b(?:19|20)\d\d\b|\bdoi\b|https?:", re.IGNORECASE)
 # What a person does not read as prose, or has not written.
 LEFT_OUT = re.compile(
-    r"(^|/)(tests|benches|node_modules|dist|target|fuzz|font)/|^\.ci/|^docs/style\.md$|/(tests|build)\.rs$|\.test\.tsx?$"
+    r"(^|/)(tests|benches|node_modules|dist|target|fuzz|font)/|^\.ci/|^docs/(style|python-api)\.md$|/(tests|build)\.rs$|\.test\.tsx?$"
 )
 # Strings with JavaScript or a Content-Security-Policy.
 CODE = re.compile(r"=>|\bdocument\.\w|\bdefault-src\b")
