@@ -152,9 +152,12 @@ pub const CONTENTS: &[Section] = &[
         pages: &[made_page(PAPER, "Figure by figure")],
     },
     Section {
-        title: "Glossary",
-        about: "Terms of this project.",
-        pages: &[written!("glossary.html", "Glossary", "docs/glossary.md")],
+        title: "Words",
+        about: "Terms of this project, and how we write.",
+        pages: &[
+            written!("glossary.html", "Glossary", "docs/glossary.md"),
+            written!("style.html", "Style of our texts", "docs/style.md"),
+        ],
     },
 ];
 

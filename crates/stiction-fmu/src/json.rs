@@ -143,7 +143,7 @@ mod tests {
             ("", "expected '{', found the end of the text"),
             ("[]", "expected '{', found '[' in line 1"),
             ("{\"a\": 1,}", "expected '\"', found '}' in line 1"),
-            ("{\"a\": 1, \"a\": 2}", "\"a\" is given twice"),
+            ("{\"a\": 1, \"a\": 2}", "\"a\" occurs twice"),
             ("{\"a\": nan}", "\"a\" must be a text, a finite number"),
             ("{\"a\": 1e999}", "\"a\" must be a text, a finite number"),
             ("{\"a\": +1}", "\"a\" must be a text, a finite number"),

@@ -78,7 +78,7 @@ fn calls_out_of_order_name_the_permitted_modes() {
 fn unknown_and_unfit_variables_are_named() {
     for version in VERSIONS {
         let client = in_mode(version, &valve(), "step");
-        let says = ["no variable with the value reference 99", "from 0 to 13"];
+        let says = ["no variable with the value reference 99", "the range is 0 to 13"];
         refused(&client, client.get(99).unwrap_err(), &says);
         refused(&client, client.set(u32::MAX, 0.0), &["value reference 4294967295"]);
         refused(&client, client.get(3).unwrap_err(), &["variable stuck", "type Boolean"]);
@@ -97,7 +97,7 @@ fn numbers_that_are_none_are_refused_and_change_nothing() {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             refused(&client, client.set(1, bad), &["OP is", "must be a finite number"]);
             refused(&client, client.set(5, bad), &["S is", "must be a finite number"]);
-            refused(&client, client.step(bad, 0.1), &["a step of 0.1 s from"]);
+            refused(&client, client.step(bad, 0.1), &["the step of 0.1 s from"]);
             refused(&client, client.step(0.0, bad), &["finite and above 0"]);
         }
         for bad in [0.0, -0.1] {
@@ -306,6 +306,6 @@ fn a_failed_step_ends_in_error() {
         assert!(client.get(3).is_ok());
         client.good(client.reset());
         let client = in_mode(version, &Fmu::new("loop", "ideal").unwrap(), "step");
-        refused(&client, client.step(0.0, 1e9), &["holds more than 10000000 samples of 0.1 s"]);
+        refused(&client, client.step(0.0, 1e9), &["has more than 10000000 samples of 0.1 s"]);
     }
 }

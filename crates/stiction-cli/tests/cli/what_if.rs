@@ -102,7 +102,7 @@ fn options_change_what_is_assumed() {
     assert!(!words.contains("Do not rely on the positioner"), "1 x 3 is below 5");
     // Dead band alone does not cycle here.
     let out = run(&folder, &paper("what-if", &["--set", "valve.J=0"])).quiet_success();
-    assert!(out.contains("the loop has no limit cycle of its own (decays"), "{out}");
+    assert!(out.contains("The present loop has no limit cycle (decays"), "{out}");
     let out = run(&folder, &paper("what-if", &["--set", "valve.S=0", "--set", "valve.J=0"]));
     assert!(out.quiet_success().contains("- The valve does not stick"));
 }

@@ -102,15 +102,14 @@ fn patterns(evidence: &Evidence, probability: f64) -> String {
 fn shapes(evidence: &Evidence, probability: f64) -> String {
     let value = |name: &str| evidence.get(name).filter(|v| v.is_finite());
     let nearer = |index: f64| match index {
-        i if i >= 0.55 => "closer to triangles than to sines",
-        i if i <= 0.45 => "closer to sines than to triangles",
-        _ => "as close to sines as to triangles",
+        i if i >= 0.55 => "closer to triangles",
+        i if i <= 0.45 => "closer to sines",
+        _ => "between sines and triangles",
     };
     let mut parts = vec![];
     for (signal, name) in [("OP", "op_triangle"), ("error", "error_triangle")] {
         if let Some(index) = value(name) {
-            let text =
-                format!("half waves of the {signal} are {}, index {index:.2}", nearer(index));
+            let text = format!("the {signal}'s half waves are {}, index {index:.2}", nearer(index));
             // Between the two an index is no evidence, so it contradicts neither.
             let sticks =
                 if (0.45..0.55).contains(&index) { probability >= 0.5 } else { index > 0.5 };

@@ -206,9 +206,12 @@ pv_range = [0, 120.5]
             ("bad_text = \"x\"", "line 1: bad_text: must be a list of texts"),
             ("sample_time = 0", "line 1: sample_time: must be above 0 s"),
             ("pattern = \"{loop}\"", "line 1: pattern"),
-            ("time_format = \"iso\"", "line 1: time_format: \"iso\" is no time format"),
+            ("time_format = \"iso\"", "line 1: time_format: \"iso\" is not a time format"),
             ("loop = 3", "line 1: loop: must be tables"),
-            ("[columns]\nx = \"open\"", "line 2: columns.x: \"open\" is no role; roles are time"),
+            (
+                "[columns]\nx = \"open\"",
+                "line 2: columns.x: \"open\" is not a role; roles are time",
+            ),
             ("[columns]\nx = 3", "line 2: columns.x: must be a role, such as \"op\""),
             ("zone = ", "line 1"),
         ] {
