@@ -46,7 +46,7 @@ fn contradictions(d: &Diagnosis) -> Vec<String> {
         VerdictClass::Sticks => {
             must(direct.decision == Decision::Sticks, "the finding disagrees");
             must(said.s_limit.is_none(), "a limit of what sticks");
-            must(reason.contains("S is"), "words");
+            must(reason.contains("S = "), "words");
             if let (Some(s), Some(j)) = (s, j) {
                 must(0.0 < s.low && s.low <= s.value && s.value <= s.high, "interval of S");
                 must(0.0 <= j.low && j.low <= j.value && j.value <= j.high, "interval of J");

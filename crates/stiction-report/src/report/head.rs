@@ -178,8 +178,8 @@ pub(super) fn remarks(diagnosis: &Diagnosis) -> Vec<String> {
     let fitness = &diagnosis.fitness;
     let caveats = fitness.measures.iter().filter(|m| m.class != Class::Fit).count();
     let mut all = vec![match fitness.class {
-        Class::Fit if diagnosis.mistaken().is_some() => {
-            "Data: fit, but the columns are probably mixed up".to_owned()
+        Class::Fit if diagnosis.verdict.grade == Grade::CannotAnswer => {
+            "Data: fit, but OP and PV may not belong together".to_owned()
         }
         Class::Fit => "Data: fit".to_owned(),
         Class::Caveats if caveats == 1 => "Data: fit, one caveat".to_owned(),
