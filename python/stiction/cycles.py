@@ -146,7 +146,7 @@ def limit_cycles(
     Parameters
     ----------
     method : {"exact", "describing-function"}, default "exact"
-        From tens of motions between the equilibrium and far outside the friction bands, or by harmonic balance.
+        From tens of motions that start between the equilibrium and far outside the friction bands, or by harmonic balance.
 
     Raises
     ------

@@ -142,7 +142,7 @@ def recording(
     Parameters
     ----------
     op : array_like
-        Controller output, percent of span unless `op_range` is given. In all signals NaN is missing.
+        Controller output, percent of span unless `op_range` is given. In all signals NaN marks a missing value.
     pv, sp : array_like, optional
         Process value and set point, in PV units.
     vp : array_like, optional
