@@ -135,7 +135,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 }
             }
             // What the last report does about it.
-            let Some(row) = reports().last() else { continue };
+            let Some(row) = reports().next_back() else { continue };
             let repair = row.action == Action::Repair;
             match (first, last) {
                 ("true", "false") => {

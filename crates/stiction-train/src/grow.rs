@@ -88,9 +88,9 @@ pub struct Tree {
 
 impl Tree {
     /// Grows a tree on gradients `(g, h)` of every row, the first and second derivative of the loss. Only the given
-    /// rows, which ascend, and columns are used. The leaf with the largest gain is split next, `gain = score(left)
-    /// + score(right) - score(leaf)` with `score = -(2 g w + (h + l2) w^2)` at the value `w = -g / (h + l2)`,
-    /// bounded.
+    /// rows, which ascend, and columns are used. The leaf with the largest gain is split next, where
+    /// `gain = score(left) + score(right) - score(leaf)` and `score = -(2 g w + (h + l2) w^2)` at the value
+    /// `w = -g / (h + l2)`, bounded.
     ///
     /// For a monotone column, the leaves on both sides of a split must keep that order, and their middle bounds
     /// everything below them ("basic" in LightGBM). Missing values are outside that order. Adds the gain of each
