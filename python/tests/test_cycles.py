@@ -111,7 +111,7 @@ def test_without_a_cycle_there_is_a_reason():
     for method in ("exact", "describing-function"):
         found = stiction.limit_cycle(PAPER, {"valve.J": 0}, method=method)
         assert (found.state, found.cycle, found.cycles) == ("no cycle", None, []) and found.reasons
-    with pytest.raises(ValueError, match="no limit cycle"):
+    with pytest.raises(ValueError, match="no final limit cycle"):
         stiction.limit_cycle_trajectory(PAPER, {"valve.J": 0})
 
 

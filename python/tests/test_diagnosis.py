@@ -44,6 +44,9 @@ def sticky(diagnoses):
 def _said(diagnosis):
     """The document of a diagnosis, less where it comes from."""
     [loop] = diagnosis.to_dict()["loops"]
+    if loop["verdict"]["confirm"] is not None:
+        # The sheet of a test has the name of the loop.
+        del loop["verdict"]["confirm"]["name"]
     return {key: value for key, value in loop.items() if key not in {"loop", "source"}}
 
 

@@ -91,12 +91,12 @@ def test_what_came_of_an_action():
     before = stiction.fit(recorded())
     mended = before.ring(recorded(HEALTHY))
     assert mended.action == "valve repaired" and mended.as_predicted and mended.after < 0.8 * mended.before
-    assert mended.sentence.startswith("Before: ")
+    assert mended.sentence.startswith("PV swing before: ")
     same = before.ring(recorded(), "repair")
     assert not same.as_predicted and same.after == same.before and "no better than before" in same.sentence
     assert before.ring(recorded(), "nothing").action == "as it is"
     # Nobody would try to tell what a method brings that an ordinary controller cannot carry out.
-    with pytest.raises(ValueError, match='nothing was predicted of "six-move"'):
+    with pytest.raises(ValueError, match='there is no prediction for "six-move"'):
         before.ring(recorded(), "six-move")
 
 

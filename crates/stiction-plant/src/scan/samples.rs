@@ -1,6 +1,6 @@
 //! Rows of windows from tables in memory of other engines: a long or wide table of samples, of one loop or several.
 //!
-//! A distributed engine judges one [window](window) at a time, from the samples of its loop on its days and the day before.
+//! A distributed engine judges one [window] at a time, from the samples of its loop on its days and the day before.
 //! [`loops`] finds the tags that belong together.
 
 use crate::day;
