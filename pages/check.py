@@ -112,7 +112,7 @@ def index(browser: Browser, path: Path, kept: Path) -> None:
     within("opening an index", 1000)
     page.screenshot(path=kept / "index-of-1000.png")
     began = time.monotonic()
-    head = page.get_by_role("button", name="p that it sticks")
+    head = page.get_by_role("button", name="probability of sticking")
     head.click()
     assert "less than 1 %" in rows.first.inner_text()
     head.click()
@@ -151,13 +151,13 @@ def plant(browser: Browser, path: Path, kept: Path) -> None:
     print(f"{path.name}: {path.stat().st_size / 1000:.0f} kB")
     assert path.stat().st_size <= 1_500_000
     page.screenshot(path=kept / "plant.png")
-    assert page.locator(".changes li").count() == 20 and page.locator("svg.map [data-k]").count() == 1000
+    assert page.locator(".changes li").count() == 20 and page.locator("svg.map [data-k]:visible").count() == 1000
     began = time.monotonic()
-    page.get_by_role("button", name="p", exact=True).click()
+    page.get_by_role("button", name="Prob., %").click()
     within("sorting", 999, 1.0)
     assert page.locator("th[aria-sort=ascending]").count() == 1
-    page.get_by_role("button", name="priority").click()
-    page.get_by_role("button", name="priority").click()
+    page.get_by_role("button", name="Priority").click()
+    page.get_by_role("button", name="Priority").click()
     began = time.monotonic()
     page.get_by_placeholder("words in any column").fill("fic1029")
     within("finding", 1)
@@ -178,7 +178,7 @@ def plant(browser: Browser, path: Path, kept: Path) -> None:
     within("the snoozed", 1)
     page.locator("[data-only=snoozed]").click()
     assert rows.count() == 1000
-    page.locator("svg.map [data-k='3']").click()
+    page.locator("svg.map [data-k='3']:visible").click()
     assert page.locator("#k3.found").is_visible()
     assert page.evaluate("document.documentElement.scrollWidth") <= 1300
     page.close()
