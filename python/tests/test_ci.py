@@ -129,11 +129,6 @@ def prose():
     return script("prose")
 
 
-def test_the_prose_of_the_project_has_none_of_the_refused_habits(prose):
-    found = [(name, line, fault) for name, line, text in prose.prose(ROOT) for fault in prose.faults(text)]
-    assert found == []
-
-
 @pytest.mark.parametrize(
     ("sentence", "habit"),
     [

@@ -183,7 +183,7 @@ fn the_papers_loop() {
     let test = found.confirm.unwrap();
     assert_eq!((test.rises, test.grow[0].op > 0.0), (Some(true), true));
     // Long enough for the process to settle: dead time and three time constants are 18.9 s.
-    assert!(test.grow[0].hold_s >= 0.75 * 18.0 && test.op_high - test.op_low >= 10.0, "{test:?}");
+    assert!(test.grow[0].hold_s >= 18.0 && test.op_high - test.op_low >= 10.0, "{test:?}");
 }
 
 /// The tuning's predicted cycle is what its simulation tends to as the sample time goes to 0.
@@ -229,7 +229,9 @@ fn loops_without_a_cycle() {
     let found = asked(&plant, Model::TwoPhase, b);
     assert!(said(&found, "The stem is at rest"));
     // Nothing moves from which a test could be sized.
-    assert!(found.confirm.is_none());
+    let why =
+        |text: &String| text.starts_with("No test of the valve can be planned, because the OP");
+    assert!(found.confirm.is_none() && found.assumptions.iter().any(why));
 
     let found = asked(&paper(Model::Ideal, Bands::NONE), Model::Ideal, Bands::NONE);
     assert_eq!(found.recommendation.len(), 1);

@@ -31,7 +31,7 @@ mod weigh;
 
 pub use carried::{Carried, CarriedSize, same_loop};
 pub use compare::{Comparison, Difference, Effect, compare};
-pub(crate) use plan::{KnownLoop, size};
+pub(crate) use plan::{KnownLoop, PERIODS, size};
 pub use plan::{PlanOptions, TestPlan, Turn, before_test, plan};
 pub use position::{Between, PositionReading};
 pub use read::{ReadOptions, Step, TestReading, read};

@@ -116,7 +116,7 @@ const OVER_RANGE: f64 = 3.0;
 const ANSWERED: f64 = 4.0;
 /// The shortest hold: samples of the recording, and periods of the loop.
 const SAMPLES: f64 = 8.0;
-const PERIODS: f64 = 0.4;
+pub(crate) const PERIODS: f64 = 0.4;
 /// The period in samples, if the loop's period is unknown.
 const NO_PERIOD: f64 = 40.0;
 
@@ -166,7 +166,7 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
     let (op, dt) = (&segment.op, segment.sample_time);
     let travel = quantile(op, 0.95) - quantile(op, 0.05);
     if !(span(op) > 0.0 && span(pv) > 0.0) {
-        return refuse("the OP or the PV does not move, so no test can be sized");
+        return refuse("the OP or the PV does not move");
     }
     if let Some([low, high]) = options.pv_allowed
         && !(low < high && low.is_finite() && high.is_finite())

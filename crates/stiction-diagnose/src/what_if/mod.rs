@@ -57,12 +57,12 @@ use crate::compensate::{
     self, CompensatorOutcome, Figures, Knowledge, Method, compare_with_progress,
 };
 use crate::error::{Error, Result, non_negative};
-use crate::finding::Number;
+use crate::finding::{Abstention, Number};
 use crate::limit_cycle::tuning::{Retuning, TuningGrid, least_swing};
 use crate::limit_cycle::{self, ContinuousLoop, Cycle, FrequencyResponse, Stability, exact};
 use crate::recording::Segment;
 use crate::valve::Model;
-use crate::valve_test::{KnownLoop, PlanOptions, TestPlan, size};
+use crate::valve_test::{KnownLoop, PERIODS, PlanOptions, TestPlan, size};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// An action with more than this multiple of the present stem travel is not recommended.
@@ -448,9 +448,13 @@ pub fn what_if_with_progress(
     rows.sort_by(|a, b| a.worst_error().total_cmp(&b.worst_error()));
     let period = rows.iter().find(|row| row.action == Action::AsItIs);
     let period = period.and_then(|row| row.cycle.cycle()).map(|cycle| cycle.period_s);
-    let confirm = confirm(plant, bands, protocol, period)?;
+    let confirm = confirm(plant, bands, protocol, period)?.transpose();
     let recommendation = advice::recommendation(&rows, &retuning, options, bands, unstable);
-    let assumptions = advice::assumptions(plant, model, bands, options, plain);
+    let mut assumptions = advice::assumptions(plant, model, bands, options, plain);
+    let confirm = confirm.unwrap_or_else(|Abstention(why)| {
+        assumptions.push(format!("No test of the valve can be planned, because {why}."));
+        None
+    });
     Ok(WhatIf { rows, retuning, recommendation, assumptions, confirm })
 }
 
@@ -554,7 +558,7 @@ fn confirm(
     bands: Bands,
     protocol: &compensate::CompareOptions,
     period_s: Option<f64>,
-) -> Result<Option<TestPlan>> {
+) -> Result<Option<std::result::Result<TestPlan, Abstention>>> {
     if bands.s() == 0.0 {
         return Ok(None);
     }
@@ -567,15 +571,15 @@ fn confirm(
     let window = |x: &[f64]| x.get(index(from)..).unwrap_or(x).to_vec();
     let (op, pv) = (window(&run.op), Some(window(&run.pv)));
     let segment = Segment { from: 0.0, sample_time, op, pv, sp: None, vp: None, bridged: 0 };
-    // A period must also be long enough for the process to respond.
+    // Each turn is held until the process has settled.
     let settle_s = Figures::of(&knowledge(&plant, bands))?.settle_s;
     let known = KnownLoop {
         name: "loop",
         pv_unit: None,
         segment: &segment,
         largest_s: Some(bands.s()),
-        period_s: Some(period_s.unwrap_or(0.0).max(2.0 * settle_s)),
+        period_s: Some(period_s.unwrap_or(0.0).max(settle_s / PERIODS)),
     };
     let rises = Some(plant.process.step_response(settle_s)? > 0.0);
-    Ok(size(&known, &PlanOptions { rises, ..PlanOptions::default() }).ok())
+    Ok(Some(size(&known, &PlanOptions { rises, ..PlanOptions::default() })))
 }

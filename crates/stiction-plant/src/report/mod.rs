@@ -42,6 +42,7 @@ use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::path::Path;
 use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
+use stiction_diagnose::finding::Abstention;
 use stiction_diagnose::recording::Recording;
 use stiction_diagnose::valve_test::{self, PlanOptions, TestPlan};
 use stiction_report::document::{Loop, Source, json};
@@ -397,12 +398,16 @@ fn write_pages(
                 Ok(pages) => {
                     write_whole(&to.join(path), pages.diagnosis.as_bytes())?;
                     row.page = Some(path.clone());
-                    if let Some(plan) = pages.plan.filter(|_| row.is_to_test()) {
-                        let tag = format!("{}-test", plain(&row.name));
-                        let sheet = file_name(&mut names, tag);
-                        let html = test_sheet::html(&plan, &tool());
-                        write_whole(&to.join(&sheet), html.as_bytes())?;
-                        (row.plan, row.sheet) = (Some(valve_test::short(&plan)), Some(sheet));
+                    match pages.plan {
+                        _ if !row.is_to_test() => {}
+                        Ok(plan) => {
+                            let tag = format!("{}-test", plain(&row.name));
+                            let sheet = file_name(&mut names, tag);
+                            let html = test_sheet::html(&plan, &tool());
+                            write_whole(&to.join(&sheet), html.as_bytes())?;
+                            (row.plan, row.sheet) = (Some(valve_test::short(&plan)), Some(sheet));
+                        }
+                        Err(Abstention(why)) => row.plan = Some(format!("none possible: {why}")),
                     }
                 }
                 Err(why) => problems.push(format!("page of {}: {why}", window.name)),
@@ -435,8 +440,8 @@ fn telling<'a>(ranked: &Ranked<'a>) -> Option<&'a WindowRow> {
 struct LoopPages {
     /// The diagnosis of a window as a page.
     diagnosis: String,
-    /// The test of its valve, if one can be sized.
-    plan: Option<TestPlan>,
+    /// The test of its valve, or the reason why there is none.
+    plan: std::result::Result<TestPlan, Abstention>,
 }
 
 fn tool() -> String {
@@ -454,7 +459,7 @@ fn loop_pages(
     let source = Source { file, sha256: window.input_fingerprint.clone() };
     let one = Loop { diagnosis: &diagnosis, source: &source };
     let page = Folder::new(tool(), &[one]).page(0).map_err(|e| e.to_string())?;
-    let plan = valve_test::plan(&diagnosis, &PlanOptions::default()).ok();
+    let plan = valve_test::plan(&diagnosis, &PlanOptions::default());
     Ok(LoopPages { diagnosis: page, plan })
 }
 

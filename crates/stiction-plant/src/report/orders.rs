@@ -206,6 +206,10 @@ fn action(row: &LoopRow) -> &'static str {
         (_, "does not respond") => "Check air supply, positioner, actuator and transmitter",
         (Status::Confirmed, _) => "Repair the valve",
         (Status::Open, _) if row.overruled.is_some() => "Repair the valve",
+        // A plan without a sheet is the reason why there is no test.
+        (Status::Open, _) if row.plan.is_some() && row.sheet.is_none() => {
+            "Stroke the valve at the next stop or record its position, and repair it if it sticks"
+        }
         (Status::Open, _) => "Test the valve, and repair it if the test confirms stiction",
     }
 }
@@ -250,3 +254,19 @@ fn test(row: &LoopRow) -> String {
 /// The test of a loop whose page was not made.
 const UNSIZED: &str = "in manual, step the OP up and down by growing amounts until the PV responds, then by shrinking ones \
                        (`stiction test plan` sizes the steps)";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_order_asks_for_no_test_that_cannot_be_made() {
+        let row = LoopRow { action: Action::Repair, ..LoopRow::default() };
+        assert!(action(&row).starts_with("Test the valve") && test(&row) == UNSIZED);
+        let why = "none possible: the loop is too slow".to_owned();
+        let slow = LoopRow { plan: Some(why.clone()), ..row.clone() };
+        assert!(action(&slow).starts_with("Stroke the valve") && test(&slow) == why);
+        let planned = LoopRow { sheet: Some("loops/A-test.html".to_owned()), ..slow };
+        assert!(action(&planned).starts_with("Test the valve"));
+    }
+}

@@ -169,7 +169,7 @@ columns! {
     "error" [""] error: Option<String>;
     /// Page of the loop, relative to the folder of the report.
     "page" [""] page: Option<String>;
-    /// Due valve test in short, if the page of the loop was made.
+    /// Due valve test in short, or the reason why there is none, if the page of the loop was made.
     "plan" [""] plan: Option<String>;
     /// Sheet of that test, relative to the folder of the report.
     "sheet" [""] sheet: Option<String>;
