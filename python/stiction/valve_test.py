@@ -6,6 +6,7 @@ moves smaller than S. `docs/test.md` describes the test.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 
 from stiction import _core
@@ -20,14 +21,22 @@ __all__ = [
     "CarriedSize",
     "Comparison",
     "Difference",
+    "Place",
     "PositionReading",
+    "Ramp",
     "Reading",
+    "Signature",
+    "SignatureComparison",
+    "SignaturePlan",
     "Step",
     "TestPlan",
     "Turn",
     "compare",
+    "compare_signatures",
     "plan",
+    "plan_signature",
     "read",
+    "signature",
 ]
 
 
@@ -156,6 +165,167 @@ class Comparison(Result):
         return [self.effect, *self.sentences]
 
 
+@result
+class Ramp(Result):
+    """A ramp of the OP in the plan of a signature."""
+
+    to_op: float = about("The OP at its end, percent.")
+    duration_s: float = about("Its duration, s.")
+    hold_s: float = about("The hold at its end, s.")
+
+
+@result
+class SignaturePlan(Result):
+    """The planned signature of a valve."""
+
+    name: str = about("Tag of the loop.")
+    from_op: float = about("The OP at the start, percent.")
+    ramps: list[Ramp] = about("The ramps, in order.")
+    record_every_s: float = about("The longest sample interval of OP and VP, s, without compression.")
+    total_s: float = about("Duration of all ramps and holds, s.")
+    summary: str = about("A summary of the test.")
+    instructions: list[str] = about("The instructions, in order.")
+
+
+@result
+class Place(Result):
+    """A part of the stroke."""
+
+    from_: float = about("The stem position at its lower end, percent.")
+    to: float = about("The stem position at its upper end, percent.")
+    S: Estimate = about("Stick band plus dead band there, percent of span, with its 90 % interval.")
+
+
+@result
+class Signature(Result):
+    """The result of a signature."""
+
+    class_: str = about("`sticks`, `does not stick`, `does not respond` or `cannot tell`.")
+    S: Estimate | None = about(
+        "Stick band plus dead band, percent of span, with its 90 % interval, outside the part of the stroke that binds."
+    )
+    J: Estimate | None = about("Slip jump, percent of span, with its 90 % interval.")
+    op: list[float] = about("The OP range of the ramps, percent.")
+    vp: list[float] = about("The range of the stem, percent.")
+    offset: float = about("Mean of OP minus VP over rising and falling ramps, percent: the calibration error.")
+    places: list[Place] = about("The parts of the stroke, from the lowest.")
+    binds: list[float] | None = about(
+        "The part of the stroke where the stem binds: its S there is clearly larger than elsewhere."
+    )
+    ramps: int = about("Number of ramps.")
+    from_s: float = about("Start of the ramps, s on the recording's clock.")
+    to_s: float = about("End of the ramps, s on the recording's clock.")
+    reasons: list[str] = about("The reasons, in sentences.")
+
+    def _summary(self) -> list[str]:
+        lines = [f"{self.class_}, {self.ramps} ramps"]
+        if self.S is not None:
+            lines.append(f"S {self.S.value:.2g} % ({self.S.low:.2g} to {self.S.high:.2g})")
+        return lines
+
+
+@result
+class SignatureComparison(Result):
+    """The comparison of two signatures before and after a repair."""
+
+    effect: str = about("The change of S, one of `lowered`, `raised`, `unchanged` and `cannot tell`.")
+    difference: Difference | None = about("S after minus S before; None if a signature does not find S.")
+    sentences: list[str] = about("The result in sentences.")
+    before: Signature = about("The signature before the repair.")
+    after: Signature = about("The signature after it.")
+
+
+def plan_signature(name: str = "", *, op: tuple[float, float] = (0.0, 100.0)) -> SignaturePlan:
+    """Plan the signature of a valve: a slow ramp of the OP over the stroke and back, with the position recorded.
+
+    Parameters
+    ----------
+    name : str, optional
+        Tag of the loop.
+    op : (float, float), optional
+        The OP range of the ramps, percent. The process has to tolerate it.
+
+    Returns
+    -------
+    SignaturePlan
+
+    Raises
+    ------
+    ValueError
+        If the range is not within 0 to 100 %, or is too narrow.
+
+    Examples
+    --------
+    >>> import stiction
+    >>> test = stiction.valve_test.plan_signature("LV104", op=(20, 80))
+    >>> len(test.ramps), test.ramps[0].to_op
+    (40, 26.0)
+    """
+    return result_of(SignaturePlan, _core.signature_planned(name, (number("op", op[0]), number("op", op[1]))))
+
+
+def signature(recording: RecordingLike) -> Signature:
+    """Find slow ramps of the OP in a recording with a valve position, and judge the valve along its stroke.
+
+    Parameters
+    ----------
+    recording : Recording or table
+        A recording with OP and valve position.
+
+    Returns
+    -------
+    Signature
+
+    Raises
+    ------
+    ValueError
+        If the recording has no valve position, or no slow ramp up and down.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import stiction
+    >>> op = np.concatenate([np.linspace(10, 90, 800), np.linspace(90, 10, 800)])
+    >>> stroked = stiction.recording(op, vp=stiction.valve(op, S=4, J=2, model="he"), sample_time=1)
+    >>> found = stiction.valve_test.signature(stroked)
+    >>> found.class_, round(found.S.value)
+    ('sticks', 4)
+    """
+    return result_of(Signature, _core.signature_read(_checked(recording)))
+
+
+def compare_signatures(before: RecordingLike, after: RecordingLike) -> SignatureComparison:
+    """Compare the signature of a valve after a repair with the one before it.
+
+    Parameters
+    ----------
+    before : Recording or table
+        The recording with the signature before the repair; see `signature`.
+    after : Recording or table
+        The recording with the signature after it.
+
+    Returns
+    -------
+    SignatureComparison
+
+    Raises
+    ------
+    ValueError
+        If a recording has no valve position, or no slow ramp up and down.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import stiction
+    >>> op = np.concatenate([np.linspace(10, 90, 800), np.linspace(90, 10, 800)])
+    >>> ramped = lambda position: stiction.recording(op, vp=position, sample_time=1)
+    >>> old, new = ramped(stiction.valve(op, S=4, J=2, model="he")), ramped(op)
+    >>> stiction.valve_test.compare_signatures(old, new).effect
+    'lowered'
+    """
+    return result_of(SignatureComparison, _core.signatures_compared(_checked(before), _checked(after)))
+
+
 def plan(
     recording: RecordingLike,
     *,
@@ -205,6 +375,7 @@ def read(
     recording: RecordingLike,
     *,
     done: Iterable[tuple[float, float | None]] | None = None,
+    plan: TestPlan | None = None,
     rises: bool | None = None,
 ) -> Reading:
     """Find the test in a recording and judge the valve.
@@ -216,6 +387,8 @@ def read(
     done : iterable of (float, float or None), optional
         For each turn the time at which the OP was set, s on the recording's clock, and its new value, percent. None as the value
         marks a return to automatic. By default the turns are found from the mode, or else from the OP.
+    plan : TestPlan, optional
+        The plan of the test. The result then has a comparison with it.
     rises : bool, optional
         Whether the PV rises when the OP rises; by default from the action of the controller, or else from the test.
 
@@ -241,7 +414,8 @@ def read(
     ('sticks', 3)
     """
     known = None if rises is None else bool(instance("rises", rises, bool))
-    return result_of(Reading, _core.test_read(_checked(recording), _sets("done", done), known))
+    planned = None if plan is None else json.dumps(instance("plan", plan, TestPlan).to_dict())
+    return result_of(Reading, _core.test_read(_checked(recording), _sets("done", done), planned, known))
 
 
 def _sets(name: str, done: Iterable[tuple[float, float | None]] | None) -> list[tuple[float, float | None]] | None:

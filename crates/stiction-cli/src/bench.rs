@@ -19,7 +19,7 @@ use clap::{Parser, ValueEnum};
 use measure::{Measured, Plan};
 use std::path::Path;
 use stiction::diagnose::{Detectors, DiagnoseOptions};
-use stiction::population::{Invention, Operator, TestTrialOptions, Trend};
+use stiction::population::{Invention, Operator, TestTrialOptions, TestedLoops, Trend};
 use stiction::scoreboard::{Board, MethodRow};
 use stiction_report::report::Table;
 use stiction_report::scoreboard::{self, Scoreboard};
@@ -43,6 +43,7 @@ use stiction_report::scoreboard::{self, Scoreboard};
   stiction bench --positions 1000 --only verdict
   stiction bench --networks 300
   stiction bench --tests 500 --careless
+  stiction bench --tests 500 --loops physical-stems
   stiction bench --labels plant/index.csv --report board.html --reports reports --csv details.csv")]
 pub struct Args {
     /// Index of labelled recordings
@@ -80,6 +81,9 @@ pub struct Args {
                                 "csv", "report", "reports"],
           value_parser = clap::value_parser!(u64).range(1..=100_000))]
     tests: Option<u64>,
+    /// With --tests, the loops to test
+    #[arg(long, value_enum, requires = "tests", default_value = "population")]
+    loops: Loops,
     /// With --tests, vary the holds from 50 to 150 % of their length, and skip or resize one of five reversals
     #[arg(long, requires = "tests")]
     careless: bool,
@@ -144,12 +148,34 @@ impl InventedSet {
     }
 }
 
+/// The loops whose valves are tested.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Loops {
+    /// Those of the simulated population
+    Population,
+    /// The kinds that the verdict was not trained on
+    Invented,
+    /// Ordinary loops whose valve is a physical stem
+    PhysicalStems,
+}
+
+impl From<Loops> for TestedLoops {
+    fn from(of: Loops) -> Self {
+        match of {
+            Loops::Population => Self::Population,
+            Loops::Invented => Self::Invented,
+            Loops::PhysicalStems => Self::PhysicalStems,
+        }
+    }
+}
+
 pub fn run(args: Args) -> Result<()> {
     if let Some(n) = args.networks {
         return networks::run(args.seed, n, args.days.unwrap_or(3), args.json, args.markdown);
     }
     if let Some(n) = args.tests {
         let options = TestTrialOptions {
+            loops: args.loops.into(),
             operator: if args.careless { Operator::Careless } else { Operator::Careful },
             trend: if args.historian { Trend::Historian } else { Trend::AsAsked },
         };

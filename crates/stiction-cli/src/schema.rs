@@ -13,7 +13,7 @@ use stiction_report::document::{self, schema_of};
 pub type Described = (&'static str, fn() -> String);
 
 /// All documents with a schema.
-pub const SCHEMAS: [Described; 23] = [
+pub const SCHEMAS: [Described; 26] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
     ("plant-check", schema_of::<stiction_plant::summary::Checked>),
@@ -34,6 +34,9 @@ pub const SCHEMAS: [Described; 23] = [
     ("test-plan", schema_of::<valve_test::PlanDocument>),
     ("test-read", schema_of::<valve_test::ReadDocument>),
     ("test-compare", schema_of::<valve_test::CompareDocument>),
+    ("signature-plan", schema_of::<valve_test::signature::PlanDocument>),
+    ("signature-read", schema_of::<valve_test::signature::ReadDocument>),
+    ("signature-compare", schema_of::<valve_test::signature::CompareDocument>),
     ("limit-cycle", schema_of::<limit_cycle::Report>),
     ("fmu-models", schema_of::<fmu::List>),
     ("fmu-variables", schema_of::<fmu::Variables>),

@@ -1,5 +1,7 @@
 //! `stiction test`: plans and judges the test of a valve.
 
+pub mod signature;
+
 use crate::diagnose::ended;
 use crate::files::{In, Out};
 use crate::loops::{diagnose_all, find_all};
@@ -10,6 +12,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use clap::{Parser, Subcommand};
 use schemars::JsonSchema;
 use serde::Serialize;
+use signature::Signed;
 use std::process::ExitCode;
 use stiction::diagnose::{Detectors, DiagnoseOptions, VerdictClass};
 use stiction::recording::{ByHand, GridOptions, KnownBy, Recording, Set};
@@ -46,16 +49,18 @@ enum Task {
     /// The sheet shows how far to turn the OP, how long to hold it, which PV change is an answer, and when to stop.
     /// Without limits for the PV, the test stays within the recorded range plus half of it. If the recording contains a
     /// test that cannot tell, the plan is for the next test. It begins at the size that the PV answered, and has more
-    /// turns of each size.
+    /// turns of each size. With --signature, the plan is a slow ramp of the OP over the stroke and back. It needs a
+    /// recorded valve position (VP) and a process that tolerates the whole range.
     #[command(after_help = "Examples:
   stiction test plan FIC101.csv --sheet sheet.html
+  stiction test plan FIC101.csv --signature --op-low 20 --op-high 80 --sheet sheet.html
   stiction test plan plant.parquet --loop FIC101 --pv-low 40 --pv-high 60 --csv steps.csv")]
     Plan(Plan),
     /// Find the test in a recording and judge the valve
     ///
     /// The turns come from the completed sheet, or else from the mode column, or else from an OP that alternates
-    /// between held levels. The recording before the test is used, too. With --before, the test is compared with a test
-    /// before a repair.
+    /// between held levels. The recording before the test is used, too. A recording with a valve position and slow ramps
+    /// of the OP, up and down, is read as a signature. With --before, the test is compared with a test before a repair.
     #[command(after_help = "Examples:
   stiction test read FIC101-test.csv
   stiction test read FIC101-test.csv --done done.csv --plot answers.svg
@@ -126,6 +131,15 @@ struct Plan {
     /// The completed sheet of an inconclusive test in the recording: a CSV file with the columns time and op
     #[arg(long, value_name = "DONE.csv")]
     done: Option<In>,
+    /// Plan a signature instead: a slow ramp of the OP over the stroke and back, with the valve position recorded
+    #[arg(long, conflicts_with_all = ["pv_low", "pv_high", "done", "rises", "falls"])]
+    signature: bool,
+    /// The lowest OP of a signature, percent
+    #[arg(long, value_name = "OP", requires = "signature", default_value_t = 0.0)]
+    op_low: f64,
+    /// The highest OP of a signature, percent
+    #[arg(long, value_name = "OP", requires = "signature", default_value_t = 100.0)]
+    op_high: f64,
     /// Print the plan as JSON, for an automatic sequence or for `stiction test read --plan`
     #[arg(long)]
     json: bool,
@@ -227,6 +241,9 @@ pub fn run(args: Args) -> Result<ExitCode> {
 
 fn planned(args: &Plan) -> Result<()> {
     let (source, recording) = args.of.recording(&args.reading)?;
+    if args.signature {
+        return signature::planned(args, source, &recording);
+    }
     let name = recording.name.clone();
     let done = args.done.as_ref().map(|done| sheet_of(done, &recording, &args.reading));
     let by_hand = done.transpose()?.or_else(|| ByHand::of(&recording).filter(ByHand::is_test));
@@ -241,9 +258,13 @@ fn planned(args: &Plan) -> Result<()> {
     };
     let first = plan(&one.diagnosis, &options)
         .map_err(|why| anyhow!("{}, loop {name}: {}", args.of.file.origin(), why.0))?;
+    let tested = by_hand.is_some();
     let next = first.again(&recording, by_hand);
     let head = match next {
         Some(_) => "next test of the valve, because the recorded one cannot tell",
+        None if tested => {
+            "new test of the valve; the recorded one is conclusive, see stiction test read"
+        }
         None => "test of the valve",
     };
     let plan = next.unwrap_or(first);
@@ -319,6 +340,9 @@ impl Found {
 }
 
 fn was_read(args: &Read) -> Result<ExitCode> {
+    if let Some(found) = Signed::of(args, &args.of.file)? {
+        return signature::was_read(args, found);
+    }
     let found = Found::of(args, &args.of.file, args.plan.as_ref(), args.done.as_ref())?;
     let bad = matches!(found.test.class, VerdictClass::Sticks | VerdictClass::DoesNotRespond);
     match &args.before {
@@ -347,17 +371,23 @@ fn was_read_alone(args: &Read, found: Found) -> Result<()> {
     output::text(&reading_in_words(&found.recording, &found.test))
 }
 
-fn was_compared(args: &Read, before: Found, after: Found) -> Result<()> {
-    let dated = |of: &Found| of.recording.start.map(|start| start + of.test.from_s);
-    if let (Some(old), Some(new)) = (dated(&before), dated(&after))
+/// Refuses a test before the repair that began after the other one. Both have their start, s on the recording's clock.
+fn in_order(before: (&Recording, f64), after: (&Recording, f64)) -> Result<()> {
+    let dated = |(of, at): (&Recording, f64)| of.start.map(|start| start + at);
+    if let (Some(old), Some(new)) = (dated(before), dated(after))
         && new <= old
     {
         bail!(
             "the test of --before began on {}, which is not before the other test, on {}; exchange the two files",
-            test_page::moment(&before.recording, before.test.from_s),
-            test_page::moment(&after.recording, after.test.from_s)
+            test_page::moment(before.0, before.1),
+            test_page::moment(after.0, after.1)
         );
     }
+    Ok(())
+}
+
+fn was_compared(args: &Read, before: Found, after: Found) -> Result<()> {
+    in_order((&before.recording, before.test.from_s), (&after.recording, after.test.from_s))?;
     let comparison = compare(&before.test, &after.test);
     if let Some(path) = &args.plot {
         let tests = [("before", &before.test), ("after", &after.test)];
@@ -391,17 +421,22 @@ fn comparison_in_words(before: &Found, after: &Found, of: &Comparison) -> String
     let mut out = format!("{}: before and after the repair\n", after.recording.name);
     out += &hanging("  ", &of.sentences);
     out += &hanging("  ", &test_page::caution(before.page(), after.page()));
-    let rows = test_page::rows(before.page(), after.page());
-    let wide = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
-    let (name, old) = (wide(0).unwrap_or(0), wide(1).unwrap_or(0).max("before".len()));
-    out += &format!("  {:name$}  {:old$}  after\n", "", "before");
-    for [what, was, is] in &rows {
-        out += &format!("  {what:name$}  {was:old$}  {is}\n").replace('\u{2212}', "-");
-    }
+    out += &side_by_side(&test_page::rows(before.page(), after.page()));
     for (word, found) in [("before", before), ("after", after)] {
         if let Some(carried) = &found.test.plan {
             out += &format!("{word}: {}", carried_in_words(carried));
         }
+    }
+    out
+}
+
+/// Rows with a name, a value before and a value after.
+fn side_by_side(rows: &[[String; 3]]) -> String {
+    let wide = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+    let (name, old) = (wide(0).unwrap_or(0), wide(1).unwrap_or(0).max("before".len()));
+    let mut out = format!("  {:name$}  {:old$}  after\n", "", "before");
+    for [what, was, is] in rows {
+        out += &format!("  {what:name$}  {was:old$}  {is}\n").replace('\u{2212}', "-");
     }
     out
 }

@@ -25,13 +25,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (recording, sets) = (&tested.whole, &tested.carried.sheet.sets);
     let (pv, sp) =
         (recording.pv.as_ref().ok_or("no PV")?, recording.sp.as_ref().ok_or("no SP is recorded")?);
-    let truth = &tested.truth;
-    eprintln!("S {:.2} J {:.2} {:?}", truth.s, truth.j, truth.facts.process);
+    let valve = tested.valve;
+    eprintln!("{valve:?}");
     let mut out = std::io::stdout().lock();
     writeln!(out, "time_s,OP,PV,SP,mode")?;
     for (k, t) in recording.op.time.iter().enumerate() {
         // The OP of a sample is that of its end.
-        let end = t + 0.5 * truth.facts.sample_time_s;
+        let end = t + 0.5 * valve.sample_time_s;
         let last = sets.iter().rev().find(|set| set.at_s <= end);
         let mode = if last.is_some_and(|set| set.op.is_some()) { "MAN" } else { "AUTO" };
         writeln!(

@@ -27,10 +27,13 @@ mod scheduled_tuning;
 mod sketch;
 mod soft_linkage;
 mod surge_control;
+mod tested;
 mod titration;
 mod transport_by_flow;
 mod valves_in_series;
 mod winding_positioner;
+
+pub use tested::Unseen;
 
 use super::draw::Draw;
 use parts::Parts;

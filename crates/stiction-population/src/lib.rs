@@ -40,12 +40,12 @@ pub use families::{
     Situation,
 };
 pub use historian::swinging_door;
-pub use invented::{Invented, Invention};
+pub use invented::{Invented, Invention, Unseen};
 pub use kind::LoopKind;
 pub use member::member;
 pub use mistaken::{Mistake, mistaken};
-pub use test_trial::{TestTrial, TestTrialOptions};
-pub use tested::{Carried, Operator, Tested, ToPlan, Trend};
+pub use test_trial::{TestTrial, TestTrialOptions, TestedLoops};
+pub use tested::{Carried, Operator, Tested, TestedValve, ToPlan, Trend};
 pub use truth::{Facts, Simulated, Truth};
 
 /// Version of the population: it determines the loop of a seed.

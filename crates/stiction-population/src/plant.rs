@@ -67,7 +67,7 @@ pub(super) trait Hand {
 }
 
 /// None.
-struct Nobody;
+pub(super) struct Nobody;
 
 impl Hand for Nobody {
     fn op(&mut self, _: usize, _: f64, _: f64, _: f64) -> Option<f64> {

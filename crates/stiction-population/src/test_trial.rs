@@ -1,12 +1,14 @@
 //! Accuracy of a planned test: the loops of the population, tested by a simulated operator.
 
+use super::invented::{Invention, Unseen};
 use super::scoreboard::Share;
-use super::tested::{Operator, Tested, Trend};
+use super::tested::{Operator, Tested, ToPlan, Trend};
 use super::{Draw, LoopKind};
 use rayon::prelude::*;
-use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, VerdictClass, diagnose};
+use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Estimate, VerdictClass, diagnose};
+use stiction_diagnose::recording::Recording;
 use stiction_diagnose::series::quantile;
-use stiction_diagnose::valve_test::{PlanOptions, ReadOptions, TestReading, plan, read};
+use stiction_diagnose::valve_test::{PlanOptions, ReadOptions, TestPlan, TestReading, plan, read};
 use stiction_model::error::Result;
 
 /// Accuracy and cost of a test.
@@ -47,6 +49,12 @@ pub struct TestTrial {
     pub s_within: Share,
     /// 90 % intervals of S that contain the true one.
     pub s_covered: Share,
+    /// 90 % intervals of J that contain the true one.
+    pub j_covered: Share,
+    /// Tests that were given up and still decide whether the valve sticks.
+    pub given_up_decided: Share,
+    /// Of these, the correct ones.
+    pub given_up_right: Share,
     /// Median error of S, share of the true one; `None` without an estimate.
     pub s_error: Option<f64>,
     /// Median limit of S if the valve does not stick, percent.
@@ -61,9 +69,22 @@ pub struct TestTrial {
     pub imagined: Share,
 }
 
+/// The loops of a trial.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TestedLoops {
+    /// Those of the population.
+    Population,
+    /// The kinds that the verdict was not trained on, half of them with a sticking valve.
+    Invented,
+    /// Ordinary loops whose valve is a physical stem, half of them with friction.
+    PhysicalStems,
+}
+
 /// Settings of a trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TestTrialOptions {
+    /// The loops.
+    pub loops: TestedLoops,
     /// Behaviour of the operator.
     pub operator: Operator,
     /// Recording of the test.
@@ -94,8 +115,21 @@ impl TestTrial {
     ) -> Result<Self> {
         let one = |index: u64| -> Result<One> {
             let mut draw = Draw::of(&[seed, index, 35]);
-            let kind = LoopKind::at(draw.unit());
-            let one = one(kind, draw.seed(), options);
+            let one = match options.loops {
+                TestedLoops::Population => {
+                    let kind = LoopKind::at(draw.unit());
+                    one(kind, draw.seed(), options)
+                }
+                TestedLoops::Invented => {
+                    let kinds = Invention::FIRST.into_iter().chain(Invention::SECOND);
+                    let kinds: Vec<Invention> = kinds.collect();
+                    let kind = kinds[index as usize % kinds.len()];
+                    unseen(Unseen::Invented(kind), draw.seed(), draw.chance(0.5), options)
+                }
+                TestedLoops::PhysicalStems => {
+                    unseen(Unseen::PhysicalStem, draw.seed(), draw.chance(0.5), options)
+                }
+            };
             done();
             one
         };
@@ -123,33 +157,31 @@ impl TestTrial {
         let class = |read: Option<&TestReading>| read.map_or(VerdictClass::CannotTell, |r| r.class);
         let never_stopped =
             |one: &&(bool, &Tested, Option<&TestReading>)| one.1.carried.stopped == 0;
-        let decisions = |only: bool| -> (Share, Share) {
-            let of: Vec<_> = began.iter().filter(|(open, ..)| *open || !only).collect();
+        let decisions = |only: &dyn Fn(bool, &Tested) -> bool| -> (Share, Share) {
+            let of: Vec<_> = began.iter().filter(|(open, one, _)| only(*open, one)).collect();
             let made: Vec<_> =
                 of.iter().filter(|(.., read)| class(*read) != VerdictClass::CannotTell).collect();
             let right = made.iter().filter(|(_, tested, read)| right(tested, *read)).count();
             (Share { k: made.len(), n: of.len() }, Share { k: right, n: made.len() })
         };
-        let (decided, of_decided) = decisions(false);
-        let (undecided, undecided_right) = decisions(true);
+        let (decided, of_decided) = decisions(&|_, _| true);
+        let (undecided, undecided_right) = decisions(&|open, _| open);
+        let (given_up_decided, given_up_right) = decisions(&|_, tested| tested.carried.given_up);
         let bad = |read: Option<&TestReading>| {
             matches!(class(read), VerdictClass::Sticks | VerdictClass::DoesNotRespond)
         };
         let called = |sticks: bool| {
-            let of: Vec<_> = began.iter().filter(|(_, t, _)| t.truth.sticks == sticks).collect();
+            let of: Vec<_> = began.iter().filter(|(_, t, _)| t.valve.sticks == sticks).collect();
             Share { k: of.iter().filter(|(.., read)| bad(*read)).count(), n: of.len() }
         };
-        let told: Vec<(f64, &TestReading)> = began
+        let told: Vec<((f64, f64), Estimate, Estimate)> = began
             .iter()
-            .filter(|(_, tested, _)| tested.truth.kind == LoopKind::Sticky)
-            .filter_map(|(_, tested, read)| Some((tested.truth.s, (*read)?)))
-            .filter(|(_, read)| read.s.is_some())
+            .filter_map(|(_, tested, read)| Some((tested.valve.bands?, (*read)?)))
+            .filter_map(|(truth, read)| Some((truth, read.s?, read.j?)))
             .collect();
         let errors: Vec<f64> =
-            told.iter().filter_map(|(s, read)| Some((read.s?.value / s - 1.0).abs())).collect();
-        let covers = |(s, read): &&(f64, &TestReading)| {
-            read.s.is_some_and(|told| told.low <= *s && *s <= told.high)
-        };
+            told.iter().map(|((s, _), of, _)| (of.value / s - 1.0).abs()).collect();
+        let holds = |of: &Estimate, truth: f64| of.low <= truth && truth <= of.high;
         let limits: Vec<f64> = began
             .iter()
             .filter(|(.., read)| class(*read) == VerdictClass::DoesNotStick)
@@ -181,7 +213,16 @@ impl TestTrial {
                 k: errors.iter().filter(|error| **error <= 0.15).count(),
                 n: errors.len(),
             },
-            s_covered: Share { k: told.iter().filter(covers).count(), n: told.len() },
+            s_covered: Share {
+                k: told.iter().filter(|((s, _), of, _)| holds(of, *s)).count(),
+                n: told.len(),
+            },
+            j_covered: Share {
+                k: told.iter().filter(|((_, j), _, of)| holds(of, *j)).count(),
+                n: told.len(),
+            },
+            given_up_decided,
+            given_up_right,
             s_error: median(&errors),
             s_below: median(&limits),
             repeated: share(&|tested| tested.carried.began > 1),
@@ -199,8 +240,19 @@ fn one(kind: LoopKind, seed: u64, options: TestTrialOptions) -> Result<One> {
     if kind == LoopKind::StickyBelow {
         return Ok(One::LeftOut);
     }
+    planned(&mut |plan| kind.tested(seed, ROOM, options.operator, options.trend, plan))
+}
+
+fn unseen(of: Unseen, seed: u64, sticks: bool, options: TestTrialOptions) -> Result<One> {
+    planned(&mut |plan| of.tested(seed, sticks, ROOM, options.operator, plan))
+}
+
+type Plan<'a> = &'a mut dyn FnMut(&Recording, ToPlan) -> Option<TestPlan>;
+
+/// Plans a test from the diagnosis of operation, and reads it.
+fn planned(test: &mut dyn FnMut(Plan<'_>) -> Result<Option<Tested>>) -> Result<One> {
     let mut undecided = false;
-    let tested = kind.tested(seed, ROOM, options.operator, options.trend, &mut |before, of| {
+    let tested = test(&mut |before, of| {
         let asked = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
         let diagnosis = diagnose(before, &asked).ok()?;
         undecided = diagnosis.verdict.class == VerdictClass::CannotTell;
@@ -208,13 +260,12 @@ fn one(kind: LoopKind, seed: u64, options: TestTrialOptions) -> Result<One> {
             .ok()
     })?;
     let Some(tested) = tested else { return Ok(One::NoPlan) };
-    let share = tested.truth.facts.faulty_share;
-    if kind == LoopKind::Sticky && share > 0.0 && share < 1.0 {
+    if tested.valve.partly {
         return Ok(One::LeftOut);
     }
     let asked = ReadOptions {
         by_hand: Some(tested.carried.sheet.clone()),
-        rises: Some(tested.truth.facts.gain > 0.0),
+        rises: Some(tested.valve.rises),
         ..ReadOptions::default()
     };
     let read = read(&tested.whole, &asked).ok().map(Box::new);
@@ -223,12 +274,12 @@ fn one(kind: LoopKind, seed: u64, options: TestTrialOptions) -> Result<One> {
 
 /// Whether a decision is right.
 fn right(tested: &Tested, read: Option<&TestReading>) -> bool {
-    let truth = &tested.truth;
+    let valve = tested.valve;
     read.is_some_and(|read| match read.class {
-        VerdictClass::Sticks | VerdictClass::DoesNotRespond => truth.sticks,
+        VerdictClass::Sticks | VerdictClass::DoesNotRespond => valve.sticks,
         VerdictClass::DoesNotStick => {
-            let below = read.s_below.is_some_and(|limit| truth.s <= limit);
-            !truth.sticks || truth.kind == LoopKind::Sticky && below
+            let below = |(s, _): (f64, f64)| read.s_below.is_some_and(|limit| s <= limit);
+            !valve.sticks || valve.bands.is_some_and(below)
         }
         VerdictClass::CannotTell => false,
     })
@@ -240,7 +291,11 @@ mod tests {
 
     #[test]
     fn a_test_decides_and_is_right() {
-        let options = TestTrialOptions { operator: Operator::Careful, trend: Trend::AsAsked };
+        let options = TestTrialOptions {
+            loops: TestedLoops::Population,
+            operator: Operator::Careful,
+            trend: Trend::AsAsked,
+        };
         let trial = TestTrial::run(5, 60, options, || ()).unwrap();
         assert!(trial.began.n > 40 && 10 * trial.began.k >= 9 * trial.began.n, "{trial:?}");
         assert!(10 * trial.right.k >= 9 * trial.right.n && trial.decided.k > 15, "{trial:?}");
@@ -251,5 +306,16 @@ mod tests {
         assert_eq!(alone.install(|| TestTrial::run(5, 12, options, || ())).unwrap(), {
             TestTrial::run(5, 12, options, || ()).unwrap()
         });
+    }
+
+    #[test]
+    fn tests_decide_on_loops_that_are_not_in_the_population() {
+        for loops in [TestedLoops::Invented, TestedLoops::PhysicalStems] {
+            let options =
+                TestTrialOptions { loops, operator: Operator::Careful, trend: Trend::AsAsked };
+            let trial = TestTrial::run(5, 32, options, || ()).unwrap();
+            assert!(trial.began.k > 16 && trial.decided.k > 6, "{trial:?}");
+            assert!(10 * trial.right.k >= 8 * trial.right.n, "{trial:?}");
+        }
     }
 }

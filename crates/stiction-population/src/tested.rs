@@ -1,11 +1,10 @@
 //! A loop of the population in which an operator carries out a planned test.
 
 use super::LoopKind;
-use super::design::Design;
 use super::draw::Draw;
 use super::member::{self, Scene};
 use super::plant::Hand;
-use super::truth::{Simulated, Truth};
+use super::truth::Simulated;
 use stiction_diagnose::recording::{ByHand, KnownBy, Recording, Set};
 use stiction_diagnose::series::{max, min};
 use stiction_diagnose::valve_test::TestPlan;
@@ -64,6 +63,21 @@ pub struct Carried {
     pub sheet: ByHand,
 }
 
+/// The truth about a tested valve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TestedValve {
+    /// Whether it is faulty: it sticks or is stuck.
+    pub sticks: bool,
+    /// S and J, percent of span, of a valve that sticks and slips throughout.
+    pub bands: Option<(f64, f64)>,
+    /// Whether it sticks only part of the time or of the stroke.
+    pub partly: bool,
+    /// Whether the PV rises with the OP.
+    pub rises: bool,
+    /// Time between the samples of the recording, s.
+    pub sample_time_s: f64,
+}
+
 /// A loop before a test, and with it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tested {
@@ -71,8 +85,8 @@ pub struct Tested {
     pub before: Recording,
     /// The whole recording, to the end of the test and some more.
     pub whole: Recording,
-    /// The loop.
-    pub truth: Truth,
+    /// The valve.
+    pub valve: TestedValve,
     /// The plan.
     pub plan: TestPlan,
     /// The result of the test.
@@ -102,58 +116,37 @@ impl LoopKind {
             let draw = &mut Draw::of(&[seed, redrawn]);
             let mut tested = None;
             let mut then = |scene: &Scene<'_>, simulated: &Simulated| -> Result<()> {
-                let samples = (scene.design.samples as f64 / factor) as usize;
-                let at = samples as f64 * scene.design.sample_time;
-                let Some(before) = simulated.recording.part(0.0, at, 0.0) else { return Ok(()) };
-                let rises = scene.design.gain > 0.0;
-                let (low, span) = scene.design.pv_range;
-                let rest = low + span / 100.0 * scene.design.pv_rest;
-                let Some(pv) = &before.pv else { return Ok(()) };
-                let half = 0.5 * (max(&pv.values) - min(&pv.values));
-                let allowed = [
-                    (rest - ALLOWED * span).min(min(&pv.values) - half),
-                    (rest + ALLOWED * span).max(max(&pv.values) + half),
-                ];
-                let to_plan = ToPlan { rises, pv_allowed: allowed };
-                let Some(plan) = plan(&before, to_plan) else { return Ok(()) };
-                let first = scene.design.warm_up + samples * scene.design.steps;
-                let mut plans = vec![plan];
-                let (whole, mut carried) = loop {
-                    let of = Draw::of(&[seed, redrawn, 77]);
-                    let mut hand = AtWork::new(scene.design, &plans, operator, allowed, first, of);
-                    let played = scene.plant.play_with(scene.fittings, &mut hand)?;
-                    let carried = hand.carried();
-                    let own = &scene.design.historian;
-                    let historian = match trend {
-                        Trend::AsAsked => own.trend(),
-                        Trend::Historian => own.clone(),
-                    };
-                    let whole = member::recorded(scene.design, &historian, &played)?;
-                    let last = &plans[plans.len() - 1];
-                    let more = plans.len() < MOST_TESTS && carried.began == plans.len();
-                    let next = more.then(|| last.again(&whole, Some(carried.sheet.clone())));
-                    match next.flatten() {
-                        Some(next) => plans.push(next),
-                        None => break (whole, carried),
-                    }
+                let design = scene.design;
+                let samples = (design.samples as f64 / factor) as usize;
+                let at_s = samples as f64 * design.sample_time;
+                let share = simulated.truth.facts.faulty_share;
+                let truth = &simulated.truth;
+                let site = Site {
+                    valve: TestedValve {
+                        sticks: truth.sticks,
+                        bands: truth.has_bands().then_some((truth.s, truth.j)),
+                        partly: truth.has_bands() && share > 0.0 && share < 1.0,
+                        rises: design.gain > 0.0,
+                        sample_time_s: design.sample_time,
+                    },
+                    first: design.warm_up + samples * design.steps,
+                    warm_up: design.warm_up,
+                    step: design.step(),
+                    pv_range: design.pv_range,
+                    pv_rest: design.pv_rest,
+                    limits: design.limits,
                 };
-                let plan = plans.swap_remove(0);
-                let after = carried.to_s + 10.0 * plan.grow[0].hold_s;
-                let whole = whole.part(0.0, after, 0.0).unwrap_or(whole);
-                let truth = simulated.truth.clone();
-                let imagined = ByHand::of(&before).is_some();
-                let (from, to) = (carried.from_s, carried.to_s);
-                let noticed = ByHand::of(&whole).is_some_and(|found| {
-                    let inside = |set: &&Set| set.op.is_some() && from <= set.at_s && set.at_s < to;
-                    2 * found.sets.iter().filter(inside).count() >= carried.turns
-                });
-                // The effect of the load without a test.
-                let went = simulated.recording.part(from, to, f64::INFINITY);
-                let calm = went.and_then(|part| part.pv).is_none_or(|pv| {
-                    pv.values.iter().all(|v| (allowed[0]..=allowed[1]).contains(v))
-                });
-                carried.beyond_anyway = !calm;
-                tested = Some(Tested { before, whole, truth, plan, carried, noticed, imagined });
+                let historian = match trend {
+                    Trend::AsAsked => design.historian.trend(),
+                    Trend::Historian => design.historian.clone(),
+                };
+                let mut play = |hand: &mut dyn Hand| {
+                    let played = scene.plant.play_with(scene.fittings, hand)?;
+                    member::recorded(design, &historian, &played)
+                };
+                let of = [seed, redrawn, 77];
+                let untested = &simulated.recording;
+                tested = site.tested(untested, at_s, operator, of, plan, &mut play)?;
                 Ok(())
             };
             if member::simulate(self, draw, factor, None, &mut then)?.is_some() {
@@ -161,6 +154,81 @@ impl LoopKind {
             }
         }
         Err(Error::Inconsistent(format!("{} {seed}: no draw is valid", self.name())))
+    }
+}
+
+/// A loop at which a test is made.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Site {
+    pub valve: TestedValve,
+    /// The step at which the operator begins, and the steps before the recording.
+    pub first: usize,
+    pub warm_up: usize,
+    /// Duration of a step, s.
+    pub step: f64,
+    /// Lowest PV and span of the transmitter, units, and the PV at rest, percent of the span.
+    pub pv_range: (f64, f64),
+    pub pv_rest: f64,
+    /// Range of the OP, percent.
+    pub limits: (f64, f64),
+}
+
+impl Site {
+    /// Tests the loop after `at_s`; `None` without a plan. `untested` is its recording without a test, `play` records it
+    /// with an operator, and `of` is the seed of the operator.
+    ///
+    /// # Errors
+    /// Those of `play`.
+    pub fn tested(
+        self,
+        untested: &Recording,
+        at_s: f64,
+        operator: Operator,
+        of: [u64; 3],
+        plan: &mut dyn FnMut(&Recording, ToPlan) -> Option<TestPlan>,
+        play: &mut dyn FnMut(&mut dyn Hand) -> Result<Recording>,
+    ) -> Result<Option<Tested>> {
+        let Some(before) = untested.part(0.0, at_s, 0.0) else { return Ok(None) };
+        let Some(pv) = &before.pv else { return Ok(None) };
+        let (low, span) = self.pv_range;
+        let rest = low + span / 100.0 * self.pv_rest;
+        let half = 0.5 * (max(&pv.values) - min(&pv.values));
+        let allowed = [
+            (rest - ALLOWED * span).min(min(&pv.values) - half),
+            (rest + ALLOWED * span).max(max(&pv.values) + half),
+        ];
+        let to_plan = ToPlan { rises: self.valve.rises, pv_allowed: allowed };
+        let Some(plan) = plan(&before, to_plan) else { return Ok(None) };
+        let mut plans = vec![plan];
+        let (whole, mut carried) = loop {
+            let mut hand = AtWork::new(self, &plans, operator, allowed, Draw::of(&of));
+            let whole = play(&mut hand)?;
+            let carried = hand.carried();
+            let last = &plans[plans.len() - 1];
+            let more = plans.len() < MOST_TESTS && carried.began == plans.len();
+            let next = more.then(|| last.again(&whole, Some(carried.sheet.clone())));
+            match next.flatten() {
+                Some(next) => plans.push(next),
+                None => break (whole, carried),
+            }
+        };
+        let plan = plans.swap_remove(0);
+        let after = carried.to_s + 10.0 * plan.grow[0].hold_s;
+        let whole = whole.part(0.0, after, 0.0).unwrap_or(whole);
+        let imagined = ByHand::of(&before).is_some();
+        let (from, to) = (carried.from_s, carried.to_s);
+        let noticed = ByHand::of(&whole).is_some_and(|found| {
+            let inside = |set: &&Set| set.op.is_some() && from <= set.at_s && set.at_s < to;
+            2 * found.sets.iter().filter(inside).count() >= carried.turns
+        });
+        // The effect of the load without a test.
+        let went = untested.part(from, to, f64::INFINITY);
+        let calm = went
+            .and_then(|part| part.pv)
+            .is_none_or(|pv| pv.values.iter().all(|v| (allowed[0]..=allowed[1]).contains(v)));
+        carried.beyond_anyway = !calm;
+        let valve = self.valve;
+        Ok(Some(Tested { before, whole, valve, plan, carried, noticed, imagined }))
     }
 }
 
@@ -188,12 +256,11 @@ struct AtWork<'a> {
     plan: &'a TestPlan,
     /// The following tests.
     plans: &'a [TestPlan],
-    design: &'a Design,
+    site: Site,
     of: Draw,
     careless: bool,
     at: At,
     stage: Stage,
-    first: usize,
     up: bool,
     allowed: [f64; 2],
     /// Central OP of the turns, and the PV there, units.
@@ -281,21 +348,20 @@ const MOST_STOPS: usize = 6;
 
 impl<'a> AtWork<'a> {
     fn new(
-        design: &'a Design,
+        site: Site,
         plans: &'a [TestPlan],
         operator: Operator,
         allowed: [f64; 2],
-        first: usize,
         of: Draw,
     ) -> Self {
         let plan = &plans[0];
         Self {
             plan,
             plans: &plans[1..],
-            design,
+            site,
             of,
             careless: operator == Operator::Careless,
-            at: At::Waits(first),
+            at: At::Waits(site.first),
             stage: Stage::Grows(0),
             done: 0,
             known: false,
@@ -303,7 +369,6 @@ impl<'a> AtWork<'a> {
             longest: 0.0,
             seen: 0,
             grown: 0,
-            first,
             up: plan.grow[0].op > 0.0,
             allowed,
             rest: (0.0, 0.0),
@@ -337,15 +402,19 @@ impl<'a> AtWork<'a> {
 
     /// Whether the PV rises with the OP.
     fn rises(&self) -> bool {
-        self.design.gain > 0.0
+        self.site.valve.rises
     }
 
     fn at(&self, k: usize) -> f64 {
-        k.saturating_sub(self.design.warm_up) as f64 * self.design.step()
+        k.saturating_sub(self.site.warm_up) as f64 * self.site.step
     }
 
     fn carried(&self) -> Carried {
-        Carried { from_s: self.at(self.first), to_s: self.at(self.last), ..self.carried.clone() }
+        Carried {
+            from_s: self.at(self.site.first),
+            to_s: self.at(self.last),
+            ..self.carried.clone()
+        }
     }
 
     fn wrote(&mut self, k: usize, op: Option<f64>) {
@@ -519,8 +588,8 @@ impl<'a> AtWork<'a> {
 
 impl Hand for AtWork<'_> {
     fn op(&mut self, k: usize, pv: f64, sp: f64, op: f64) -> Option<f64> {
-        let step = self.design.step();
-        let (low, span) = self.design.pv_range;
+        let step = self.site.step;
+        let (low, span) = self.site.pv_range;
         let (pv, sp) = (low + span / 100.0 * pv, low + span / 100.0 * sp);
         self.noise.see(pv);
         if self.at != At::Done {
@@ -547,7 +616,7 @@ impl Hand for AtWork<'_> {
                     self.over(k, false);
                     return None;
                 }
-                if k < self.first || waited < 4.0 * self.soon {
+                if k < self.site.first || waited < 4.0 * self.soon {
                     return None;
                 }
                 let inside =
@@ -555,7 +624,7 @@ impl Hand for AtWork<'_> {
                 let near = (pv - sp).abs() < self.answer() && inside(0.6);
                 self.calm = if near { self.calm + step } else { 0.0 };
                 let calm = self.calm > 2.0 * self.soon;
-                let (low, high) = self.design.limits;
+                let (low, high) = self.site.limits;
                 if op < low + 1.0 || op > high - 1.0 {
                     return None;
                 }
@@ -590,8 +659,8 @@ impl Hand for AtWork<'_> {
                     self.nudge(k, pv);
                     return Some(self.held_op);
                 }
-                let passed =
-                    self.passed(pv) && held >= (0.3 * self.hold).max(2.0 * self.design.sample_time);
+                let passed = self.passed(pv)
+                    && held >= (0.3 * self.hold).max(2.0 * self.site.valve.sample_time_s);
                 if passed || held >= self.hold {
                     self.next(pv, held);
                     self.turn(k, pv);

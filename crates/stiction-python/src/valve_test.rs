@@ -9,8 +9,11 @@ use pyo3::prelude::*;
 use serde::Serialize;
 use stiction::diagnose::{Detectors, DiagnoseOptions, diagnose};
 use stiction::finding::Abstention;
+use stiction::recording::GridOptions;
 use stiction::recording::{ByHand, KnownBy, Set};
-use stiction::valve_test::{self, Comparison, PlanOptions, ReadOptions, TestReading, before_test};
+use stiction::valve_test::{
+    self, Comparison, PlanOptions, ReadOptions, Signature, TestPlan, TestReading, before_test,
+};
 
 fn because(name: &str, why: &Abstention) -> PyErr {
     PyValueError::new_err(format!("loop {name}: {}", why.0))
@@ -47,14 +50,18 @@ fn test_read(
     py: Python<'_>,
     recording: Recording,
     done: Done,
+    plan: Planned,
     rises: Option<bool>,
 ) -> PyResult<Bound<'_, PyAny>> {
-    let read = read(py, recording, done, rises)?;
+    let read = read(py, recording, done, plan, rises)?;
     plain(py, &read)
 }
 
 /// Time of each OP setting, s, and the OP.
 type Done = Option<Vec<(f64, Option<f64>)>>;
+
+/// A plan as JSON.
+type Planned = Option<String>;
 
 /// The same in the form of the library.
 fn sheet(done: Done) -> Option<ByHand> {
@@ -66,10 +73,15 @@ fn read(
     py: Python<'_>,
     recording: Recording,
     done: Done,
+    plan: Planned,
     rises: Option<bool>,
 ) -> PyResult<TestReading> {
     let name = recording.recording.name.clone();
-    let options = ReadOptions { by_hand: sheet(done), rises, ..ReadOptions::default() };
+    let plan: Option<TestPlan> = plan
+        .map(|plan| serde_json::from_str(&plan))
+        .transpose()
+        .map_err(|why| PyValueError::new_err(format!("the plan cannot be read: {why}")))?;
+    let options = ReadOptions { by_hand: sheet(done), plan, rises, ..ReadOptions::default() };
     let read = long(py, None, move |_| valve_test::read(&recording.recording, &options))?;
     read.map_err(|why| because(&name, &why))
 }
@@ -93,14 +105,59 @@ fn test_compared<'py>(
     after_done: Done,
     rises: Option<bool>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let before = read(py, before, before_done, rises)?;
-    let after = read(py, after, after_done, rises)?;
+    let before = read(py, before, before_done, None, rises)?;
+    let after = read(py, after, after_done, None, rises)?;
     let comparison = valve_test::compare(&before, &after);
     plain(py, &Compared { comparison, before, after })
+}
+
+/// The planned signature of a valve, as a document.
+#[pyfunction]
+fn signature_planned(py: Python<'_>, name: &str, op: [f64; 2]) -> PyResult<Py<PyAny>> {
+    let plan = valve_test::signature_plan(name, op).map_err(|why| because(name, &why))?;
+    Ok(plain(py, &plan)?.unbind())
+}
+
+fn signed(py: Python<'_>, recording: Recording) -> PyResult<Signature> {
+    let name = recording.recording.name.clone();
+    let found = long(py, None, move |_| {
+        valve_test::signature(&recording.recording, &GridOptions::default())
+    })?;
+    found.map_err(|why| because(&name, &why))
+}
+
+/// The result of a signature, as a document.
+#[pyfunction]
+fn signature_read(py: Python<'_>, recording: Recording) -> PyResult<Bound<'_, PyAny>> {
+    plain(py, &signed(py, recording)?)
+}
+
+/// Two signatures and their comparison.
+#[derive(Serialize)]
+struct SignaturesCompared {
+    #[serde(flatten)]
+    comparison: Comparison,
+    before: Signature,
+    after: Signature,
+}
+
+/// The comparison of two signatures, as a document.
+#[pyfunction]
+fn signatures_compared(
+    py: Python<'_>,
+    before: Recording,
+    after: Recording,
+) -> PyResult<Bound<'_, PyAny>> {
+    let (before, after) = (signed(py, before)?, signed(py, after)?);
+    let comparison = valve_test::compare(&before, &after);
+    plain(py, &SignaturesCompared { comparison, before, after })
 }
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(test_planned, m)?)?;
     m.add_function(wrap_pyfunction!(test_read, m)?)?;
-    m.add_function(wrap_pyfunction!(test_compared, m)?)
+    m.add_function(wrap_pyfunction!(test_compared, m)?)?;
+    m.add_function(wrap_pyfunction!(signature_planned, m)?)?;
+    m.add_function(wrap_pyfunction!(signature_read, m)?)?;
+    m.add_function(wrap_pyfunction!(signatures_compared, m)?)
 }

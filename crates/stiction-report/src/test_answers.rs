@@ -1,7 +1,8 @@
-//! The figure of a valve test: the PV change with each turn of the OP.
+//! The figures of a valve test: the PV change with each turn of the OP, and the stem on a ramp.
 
+use stiction_diagnose::recording::{Grid, GridOptions, Recording};
 use stiction_diagnose::series::{max, min};
-use stiction_diagnose::valve_test::{Step, TestReading};
+use stiction_diagnose::valve_test::{Place, Signature, Step, TestReading};
 use stiction_figure::{Annotation, Figure, Panel, Series};
 
 const CAPTION: &str = "A sticking valve does not answer turns smaller than S.";
@@ -30,6 +31,85 @@ pub fn beside(tests: [(&str, &TestReading); 2], unit: Option<&str>) -> Figure {
     }
     let figure = Figure::new("").caption(format!("Both tests with the same axes. {CAPTION}"));
     panels.into_iter().fold(figure, Figure::with)
+}
+
+/// Stem position over OP, rising and falling, and S along the stroke.
+pub fn signature(name: &str, of: &Ramped<'_>) -> Figure {
+    Figure::new(format!("{name}: signature of the valve"))
+        .caption("The OP at one stem position differs by S between rising and falling ramps.")
+        .with(of.loops())
+        .with(places(&[("S", of.signature)]))
+}
+
+/// The signatures before and after a repair.
+pub fn signatures(tests: [(&str, &Ramped<'_>); 2]) -> Figure {
+    let figure = Figure::new("").caption(
+        "Stem position over OP before and after, and S along the stroke. The bars are 90 % intervals.",
+    );
+    let figure = tests.iter().fold(figure, |figure, (title, of)| {
+        figure.with(Panel { title: (*title).to_owned(), ..of.loops() })
+    });
+    figure.with(places(&tests.map(|(title, of)| (title, of.signature))))
+}
+
+/// A signature with the recorded OP and VP of its ramps.
+#[derive(Debug, Clone)]
+pub struct Ramped<'a> {
+    signature: &'a Signature,
+    op: Vec<f64>,
+    vp: Vec<f64>,
+}
+
+/// Most points of a signature that are drawn.
+const POINTS: usize = 1500;
+
+impl<'a> Ramped<'a> {
+    /// Of a recording with this signature.
+    pub fn of(recording: &Recording, signature: &'a Signature) -> Self {
+        let whole = Recording { mode: None, ..recording.clone() };
+        let grid = Grid::of(&whole, &GridOptions::default()).ok();
+        let segments = grid.map_or(vec![], |grid| grid.segments);
+        let inside = |t: f64| (signature.from_s..=signature.to_s).contains(&t);
+        let samples = segments.iter().flat_map(|segment| {
+            let both = segment.op.iter().zip(segment.vp.iter().flatten());
+            segment.times().into_iter().zip(both).filter(|(t, _)| inside(*t)).map(|(_, of)| of)
+        });
+        let (op, vp): (Vec<f64>, Vec<f64>) = samples.unzip();
+        let every = op.len().div_ceil(POINTS).max(1);
+        let some = |x: Vec<f64>| x.into_iter().step_by(every).collect();
+        Self { signature, op: some(op), vp: some(vp) }
+    }
+
+    fn loops(&self) -> Panel {
+        let panel = Panel::new("OP (%)", "valve position (%)");
+        if self.op.is_empty() {
+            return panel;
+        }
+        let ends = [min(&self.op), max(&self.op)];
+        let equal = Series::line("valve position = OP", ends.to_vec(), ends.to_vec()).colour(3);
+        panel.with(equal).with(Series::line("valve position", self.op.clone(), self.vp.clone()))
+    }
+}
+
+fn places(tests: &[(&str, &Signature)]) -> Panel {
+    let mut panel = Panel::new("stem position (%)", "S (%)");
+    for (colour, (label, of)) in tests.iter().enumerate() {
+        let middle = |place: &Place| 0.5 * (place.from + place.to);
+        let points = of.places.iter().map(|place| (middle(place), place.s.value));
+        let (x, y): (Vec<f64>, Vec<f64>) = points.unzip();
+        let bars = of
+            .places
+            .iter()
+            .flat_map(|place| [(middle(place), place.s.low), (middle(place), place.s.high)]);
+        let (bar_x, bar_y): (Vec<f64>, Vec<f64>) = bars.unzip();
+        if bar_x.is_empty() {
+            continue;
+        }
+        let breaks: Vec<usize> = (2..bar_x.len()).step_by(2).collect();
+        let interval = Series::line("90 % interval", bar_x, bar_y).breaks(breaks).colour(3);
+        panel = panel.with(interval).with(Series::points(*label, x, y).colour(colour));
+    }
+    panel
 }
 
 fn panel(unit: Option<&str>, test: &TestReading) -> Panel {

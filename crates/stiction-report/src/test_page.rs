@@ -1,15 +1,15 @@
-//! The page of a valve test, or of two tests before and after a repair, for the records of the maintenance planner.
+//! The page of a valve test or signature, or of two before and after a repair, for the records of the maintenance planner.
 
 use crate::Error;
 use crate::document::Source;
 use crate::report::layout::{Badge, Block, Fact, Report, Section, Table};
 use crate::report::views::{self, Context};
-use crate::test_answers;
+use crate::test_answers::{self, Ramped};
 use crate::words::{self, percent, rough, sentence};
 use stiction_diagnose::diagnose::Estimate;
 use stiction_diagnose::recording::{Grid, GridOptions, Recording};
 use stiction_diagnose::spoken::{counted, time};
-use stiction_diagnose::valve_test::{Carried, Comparison, TestReading, same_loop};
+use stiction_diagnose::valve_test::{Carried, Comparison, Signature, TestReading, same_loop};
 use stiction_figure::figure::instant;
 use stiction_figure::{Annotation, Figure};
 
@@ -131,6 +131,117 @@ pub fn comparison(
     }
     let report = Report::new(format!("Valve of {name} before and after a repair"), tool);
     report.source(before.source).source(after.source).with(section).html()
+}
+
+/// A signature with its recording.
+#[derive(Debug, Clone, Copy)]
+pub struct Signed<'a> {
+    /// The file of the recording.
+    pub source: &'a Source,
+    /// The recording.
+    pub recording: &'a Recording,
+    /// The result.
+    pub signature: &'a Signature,
+}
+
+impl<'a> Signed<'a> {
+    /// Start and end of the ramps.
+    pub fn span(self) -> String {
+        let of = self.signature;
+        format!("{} to {}", moment(self.recording, of.from_s), moment(self.recording, of.to_s))
+    }
+
+    /// The recorded OP and VP of the ramps.
+    pub fn ramped(self) -> Ramped<'a> {
+        Ramped::of(self.recording, self.signature)
+    }
+
+    fn facts(self) -> Vec<Fact> {
+        let of = self.signature;
+        let estimate = |of: Option<Estimate>| of.map_or("not known".to_owned(), words::interval);
+        vec![
+            Fact::new("ramps", format!("{}, {}", of.ramps, self.span()), ""),
+            Fact::new("S, stick band plus dead band", estimate(of.s), ""),
+            Fact::new("J, slip jump", estimate(of.j), ""),
+            Fact::new(
+                "travel of the stem",
+                stiction_diagnose::spoken::range(of.vp[0], of.vp[1]),
+                "%",
+            ),
+        ]
+    }
+
+    fn headline(self) -> String {
+        use stiction_diagnose::diagnose::VerdictClass as Class;
+        let s = self.signature.s.map_or("not known".to_owned(), words::interval);
+        match self.signature.class {
+            Class::Sticks => format!("The valve sticks. Its S is {s}."),
+            Class::DoesNotStick => format!("The valve does not stick. Its S is {s}."),
+            Class::DoesNotRespond => "The valve does not respond to the OP.".to_owned(),
+            Class::CannotTell => "The signature is inconclusive.".to_owned(),
+        }
+    }
+}
+
+/// The page of one signature.
+///
+/// # Errors
+/// As for [`reading()`].
+pub fn signature(tool: &str, of: Signed<'_>) -> Result<String, Error> {
+    let name = &of.recording.name;
+    let mut section = Section::new(name, Badge::from(of.signature.class), of.headline());
+    section.facts = of.facts();
+    section.reasons = of.signature.reasons.iter().map(|text| sentence(text)).collect();
+    let figure = test_answers::signature("", &of.ramped()).width(WIDTH);
+    section = drawn(section, Figure { title: String::new(), ..figure });
+    section = section.heading("Agreed").with(agreed());
+    let report = Report::new(format!("Valve signature of {name}"), tool);
+    report.source(of.source).with(section).html()
+}
+
+/// The page of two signatures with a repair between them.
+///
+/// # Errors
+/// As for [`reading()`].
+pub fn signatures(
+    tool: &str,
+    [before, after]: [Signed<'_>; 2],
+    found: &Comparison,
+) -> Result<String, Error> {
+    let name = &after.recording.name;
+    let badge = Badge::from(after.signature.class);
+    let mut section = Section::new(name, badge, found.sentences.join(" "));
+    section.facts = after.facts();
+    let table = Table::new("The two signatures, side by side.");
+    let table = table.words("").words("before").words("after");
+    let rows = signature_rows(before, after).into_iter().fold(table, Table::row);
+    let both = [before.ramped(), after.ramped()];
+    let figure = test_answers::signatures([("before", &both[0]), ("after", &both[1])]);
+    section = drawn(section.with(rows), figure.width(WIDTH)).heading("Agreed").with(agreed());
+    for (word, one) in [("Before the repair", before), ("After the repair", after)] {
+        let items = one.signature.reasons.iter().map(|text| sentence(text)).collect();
+        section = section.heading(word).with(Block::List { ordered: false, items });
+    }
+    let report = Report::new(format!("Valve of {name} before and after a repair"), tool);
+    report.source(before.source).source(after.source).with(section).html()
+}
+
+/// Two signatures side by side: name, value before and value after of each row.
+pub fn signature_rows(before: Signed<'_>, after: Signed<'_>) -> Vec<[String; 3]> {
+    let both =
+        |name: &str, of: &dyn Fn(Signed<'_>) -> String| [name.to_owned(), of(before), of(after)];
+    let estimate = |of: Option<Estimate>| of.map_or("–".to_owned(), words::interval);
+    vec![
+        both("recording", &|of| of.recording.name.clone()),
+        both("ramps", &|of| of.span()),
+        both("verdict", &|of| of.signature.class.name().to_owned()),
+        both("S", &|of| estimate(of.signature.s)),
+        both("J", &|of| estimate(of.signature.j)),
+        both("binds between", &|of| {
+            let words = |[from, to]: [f64; 2]| format!("{} and {} %", rough(from), rough(to));
+            of.signature.binds.map_or("–".to_owned(), words)
+        }),
+    ]
 }
 
 /// Width of a figure that fits a phone, px.

@@ -1,9 +1,9 @@
-//! The sheet of a valve test: one page to print and complete, also as a table.
+//! The sheet of a valve test or a signature: one page to print and complete, also as a table.
 
 use crate::sheet::Sheet;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use stiction_diagnose::spoken::{range, rough, time};
-use stiction_diagnose::valve_test::TestPlan;
+use stiction_diagnose::valve_test::{SignaturePlan, TestPlan};
 
 /// Rows for turns on the page, and fewest rows for the second part, whose sizes are written in by hand.
 const TURNS: usize = 48;
@@ -33,6 +33,87 @@ pub fn html(plan: &TestPlan, tool: &str) -> String {
     let of_part_2 = TURNS.saturating_sub(plan.grow.len()).max(OF_PART_2);
     let part_2 = vec![[None, None]; of_part_2 / 2];
     let smaller = format!("{:.0}", 100.0 * (1.0 - plan.shrink_by));
+    page(
+        &title,
+        &html! {
+            p.blanks {
+                (PEOPLE) "u0 (OP in manual) ________ % PV at start ________" (unit)
+            }
+            ol { @for text in &plan.instructions { li { (text) } } }
+            h2 { "Part 1: growing turns" }
+            (table("Turns of part 1", &unit, plan, &part_1))
+            h2 { "Part 2: shrinking turns, each size " (smaller) " % smaller" }
+            (table("Turns of part 2", &unit, plan, &part_2))
+            p.foot {
+                "Limits: PV " (range(plan.pv_low, plan.pv_high)) (unit)
+                ", OP " (range(plan.op_low, plan.op_high))
+                " %. Part 1 takes at most " (time(plan.total_s))
+                ". An answer is a PV change of " (rough(plan.answer)) (unit) ". " (tool)
+            }
+        },
+    )
+}
+
+/// The ramps of a signature as a table.
+///
+/// # Errors
+/// As for [`csv()`].
+pub fn signature_csv(plan: &SignaturePlan) -> std::io::Result<String> {
+    let mut sheet =
+        Sheet::new(["ramp", "op_from_percent", "op_to_percent", "duration_s", "hold_s"])?;
+    let starts = [plan.from_op].into_iter().chain(plan.ramps.iter().map(|ramp| ramp.to_op));
+    for (k, (from, ramp)) in starts.zip(&plan.ramps).enumerate() {
+        let numbers = [from, ramp.to_op, ramp.duration_s, ramp.hold_s].map(short);
+        sheet.row([format!("{}", k + 1)].into_iter().chain(numbers))?;
+    }
+    sheet.text()
+}
+
+/// The page of a signature: self-contained HTML for one sheet of A4.
+pub fn signature_html(plan: &SignaturePlan, tool: &str) -> String {
+    let starts = [plan.from_op].into_iter().chain(plan.ramps.iter().map(|ramp| ramp.to_op));
+    let heads = [
+        "Ramp",
+        "OP from (%)",
+        "OP to (%)",
+        "In",
+        "Then hold",
+        "Begun at",
+        "Ended at",
+        "VP at end (%)",
+    ];
+    page(
+        &format!("Valve signature of {}", plan.name),
+        &html! {
+            p.blanks { (PEOPLE) "VP at start ________ %" }
+            ol { @for text in &plan.instructions { li { (text) } } }
+            h2 { "Ramps of the OP" }
+            div.wide tabindex="0" role="region" aria-label="Ramps of the OP" {
+                table {
+                    thead { tr { @for head in heads { th { (head) } } } }
+                    tbody {
+                        @for (k, (from, ramp)) in starts.zip(&plan.ramps).enumerate() {
+                            tr {
+                                td { (k + 1) }
+                                td { (rough(from)) }
+                                td { (rough(ramp.to_op)) }
+                                td { (time(ramp.duration_s)) }
+                                td { (time(ramp.hold_s)) }
+                                td {} td {} td {}
+                            }
+                        }
+                    }
+                }
+            }
+            p.foot { "All ramps take " (time(plan.total_s)) ". " (tool) }
+        },
+    )
+}
+
+const PEOPLE: &str =
+    "Date ________________ Operator ________________ Agreed with ________________ ";
+
+fn page(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -42,26 +123,7 @@ pub fn html(plan: &TestPlan, tool: &str) -> String {
                 title { (title) }
                 style { (PreEscaped(CSS)) }
             }
-            body {
-                main {
-                    h1 { (title) }
-                    p.blanks {
-                        "Date ________________ Operator ________________ Agreed with ________________ "
-                        "u0 (OP in manual) ________ % PV at start ________" (unit)
-                    }
-                    ol { @for text in &plan.instructions { li { (text) } } }
-                    h2 { "Part 1: growing turns" }
-                    (table("Turns of part 1", &unit, plan, &part_1))
-                    h2 { "Part 2: shrinking turns, each size " (smaller) " % smaller" }
-                    (table("Turns of part 2", &unit, plan, &part_2))
-                    p.foot {
-                        "Limits: PV " (range(plan.pv_low, plan.pv_high)) (unit)
-                        ", OP " (range(plan.op_low, plan.op_high))
-                        " %. Part 1 takes at most " (time(plan.total_s))
-                        ". An answer is a PV change of " (rough(plan.answer)) (unit) ". " (tool)
-                    }
-                }
-            }
+            body { main { h1 { (title) } (body) } }
         }
     };
     page.into_string()

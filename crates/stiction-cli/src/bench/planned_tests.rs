@@ -4,7 +4,7 @@ use crate::{output, progress, text};
 use anyhow::Result;
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiction::population::{Operator, TestTrial, TestTrialOptions, Trend};
+use stiction::population::{Operator, TestTrial, TestTrialOptions, TestedLoops, Trend};
 use stiction::scoreboard::Share;
 use stiction_report::report::Table;
 use stiction_report::scoreboard::share;
@@ -42,6 +42,11 @@ pub fn run(seed: u64, n: u64, options: TestTrialOptions, json: bool, markdown: b
 }
 
 fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Table {
+    let loops = match options.loops {
+        TestedLoops::Population => "simulated loops",
+        TestedLoops::Invented => "loops of invented kinds",
+        TestedLoops::PhysicalStems => "loops with physical stems",
+    };
     let operator = match options.operator {
         Operator::Careful => "a careful operator",
         Operator::Careless => "a careless operator",
@@ -50,12 +55,11 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
         Trend::AsAsked => "recorded without compression",
         Trend::Historian => "recorded by each loop's own historian",
     };
-    let table =
-        Table::new(format!("Planned tests: {n} simulated loops, seed {seed}, {operator}, {trend}"))
-            .words("of")
-            .words("those")
-            .numbers("number", "")
-            .numbers("share", "");
+    let table = Table::new(format!("Planned tests: {n} {loops}, seed {seed}, {operator}, {trend}"))
+        .words("of")
+        .words("those")
+        .numbers("number", "")
+        .numbers("share", "");
     let row = |table: Table, of: &str, those: &str, is: Share| {
         table.row([of.to_owned(), those.to_owned(), is.n.to_string(), share(is)])
     };
@@ -71,9 +75,12 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     let table = row(table, "tests of healthy valves", "that accused them", trial.accused);
     let table = row(table, "values of S", "within 15 % of the true one", trial.s_within);
     let table = row(table, "90 % intervals of S", "that contain it", trial.s_covered);
+    let table = row(table, "90 % intervals of J", "that contain it", trial.j_covered);
     let table = row(table, "tests", "followed by a second or a third", trial.repeated);
     let table = row(table, "tests", "stopped at least once", trial.stopped);
     let table = row(table, "tests", "given up", trial.given_up);
+    let table = row(table, "these", "that still decide", trial.given_up_decided);
+    let table = row(table, "these", "that are right", trial.given_up_right);
     let table = row(table, "tests", "in which the PV left the tolerated range", trial.beyond);
     let table =
         row(table, "the same loops", "whose PV leaves it without a test", trial.beyond_anyway);

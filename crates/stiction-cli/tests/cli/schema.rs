@@ -21,6 +21,12 @@ fn printed() -> Vec<(&'static str, Vec<&'static str>)> {
             "test-compare",
             vec!["test", "read", "FIC106-tested.csv", "--before", "FIC106-tested.csv", "--json"],
         ),
+        ("signature-plan", vec!["test", "plan", file, "--signature", "--json"]),
+        ("signature-read", vec!["test", "read", "ramped.csv", "--json"]),
+        (
+            "signature-compare",
+            vec!["test", "read", "ramped.csv", "--before", "ramped.csv", "--json"],
+        ),
         ("plant-check", vec!["plant", "-C", "north", "check", "--json"]),
         ("plant-scan", vec!["plant", "-C", "north", "scan", "--json"]),
         ("plant-report", vec!["plant", "-C", "north", "report", "--json"]),
@@ -44,6 +50,13 @@ fn what_is_printed_is_as_its_schema_says() {
     let folder = with_samples("schema-printed");
     let tested = samples().join("test/FIC106-tested.csv");
     std::fs::copy(tested, folder.join("FIC106-tested.csv")).expect("a copy");
+    let ramp = |k: i32| f64::from(50 - (k % 400 - 200).abs() / 4);
+    let rows = (0..800).map(|k| format!("{k},{},{}\n", ramp(k), ramp(k - 4)));
+    std::fs::write(
+        folder.join("ramped.csv"),
+        format!("time_s,OP,VP\n{}", rows.collect::<String>()),
+    )
+    .expect("a recording with ramps");
     run(&folder, &["plant", "demo", "--loops", "1", "--days", "1", "-o", "north"]).quiet_success();
     let printed = printed();
     for (document, arguments) in &printed {

@@ -115,6 +115,100 @@ fn what_cannot_be_planned_or_read_is_said() {
     assert!(notes.contains("this recording contains a valve test"), "{notes}");
 }
 
+/// The recorded ramps of the plan in `plan.json`, as a CSV file with the columns time_s and OP, a sample a second.
+fn ramped(folder: &Path, plan: &serde_json::Value) -> String {
+    let mut text = "time_s,OP\n".to_owned();
+    let (mut at, mut k) = (plan["from_op"].as_f64().unwrap(), 0);
+    let mut row = |op: f64| {
+        text += &format!("{k},{op:.3}\n");
+        k += 1;
+    };
+    for ramp in plan["ramps"].as_array().unwrap() {
+        let of = |what: &str| ramp[what].as_f64().unwrap();
+        let (to, n) = (of("to_op"), of("duration_s") as usize);
+        (1..=n).for_each(|k| row(at + (to - at) * k as f64 / n as f64));
+        (0..of("hold_s") as usize).for_each(|_| row(to));
+        at = to;
+    }
+    write(folder, "op.csv", &text);
+    text
+}
+
+#[test]
+fn a_signature_is_planned_carried_out_and_read() {
+    let folder = folder("test-signature");
+    let plan = ["test", "plan", &sample("LIC104-quantised.csv"), "--signature"];
+    let words = run(&folder, &[&plan[..], &["--sheet", "sheet.html"]].concat()).quiet_success();
+    assert!(words.contains("Ramp the OP as in the table") && words.contains("to 100 %"), "{words}");
+    assert!(words.lines().all(|line| line.chars().count() <= 100), "{words}");
+    let sheet = read(&folder, "sheet.html");
+    assert!(sheet.contains("<h1>Valve signature of LIC104-quantised</h1>"), "{sheet}");
+    let csv = run(&folder, &[&plan[..], &["--csv", "-"]].concat()).quiet_success();
+    assert!(
+        csv.starts_with("ramp,op_from_percent,op_to_percent,duration_s,hold_s\n1,0,10,40,10\n")
+    );
+    let json = run(&folder, &[&plan[..], &["--json"]].concat()).json();
+    ramped(&folder, &json["signature"]);
+
+    // Carried out on a valve, before and after its repair.
+    let made = |name: &str, s: &str, j: &str| {
+        let valve = ["valve", "op.csv", "--column", "OP", "--S", s, "--J", j, "-o", name];
+        run(&folder, &valve).quiet_success();
+        run(&folder, &["test", "read", name, "--json"]).json()["loops"][0]["signature"].clone()
+    };
+    let (old, new) = (made("LV104-before.csv", "4", "2"), made("LV104-after.csv", "0.1", "0"));
+    assert_eq!((&old["class"], &new["class"]), (&"sticks".into(), &"does not stick".into()));
+    for (what, truth) in [("S", 4.0), ("J", 2.0)] {
+        let of = |end: &str| old[what][end].as_f64().unwrap();
+        assert!(of("low") < truth && truth < of("high"), "{old}");
+    }
+    assert_eq!(old["places"].as_array().unwrap().len(), 10);
+    let both = ["test", "read", "LV104-after.csv", "--before", "LV104-before.csv"];
+    let more = ["--report", "repair.html", "--plot", "both.svg", "--fail"];
+    let words = run(&folder, &[&both[..], &more].concat()).quiet_success();
+    assert!(words.contains("The repair lowered S from 4 %"), "{words}");
+    assert!(read(&folder, "repair.html").contains("The two signatures, side by side."));
+    assert!(read(&folder, "both.svg").contains("stem position"));
+    let alone = ["test", "read", "LV104-before.csv", "--report", "s.html", "--fail"];
+    let alone = run(&folder, &alone);
+    assert!(alone.code == 1 && alone.out.contains("sticks, by a signature from"), "{}", alone.out);
+    assert!(read(&folder, "s.html").contains("Valve signature of LV104-before"));
+
+    // The sample binds in the middle, and the page shows what is printed.
+    let bound = sample("test/LV104-signature.csv");
+    let words = run(&folder, &["test", "read", &bound]).quiet_success();
+    let page = include_str!("../../../../docs/test.md");
+    assert!(page.contains(&words), "docs/test.md must show: {words}");
+
+    // A test with turns and a signature are not compared.
+    let turns = sample("test/FIC107-tested.csv");
+    let refused = run(&folder, &["test", "read", "LV104-after.csv", "--before", &turns]).refusal();
+    assert!(refused.contains("compare two tests of the same kind"), "{refused}");
+    let narrow = [&plan[..], &["--op-low", "40", "--op-high", "45"]].concat();
+    let refused = run(&folder, &narrow).refusal();
+    assert!(refused.contains("an OP range of at least 10 %"), "{refused}");
+}
+
+/// The stem of a physical valve, with the S and J of its friction.
+#[test]
+fn a_signature_finds_the_friction_of_a_physical_stem() {
+    let folder = folder("test-signature-stem");
+    let plan = ["test", "plan", &sample("LIC104-quantised.csv"), "--signature", "--json"];
+    let json = run(&folder, &plan).json();
+    let op = ramped(&folder, &json["signature"]).replace("time_s,OP", "t,u");
+    write(&folder, "u.csv", op);
+    for set in ["cts", "cts-stribeck"] {
+        let friction = ["--set", "static_n=170", "--set", "coulomb_n=140"];
+        let stem = ["stem", "--parameters", set, "--input", "u.csv", "-o", "stem.csv", "--json"];
+        let stem = run(&folder, &[&stem[..], &friction].concat()).json();
+        let found = run(&folder, &["test", "read", "stem.csv", "--json"]).json();
+        let found = &found["loops"][0]["signature"];
+        let truth = stem["equivalent"]["S_percent_of_stroke"].as_f64().unwrap();
+        let s = found["S"]["value"].as_f64().unwrap();
+        assert!((s / truth - 1.0).abs() < 0.15, "{set}: {truth} {found}");
+    }
+}
+
 /// A sample on the given day of March 2026, from 06:00 on.
 pub fn dated(path: &str, day: u32) -> String {
     let whole = std::fs::read_to_string(path).unwrap();

@@ -32,6 +32,7 @@
 //! Medicine 27 (2008) 1693 (recalled, not read). The limits and the criterion for no change are ours.
 
 use super::read::TestReading;
+use super::signature::Signature;
 use crate::diagnose::VerdictClass;
 use crate::estimate::Estimate;
 use crate::spoken::rough;
@@ -92,8 +93,33 @@ pub struct Comparison {
 const NONE: f64 = 0.5;
 const NONE_OF_S: f64 = 0.25;
 
+/// The part of a result that is compared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    class: VerdictClass,
+    s: Option<Estimate>,
+    s_below: Option<f64>,
+    /// Whether the PV or the stem moved with the OP.
+    moved: bool,
+}
+
+impl From<&TestReading> for Outcome {
+    fn from(of: &TestReading) -> Self {
+        let moved = of.steps.iter().any(|step| step.answered);
+        Self { class: of.class, s: of.s, s_below: of.s_below, moved }
+    }
+}
+
+impl From<&Signature> for Outcome {
+    fn from(of: &Signature) -> Self {
+        let moved = of.class != VerdictClass::DoesNotRespond;
+        Self { class: of.class, s: of.s, s_below: None, moved }
+    }
+}
+
 /// Compares the test after a repair with the one before it.
-pub fn compare(before: &TestReading, after: &TestReading) -> Comparison {
+pub fn compare(before: impl Into<Outcome>, after: impl Into<Outcome>) -> Comparison {
+    let (before, after) = (before.into(), after.into());
     let (old, new) = (Known::of(before), Known::of(after));
     let difference = old.zip(new).map(|(old, new)| Difference::of(old, new));
     let effect = match (difference, old, new) {
@@ -122,7 +148,7 @@ enum Known {
 }
 
 impl Known {
-    fn of(reading: &TestReading) -> Option<Self> {
+    fn of(reading: Outcome) -> Option<Self> {
         reading.s.map(Self::Found).or(reading.s_below.map(Self::Below))
     }
 
@@ -178,12 +204,12 @@ impl Difference {
 }
 
 fn sentences(
-    before: &TestReading,
-    after: &TestReading,
+    before: Outcome,
+    after: Outcome,
     effect: Effect,
     difference: Option<Difference>,
 ) -> Vec<String> {
-    let words = |of: &TestReading| Known::of(of).map_or("not known".to_owned(), Known::words);
+    let words = |of: Outcome| Known::of(of).map_or("not known".to_owned(), Known::words);
     let (old, new) = (words(before), words(after));
     let mut all = vec![match effect {
         Effect::Lowered => format!("The repair lowered S from {old} to {new}."),
@@ -216,8 +242,8 @@ fn sentences(
             Some("The valve still does not respond.")
         }
         (VerdictClass::DoesNotRespond, _) => {
-            Some("The valve did not respond before the repair. Now the PV answers.")
-                .filter(|_| after.steps.iter().any(|step| step.answered))
+            Some("The valve did not respond before the repair. Now it does.")
+                .filter(|_| after.moved)
         }
         (_, VerdictClass::DoesNotRespond) => Some("The valve does not respond after the repair."),
         (_, VerdictClass::Sticks) => Some("The valve sticks after the repair."),

@@ -10,6 +10,7 @@
 //! * `explain` calculates how well a valve explains the answers. `weigh` finds the likely valves.
 //! * `carried` compares the test with its plan. `compare` shows what a repair changed.
 //! * `behind` decides whether a dead band is in the valve or downstream of the process.
+//! * [`signature()`] reads a slow ramp of the OP over the stroke, where the position is recorded.
 //!
 //! # Limits
 //! The test is for one valve and one process that is roughly linear in the range of the test. The OP must drive this
@@ -26,13 +27,15 @@ mod plan;
 mod position;
 mod read;
 mod short;
+mod signature;
 mod stems;
 mod weigh;
 
 pub use carried::{Carried, CarriedSize, same_loop};
-pub use compare::{Comparison, Difference, Effect, compare};
+pub use compare::{Comparison, Difference, Effect, Outcome, compare};
 pub(crate) use plan::{KnownLoop, PERIODS, size};
 pub use plan::{PlanOptions, TestPlan, Turn, before_test, plan};
 pub use position::{Between, PositionReading};
 pub use read::{ReadOptions, Step, TestReading, read};
 pub use short::short;
+pub use signature::{Place, Ramp, Signature, SignaturePlan, signature, signature_plan};

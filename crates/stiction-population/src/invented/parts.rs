@@ -4,7 +4,8 @@ use super::sketch::Sketch;
 use std::collections::VecDeque;
 use stiction_model::bands::Bands;
 use stiction_model::error::Result;
-use stiction_model::valve::{AnyModel, Start, Valve};
+use stiction_model::stem::{ParameterSet, StemValve};
+use stiction_model::valve::{Start, Valve};
 
 /// The behaviour of a loop's parts in a step; a kind replaces some of the ordinary ones. Positions, flows and loads
 /// are in percent from rest, the PV and its set point in percent of span from rest.
@@ -60,6 +61,11 @@ pub(super) trait Parts {
     }
 }
 
+/// A loop without a peculiarity.
+pub(super) struct Ordinary;
+
+impl Parts for Ordinary {}
+
 /// A PI controller, tuned by internal model control.
 pub(super) struct Pi {
     pub kc: f64,
@@ -103,7 +109,7 @@ impl Pi {
 
 /// A valve: it sticks, or its stem is at the OP.
 pub(super) struct Friction {
-    model: Option<AnyModel>,
+    model: Option<Box<dyn Valve>>,
     /// The stem position, percent.
     pub stem: f64,
 }
@@ -114,9 +120,19 @@ impl Friction {
     /// # Errors
     /// If the bands are invalid.
     pub fn of(sketch: &Sketch, sticks: bool) -> Result<Self> {
-        let mut model = match sticks {
-            true => Some(sketch.model.build(Bands::from_s_j(sketch.s, sketch.j)?)?),
-            false => None,
+        let bands = Bands::from_s_j(sketch.s, sketch.j)?;
+        let mut model: Option<Box<dyn Valve>> = match (sticks, sketch.physical) {
+            (false, _) => None,
+            (true, None) => Some(Box::new(sketch.model.build(bands)?)),
+            (true, Some(set)) => {
+                let set = ParameterSet::named(set)?;
+                let newton = set.stem.spring_n_per_m * set.stem.stroke_m / 100.0;
+                let friction =
+                    [("static_n", newton * bands.fs()), ("coulomb_n", newton * bands.fd())];
+                let stem = set.stem_with(None, &friction)?;
+                let step = sketch.sample_time / sketch.steps as f64;
+                Some(Box::new(StemValve::new(stem, step)?))
+            }
         };
         if let Some(model) = &mut model {
             model.restart(Start::at_rest(sketch.rest));

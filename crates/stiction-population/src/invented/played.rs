@@ -1,9 +1,10 @@
 //! Simulation of a loop of a kind.
 
-use super::parts::{Friction, Line, Pi};
+use super::parts::{Friction, Line, Parts, Pi};
 use super::sketch::Sketch;
 use super::{Invented, Invention};
 use crate::draw::Draw;
+use crate::plant::{Hand, Nobody};
 use crate::visibility;
 use stiction_diagnose::recording::Recording;
 use stiction_diagnose::series::{max, min, std};
@@ -16,6 +17,19 @@ impl Sketch {
     /// # Errors
     /// If the settings of a part are invalid.
     pub fn play(&self, what: Invention, sticks: bool) -> Result<Invented> {
+        self.play_with(what.parts(self), sticks, &mut Nobody)
+    }
+
+    /// The simulated loop of these parts, with a manual source of the OP.
+    ///
+    /// # Errors
+    /// If the settings of a part are invalid.
+    pub fn play_with(
+        &self,
+        mut parts: Box<dyn Parts>,
+        sticks: bool,
+        hand: &mut dyn Hand,
+    ) -> Result<Invented> {
         let warm_up = self.warm_up();
         let n = warm_up + self.recorded();
         let mut draws = NormalStream::new(self.seed);
@@ -23,17 +37,24 @@ impl Sketch {
         let jumps: Vec<(usize, f64)> = (0..self.steps_of_load)
             .map(|_| (events.count(warm_up, n - 1), events.sign() * events.uniform(0.3, 1.5)))
             .collect();
-        let mut parts = what.parts(self);
         let mut pi = Pi::of(self, parts.steepest());
         let mut valve = Friction::of(self, sticks)?;
         let mut line = Line::of(self.dead);
         let (mut wander, mut y, mut lagged) = (0.0, 0.0, [0.0; 2]);
+        let mut op_before = None;
         let [mut set_point, mut op, mut pv, mut stem] =
             [vec![], vec![], vec![], vec![]].map(|v: Vec<f64>| v);
         for k in 0..n {
             let sp = parts.set_point(k);
             let sensed = parts.sensed(k, y, self.gain.abs() * self.noise * draws.draw());
-            let u = parts.op(k, &mut pi, sp - sensed);
+            let own = parts.op(k, &mut pi, sp - sensed);
+            let before = op_before.unwrap_or(own);
+            let held = hand.op(k, sensed, sp, before).map(|op| op.clamp(0.0, 100.0));
+            if let Some(held) = held {
+                pi.track(held, sp - sensed);
+            }
+            let u = held.unwrap_or(own);
+            op_before = Some(u);
             let x = parts.stem(&mut valve, u);
             wander = self.load_keep * wander
                 + (1.0 - self.load_keep.powi(2)).sqrt() * self.load * draws.draw();

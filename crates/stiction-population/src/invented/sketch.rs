@@ -13,6 +13,8 @@ pub(super) struct Sketch {
     pub s: f64,
     pub j: f64,
     pub model: Model,
+    /// The parameter set of a physical stem in place of the model.
+    pub physical: Option<&'static str>,
     /// Process: two lags and a dead time, steps; percent per percent.
     pub gain: f64,
     pub lags: [f64; 2],
@@ -73,6 +75,7 @@ impl Sketch {
                 _ => draw.uniform(0.05, 1.0),
             },
             model: draw.weighted([(Model::TwoPhase, 0.6), (Model::He, 0.4)]),
+            physical: None,
             gain: draw.log(0.4, 2.5) * draw.sign(),
             lags: [slow, slow * draw.uniform(0.05, 0.6)],
             dead: match what {

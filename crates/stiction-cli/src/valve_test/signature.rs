@@ -1,0 +1,197 @@
+//! The signature of a valve: `stiction test plan --signature`, and `stiction test read` of slow ramps.
+
+use super::{Plan, Read, hanging, in_order, one_loop, side_by_side};
+use crate::files::In;
+use crate::output;
+use anyhow::{Result, anyhow, bail};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::process::ExitCode;
+use stiction::diagnose::VerdictClass;
+use stiction::recording::{ByHand, GridOptions, Recording};
+use stiction::spoken;
+use stiction::valve_test::{
+    Comparison, Signature, SignaturePlan, compare, signature, signature_plan,
+};
+use stiction_report::document::Source;
+use stiction_report::{test_answers, test_page, test_sheet, words};
+
+/// The output of `stiction test plan --signature --json`.
+#[derive(Serialize, JsonSchema)]
+pub struct PlanDocument {
+    /// The program that made it, with its version.
+    tool: &'static str,
+    /// The file it comes from.
+    source: Source,
+    /// The ramps.
+    signature: SignaturePlan,
+}
+
+/// A loop with its signature.
+#[derive(Serialize, JsonSchema)]
+struct SignedLoop {
+    /// Tag of the loop.
+    name: String,
+    /// The file it comes from.
+    source: Source,
+    /// The result of the signature.
+    signature: Signature,
+}
+
+/// The output of `stiction test read --json` for a signature.
+#[derive(Serialize, JsonSchema)]
+pub struct ReadDocument {
+    /// The program that made it, with its version.
+    tool: &'static str,
+    /// The loop with its signature.
+    loops: [SignedLoop; 1],
+}
+
+/// The output of `stiction test read --before --json` for two signatures.
+#[derive(Serialize, JsonSchema)]
+pub struct CompareDocument {
+    /// The program that made it, with its version.
+    tool: &'static str,
+    /// The signature before the repair.
+    before: SignedLoop,
+    /// The signature after it.
+    after: SignedLoop,
+    /// The comparison of both signatures.
+    comparison: Comparison,
+}
+
+pub(super) fn planned(args: &Plan, source: Source, recording: &Recording) -> Result<()> {
+    let name = &recording.name;
+    let plan = signature_plan(name, [args.op_low, args.op_high])
+        .map_err(|why| anyhow!("loop {name}: {}; change --op-low and --op-high", why.0))?;
+    if let Some(path) = &args.sheet {
+        output::write(Some(path), test_sheet::signature_html(&plan, output::TOOL).as_bytes())?;
+    }
+    if args.json {
+        let tool = output::TOOL;
+        return output::json(&PlanDocument { tool, source, signature: plan });
+    }
+    if let Some(path) = &args.csv {
+        output::write(Some(path), test_sheet::signature_csv(&plan)?.as_bytes())?;
+        if path.is_standard() {
+            return Ok(());
+        }
+    }
+    let mut out = format!("{name}: signature of the valve\n");
+    for (k, text) in plan.instructions.iter().enumerate() {
+        out += &hanging(&format!("{}. ", k + 1), [text]);
+    }
+    out += &format!("ramps from {} %\n", spoken::rough(plan.from_op));
+    for ramp in &plan.ramps {
+        out += &format!(
+            "  to {} % in {}, then hold {}\n",
+            spoken::rough(ramp.to_op),
+            spoken::time(ramp.duration_s),
+            spoken::time(ramp.hold_s)
+        );
+    }
+    output::text(&out)
+}
+
+/// A recording with its signature.
+pub(super) struct Signed {
+    source: Source,
+    recording: Recording,
+    signature: Signature,
+}
+
+impl Signed {
+    /// The signature in `file`; `None` if it has a test with turns or no slow ramps.
+    pub(super) fn of(args: &Read, file: &In) -> Result<Option<Self>> {
+        if args.plan.is_some() || args.done.is_some() || file.is_standard() {
+            return Ok(None);
+        }
+        let (source, recording) = one_loop(file, args.of.of_loop.as_ref(), &args.reading)?;
+        if ByHand::of(&recording).is_some_and(|by_hand| by_hand.is_test()) {
+            return Ok(None);
+        }
+        let found = signature(&recording, &GridOptions::default());
+        Ok(found.ok().map(|signature| Self { source, recording, signature }))
+    }
+
+    fn page(&self) -> test_page::Signed<'_> {
+        let Self { source, recording, signature } = self;
+        test_page::Signed { source, recording, signature }
+    }
+
+    fn document(self) -> SignedLoop {
+        SignedLoop { name: self.recording.name, source: self.source, signature: self.signature }
+    }
+}
+
+pub(super) fn was_read(args: &Read, found: Signed) -> Result<ExitCode> {
+    let bad = matches!(found.signature.class, VerdictClass::Sticks | VerdictClass::DoesNotRespond);
+    match &args.before {
+        Some(file) => match Signed::of(args, file)? {
+            Some(before) => was_compared(args, before, found)?,
+            None => bail!(
+                "{} has no signature, but {} has one; compare two tests of the same kind",
+                file.origin(),
+                args.of.file.origin()
+            ),
+        },
+        None => was_read_alone(args, found)?,
+    }
+    Ok(if bad && args.fail { ExitCode::from(1) } else { ExitCode::SUCCESS })
+}
+
+fn was_read_alone(args: &Read, found: Signed) -> Result<()> {
+    if let Some(path) = &args.plot {
+        let figure = test_answers::signature(&found.recording.name, &found.page().ramped());
+        output::figure("--plot", path, &figure)?;
+    }
+    if let Some(path) = &args.report {
+        let page = test_page::signature(output::TOOL, found.page())?;
+        output::write(Some(path), page.as_bytes())?;
+    }
+    if args.json {
+        let loops = [found.document()];
+        return output::json(&ReadDocument { tool: output::TOOL, loops });
+    }
+    output::text(&in_words(&found))
+}
+
+fn was_compared(args: &Read, before: Signed, after: Signed) -> Result<()> {
+    let (old, new) = (&before.signature, &after.signature);
+    in_order((&before.recording, old.from_s), (&after.recording, new.from_s))?;
+    let comparison = compare(old, new);
+    if let Some(path) = &args.plot {
+        let both = [before.page().ramped(), after.page().ramped()];
+        let figure = test_answers::signatures([("before", &both[0]), ("after", &both[1])]);
+        output::figure("--plot", path, &figure)?;
+    }
+    if let Some(path) = &args.report {
+        let pages = [before.page(), after.page()];
+        let page = test_page::signatures(output::TOOL, pages, &comparison)?;
+        output::write(Some(path), page.as_bytes())?;
+    }
+    if args.json {
+        let (before, after) = (before.document(), after.document());
+        return output::json(&CompareDocument { tool: output::TOOL, before, after, comparison });
+    }
+    let mut out = format!("{}: before and after the repair\n", after.recording.name);
+    out += &hanging("  ", &comparison.sentences);
+    out += &side_by_side(&test_page::signature_rows(before.page(), after.page()));
+    output::text(&out)
+}
+
+fn in_words(found: &Signed) -> String {
+    let of = &found.signature;
+    let mut out = format!(
+        "{}: {}, by a signature from {}\n",
+        found.recording.name,
+        of.class.name(),
+        found.page().span()
+    );
+    let estimate = |of: stiction::diagnose::Estimate| words::interval(of).replace('\u{2212}', "-");
+    if let Some(s) = of.s {
+        let jump = of.j.map_or(String::new(), |j| format!(", J {}", estimate(j)));
+        out += &format!("  S {}{jump} of span\n", estimate(s));
+    }
+    out + &hanging("  - ", &of.reasons)
+}
