@@ -62,6 +62,11 @@ pub fn line(words: impl std::fmt::Display) -> Result<()> {
     text(&format!("{words}\n"))
 }
 
+/// Prints one line about an entry that was made. If the output fails, the message says that the entry exists.
+pub fn entered(words: impl std::fmt::Display) -> Result<()> {
+    line(&words).with_context(|| format!("{words}; but standard output failed"))
+}
+
 /// Prints a document as JSON, indented.
 pub fn json(document: &impl serde::Serialize) -> Result<()> {
     json_text(&serde_json::to_string_pretty(document)?)

@@ -99,7 +99,7 @@ pub fn run(args: Args) -> Result<()> {
             bail!("{origin}: has no such override of {tag}; see --list");
         }
         let told = format!("removed {removed} of {tag} from {origin}");
-        return output::line(output::name(&told));
+        return output::entered(output::name(&told));
     }
     let (Some(verdict), Some(reason)) = (args.verdict, args.reason.clone()) else {
         bail!("--verdict and --reason are needed");
@@ -145,7 +145,7 @@ pub fn run(args: Args) -> Result<()> {
         one.verdict.name(),
         one.scope_in_words()
     );
-    output::line(output::name(&told))
+    output::entered(output::name(&told))
 }
 
 fn list<'a>(kept: impl Iterator<Item = &'a Override>) -> String {

@@ -13,7 +13,7 @@ use std::process::ExitCode;
 use stiction::diagnose::VerdictClass;
 use stiction::spoken::counted;
 use stiction_io::overrides;
-use stiction_plant::inputs::{self, Problem};
+use stiction_plant::inputs::{self, Changes, Problem};
 use stiction_plant::log::{self, Entry, Kind};
 use stiction_plant::orders::{Order, orders, to_do};
 use stiction_plant::plant_file::{self, Plant};
@@ -290,9 +290,8 @@ fn init(folder: &Path, of: &Init) -> Result<()> {
 
 fn check(folder: &Path, json: bool) -> Result<ExitCode> {
     let plant = Plant::read(folder)?;
-    let files = inputs::paths(folder, &plant)?.len();
-    let bar = progress::bar("reading", files);
-    let checked = summary::check(folder, &plant, |_| bar.inc(1))?;
+    let bar = progress::bar("reading", inputs::paths(folder, &plant).len());
+    let checked = summary::check(folder, &plant, |_| bar.inc(1));
     bar.finish_and_clear();
     checked.no_recordings.iter().for_each(output::note);
     if json {
@@ -322,10 +321,10 @@ fn check(folder: &Path, json: bool) -> Result<ExitCode> {
                 text += "\n";
             }
         }
-        text += &format!("{} loops in {files} files\n", checked.loops.len());
+        text += &format!("{} loops in {} files\n", checked.loops.len(), checked.files);
         output::write(None, text.as_bytes())?;
     }
-    ended(files, &checked.problems)
+    ended(checked.files, &checked.problems)
 }
 
 /// Prints the problems. The exit code is 2 if there are any, and missing files are an error.
@@ -337,6 +336,15 @@ fn ended(files: usize, problems: &[Problem]) -> Result<ExitCode> {
         let _ = writeln!(std::io::stderr(), "stiction: {}", problem.words());
     }
     Ok(if problems.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(2) })
+}
+
+/// How many data files differ from the last scan, beside how many there are.
+fn different(changes: &Changes) -> String {
+    let kinds =
+        [(&changes.new, "new"), (&changes.changed, "changed"), (&changes.missing, "missing")];
+    let said = kinds.into_iter().filter(|(files, _)| !files.is_empty());
+    let said: Vec<String> = said.map(|(files, what)| format!("{} {what}", files.len())).collect();
+    if said.is_empty() { String::new() } else { format!(" ({})", said.join(", ")) }
 }
 
 /// Bytes, from text such as `500MB` or `2GB`.
@@ -364,7 +372,7 @@ fn scanned(folder: &Path, of: &Scan) -> Result<ExitCode> {
         memory: Some(of.memory),
         again: of.again,
     };
-    let mut bar = progress::bar("reading", inputs::paths(folder, &plant)?.len());
+    let mut bar = progress::bar("reading", inputs::paths(folder, &plant).len());
     let mut judging = false;
     let done: Manifest = scan(folder, &plant, &options, |now| {
         match now {
@@ -387,8 +395,12 @@ fn scanned(folder: &Path, of: &Scan) -> Result<ExitCode> {
     } else {
         let run = done.run.as_ref().map_or("nothing new".to_owned(), |run| format!("run {run}"));
         output::line(format!(
-            "{} windows judged, {} of them with an error; {} loops in {} files; {run}",
-            done.windows, done.errors, done.loops, done.files
+            "{} windows judged, {} of them with an error; {} loops in {} files{}; {run}",
+            done.windows,
+            done.errors,
+            done.loops,
+            done.files,
+            different(&done.changes)
         ))?;
     }
     ended(done.files, &done.problems)
@@ -398,6 +410,13 @@ fn status(folder: &Path, json: bool) -> Result<()> {
     let plant = Plant::read(folder)?;
     let status = summary::status(folder, &plant)?;
     status.damaged.iter().for_each(output::note);
+    if let Some(last) = &status.last_day
+        && *last > overrides::today().to_string()
+    {
+        output::note(format!(
+            "the last day, {last}, lies in the future; check the clocks of the data and of this computer"
+        ));
+    }
     if json {
         return output::json(&status);
     }
@@ -422,6 +441,9 @@ fn status(folder: &Path, json: bool) -> Result<()> {
             "{} did not finish; another scan judges the rest\n",
             counted(status.cut_short, "run")
         );
+    }
+    for sentence in status.changes.words() {
+        text += &format!("{}\n", output::name(&sentence));
     }
     output::write(None, text.as_bytes())
 }
@@ -527,7 +549,7 @@ fn enter(folder: &Path, tag: &str, (kind, verdict, until, text): Said, by: By) -
     };
     log::enter(folder, &entry)?;
     let kept = folder.join(log::NAME);
-    output::line(output::name(&format!("{name}: {}; kept in {}", entry.words(), kept.display())))
+    output::entered(output::name(&format!("{name}: {}; kept in {}", entry.words(), kept.display())))
 }
 
 fn demonstrate(folder: &Path, of: &Demo) -> Result<()> {

@@ -48,7 +48,7 @@ mod text;
 use crate::error::Error;
 use paint::paint;
 use pixels::Pixels;
-use svg::Svg;
+use svg::{Place, Svg, caption_id};
 
 pub use clock::instant;
 pub use heat::{Heat, Tile};
@@ -344,7 +344,7 @@ impl Figure {
     /// If the figure is malformed; see [`Error`].
     pub fn svg(&self) -> Result<String, Error> {
         self.check()?;
-        Ok(self.document(None))
+        Ok(self.document(Place::File))
     }
 
     /// The picture as an SVG with what a script needs to read values from it and to zoom.
@@ -356,7 +356,24 @@ impl Figure {
     /// If the figure is malformed; see [`Error`].
     pub fn live(&self, id: &str) -> Result<Live, Error> {
         self.check()?;
-        Ok(Live { svg: self.document(Some(id)), data: live::data(self) })
+        Ok(Live { svg: self.document(Place::Live(id)), data: live::data(self) })
+    }
+
+    /// The id that the caption of a picture must have on a page, for its name `id`. It names the picture to those who cannot see
+    /// it.
+    pub fn caption_id(id: &str) -> String {
+        caption_id(id)
+    }
+
+    /// The picture as an SVG on a page with others, without data for a script.
+    ///
+    /// `id` is its name, which must be unique on the page.
+    ///
+    /// # Errors
+    /// If the figure is malformed; see [`Error`].
+    pub fn still(&self, id: &str) -> Result<String, Error> {
+        self.check()?;
+        Ok(self.document(Place::Still(id)))
     }
 
     /// The picture as a PNG file with two pixels per px and a bundled font.
@@ -370,9 +387,9 @@ impl Figure {
         paint(self, Pixels::new).into_png()
     }
 
-    /// The picture as SVG. `page` is its name on a live page.
-    fn document(&self, page: Option<&str>) -> String {
-        let sheet = |width, height| Svg::new(width, height, page.map(str::to_owned));
+    /// The picture as SVG.
+    fn document(&self, place: Place<'_>) -> String {
+        let sheet = |width, height| Svg::new(width, height, place);
         paint(self, sheet).into_document(&self.title, &self.caption)
     }
 

@@ -281,7 +281,8 @@ pub fn known_loop(folder: &Path, plant: &Plant, tag: &str) -> Result<String> {
     loop_named(plant, rows.iter().map(|row| &*row.name), tag).map(str::to_owned)
 }
 
-/// Adds an entry at the end of `log.toml` in `folder`, even if others do so at the same time.
+/// Adds an entry at the end of `log.toml` in `folder`, even if others do so at the same time. If the last entry of the loop is the
+/// same, as after a command that was repeated because its output failed, nothing is added.
 ///
 /// # Errors
 /// If the entry is invalid, or the file is damaged or cannot be read or written.
@@ -292,7 +293,10 @@ pub fn enter(folder: &Path, entry: &Entry) -> Result<()> {
     let _lock = Store::of(folder).lock_log()?;
     let path = folder.join(NAME);
     let mut text = text_of(&path)?;
-    Log::parse(&text, &path.display().to_string())?;
+    let log = Log::parse(&text, &path.display().to_string())?;
+    if log.entries.iter().rfind(|known| known.name == entry.name) == Some(entry) {
+        return Ok(());
+    }
     if text.is_empty() {
         text = HEAD.to_owned();
     }
@@ -387,6 +391,8 @@ day = "2026-03-01"
             "{text}"
         );
         assert_eq!(Log::read(&folder).unwrap().entries[2], entry);
+        enter(&folder, &entry).unwrap();
+        assert_eq!(Log::read(&folder).unwrap().entries.len(), 3, "entered again");
         assert!(enter(&folder, &Entry { until: None, ..entry.clone() }).is_err());
         // Nothing is added to an invalid file.
         std::fs::write(folder.join(NAME), "[[entry]]\nkind = 1\n").unwrap();

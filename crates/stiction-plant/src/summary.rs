@@ -4,7 +4,7 @@ use crate::day;
 use crate::error::Result;
 use crate::plant_file::Plant;
 use crate::propose::{head, tags};
-use crate::scan::inputs::{self, Inputs, Problem};
+use crate::scan::inputs::{Changes, Inputs, Problem};
 use crate::store::Store;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -76,6 +76,8 @@ pub struct Status {
     pub cut_short: usize,
     /// Damaged files of the store, a sentence each.
     pub damaged: Vec<String>,
+    /// How the data files differ from those of the last scan.
+    pub changes: Changes,
 }
 
 /// The number of windows with a grade.
@@ -87,15 +89,12 @@ pub struct Graded {
     pub windows: usize,
 }
 
-/// Reads all data of the plant in `folder` without judging; `seen` is called for each file.
-///
-/// # Errors
-/// If a data folder cannot be listed. Faults of single files are among the problems.
-pub fn check(folder: &Path, plant: &Plant, seen: impl FnMut(&str)) -> Result<Checked> {
+/// Reads all data of the plant in `folder` without judging; `seen` is called for each file. Folders that cannot be listed and
+/// faults of single files are among the problems.
+pub fn check(folder: &Path, plant: &Plant, seen: impl FnMut(&str)) -> Checked {
     // The index of files in the store is used, but not changed.
     let mut inputs = Inputs::known(&Store::of(folder), plant);
-    let files = inputs::paths(folder, plant)?.len();
-    inputs.update(folder, plant, seen)?;
+    inputs.update(folder, plant, seen);
     let mut heads = heads(folder, plant, &inputs);
     let there = |(name, days): (&str, BTreeMap<i64, Vec<&str>>)| LoopThere {
         name: name.to_owned(),
@@ -105,13 +104,13 @@ pub fn check(folder: &Path, plant: &Plant, seen: impl FnMut(&str)) -> Result<Che
         in_plant_file: plant.facts(name).is_some(),
         ..heads.remove(name).unwrap_or_default()
     };
-    Ok(Checked {
+    Checked {
         plant: plant.file.name.clone(),
-        files,
+        files: inputs.files.len(),
         loops: inputs.days().into_iter().map(there).collect(),
         problems: inputs.problems(plant),
         no_recordings: inputs.no_recordings(),
-    })
+    }
 }
 
 /// The content of the last file of each loop. An unreadable file is among the problems already.
@@ -177,5 +176,6 @@ pub fn status(folder: &Path, plant: &Plant) -> Result<Status> {
         runs: store.run_names()?.len(),
         cut_short: store.cut_short()?,
         damaged: store.damaged(),
+        changes: Inputs::known(&store, plant).changes(folder, plant),
     })
 }

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use stiction_plant::plant_file::Plant;
+use stiction_plant::report::{self, ReportOptions};
 use stiction_plant::scan::{Manifest, Progress};
 use stiction_plant::{ScanOptions, Store, WindowRow, day, demo, log, propose, scan, summary};
 use stiction_population::LoopKind;
@@ -382,4 +383,204 @@ fn ten_slow_periods_are_one_window_of_several_days() {
         );
     }
     assert_eq!(go(&folder).windows, 0);
+}
+
+fn status(folder: &Path) -> summary::Status {
+    summary::status(folder, &Plant::read(folder).unwrap()).unwrap()
+}
+
+fn reported(folder: &Path) -> report::Reported {
+    let plant = Plant::read(folder).unwrap();
+    report::write(folder, &plant, &ReportOptions { week: None, pages: 10 }, || {}).unwrap()
+}
+
+/// A table with another last digit.
+fn touched(text: &str) -> String {
+    let at = text.rfind(|c: char| c.is_ascii_digit()).unwrap();
+    let digit = if text[at..].starts_with('1') { '2' } else { '1' };
+    format!("{}{digit}{}", &text[..at], &text[at + 1..])
+}
+
+/// Files that are changed, grow, shrink, come and go between a scan and what is asked of it.
+#[test]
+fn what_changed_since_the_scan_is_reported_and_judged_again() {
+    let folder = folder("changed");
+    let files = [("a.csv", csv(0, 660)), ("b.csv", csv(660, 2100)), ("c.csv", csv(2100, 3000))];
+    plant_of(&folder, &files);
+    assert_eq!(go(&folder).changes, Default::default(), "there was no scan before");
+    assert_eq!(status(&folder).changes, Default::default());
+    let (before, whole) = (rows(&folder), reported(&folder));
+    assert!(whole.problems.is_empty() && whole.pages == 2, "{:?}", whole.problems);
+
+    let long_ago = SystemTime::now() - Duration::from_secs(5000);
+    let write = |name: &str, text: String| {
+        fs::write(folder.join(name), text).unwrap();
+        fs::File::options()
+            .write(true)
+            .open(folder.join(name))
+            .unwrap()
+            .set_modified(long_ago)
+            .unwrap();
+    };
+    // Changed bytes of the same size; shrunk; new; missing.
+    write("a.csv", touched(&csv(0, 660)));
+    write("c.csv", csv(2100, 2400));
+    write("d.csv", csv(3000, 3600));
+    fs::remove_file(folder.join("b.csv")).unwrap();
+    let seen = status(&folder);
+    let names = |all: &[String]| all.join(" ");
+    assert_eq!(names(&seen.changes.changed), "a.csv c.csv");
+    assert_eq!((&*names(&seen.changes.new), &*names(&seen.changes.missing)), ("d.csv", "b.csv"));
+    let words = seen.changes.words();
+    assert_eq!(words.len(), 3);
+    assert_eq!(
+        words[2],
+        "1 data file missing since the last scan, b.csv; nothing replaces its windows"
+    );
+    assert_eq!(seen.windows, before.len(), "nothing is forgotten");
+    // A page of other data than the ranking shows is not made.
+    let report = reported(&folder);
+    let refused = report.problems.iter().filter(|why| why.contains("page of FIC")).count();
+    assert!(refused >= 1 && report.pages + refused == 2, "{:?}", report.problems);
+    assert_eq!(report.problems.len(), refused + 3, "{:?}", report.problems);
+
+    let done = go(&folder);
+    assert_eq!(names(&done.changes.changed), "a.csv c.csv");
+    assert!(done.windows > 0 && done.problems.is_empty(), "{done:?}");
+    // The windows of the file that is gone stay, as they were judged.
+    let starts = |rows: &[WindowRow]| rows.iter().map(|row| row.window_start).collect::<Vec<_>>();
+    assert!(starts(&before).iter().all(|start| starts(&rows(&folder)).contains(start)));
+    assert_eq!(status(&folder).changes, Default::default());
+    assert_eq!(go(&folder).windows, 0);
+    // It grows.
+    write("c.csv", csv(2100, 3000));
+    assert_eq!(names(&go(&folder).changes.changed), "c.csv");
+}
+
+#[test]
+fn one_unreadable_file_among_many_costs_one_line() {
+    let folder = folder("unreadable");
+    plant_of(&folder, &[("good.csv", csv(0, 660))]);
+    let plant = "name = \"N\"\nzone = \"Europe/Berlin\"\ndata = [\"**/*.csv\", \"*.parquet\"]\n";
+    fs::write(folder.join("plant.toml"), plant).unwrap();
+    for k in 0..50 {
+        let renamed = csv(0, 60).replace("FIC", &format!("L{k}_"));
+        fs::write(folder.join(format!("m{k}.csv")), renamed).unwrap();
+    }
+    fs::write(folder.join("cut.parquet"), b"PAR1\x00\x01PAR").unwrap();
+    fs::create_dir(folder.join("folder.csv")).unwrap();
+    fs::create_dir(folder.join("read.csv")).unwrap();
+    fs::write(folder.join("read.csv/inside.csv"), csv(660, 720)).unwrap();
+    let mut unreadable = 1;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        std::os::unix::fs::symlink("nowhere.csv", folder.join("link.csv")).unwrap();
+        unreadable += 1;
+        let (closed, locked) = (folder.join("closed.csv"), folder.join("locked"));
+        fs::write(&closed, csv(0, 60)).unwrap();
+        fs::create_dir(&locked).unwrap();
+        for path in [&closed, &locked] {
+            fs::set_permissions(path, fs::Permissions::from_mode(0)).unwrap();
+        }
+        // The superuser reads everything.
+        if fs::read(&closed).is_err() {
+            unreadable += 2;
+        }
+    }
+    let done = go(&folder);
+    assert_eq!(done.problems.len(), unreadable, "{:?}", done.problems);
+    assert!(done.problems.iter().all(|problem| !problem.words().contains('\n')));
+    assert_eq!(done.no_recordings.len(), 1, "{:?}", done.no_recordings);
+    assert!(
+        done.no_recordings[0].starts_with("folder.csv is a folder"),
+        "{:?}",
+        done.no_recordings
+    );
+    assert!(done.loops >= 102 && done.windows >= 102, "{} loops", done.loops);
+    assert_eq!(go(&folder).windows, 0);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        fs::set_permissions(folder.join("locked"), fs::Permissions::from_mode(0o755)).unwrap();
+    }
+}
+
+/// A clock that was set back between scans, and a loop whose historian is years ahead.
+#[test]
+fn clocks_that_jump_change_no_order() {
+    let folder = folder("clocks");
+    plant_of(&folder, &[("a.csv", csv(0, 2100))]);
+    let set = |name: &str, at: SystemTime| {
+        fs::File::options().write(true).open(folder.join(name)).unwrap().set_modified(at).unwrap();
+    };
+    // Written when the clock was a day ahead.
+    set("a.csv", SystemTime::now() + Duration::from_secs(86_400));
+    assert_eq!(go(&folder).windows, 4);
+    let expected = rows(&folder);
+    assert_eq!((go(&folder).windows, status(&folder).changes), (0, Default::default()));
+    // Changed after the clock was set back, with an older date and the same size.
+    let changed = touched(&csv(0, 2100));
+    fs::write(folder.join("a.csv"), changed).unwrap();
+    set("a.csv", SystemTime::now() - Duration::from_secs(400 * 86_400));
+    assert_eq!(status(&folder).changes.changed, ["a.csv"]);
+    let done = go(&folder);
+    assert!(done.windows > 0 && done.changes.changed == ["a.csv"], "{done:?}");
+    assert_eq!(rows(&folder).len(), expected.len());
+
+    // Among many loops, one has samples of the year 2099.
+    let (late, others) = (4_070_908_800_i64, (0..8).map(|k| (k, csv(0, 700))));
+    for (k, text) in others {
+        fs::write(folder.join(format!("o{k}.csv")), text.replace("FIC", &format!("O{k}_")))
+            .unwrap();
+    }
+    let ahead = csv(0, 300).lines().enumerate().fold(String::new(), |text, (k, line)| {
+        let rest = line.split_once(',').unwrap().1.replace("FIC", "LATE");
+        let time = if k == 0 {
+            "time".to_owned()
+        } else {
+            jiff::Timestamp::from_second(late + 60 * k as i64).unwrap().to_string()
+        };
+        text + &format!("{time},{rest}\n")
+    });
+    fs::write(folder.join("late.csv"), ahead).unwrap();
+    let done = go(&folder);
+    assert!(done.problems.is_empty(), "{:?}", done.problems);
+    let all = rows(&folder);
+    assert!(all.is_sorted_by(|a, b| (&a.name, a.window_start) <= (&b.name, b.window_start)));
+    assert_eq!(status(&folder).last_day.as_deref(), Some("2099-01-01"));
+    let report = reported(&folder);
+    assert_eq!(report.week, "2026-W10", "not that of one loop");
+    assert!(
+        report.problems.iter().any(|why| why.contains("windows up to 2099-W01")),
+        "{:?}",
+        report.problems
+    );
+}
+
+/// Local times of the nights in which clocks are put forward and back.
+#[test]
+fn summer_time_makes_no_gap_and_no_overlap() {
+    for (name, first, hours) in [("spring", "2026-03-29", 23), ("autumn", "2026-10-25", 25)] {
+        let folder = folder(name);
+        let berlin = "Europe/Berlin".parse().unwrap();
+        let begin = day::begin(day::parse(first).unwrap(), &berlin);
+        let mut text = "time,FIC1.PV,FIC1.OP\n".to_owned();
+        let of = LoopKind::Sticky.simulate(5).unwrap().recording;
+        let (pv, op) = (of.pv.unwrap().values, of.op.values);
+        for k in 0..hours * 60 {
+            let second = begin as i64 + 60 * k as i64;
+            let zoned = jiff::Timestamp::from_second(second).unwrap();
+            let local = zoned.in_tz("Europe/Berlin").unwrap().strftime("%Y-%m-%d %H:%M:%S");
+            text += &format!("{local},{},{}\n", pv[k % pv.len()], op[k % op.len()]);
+        }
+        plant_of(&folder, &[("a.csv", text)]);
+        let done = go(&folder);
+        assert!(done.problems.is_empty() && done.errors == 0, "{name}: {done:?}");
+        let rows = rows(&folder);
+        assert_eq!(rows.len(), 1, "{name}: {rows:?}");
+        assert_eq!(rows[0].window_start as f64, begin, "{name}");
+        assert_eq!(rows[0].window_s, 3600 * hours as i64, "{name}");
+        assert_eq!(rows[0].samples, Some(60 * hours as i64), "{name}");
+    }
 }

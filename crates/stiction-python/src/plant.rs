@@ -179,7 +179,7 @@ fn plant_scan<'py>(
 fn plant_check<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyAny>> {
     let checked = long(py, None, move |_| {
         let plant = plant_file::Plant::read(&folder)?;
-        summary::check(&folder, &plant, |_| {})
+        Ok(summary::check(&folder, &plant, |_| {}))
     })?;
     plain(py, &checked.map_err(refused)?)
 }

@@ -36,9 +36,11 @@
   }
 
   // A list as the report packs it; on logarithmic axes, of logarithms.
-  function unpack({ from, step, d }, scale) {
+  function unpack({ from, step, n, d }, scale) {
     let sum = 0;
-    const values = Float64Array.from(d, (each) => from + step * (sum += each));
+    const values = d
+      ? Float64Array.from(d, (each) => from + step * (sum += each))
+      : Float64Array.from({ length: n }, (_, i) => from + step * i);
     return scale === "log" ? { step: null, values: values.map((v) => 10 ** v) } : { step, values };
   }
 

@@ -129,8 +129,11 @@ fn long_recordings_make_small_files() {
 
 /// The values of a packed list.
 fn unpacked(list: &Value) -> Vec<f64> {
-    let (from, step) = (list["from"].as_f64().unwrap(), list["step"].as_f64().unwrap());
+    let (from, step) = (list["from"].as_f64().unwrap(), list["step"].as_f64().unwrap_or(0.0));
     let mut sum = 0.0;
+    if let Some(n) = list["n"].as_u64() {
+        return (0..n).map(|i| from + step * i as f64).collect();
+    }
     let whole = list["d"].as_array().unwrap().iter().map(|d| d.as_f64().unwrap());
     whole
         .map(|d| {

@@ -80,6 +80,29 @@ fn a_null_device_that_is_open_to_read_and_write_is_no_closed_output() {
     assert_eq!(log.matches("stroked").count(), 2, "{log}");
 }
 
+/// An entry is made before its line is printed, so the failure says so, and who repeats the command enters nothing twice.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_entry_whose_line_cannot_be_printed_is_reported_and_not_made_twice() {
+    let folder = prepared("full-output");
+    run(&folder, &["plant", "demo", "--loops", "12", "--days", "1", "-o", "p"]).quiet_success();
+    run(&folder, &["plant", "-C", "p", "scan"]).quiet_success();
+    for (line, kept) in [
+        ("plant -C p note LIC1001 stroked", "p/log.toml"),
+        ("override FIC101-sticky.csv --verdict sticks --reason stroked", "stiction-overrides.toml"),
+    ] {
+        for _ in 0..2 {
+            let full = OpenOptions::new().write(true).open("/dev/full").expect("a device");
+            let done =
+                command(&folder).args(line.split(' ')).stdout(full).output().expect("it starts");
+            let said = String::from_utf8_lossy(&done.stderr).into_owned();
+            assert_eq!(done.status.code(), Some(2), "{line}: {said}");
+            assert!(said.contains("kept in") && said.contains("standard output failed"), "{said}");
+        }
+        assert_eq!(read(&folder, kept).matches("stroked").count(), 1, "{line}");
+    }
+}
+
 fn closed(folder: &Path, arguments: &str) -> (Option<i32>, String) {
     let script = format!("exec \"$STICTION\" {arguments} >&-");
     let mut sh = Command::new("sh");

@@ -158,32 +158,79 @@ fn of_variance_one(x: &[f64]) -> Option<(Vec<f64>, f64)> {
 }
 
 impl FittedProcess {
-    /// How well the likeliest of its processes, at most this many, explain the PV behind another `input`, such as
-    /// the path of another valve. Each has its best gain; the log-likelihood is in nats over any constant. Empty
-    /// for an input that does not move.
-    pub fn behind(
-        &self,
-        input: &[f64],
-        pv: &[f64],
-        step: f64,
-        most: usize,
-    ) -> Vec<(Candidate, f64)> {
-        let (Some((x, of_x)), Some((y, of_y))) = (of_variance_one(input), of_variance_one(pv))
-        else {
-            return vec![];
+    /// The likeliest of its processes, at most this many, to explain `pv` behind other inputs; `None` for a PV that does not
+    /// move.
+    pub fn explaining(&self, pv: &[f64], step: f64, most: usize) -> Option<Explaining<'_>> {
+        let (y, of_y) = of_variance_one(pv)?;
+        let last = most_delay(&delays(y.len()));
+        let ground = |candidate: &Candidate| {
+            let skip = [candidate.dead_time_s / step, last];
+            Ground::of(&y, candidate.lag_s / step, &skip, &self.noise)
         };
-        let bench = Bench { x: &x, y: &y, sign: None };
-        let last = most_delay(&bench.delays());
-        let one = |candidate: &Candidate| {
-            let delays = [candidate.dead_time_s / step, last];
-            let point = bench.at(candidate.lag_s / step, &delays, &self.noise)[0];
-            let per = of_y / of_x / if candidate.lag_s.is_finite() { 1.0 } else { step };
-            let m = y.len() as f64 - ORDER as f64 - last;
+        let grounds = self.candidates.iter().take(most).map(ground).collect();
+        Some(Explaining { process: self, step, of_y, last, grounds, y })
+    }
+}
+
+/// Processes that may explain a PV behind several inputs.
+pub struct Explaining<'a> {
+    process: &'a FittedProcess,
+    step: f64,
+    y: Vec<f64>,
+    of_y: f64,
+    /// The longest delay, samples.
+    last: f64,
+    grounds: Vec<Ground>,
+}
+
+impl Explaining<'_> {
+    /// How well they explain the PV behind an `input`, such as the path of a valve. Each has its best gain; the
+    /// log-likelihood is in nats over any constant. Empty for an input that does not move.
+    pub fn behind(&self, input: &[f64]) -> Vec<(Candidate, f64)> {
+        let Some((x, of_x)) = of_variance_one(input) else { return vec![] };
+        let bench = Bench { x: &x, y: &self.y, sign: None };
+        let one = |(candidate, ground): (&Candidate, &Ground)| {
+            let delays = [candidate.dead_time_s / self.step];
+            let point = bench.on(ground, &delays, &self.process.noise)[0];
+            let per = self.of_y / of_x / if candidate.lag_s.is_finite() { 1.0 } else { self.step };
+            let m = self.y.len() as f64 - ORDER as f64 - self.last;
             let error = TEMPER.sqrt() * point.error * per;
             let found = Candidate { gain: point.gain * per, error, ..*candidate };
             (found, -0.5 * m * point.sse.ln())
         };
-        self.candidates.iter().take(most).map(one).collect()
+        self.process.candidates.iter().zip(&self.grounds).map(one).collect()
+    }
+}
+
+/// What the fit of a lag needs of the PV alone.
+struct Ground {
+    lag: f64,
+    /// Samples that are left out at the beginning, the same for all delays.
+    skip: usize,
+    /// The PV without what its past predicts.
+    w: Vec<f64>,
+    /// Level and decay of the first state, orthonormal.
+    basis: Vec<Vec<f64>>,
+    of_w: Vec<f64>,
+    /// Squares of `w` that the basis leaves.
+    free: f64,
+}
+
+impl Ground {
+    fn of(y: &[f64], lag: f64, delays: &[f64], a: &[f64]) -> Self {
+        let n = y.len();
+        let mut w = whitened(y, a);
+        let along: Vec<f64> = match lag.is_finite() {
+            true => (0..n).map(|k| (-(k as f64) / lag).exp()).collect(),
+            false => (0..n).map(|k| k as f64 / n as f64).collect(),
+        };
+        let basis = orthonormal(vec![whitened(&vec![1.0; n], a), whitened(&along, a)]);
+        let skip = (most_delay(delays) as usize).min(w.len() / 2);
+        let basis = orthonormal(basis.iter().map(|b| b[skip..].to_vec()).collect());
+        w.drain(..skip);
+        let of_w: Vec<f64> = basis.iter().map(|b| dot(b, &w)).collect();
+        let free = dot(&w, &w) - dot(&of_w, &of_w);
+        Self { lag, skip, w, basis, of_w, free }
     }
 }
 
@@ -277,33 +324,16 @@ impl Bench<'_> {
         (0..LAGS).map(|i| low * (high / low).powf(i as f64 / (LAGS - 1) as f64)).collect()
     }
 
-    /// Delays of a grid, samples: all of the first, then with larger steps.
-    fn delays(&self) -> Vec<f64> {
-        let longest = (self.x.len() / 8).max(4);
-        let mut delays = vec![0];
-        while delays.len() < DELAYS && delays[delays.len() - 1] < longest {
-            let last = delays[delays.len() - 1];
-            delays.push(last + 1 + last / 6);
-        }
-        delays.into_iter().map(|delay| delay as f64).collect()
-    }
-
     /// Gain and residual for a lag, at these delays.
     fn at(&self, lag: f64, delays: &[f64], a: &[f64]) -> Vec<Point> {
-        let n = self.y.len();
-        let w = whitened(self.y, a);
+        self.on(&Ground::of(self.y, lag, delays, a), delays, a)
+    }
+
+    /// The same on a ground that was made for these delays or longer ones.
+    fn on(&self, ground: &Ground, delays: &[f64], a: &[f64]) -> Vec<Point> {
+        let Ground { lag, skip, w, basis, of_w, free } = ground;
+        let (lag, skip, free) = (*lag, *skip, *free);
         let all = whitened(&answer(self.x, lag), a);
-        let along: Vec<f64> = match lag.is_finite() {
-            true => (0..n).map(|k| (-(k as f64) / lag).exp()).collect(),
-            false => (0..n).map(|k| k as f64 / n as f64).collect(),
-        };
-        let basis = orthonormal(vec![whitened(&vec![1.0; n], a), whitened(&along, a)]);
-        // The same samples for all delays.
-        let skip = (most_delay(delays) as usize).min(w.len() / 2);
-        let basis: Vec<Vec<f64>> = orthonormal(basis.iter().map(|b| b[skip..].to_vec()).collect());
-        let w = &w[skip..];
-        let of_w: Vec<f64> = basis.iter().map(|b| dot(b, w)).collect();
-        let free = dot(w, w) - dot(&of_w, &of_w);
         let m = w.len() as f64;
         let mut moved = vec![0.0; w.len()];
         let one = |delay: &f64| {
@@ -320,7 +350,7 @@ impl Bench<'_> {
             }
             let of_z: Vec<f64> = basis.iter().map(|b| dot(b, z)).collect();
             let square = dot(z, z) - dot(&of_z, &of_z);
-            let product = dot(z, w) - dot(&of_z, &of_w);
+            let product = dot(z, w) - dot(&of_z, of_w);
             let mut gain = if square > 0.0 { product / square } else { 0.0 };
             if self.sign.is_some_and(|sign| sign * gain < 0.0) {
                 gain = 0.0;
@@ -353,7 +383,7 @@ impl Bench<'_> {
             .map(|lag| self.x[from - lag..n - lag].to_vec())
             .collect();
         let mut a = regression(self.y, &inputs, from).ok_or_else(lost)?;
-        let (lags, delays) = (self.lags(), self.delays());
+        let (lags, delays) = (self.lags(), delays(self.x.len()));
         let mut best: Option<Point> = None;
         let mut all = vec![];
         for round in 0..3 {
@@ -469,6 +499,17 @@ impl Bench<'_> {
 }
 
 /// The longest of some delays, whole samples.
+/// Delays of a grid for a record of so many samples: all of the first, then with larger steps.
+fn delays(samples: usize) -> Vec<f64> {
+    let longest = (samples / 8).max(4);
+    let mut delays = vec![0];
+    while delays.len() < DELAYS && delays[delays.len() - 1] < longest {
+        let last = delays[delays.len() - 1];
+        delays.push(last + 1 + last / 6);
+    }
+    delays.into_iter().map(|delay| delay as f64).collect()
+}
+
 fn most_delay(delays: &[f64]) -> f64 {
     delays.iter().fold(0.0, |most: f64, delay| most.max(*delay)).ceil()
 }

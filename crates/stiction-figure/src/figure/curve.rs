@@ -33,7 +33,7 @@ impl Curve {
         let draw = |run: &[Point]| {
             let run = if series.style == Style::Steps { &held(run)[..] } else { run };
             if series.is_trend() {
-                vec![reduce::trend(run, &view.frame)]
+                vec![reduce::slim(&reduce::trend(run, &view.frame))]
             } else {
                 reduce::map(run, &view.frame)
             }

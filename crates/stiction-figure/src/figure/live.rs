@@ -2,7 +2,8 @@
 //!
 //! Numbers are written compactly. A list of values is `{"from", "step", "d"}`, where value `i` is `from + step *
 //! (d[0] + ... + d[i])` with whole `d`. The step is 1/1,000 to 1/10,000 of the range of the list, or the distance of
-//! equally spaced values. On logarithmic axes the list contains the decimal logarithms, as its scale shows.
+//! equally spaced values, which have `n`, their number, instead of `d`. Without a step all values are `from`. On logarithmic axes the
+//! list contains the decimal logarithms, as its scale shows.
 
 use std::fmt::Write;
 
@@ -13,7 +14,9 @@ use super::palette::Look;
 use super::{Figure, Panel, Scale, Series, Style, reduce};
 
 /// Maximum number of samples of a series that are all readable.
-const MOST: usize = 2_000;
+const MOST: usize = 1_000;
+/// The same of an equally spaced series, whose x take no room.
+const MOST_SPACED: usize = 3_000;
 /// Finest detail of a longer trend, px.
 const COLUMN: f64 = 1.0;
 
@@ -115,7 +118,8 @@ fn series_data(series: &Series, look: &Look, panel: &Panel, cell: &Cell) -> Stri
 /// Indices of the samples that can be read.
 fn kept(series: &Series, cell: &Cell) -> Vec<usize> {
     let count = series.x.len();
-    if count <= MOST {
+    let most = if distance(&series.x).is_some() { MOST_SPACED } else { MOST };
+    if count <= most {
         return (0..count).collect();
     }
     if series.is_trend() {
@@ -152,6 +156,15 @@ fn packed(values: &[f64], indices: &[usize], scale: Scale) -> String {
             (0.0, step, indices.iter().map(|&i| (values[i] / step).round() as i64).collect())
         }
     };
+    if let [first, others @ ..] = &whole[..]
+        && *first != 0
+        && others.iter().all(|value| value == first)
+    {
+        return format!("{{\"from\":{:e},\"step\":null,\"n\":{}}}", values[0], whole.len());
+    }
+    if whole.iter().enumerate().all(|(i, value)| *value == i as i64) {
+        return format!("{{\"from\":{from:e},\"step\":{step:e},\"n\":{}}}", whole.len());
+    }
     // Values recorded with fewer digits are written with fewer.
     let (whole, step) = match distance(values) {
         None => coarser(whole, step),
@@ -213,12 +226,13 @@ mod tests {
 
     #[test]
     fn lists_are_short() {
-        assert_eq!(all(&[0.5, 1.0, 1.5]), r#"{"from":5e-1,"step":5e-1,"d":[0,1,1]}"#);
+        assert_eq!(all(&[0.5, 1.0, 1.5]), r#"{"from":5e-1,"step":5e-1,"n":3}"#);
         assert_eq!(
             all(&[50.0, 53.217, 50.5]),
             r#"{"from":0e0,"step":1e-3,"d":[50000,3217,-2717]}"#
         );
         assert_eq!(all(&[50.0, 53.2, 50.5]), r#"{"from":0e0,"step":1e-1,"d":[500,32,-27]}"#);
+        assert_eq!(all(&[60.0, 60.0]), r#"{"from":6e1,"step":null,"n":2}"#);
         assert_eq!(all(&[0.0, 0.0]), r#"{"from":0e0,"step":1e0,"d":[0,0]}"#);
     }
 

@@ -2,8 +2,10 @@
 
 use super::geometry::{Point, Rect};
 
-/// Finest detail of a trend, px, which is a pixel of a picture at twice the nominal resolution.
-const COLUMN: f64 = 0.5;
+/// Finest detail of a trend, px.
+const COLUMN: f64 = 1.0;
+/// Maximum distance along y of a dropped sample of a trend from the stroke that replaces it, px.
+const FLAT: f64 = 0.15;
 /// Samples of a map closer than this to the last one kept are dropped, px.
 const NEAR: f64 = 0.3;
 /// Maximum distance of a dropped sample of a map from the stroke that replaces it, px.
@@ -13,13 +15,32 @@ const WINDOW: usize = 64;
 /// Side of the cells in which ink is accounted for, px.
 const CELL: f64 = 0.5;
 
-/// The visible samples of a trend: the first, lowest, highest and last sample of each half-pixel column, and one
-/// neighbour beyond either side of the frame.
-///
-/// Drawn with straight strokes, these four cover the same pixels as all samples do (the "M4" reduction of Jugel et
-/// al., 2014).
+/// The visible samples of a trend: the lowest and the highest of each column of a pixel, the first and the last of all, and
+/// one neighbour beyond either side of the frame.
 pub(super) fn trend(points: &[Point], frame: &Rect) -> Vec<Point> {
     seen(points, frame, COLUMN).into_iter().map(|i| points[i]).collect()
+}
+
+/// A trend without the samples that lie on the stroke between others, to within [`FLAT`].
+pub(super) fn slim(points: &[Point]) -> Vec<Point> {
+    let mut kept: Vec<Point> = points.first().copied().into_iter().collect();
+    // Slopes from the last sample kept that pass all samples since.
+    let mut slopes = (f64::NEG_INFINITY, f64::INFINITY);
+    for pair in points.windows(2) {
+        let (from, to) = (kept[kept.len() - 1], pair[1]);
+        let slope = |y: f64| (y - from.y) / (to.x - from.x);
+        if !(slopes.0..=slopes.1).contains(&slope(to.y)) {
+            kept.push(pair[0]);
+            slopes = (f64::NEG_INFINITY, f64::INFINITY);
+        }
+        let from = kept[kept.len() - 1];
+        let slope = |y: f64| (y - from.y) / (to.x - from.x);
+        slopes = (slopes.0.max(slope(to.y - FLAT)), slopes.1.min(slope(to.y + FLAT)));
+    }
+    if points.len() > 1 {
+        kept.extend(points.last());
+    }
+    kept
 }
 
 /// Indices of the samples that [`trend`] keeps, with columns of the given width.
@@ -34,17 +55,13 @@ pub(super) fn seen(points: &[Point], frame: &Rect, width: f64) -> Vec<usize> {
         let indices: Vec<usize> = (0..run.len()).collect();
         let low = indices.iter().min_by(by_height).copied().unwrap_or(0);
         let high = indices.iter().max_by(by_height).copied().unwrap_or(0);
-        let mut four = [0, low, high, run.len() - 1];
-        four.sort_unstable();
-        let mut last = None;
-        for index in four {
-            if last != Some(index) {
-                kept.push(start + index);
-                last = Some(index);
-            }
-        }
+        kept.extend([low.min(high), low.max(high)].map(|index| start + index));
         start += run.len();
     }
+    kept.insert(0, from);
+    kept.push(to.saturating_sub(1));
+    kept.dedup();
+    kept.retain(|index| *index < points.len());
     kept
 }
 
@@ -74,10 +91,10 @@ pub(super) fn map(points: &[Point], frame: &Rect) -> Vec<Vec<Point>> {
     runs
 }
 
-/// The visible points of a cloud, whose discs are not yet covered by others.
+/// The visible points of a cloud: discs of which others cover less than nine tenths.
 pub(super) fn cloud(points: &[Point], frame: &Rect, radius: f64) -> Vec<Point> {
     let mut ink = Ink::new(frame);
-    points.iter().copied().filter(|p| ink.disc(*p, radius)).collect()
+    points.iter().copied().filter(|p| ink.disc(*p, radius) > 0.1).collect()
 }
 
 /// Drops points near the last one kept. The end is kept.
@@ -155,19 +172,20 @@ impl Ink {
         changed
     }
 
-    /// Paints the disc, and returns whether that changed anything.
-    fn disc(&mut self, centre: Point, radius: f64) -> bool {
+    /// Paints the disc, and returns the share of it that was not yet painted.
+    fn disc(&mut self, centre: Point, radius: f64) -> f64 {
         let reach = (radius / CELL).floor() as i32;
-        let mut changed = false;
+        let (mut changed, mut all) = (0, 0);
         for i in -reach..=reach {
             for j in -reach..=reach {
                 let (dx, dy) = (f64::from(i) * CELL, f64::from(j) * CELL);
                 if dx.hypot(dy) <= radius {
-                    changed |= self.cell(centre.x + dx, centre.y + dy);
+                    changed += i32::from(self.cell(centre.x + dx, centre.y + dy));
+                    all += 1;
                 }
             }
         }
-        changed
+        f64::from(changed) / f64::from(all.max(1))
     }
 
     fn cell(&mut self, x: f64, y: f64) -> bool {
@@ -203,17 +221,40 @@ mod tests {
     fn a_trend_keeps_every_extreme_of_every_column() {
         let all = noise(60_000);
         let kept = trend(&all, &FRAME);
-        assert!(kept.len() <= 4 * 1202, "{}", kept.len());
+        assert!(kept.len() <= 2 * 602, "{}", kept.len());
         let heights = |points: &[Point], column: f64| {
             points
                 .iter()
                 .filter(|p| ((p.x - FRAME.x) / COLUMN).floor() == column)
                 .fold((f64::MAX, f64::MIN), |(lo, hi), p| (lo.min(p.y), hi.max(p.y)))
         };
-        for column in 0..1200 {
+        for column in 0..600 {
             assert_eq!(heights(&all, column as f64), heights(&kept, column as f64));
         }
         assert_eq!((all.first(), all.last()), (kept.first(), kept.last()));
+    }
+
+    #[test]
+    fn a_slim_trend_is_where_it_was() {
+        let wave: Vec<Point> = (0..3000)
+            .map(|i| f64::from(i) / 5.0)
+            .map(|x| Point::new(x, 100.0 + 80.0 * (x / 40.0).sin() + 3.0 * (x / 100.0).floor()))
+            .collect();
+        let stairs = [(0.0, 5.0), (3.0, 5.0), (3.0, 5.0), (3.0, 9.0), (4.0, 9.0), (4.0, 2.0)];
+        let stairs = stairs.map(|(x, y)| Point::new(x, y)).to_vec();
+        for all in [wave, noise(2000), stairs.clone(), vec![stairs[0]], vec![]] {
+            let slim = slim(&all);
+            assert_eq!((all.first(), all.last()), (slim.first(), slim.last()));
+            for p in &all {
+                let strokes = slim.windows(2).map(|pair| beside(*p, pair[0], pair[1]));
+                let nearest = strokes.fold(f64::MAX, f64::min);
+                assert!(nearest <= FLAT + 1e-9 || slim.len() < 2, "{p:?} is {nearest} px off");
+            }
+        }
+        let sine: Vec<Point> = (0..1000)
+            .map(|i| Point::new(f64::from(i), 50.0 * (f64::from(i) / 50.0).sin()))
+            .collect();
+        assert!(slim(&sine).len() < 300, "{}", slim(&sine).len());
     }
 
     #[test]

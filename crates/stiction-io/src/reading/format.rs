@@ -3,6 +3,7 @@
 use crate::csv::{self, Dialect};
 use crate::error::{Error, Result};
 use crate::sheet::Sheet;
+use std::path::Path;
 
 /// The format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,6 +19,15 @@ pub enum Format {
 }
 
 impl Format {
+    /// How the names of its files end, in lower case.
+    const ENDS: [&str; 7] = ["csv", "tsv", "txt", "parquet", "pq", "mat", "h5"];
+
+    /// Whether the name at the end of a path is like that of a recording.
+    pub fn is_named_like_one(path: &Path) -> bool {
+        let end = path.extension().map(|end| end.to_string_lossy().to_lowercase());
+        end.is_some_and(|end| Self::ENDS.contains(&&*end))
+    }
+
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {

@@ -91,7 +91,7 @@ pub struct ScanAsked {
 pub fn begin_scan(lab: &Lab, asked: ScanAsked) -> Answer<ScanNow> {
     let folder = lab.plant.folder()?.to_owned();
     let plant = Plant::read(&folder)?;
-    let files = inputs::paths(&folder, &plant)?.len();
+    let files = inputs::paths(&folder, &plant).len();
     if files == 0 {
         return Err(Wrong::asked("no file matches the data entry of plant.toml"));
     }

@@ -7,7 +7,7 @@ use crate::turns::Wanted;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
+use stiction_diagnose::diagnose::DiagnoseOptions;
 use stiction_diagnose::recording::{Channel, Recording};
 use stiction_plant::plant_file::Plant;
 use stiction_plant::scan::{SEGMENT, recordings_of};
@@ -40,7 +40,7 @@ impl Window {
             window_s: to - from,
             ..WindowRow::default()
         };
-        let read = recordings_of(folder, &plant, &[&row])?.pop();
+        let read = recordings_of(folder, &plant, &[&row]).pop();
         read.ok_or_else(|| Wrong::own("nothing was read"))?
             .map_err(|why| Wrong::gone(format!("{}: {why}", self.name)))
     }
@@ -233,7 +233,7 @@ pub fn diagnose_window(lab: &Lab, asked: WindowAsked, wanted: &Wanted) -> Answer
     let recording = lab.plant.recording(&window)?;
     // Reading may have taken long.
     wanted.check()?;
-    let diagnosis = diagnose(&recording, &DiagnoseOptions::default())?;
+    let diagnosis = wanted.diagnose(&recording, &DiagnoseOptions::default())?;
     let answer = words::what_would_answer(&diagnosis);
     Ok(Explained { judgement: Judgement::new(diagnosis), answer })
 }

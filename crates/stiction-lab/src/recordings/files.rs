@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 use stiction_diagnose::recording::{Channel, Recording};
+use stiction_io::reading::Format;
 use stiction_io::{ReadOptions, Reading, Remedy, Wording, bytes, reading, whole};
 use stiction_report::report::Folds;
 
@@ -28,8 +29,6 @@ const FILES: usize = 5_000;
 const DEPTH: usize = 8;
 /// Reports of stretches in memory, for further requests.
 const TOLD: usize = 3;
-/// How files of recordings end.
-const ENDS: [&str; 7] = ["csv", "tsv", "txt", "parquet", "pq", "mat", "h5"];
 
 /// The open files.
 #[derive(Debug, Default)]
@@ -488,13 +487,10 @@ fn walk(folder: &Path, depth: usize, to: &mut Vec<PathBuf>) {
         let hidden = entry.file_name().to_string_lossy().starts_with('.');
         match entry.file_type() {
             Ok(kind) if kind.is_dir() && depth > 0 && !hidden => walk(&path, depth - 1, to),
-            Ok(kind) if kind.is_file() && !hidden && is_like_a_recording(&path) => to.push(path),
+            Ok(kind) if kind.is_file() && !hidden && Format::is_named_like_one(&path) => {
+                to.push(path)
+            }
             _ => {}
         }
     }
-}
-
-fn is_like_a_recording(path: &Path) -> bool {
-    let end = path.extension().map(|end| end.to_string_lossy().to_lowercase());
-    end.is_some_and(|end| ENDS.contains(&&*end))
 }

@@ -284,26 +284,7 @@ pub fn compare_with_progress(
     options: &CompareOptions,
     done: impl Fn() -> bool + Sync,
 ) -> Result<Comparison> {
-    options.check()?;
-    let [_, set_point_at, load_at, end] = options.times();
-    let mut plant = plant.clone();
-    // All of the last part, including rounding.
-    let samples = (end / plant.sample_time - 1e-9).ceil();
-    if !(samples <= MOST_SAMPLES) {
-        return Err(Error::Inconsistent(format!(
-            "a run of {end} s has {samples:e} samples, more than {MOST_SAMPLES:e}; shorten the parts of the run, \
-             or increase the sample time"
-        )));
-    }
-    plant.samples = samples as usize;
-    let stepped = Signal::step(0.0, options.set_point_step, set_point_at);
-    let total: Vec<f64> = {
-        let own = plant.set_point.sample(plant.sample_time, plant.samples)?;
-        let step = stepped.sample(plant.sample_time, plant.samples)?;
-        own.iter().zip(step).map(|(own, step)| own + step).collect()
-    };
-    plant.set_point = Signal::Samples(total);
-    plant.load.push(Signal::step(0.0, options.load_step, load_at));
+    let plant = set_up(plant, options)?;
     let mut noisy = plant.clone();
     noisy.measurement.push(Signal::Noise { sd: options.noise_sd, tau_s: 0.0, seed: options.seed });
 
@@ -335,6 +316,45 @@ pub fn compare_with_progress(
         Some(Row { method, parameters: nominal.0.clone(), outcomes: outcomes.to_vec() })
     };
     Ok(Comparison { rows: rows.into_iter().filter_map(row).collect() })
+}
+
+/// The nominal case of [`compare`] alone, of one method or of the uncompensated loop.
+///
+/// # Errors
+/// As [`compare`].
+pub fn nominal(
+    plant: &ClosedLoop,
+    known: &Knowledge,
+    method: Option<Method>,
+    options: &CompareOptions,
+) -> Result<CompensatorOutcome> {
+    let plant = set_up(plant, options)?;
+    Ok(outcome(&plant, known, method, Case::NOMINAL, options)?.1)
+}
+
+/// The loop with the steps of the protocol, for its length.
+fn set_up(plant: &ClosedLoop, options: &CompareOptions) -> Result<ClosedLoop> {
+    options.check()?;
+    let [_, set_point_at, load_at, end] = options.times();
+    let mut plant = plant.clone();
+    // All of the last part, including rounding.
+    let samples = (end / plant.sample_time - 1e-9).ceil();
+    if !(samples <= MOST_SAMPLES) {
+        return Err(Error::Inconsistent(format!(
+            "a run of {end} s has {samples:e} samples, more than {MOST_SAMPLES:e}; shorten the parts of the run, \
+             or increase the sample time"
+        )));
+    }
+    plant.samples = samples as usize;
+    let stepped = Signal::step(0.0, options.set_point_step, set_point_at);
+    let total: Vec<f64> = {
+        let own = plant.set_point.sample(plant.sample_time, plant.samples)?;
+        let step = stepped.sample(plant.sample_time, plant.samples)?;
+        own.iter().zip(step).map(|(own, step)| own + step).collect()
+    };
+    plant.set_point = Signal::Samples(total);
+    plant.load.push(Signal::step(0.0, options.load_step, load_at));
+    Ok(plant)
 }
 
 /// Runs one case with the parameters of the method.

@@ -21,7 +21,7 @@ use crate::error::{Result, non_negative};
 /// The OP is free of noise, or its noise is smaller than its movement from sample to sample.
 ///
 /// # Limits
-/// Noise turns the constant into a rattle of `2 a`. The stem then travels several times as far as without
+/// With noise the added constant changes sign at almost every sample, a step of `2 a`. The stem then travels several times as far as without
 /// compensation, even without stiction.
 ///
 /// # Deviations from the paper

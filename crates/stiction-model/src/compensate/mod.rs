@@ -34,6 +34,7 @@ mod two_move;
 pub use crate::closed_loop::{IntegralAction, Sent};
 pub use compare::{
     Case, CompareOptions, Comparison, CompensatorOutcome, Row, compare, compare_with_progress,
+    nominal,
 };
 pub use constant_reinforcement::ConstantReinforcement;
 pub use integral_dead_zone::IntegralDeadZone;

@@ -27,6 +27,8 @@ use crate::groups::pairs::{self, Pair};
 use crate::groups::{self, Group, GroupOptions, LoopOfWeek};
 use crate::log::Log;
 use crate::plant_file::Plant;
+use crate::scan::inputs::Inputs;
+use crate::scan::judge::fingerprint;
 use crate::scan::recordings_of;
 use crate::store::parquet_file;
 use crate::store::table::{Row, columns};
@@ -74,7 +76,7 @@ columns! {
 /// Options of a report.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReportOptions {
-    /// The week; by default the last one with windows.
+    /// The week; by default the last one with windows of most loops.
     pub week: Option<Week>,
     /// Pages for this many of the worst loops, besides those that changed and are watched.
     pub pages: usize,
@@ -122,7 +124,7 @@ pub struct Reported {
     pub orders_closed: usize,
     /// Pages of loops that were written.
     pub pages: usize,
-    /// Reasons why pages of loops could not be written.
+    /// Damaged files, data files that differ from the last scan, and reasons why pages of loops could not be written.
     pub problems: Vec<String>,
     /// Loops whose valves began to stick, without snoozed ones.
     pub new_sticking: usize,
@@ -164,12 +166,32 @@ pub struct Known {
     week: Week,
     /// The loops that swing together in the week.
     pub groups: Vec<Group>,
-    /// Damaged files of the store, in sentences.
-    damaged: Vec<String>,
+    /// Damaged files of the store, and windows after the week, in sentences.
+    remarks: Vec<String>,
+}
+
+/// The last week with windows of not much fewer loops than the week before it. A few samples with times in the future make no
+/// week of the plant.
+fn usual_week(store: &Store, plant: &Plant) -> Result<Option<Week>> {
+    /// The smallest share of the loops of the week before.
+    const SHARE: usize = 4;
+    let begin = |day: i64| day::begin(day, &plant.zone) as i64;
+    let loops = |week: &Week| -> Result<usize> {
+        let rows = store.rows_between(begin(*week.days().start()), begin(week.days().end() + 1))?;
+        Ok(rows.chunk_by(|a, b| a.name == b.name).count())
+    };
+    let mut weeks = store.weeks_judged()?;
+    while let [.., before, last] = &weeks[..] {
+        if SHARE * loops(last)? >= loops(before)? {
+            break;
+        }
+        weeks.pop();
+    }
+    Ok(weeks.pop())
 }
 
 impl Known {
-    /// Reads the data of `week`, or of the last week with windows.
+    /// Reads the data of `week`, or of the last week with windows of most loops.
     ///
     /// # Errors
     /// If there is no window in or before the week, or a file of the store or the log cannot be read.
@@ -189,7 +211,10 @@ impl Known {
         let none = || Error::Option("no window was judged so far; scan first".to_owned());
         let last = store.last()?.ok_or_else(none)?;
         let last = Week::of(day::of(last as f64, &plant.zone));
-        let week = week.unwrap_or(last);
+        let week = match week {
+            Some(week) => week,
+            None => usual_week(&store, plant)?.unwrap_or(last),
+        };
         let end = begin(week.days().end() + 1);
         let rows = store.rows_between(begin(week.days().start() - 7 * WEEKS), end)?;
         if rows.is_empty() {
@@ -197,7 +222,13 @@ impl Known {
                 "no window was judged in or before {week}; the last week is {last}"
             )));
         }
-        Ok(Self { log, rows, week, groups: vec![], damaged: store.damaged() })
+        let mut remarks = store.damaged();
+        if last > week {
+            remarks.push(format!(
+                "there are windows up to {last}, after this week; if their times are wrong, correct the clock of the data"
+            ));
+        }
+        Ok(Self { log, rows, week, groups: vec![], remarks })
     }
 
     /// The facts about each loop that groups need.
@@ -324,7 +355,8 @@ pub fn write(
     let mut ranking = known.ranking(plant);
     let own = format!("{FOLDER}/{}", ranking.week);
     let to = folder.join(&own);
-    let mut problems = known.damaged.clone();
+    let mut problems = known.remarks.clone();
+    problems.extend(Inputs::known(&Store::of(folder), plant).changes(folder, plant).words());
     problems.extend(write_pages(folder, &to, plant, &mut ranking, options.pages, &seen)?);
     let orders = orders(&ranking);
     write_tables(&to, &ranking, &orders, groups)?;
@@ -379,7 +411,7 @@ fn write_pages(
         chosen.push((place, window, path));
     }
     let windows: Vec<&WindowRow> = chosen.iter().map(|(_, window, _)| *window).collect();
-    let recordings = recordings_of(folder, plant, &windows)?;
+    let recordings = recordings_of(folder, plant, &windows);
     let mut problems = vec![];
     // A few at a time: a page is a megabyte, and a diagnosis some more.
     for (part, recordings) in chosen.chunks(8).zip(recordings.chunks(8)) {
@@ -453,6 +485,12 @@ fn loop_pages(
     recording: &Recording,
     plant: &Plant,
 ) -> std::result::Result<LoopPages, String> {
+    // A page of other data would contradict the ranking.
+    if window.samples_fingerprint.as_ref().is_some_and(|own| *own != fingerprint(recording)) {
+        return Err(
+            "the data files have changed since the window was judged; scan again".to_owned()
+        );
+    }
     let diagnosis = diagnose(recording, &DiagnoseOptions::default()).map_err(|e| e.to_string())?;
     let day = day::date(day::of(window.window_start as f64, &plant.zone));
     let file = format!("all files of {day} together");

@@ -1,7 +1,7 @@
 //! The files of a plant, with their loops and days.
 
 use crate::day;
-use crate::error::{Result, file, store};
+use crate::error::{Result, store};
 use crate::plant_file::{self, Plant};
 use crate::store::{STORE, Store, write_whole};
 use rayon::prelude::*;
@@ -11,8 +11,9 @@ use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::UNIX_EPOCH;
+use stiction_diagnose::spoken::counted;
 use stiction_io::parted::{PartedFile, Stamp};
-use stiction_io::reading;
+use stiction_io::reading::{self, Format};
 use stiction_io::timestamp::Zone;
 
 /// A file or loop that could not be read.
@@ -80,9 +81,59 @@ pub struct Inputs {
     reading_hash: String,
     /// The files.
     pub files: BTreeMap<String, Input>,
+    /// Places that match a pattern and hold no file that can be read.
+    #[serde(default, skip_serializing_if = "Places::is_empty")]
+    places: Places,
     /// When this was written, ns since 1970 by the clock of its disk. A file changed at this time may have changed again unnoticed.
     #[serde(skip)]
     written: u128,
+}
+
+/// Places in the plant's folder that hold no readable file.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+struct Places {
+    /// Folders that cannot be listed.
+    problems: Vec<Problem>,
+    /// Folders whose names are those of recordings, a sentence each.
+    folders: Vec<String>,
+}
+
+impl Places {
+    fn is_empty(&self) -> bool {
+        self.problems.is_empty() && self.folders.is_empty()
+    }
+}
+
+/// Data files that differ from those of the last scan.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, schemars::JsonSchema)]
+pub struct Changes {
+    /// Files that no scan has read.
+    pub new: Vec<String>,
+    /// Files with other content, or with another size or date before they are read.
+    pub changed: Vec<String>,
+    /// Files that no longer exist. The verdicts on their windows stay.
+    pub missing: Vec<String>,
+}
+
+impl Changes {
+    /// Each kind in a sentence, if there are any.
+    pub fn words(&self) -> Vec<String> {
+        let kinds = [
+            (&self.new, "new", "the next scan judges"),
+            (&self.changed, "changed", "the next scan judges"),
+            (&self.missing, "missing", "nothing replaces"),
+        ];
+        let said = |(files, what, then): (&Vec<String>, &str, &str)| {
+            let such = if files.len() > 1 { "such as " } else { "" };
+            let first = files.first()?;
+            let (count, their) =
+                (counted(files.len(), "data file"), if files.len() > 1 { "their" } else { "its" });
+            Some(format!(
+                "{count} {what} since the last scan, {such}{first}; {then} {their} windows"
+            ))
+        };
+        kinds.into_iter().filter_map(said).collect()
+    }
 }
 
 const NAME: &str = "inputs.json";
@@ -96,7 +147,7 @@ impl Inputs {
         let known: Option<Self> = serde_json::from_slice(&text).ok();
         let written = stamp(&path).map_or(0, |(_, changed)| changed);
         known.filter(|known| known.reading_hash == reading_hash).map_or_else(
-            || Self { reading_hash, files: BTreeMap::new(), written },
+            || Self { reading_hash, written, ..Self::default() },
             |known| Self { written, ..known },
         )
     }
@@ -112,18 +163,11 @@ impl Inputs {
     }
 
     /// Updates the list from the files in `folder`: it removes missing files, and examines new and changed ones, several at a time.
-    /// `seen` is called for each file.
-    ///
-    /// # Errors
-    /// If a folder cannot be listed. Faults of a file are among its problems.
-    pub fn update(
-        &mut self,
-        folder: &Path,
-        plant: &Plant,
-        mut seen: impl FnMut(&str),
-    ) -> Result<()> {
+    /// `seen` is called for each file. Returns the differences; without a list there are none.
+    pub fn update(&mut self, folder: &Path, plant: &Plant, mut seen: impl FnMut(&str)) -> Changes {
         let mut files = BTreeMap::new();
-        for some in paths(folder, plant)?.chunks(rayon::current_num_threads().max(1)) {
+        let (paths, places) = listed(folder, plant);
+        for some in paths.chunks(rayon::current_num_threads().max(1)) {
             let known = |path: &String| self.files.get(path);
             let looked: Vec<Input> = some
                 .par_iter()
@@ -134,8 +178,40 @@ impl Inputs {
                 files.insert(path.clone(), input);
             }
         }
-        self.files = files;
-        Ok(())
+        let changes = self.changes_to(&files, |known, now| known.sha256 != now.sha256);
+        (self.files, self.places) = (files, places);
+        changes
+    }
+
+    /// How the files in `folder` differ from this list, by size and date.
+    pub fn changes(&self, folder: &Path, plant: &Plant) -> Changes {
+        let (paths, _) = listed(folder, plant);
+        let now = paths.into_iter().map(|path| {
+            let stamp = stamp(&folder.join(&path)).unwrap_or_default();
+            (path, Input { stamp, ..Input::default() })
+        });
+        self.changes_to(&now.collect(), |known, now| known.stamp != now.stamp)
+    }
+
+    fn changes_to(
+        &self,
+        now: &BTreeMap<String, Input>,
+        differ: impl Fn(&Input, &Input) -> bool,
+    ) -> Changes {
+        if self.files.is_empty() {
+            return Changes::default();
+        }
+        let mut changes = Changes::default();
+        for (path, input) in now {
+            match self.files.get(path) {
+                None => changes.new.push(path.clone()),
+                Some(known) if differ(known, input) => changes.changed.push(path.clone()),
+                Some(_) => {}
+            }
+        }
+        changes.missing =
+            self.files.keys().filter(|path| !now.contains_key(*path)).cloned().collect();
+        changes
     }
 
     /// The current content of a file.
@@ -183,13 +259,15 @@ impl Inputs {
 
     /// The files that are no recordings, a sentence each.
     pub fn no_recordings(&self) -> Vec<String> {
-        self.files.values().filter_map(|input| input.no_recording.clone()).collect()
+        let tables = self.files.values().filter_map(|input| input.no_recording.as_ref());
+        tables.chain(&self.places.folders).cloned().collect()
     }
 
     /// All problems, including loops of the plant's file that are in no data file.
     pub fn problems(&self, plant: &Plant) -> Vec<Problem> {
+        let of_files = self.files.values().flat_map(|input| &input.problems);
         let mut problems: Vec<Problem> =
-            self.files.values().flat_map(|input| input.problems.iter().cloned()).collect();
+            self.places.problems.iter().chain(of_files).cloned().collect();
         let here: BTreeSet<String> = self
             .files
             .values()
@@ -210,29 +288,49 @@ impl Inputs {
 }
 
 /// The files that match the plant's patterns, relative to `folder`, in order.
-///
-/// # Errors
-/// If a folder cannot be listed.
-pub fn paths(folder: &Path, plant: &Plant) -> Result<Vec<String>> {
-    let mut paths = BTreeSet::new();
+pub fn paths(folder: &Path, plant: &Plant) -> Vec<String> {
+    listed(folder, plant).0
+}
+
+/// The same, with the places that hold no readable file.
+fn listed(folder: &Path, plant: &Plant) -> (Vec<String>, Places) {
+    let (mut paths, mut folders) = (BTreeSet::new(), BTreeSet::new());
+    let mut problems: BTreeMap<String, Problem> = BTreeMap::new();
     for pattern in &plant.file.data {
         let escaped = glob::Pattern::escape(&folder.display().to_string());
         let whole = Path::new(&escaped).join(pattern);
         let found = glob::glob(&whole.display().to_string());
         for path in found.into_iter().flatten() {
-            let path = path.map_err(|e| {
-                let at = e.path().to_owned();
-                file(&at)(e.into())
-            })?;
+            let own = |path: &Path| path.strip_prefix(folder).unwrap_or(path).display().to_string();
+            let path = match path {
+                Ok(path) => path,
+                Err(e) => {
+                    let at = own(e.path());
+                    let message = format!("{at}: {}; its files were skipped", e.error());
+                    problems.insert(at.clone(), Problem { file: Some(at), name: None, message });
+                    continue;
+                }
+            };
             // The store is no data.
-            let is_stored = path.components().any(|part| part.as_os_str() == STORE);
-            if path.is_file() && !is_stored {
-                let own = path.strip_prefix(folder).unwrap_or(&path);
-                paths.insert(own.display().to_string());
+            if path.components().any(|part| part.as_os_str() == STORE) {
+                continue;
+            }
+            if !path.is_dir() {
+                paths.insert(own(&path));
+            } else if Format::is_named_like_one(&path) {
+                folders.insert(own(&path));
             }
         }
     }
-    Ok(paths.into_iter().collect())
+    // A folder whose files match, too, is read.
+    folders.retain(|own| !paths.iter().any(|path| Path::new(path).starts_with(own)));
+    let folders = folders.into_iter().map(|own| {
+        format!(
+            "{own} is a folder, so it is no recording; to read its files, add \"{own}/*\" to data"
+        )
+    });
+    let places = Places { problems: problems.into_values().collect(), folders: folders.collect() };
+    (paths.into_iter().collect(), places)
 }
 
 fn sha256(path: &Path) -> std::io::Result<String> {

@@ -172,7 +172,7 @@ fn in_order(mut recording: Recording) -> Recording {
 }
 
 /// SHA-256 of the samples of a recording. It does not depend on where they were stored.
-fn fingerprint(recording: &Recording) -> String {
+pub(crate) fn fingerprint(recording: &Recording) -> String {
     let mut bytes: Vec<u8> = vec![];
     let number = |bytes: &mut Vec<u8>, value: f64| {
         let value = if value.is_nan() { f64::NAN } else { value };

@@ -29,7 +29,7 @@ use crate::store::trace::Trace;
 use crate::store::window::{ENGINE_VERSION, WindowRow, model_version};
 use crate::store::{Done, Run, Store};
 use files::{Files, Loops};
-use inputs::{Inputs, Problem};
+use inputs::{Changes, Inputs, Problem};
 use judge::{Judge, Judged, MOST_DAYS, Parts};
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -103,6 +103,8 @@ pub struct Manifest {
     pub no_recordings: Vec<String>,
     /// Files of earlier runs that were found damaged, a sentence each.
     pub damaged: Vec<String>,
+    /// How the data files differ from those of the scan before.
+    pub changes: Changes,
 }
 
 /// A loop of the plant, and the progress of its windows.
@@ -143,7 +145,7 @@ impl Piece<'_, '_> {
 /// the scan after a batch. The written rows stay.
 ///
 /// # Errors
-/// If the plant's folder cannot be listed, the store cannot be read or written, an option is invalid, or another scan is running. A
+/// If the store cannot be read or written, an option is invalid, or another scan is running. A
 /// file, loop or window that cannot be judged is a problem or a row with an error, and does not stop the others.
 pub fn scan(
     folder: &Path,
@@ -160,10 +162,10 @@ pub fn scan(
     let store_of = Store::of(folder);
     let run = store_of.begin()?;
     let mut inputs = Inputs::known(&store_of, plant);
-    inputs.update(folder, plant, |path| {
+    let changes = inputs.update(folder, plant, |path| {
         // Only a batch can be the last thing that is done.
         let _ = watch(Progress::Looked(path));
-    })?;
+    });
     inputs.keep(&store_of)?;
 
     let mut scan = Scan { plant, inputs: &inputs, done: HashMap::new() };
@@ -220,6 +222,7 @@ pub fn scan(
         problems: inputs.problems(plant),
         no_recordings: inputs.no_recordings(),
         damaged: store_of.damaged(),
+        changes,
     };
     if is_whole {
         kept.run.mark_whole()?;
@@ -232,17 +235,14 @@ pub fn scan(
 
 /// The recordings of judged windows, read again from the plant's files: one per window in their order, or the reason why there
 /// is none.
-///
-/// # Errors
-/// If the plant's folder cannot be listed.
 pub fn recordings_of(
     folder: &Path,
     plant: &Plant,
     rows: &[&WindowRow],
-) -> Result<Vec<Result<Recording, String>>> {
+) -> Vec<Result<Recording, String>> {
     let mut inputs = Inputs::known(&Store::of(folder), plant);
     if inputs.files.is_empty() {
-        inputs.update(folder, plant, |_| {})?;
+        inputs.update(folder, plant, |_| {});
     }
     let scan = Scan { plant, inputs: &inputs, done: HashMap::new() };
     let days = inputs.days();
@@ -274,9 +274,9 @@ pub fn recordings_of(
     let recording = |piece: &Piece<'_, '_>| {
         let (judge, count) = (&piece.of.judge, piece.until - piece.from);
         let found = judge.recording(piece.parts(piece.from, count)?, piece.from, count)?;
-        found.ok_or_else(|| "has no samples of the OP any more".to_owned())
+        found.ok_or_else(|| "the data files no longer have samples of this window".to_owned())
     };
-    Ok(pieces.iter().map(recording).collect())
+    pieces.iter().map(recording).collect()
 }
 
 /// Removes a folder, if it exists.

@@ -2,6 +2,7 @@
 
 use crate::error::{Result, store};
 use crate::plant_file::Plant;
+use crate::scan::inputs::Changes;
 use crate::scan::{Manifest, PART};
 use crate::store::Store;
 use crate::store::trace::{STEP_S, Trace};
@@ -47,6 +48,7 @@ pub fn take(
         problems: vec![],
         no_recordings: vec![],
         damaged: store_of.damaged(),
+        changes: Changes::default(),
     };
     let text =
         serde_json::to_string_pretty(&manifest).map_err(|e| store(&store_of.path("runs"), e))?;

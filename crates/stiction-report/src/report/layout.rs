@@ -6,6 +6,7 @@ use crate::words::percent;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use stiction_diagnose::diagnose::VerdictClass;
 use stiction_diagnose::finding::Decision;
 use stiction_diagnose::recording::fitness::Class;
@@ -258,7 +259,7 @@ impl Report {
                     meta charset="utf-8";
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     title { (self.title) }
-                    style { (PreEscaped(STYLE)) }
+                    style { (PreEscaped(compact(STYLE))) }
                 }
                 body {
                     @if let Some(home) = &self.home { nav.home { a href=(relative(home)) { "All loops" } } }
@@ -283,12 +284,71 @@ impl Report {
                             p { (source.file) ": SHA-256 " code { (source.sha256) } }
                         }
                     }
-                    script { (PreEscaped(SCRIPT)) }
+                    script { (PreEscaped(compact(SCRIPT))) }
                     @if page.sortable { script { (PreEscaped(TABLES)) } }
                 }
             }
         };
-        Ok(document.into_string())
+        Ok(drawn_once(&document.into_string()))
+    }
+}
+
+/// A style or script without indentation and lines of comments.
+fn compact(text: &str) -> String {
+    let lines =
+        text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("//"));
+    lines.fold(String::new(), |text, line| text + line + "\n")
+}
+
+/// Draws curves that occur several times once, such as the PV behind several fits, and refers to them.
+///
+/// Only curves of still pictures are shared, as the script changes those of the others. They are known by their scale.
+fn drawn_once(page: &str) -> String {
+    const PATH: &str = "<path d=\"";
+    /// Shorter ones are not worth it.
+    const LEAST: usize = 150;
+    let curve = |piece: &str| -> Option<(usize, usize)> {
+        let length = piece.find('"')?;
+        let end = piece.find('>')?;
+        (length >= LEAST && piece[length..end].contains(" transform=\"scale("))
+            .then_some((length, end))
+    };
+    let pieces: Vec<&str> = page.split(PATH).collect();
+    let mut numbers: BTreeMap<&str, usize> = BTreeMap::new();
+    for piece in &pieces[1..] {
+        if let Some((length, _)) = curve(piece) {
+            *numbers.entry(&piece[..length]).or_default() += 1;
+        }
+    }
+    numbers.retain(|_, number| *number > 1);
+    for (name, number) in numbers.values_mut().enumerate() {
+        *number = name;
+    }
+    let mut whole = pieces[0].to_owned();
+    for piece in &pieces[1..] {
+        let known =
+            curve(piece).and_then(|(length, _)| Some((length, numbers.get(&piece[..length])?)));
+        match known {
+            Some((length, number)) => {
+                whole += &format!("<use href=\"#curve-{number}\"{}", &piece[length + 1..]);
+            }
+            None => {
+                whole += PATH;
+                whole += piece;
+            }
+        }
+    }
+    let curves: String = numbers
+        .iter()
+        .map(|(d, number)| format!("<path id=\"curve-{number}\" d=\"{d}\"/>"))
+        .collect();
+    match curves.is_empty() {
+        true => whole,
+        false => whole.replacen(
+            "<main>",
+            &format!("<svg width=\"0\" height=\"0\" style=\"position:absolute\" aria-hidden=\"true\"><defs>{curves}</defs></svg><main>"),
+            1,
+        ),
     }
 }
 
@@ -615,11 +675,12 @@ impl Page {
 
     /// A figure without data for scripts, because many figures would make the page half as large again.
     fn still(&mut self, figure: &Figure) -> Result<Markup, Error> {
-        let svg = figure.live(&self.id())?.svg;
+        let id = self.id();
+        let svg = figure.still(&id)?;
         Ok(html! {
             figure {
                 div.sheet { (PreEscaped(svg)) }
-                @if !figure.caption.is_empty() { figcaption { (figure.caption) } }
+                @if !figure.caption.is_empty() { figcaption #(Figure::caption_id(&id)) { (figure.caption) } }
             }
         })
     }
@@ -627,7 +688,7 @@ impl Page {
     /// A name that is unique among the figures of the page.
     fn id(&mut self) -> String {
         self.figures += 1;
-        format!("figure-{}", self.figures)
+        format!("f{}", self.figures)
     }
 
     fn figure(&mut self, figure: &Figure) -> Result<Markup, Error> {
@@ -637,7 +698,7 @@ impl Page {
             figure #(id) data-live {
                 div.sheet { (PreEscaped(live.svg)) }
                 script type="application/json" { (PreEscaped(live.data)) }
-                @if !figure.caption.is_empty() { figcaption { (figure.caption) } }
+                @if !figure.caption.is_empty() { figcaption #(Figure::caption_id(&id)) { (figure.caption) } }
             }
         })
     }

@@ -22,7 +22,7 @@ use stiction_figure::figure::{
 pub use stiction_diagnose::drawing::Context;
 
 /// Trends with more samples are reduced before they are drawn.
-const REDUCED_FROM: usize = 3_000;
+const REDUCED_FROM: usize = 1_500;
 /// The panels of this group share the time axis.
 const TIME: &str = "time";
 
