@@ -33,10 +33,10 @@ pub fn beside(tests: [(&str, &TestReading); 2], unit: Option<&str>) -> Figure {
     panels.into_iter().fold(figure, Figure::with)
 }
 
-/// Stem position over OP, rising and falling, and S along the stroke.
+/// OP less stem position, rising and falling, and S along the stroke.
 pub fn signature(name: &str, of: &Ramped<'_>) -> Figure {
     Figure::new(format!("{name}: signature of the valve"))
-        .caption("The OP at one stem position differs by S between rising and falling ramps.")
+        .caption("The curves of rising and falling ramps are S \u{2212} J apart, and J shows in the jumps. The bars are 90 % intervals.")
         .with(of.loops())
         .with(places(&[("S", of.signature)]))
 }
@@ -44,7 +44,7 @@ pub fn signature(name: &str, of: &Ramped<'_>) -> Figure {
 /// The signatures before and after a repair.
 pub fn signatures(tests: [(&str, &Ramped<'_>); 2]) -> Figure {
     let figure = Figure::new("").caption(
-        "Stem position over OP before and after, and S along the stroke. The bars are 90 % intervals.",
+        "OP less stem position before and after, and S along the stroke. The bars are 90 % intervals.",
     );
     let figure = tests.iter().fold(figure, |figure, (title, of)| {
         figure.with(Panel { title: (*title).to_owned(), ..of.loops() })
@@ -80,14 +80,30 @@ impl<'a> Ramped<'a> {
         Self { signature, op: some(op), vp: some(vp) }
     }
 
+    /// OP minus position over the position, by the direction of the ramp.
     fn loops(&self) -> Panel {
-        let panel = Panel::new("OP (%)", "valve position (%)");
-        if self.op.is_empty() {
-            return panel;
+        let mut panel = Panel::new("valve position (%)", "OP \u{2212} valve position (%)");
+        let mut up = true;
+        let mut sides: [(Vec<f64>, Vec<f64>, Vec<usize>); 2] = Default::default();
+        let mut last = None;
+        for (k, (op, vp)) in self.op.iter().zip(&self.vp).enumerate() {
+            let before = self.op[k.saturating_sub(1)];
+            up = if *op == before { up } else { *op > before };
+            let (x, y, breaks) = &mut sides[usize::from(!up)];
+            if last.is_some_and(|last| last != up) {
+                breaks.push(x.len());
+            }
+            last = Some(up);
+            x.push(*vp);
+            y.push(op - vp);
         }
-        let ends = [min(&self.op), max(&self.op)];
-        let equal = Series::line("valve position = OP", ends.to_vec(), ends.to_vec()).colour(3);
-        panel.with(equal).with(Series::line("valve position", self.op.clone(), self.vp.clone()))
+        for ((x, y, breaks), label) in sides.into_iter().zip(["rising", "falling"]) {
+            if !x.is_empty() {
+                let breaks: Vec<usize> = breaks.into_iter().filter(|at| *at > 0).collect();
+                panel = panel.with(Series::line(label, x, y).breaks(breaks));
+            }
+        }
+        panel
     }
 }
 

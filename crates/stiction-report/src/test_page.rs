@@ -175,7 +175,14 @@ impl<'a> Signed<'a> {
         use stiction_diagnose::diagnose::VerdictClass as Class;
         let s = self.signature.s.map_or("not known".to_owned(), words::interval);
         match self.signature.class {
-            Class::Sticks => format!("The valve sticks. Its S is {s}."),
+            Class::Sticks => match self.signature.binds {
+                Some([from, to]) => format!(
+                    "The valve sticks, and binds between {} and {} % of its stroke. Elsewhere its S is {s}.",
+                    rough(from),
+                    rough(to)
+                ),
+                None => format!("The valve sticks. Its S is {s}."),
+            },
             Class::DoesNotStick => format!("The valve does not stick. Its S is {s}."),
             Class::DoesNotRespond => "The valve does not respond to the OP.".to_owned(),
             Class::CannotTell => "The signature is inconclusive.".to_owned(),

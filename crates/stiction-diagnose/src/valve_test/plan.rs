@@ -182,7 +182,7 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
     if hold_s > LONGEST_HOLD {
         return refuse(&format!(
             "the loop is too slow for a test within a shift, because each turn would last {} or longer. Record the valve \
-             position, or stroke the valve at the next shutdown",
+             position, or make a signature of the valve at the next stop",
             time(hold_s)
         ));
     }

@@ -208,7 +208,7 @@ fn action(row: &LoopRow) -> &'static str {
         (Status::Open, _) if row.overruled.is_some() => "Repair the valve",
         // A plan without a sheet is the reason why there is no test.
         (Status::Open, _) if row.plan.is_some() && row.sheet.is_none() => {
-            "Stroke the valve at the next stop or record its position, and repair it if it sticks"
+            "Make a signature of the valve at the next stop or record its position, and repair it if it sticks"
         }
         (Status::Open, _) => "Test the valve, and repair it if the test confirms stiction",
     }
@@ -265,7 +265,7 @@ mod tests {
         assert!(action(&row).starts_with("Test the valve") && test(&row) == UNSIZED);
         let why = "none possible: the loop is too slow".to_owned();
         let slow = LoopRow { plan: Some(why.clone()), ..row.clone() };
-        assert!(action(&slow).starts_with("Stroke the valve") && test(&slow) == why);
+        assert!(action(&slow).starts_with("Make a signature of the valve") && test(&slow) == why);
         let planned = LoopRow { sheet: Some("loops/A-test.html".to_owned()), ..slow };
         assert!(action(&planned).starts_with("Test the valve"));
     }
