@@ -23,23 +23,23 @@ pub fn html(results: &Results, asked: &[Asked]) -> Result<String, Error> {
     let mut report = Report::new(results.loops.title(), &results.tool).introduction(READING);
     report = report.block(Block::Facts(facts(results)));
     let heading = |report: Report, text: &str| report.block(Block::Heading(text.to_owned()));
-    report = heading(report, "Leaderboard").block(leaderboard(results).sortable());
+    report = captioned(heading(report, "Leaderboard"), leaderboard(results).sortable());
     report = report.block(characteristic(results)).block(risk(results));
     if let Some(table) = comparisons(results) {
-        report = heading(report, "Differences").block(table);
+        report = captioned(heading(report, "Differences"), table);
     }
     if let Some(table) = nats(results) {
         report = heading(report, "Recall by evidence");
         if let Some(figure) = recall_by_nats(results) {
             report = report.block(figure);
         }
-        report = report.block(table);
+        report = captioned(report, table);
     }
     if let Some(table) = kinds(results) {
-        report = heading(report, "Calls by kind of loop").block(table.sortable());
+        report = captioned(heading(report, "Calls by kind of loop"), table.sortable());
     }
     if let Some(table) = groups(results) {
-        report = heading(report, "Ranking by property").block(table.sortable());
+        report = captioned(heading(report, "Ranking by property"), table.sortable());
     }
     for (title, table) in [
         ("Probabilities", sure(results)),
@@ -47,15 +47,21 @@ pub fn html(results: &Results, asked: &[Asked]) -> Result<String, Error> {
         ("Missing answers", failures(results)),
     ] {
         if let Some(table) = table {
-            report = heading(report, title).block(table);
+            report = captioned(heading(report, title), table);
         }
     }
-    report = heading(report, "Detectors").block(detectors(results));
+    report = captioned(heading(report, "Detectors"), detectors(results));
     report = heading(report, "Loops to look at");
     for table in loops(results, asked) {
-        report = report.block(table);
+        report = captioned(report, table);
     }
     report.html()
+}
+
+/// A table with its caption as a paragraph: on a narrow screen the table scrolls, and its caption with it.
+fn captioned(report: Report, mut table: Table) -> Report {
+    let caption = std::mem::take(&mut table.caption);
+    report.block(Block::Paragraph(caption)).block(table)
 }
 
 /// All tables except the lists of loops, in Markdown.
