@@ -30,9 +30,9 @@ CLASSES = PACKAGE / "_document.py"
 HEAD = """# Python API
 
 Made by `python3 docs/python_api.py` and checked by a test. The names of most modules are available directly in `stiction`, such as
-`stiction.diagnose`. The names of `stiction.control`, `stiction.datasets`, `stiction.fmu`, `stiction.pandas`, `stiction.plant`,
-`stiction.sklearn` and `stiction.valve_test` stay in their modules. Every result unpacks in the order of its attributes, and has
-`to_dict()`.
+`stiction.diagnose`. The names of `stiction.bench`, `stiction.control`, `stiction.datasets`, `stiction.fmu`, `stiction.pandas`,
+`stiction.plant`, `stiction.sklearn` and `stiction.valve_test` stay in their modules. Every result unpacks in the order of its
+attributes, and has `to_dict()`.
 """
 CLASSES_HEAD = '''"""Results of a diagnosis, with the descriptions of its JSON schema.
 

@@ -14,6 +14,7 @@ array([50. , 50. , 52.5, 53.5, 53.5])
 import warnings as _warnings
 
 from stiction import (
+    bench,
     closed_loop,
     compensation,
     cycles,

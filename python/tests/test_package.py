@@ -65,6 +65,7 @@ def test_no_name_hides_another():
 def test_everything_public_is_at_the_top():
     # Bridges that need another package, and what is used by the name of its module.
     apart = {
+        "stiction.bench",
         "stiction.control",
         "stiction.datasets",
         "stiction.fmu",

@@ -1,28 +1,38 @@
 //! `stiction bench`: accuracy of the verdict and of every method on loops with known truth.
 
+mod entrants;
 mod labelled;
 mod measure;
 mod networks;
 mod planned_tests;
 mod positions;
+mod program;
 mod results;
 mod simulated;
+mod tasks;
 
 use crate::files::{In, Out};
 use crate::{output, text};
 pub use networks::Document as NetworksDocument;
 pub use planned_tests::Document as TestsDocument;
 pub use results::Document;
+pub use stiction_report::bench::results::Results as ComparedDocument;
 
 use anyhow::{Context, Result};
 use clap::{Parser, ValueEnum};
+use entrants::Source;
 use measure::{Measured, Plan};
+use program::How;
 use std::path::Path;
+use std::time::Duration;
 use stiction::diagnose::{Detectors, DiagnoseOptions};
 use stiction::population::{Invention, Operator, TestTrialOptions, TestedLoops, Trend};
 use stiction::scoreboard::{Board, MethodRow};
+use stiction_report::bench::leaderboard;
+use stiction_report::bench::results::{Detector, Results};
 use stiction_report::report::Table;
 use stiction_report::scoreboard::{self, Scoreboard};
+use tasks::Task;
 
 /// Measure the accuracy of the verdict and of every method on simulated or labelled loops.
 ///
@@ -31,11 +41,17 @@ use stiction_report::scoreboard::{self, Scoreboard};
 /// except for the times of --time.
 ///
 /// An index of labelled recordings is a CSV with the columns loop and label. The label is stiction, no stiction, or
-/// empty for loops to skip. Optional columns are loop_type, tag (the valve) and file. Without file, the recording of
-/// a loop is LOOP.csv beside the index. Recordings must lie in the folder of the index, unless --allow-outside is
-/// given.
+/// empty for loops to skip. Optional columns are loop_type, tag (the valve), file, columns, source and licence. Without
+/// file, the recording of a loop is LOOP.csv beside the index. The column columns maps signals to columns of the file, such
+/// as "op=CV; pv=FLOW". Recordings must lie in the folder of the index, unless --allow-outside is given.
+///
+/// With --detector, a program of your own is measured. It reads a recording as JSON in each line of its standard input,
+/// and writes an answer as JSON in a line. With --suite alone, the verdict and the methods answer the same loops.
 #[derive(Parser)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 #[command(after_help = "Examples:
+  stiction bench --detector 'python3 mine.py' --suite v1-trial
+  stiction bench --detector 'python3 mine.py' --suite v1 --json > mine.json
   stiction bench --simulated 1000
   stiction bench --simulated 10000 --only verdict --report board.html
   stiction bench --invented 300 --only verdict
@@ -46,9 +62,41 @@ use stiction_report::scoreboard::{self, Scoreboard};
   stiction bench --tests 500 --loops physical-stems
   stiction bench --labels plant/index.csv --report board.html --reports reports --csv details.csv")]
 pub struct Args {
+    #[command(subcommand)]
+    task: Option<Task>,
+    /// Measure this program, a command for the shell [default: the verdict and the methods]
+    #[arg(long, value_name = "COMMAND",
+          conflicts_with_all = ["simulated", "invented", "positions", "networks", "tests", "methods", "only", "time",
+                                "csv", "reports"])]
+    detector: Option<String>,
+    /// Measure on the suite v1, v1-trial or v1-training [default with --detector: v1]
+    #[arg(long, value_name = "SUITE",
+          conflicts_with_all = ["labels", "simulated", "invented", "positions", "networks", "tests", "time", "csv",
+                                "reports"])]
+    suite: Option<String>,
+    /// Measure on the hidden half of the suite, by the passphrase in STICTION_BENCH_PASSPHRASE
+    #[arg(long, requires = "suite")]
+    hidden: bool,
+    /// Name of the detector in results [default: its command]
+    #[arg(long, value_name = "NAME", requires = "detector")]
+    name: Option<String>,
+    /// Version of the detector in results
+    #[arg(long, value_name = "VERSION", requires = "detector")]
+    detector_version: Option<String>,
+    /// Time for an answer, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds, requires = "detector")]
+    limit: f64,
+    /// Additional time for the first answer after a start, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds, requires = "detector")]
+    startup: f64,
+    /// Run the program so many times side by side [default: one for each core]
+    #[arg(long, value_name = "N", requires = "detector",
+          value_parser = clap::value_parser!(u32).range(1..=1024))]
+    processes: Option<u32>,
     /// Index of labelled recordings
     #[arg(long, value_name = "INDEX.csv",
-          required_unless_present_any = ["simulated", "invented", "positions", "networks", "tests"])]
+          required_unless_present_any = ["simulated", "invented", "positions", "networks", "tests", "detector",
+                                         "suite"])]
     labels: Option<In>,
     /// Let the index name recordings outside its folder
     #[arg(long, requires = "labels")]
@@ -169,7 +217,18 @@ impl From<Loops> for TestedLoops {
     }
 }
 
-pub fn run(args: Args) -> Result<()> {
+/// A time of an argument, s.
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 86_400.0 => Ok(value),
+        _ => Err("must be a number of seconds above 0, at most 86400".to_owned()),
+    }
+}
+
+pub fn run(mut args: Args) -> Result<()> {
+    if let Some(task) = args.task.take() {
+        return tasks::run(task);
+    }
     if let Some(n) = args.networks {
         return networks::run(args.seed, n, args.days.unwrap_or(3), args.json, args.markdown);
     }
@@ -188,6 +247,9 @@ pub fn run(args: Args) -> Result<()> {
             Detectors::Only(names.iter().map(|name| name.parse()).collect::<stiction::Result<_>>()?)
         }
     };
+    if args.detector.is_some() || args.suite.is_some() {
+        return compared(&args, detectors);
+    }
     if let Some(folder) = &args.reports {
         folder.make_folder()?;
     }
@@ -233,6 +295,45 @@ pub fn run(args: Args) -> Result<()> {
         out += &print(&table);
     }
     output::text(&out)
+}
+
+/// Measures a program, or the verdict and methods, on a suite or on labelled recordings.
+fn compared(args: &Args, detectors: Detectors) -> Result<()> {
+    let source = match &args.labels {
+        Some(index) => Source::labels(index, args.allow_outside)?,
+        None => Source::suite(args.suite.as_deref().unwrap_or("v1"), args.hidden)?,
+    };
+    let loops = source.loops();
+    if loops.suite.is_none() {
+        entrants::check(&loops.labels)?;
+    }
+    let (asked, entries) = match &args.detector {
+        Some(command) => {
+            let how = How {
+                command: command.clone(),
+                limit: Duration::from_secs_f64(args.limit),
+                startup: Duration::from_secs_f64(args.startup),
+            };
+            let processes = args.processes.map(|n| n as usize);
+            let (asked, answers) = entrants::program(&source, &how, processes)?;
+            let detector = Detector {
+                name: args.name.clone().unwrap_or_else(|| command.clone()),
+                version: args.detector_version.clone().unwrap_or_default(),
+                command: command.clone(),
+            };
+            (asked, vec![(detector, answers)])
+        }
+        None => {
+            let options =
+                DiagnoseOptions { detectors, evidence: false, ..DiagnoseOptions::default() };
+            entrants::own(&source, &options)?
+        }
+    };
+    let results = Results::of(output::TOOL, loops, &asked, entries);
+    if let Some(path) = &args.report {
+        output::write(Some(path), leaderboard::html(&results, &asked)?.as_bytes())?;
+    }
+    entrants::print(&results, args.json, args.markdown)
 }
 
 /// Title and origin of the measured loops.

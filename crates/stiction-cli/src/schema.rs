@@ -13,7 +13,7 @@ use stiction_report::document::{self, schema_of};
 pub type Described = (&'static str, fn() -> String);
 
 /// All documents with a schema.
-pub const SCHEMAS: [Described; 26] = [
+pub const SCHEMAS: [Described; 27] = [
     ("diagnosis", document::schema),
     ("history", document::history_schema),
     ("plant-check", schema_of::<stiction_plant::summary::Checked>),
@@ -23,6 +23,7 @@ pub const SCHEMAS: [Described; 26] = [
     ("plant-status", schema_of::<stiction_plant::summary::Status>),
     ("inspect", schema_of::<inspect::Document>),
     ("bench", schema_of::<bench::Document>),
+    ("bench-results", schema_of::<bench::ComparedDocument>),
     ("bench-networks", schema_of::<bench::NetworksDocument>),
     ("bench-tests", schema_of::<bench::TestsDocument>),
     ("fit", schema_of::<fit::Document>),

@@ -103,7 +103,7 @@ pub fn columns(rows: &[impl AsRef<[String]>], right: &[bool]) -> String {
 
 /// A table of a report in columns, its caption above it.
 pub fn plain(table: &Table) -> String {
-    let mut rows = vec![table.columns.iter().map(head).collect::<Vec<_>>()];
+    let mut rows = vec![table.columns.iter().map(Column::head).collect::<Vec<_>>()];
     rows.extend(table.rows.iter().cloned());
     let right: Vec<bool> = table.columns.iter().map(|column| column.number).collect();
     let caption: String = wrapped(&table.caption, 96).into_iter().map(|line| line + "\n").collect();
@@ -115,27 +115,7 @@ pub fn plain(table: &Table) -> String {
 
 /// A table of a report in Markdown, its caption above it.
 pub fn markdown(table: &Table) -> String {
-    let line = |cells: &[String]| {
-        let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
-        format!("| {} |\n", cells.join(" | "))
-    };
-    let mut out = String::new();
-    if !table.caption.is_empty() {
-        out += &format!("{}\n\n", table.caption);
-    }
-    out += &line(&table.columns.iter().map(head).collect::<Vec<_>>());
-    let rule = |column: &Column| if column.number { "---:|" } else { "---|" };
-    out += &format!("|{}\n", table.columns.iter().map(rule).collect::<String>());
-    table.rows.iter().for_each(|row| out += &line(row));
-    out
-}
-
-/// The name of a column, with its unit.
-fn head(column: &Column) -> String {
-    match &column.unit[..] {
-        "" => column.name.clone(),
-        unit => format!("{} ({unit})", column.name),
-    }
+    table.markdown()
 }
 
 #[cfg(test)]

@@ -138,6 +138,7 @@ pub const CONTENTS: &[Section] = &[
         pages: &[
             written!("accuracy.html", "Accuracy", "docs/accuracy.md"),
             written!("scoreboard.html", "The scoreboard", "docs/scoreboard.md"),
+            written!("benchmark.html", "The benchmark of detectors", "docs/benchmark.md"),
             written!(
                 "model-card.html",
                 "The trained model",

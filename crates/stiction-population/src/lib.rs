@@ -28,6 +28,7 @@ mod plant;
 pub mod position;
 pub mod scoreboard;
 mod stem;
+pub mod suite;
 mod switched;
 mod test_trial;
 mod tested;

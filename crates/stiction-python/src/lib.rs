@@ -6,6 +6,7 @@
 mod arguments;
 mod arrays;
 mod bands;
+mod bench;
 mod closed_loop;
 mod compensate;
 mod detect;
@@ -40,6 +41,7 @@ fn core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     arrays::register(m)?;
     bands::register(m)?;
+    bench::register(m)?;
     population::register(m)?;
     compensate::register(m)?;
     limit_cycle::register(m)?;

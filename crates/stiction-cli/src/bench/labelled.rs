@@ -4,15 +4,17 @@ use super::About;
 use super::measure::{Known, Measured, Plan};
 use crate::files::In;
 use crate::input;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use std::path::{Component, Path};
-use stiction::recording::LoopType;
+use stiction::recording::{Channel, Grid, GridOptions, LoopType, Recording};
 use stiction::scoreboard::Truth;
 use stiction_io::ReadOptions;
+use stiction_io::options::Mapped;
+use stiction_report::bench::results::Label;
 use stiction_report::document::Source;
 
 /// A row of the index.
-struct Entry {
+pub struct Entry {
     /// Its place in the index, for messages.
     place: String,
     name: String,
@@ -20,6 +22,22 @@ struct Entry {
     loop_type: Option<LoopType>,
     valve: String,
     sticks: bool,
+    source: String,
+    licence: String,
+    columns: Vec<Mapped>,
+}
+
+impl Entry {
+    /// What results say about it.
+    pub fn label(&self) -> Label {
+        Label {
+            id: self.name.clone(),
+            valve: self.valve.clone(),
+            sticks: self.sticks,
+            source: self.source.clone(),
+            licence: self.licence.clone(),
+        }
+    }
 }
 
 /// Measures all labelled recordings of an index.
@@ -42,13 +60,15 @@ pub fn measure(index: &In, allow_outside: bool, plan: &Plan<'_>) -> Result<(Abou
 }
 
 /// The labelled rows, and the number of rows without a label.
-fn entries(index: &In, allow_outside: bool) -> Result<(Vec<Entry>, usize)> {
+pub fn entries(index: &In, allow_outside: bool) -> Result<(Vec<Entry>, usize)> {
     let table = input::table(index)?;
     let folder = index.parent().unwrap_or(Path::new(""));
     let (names, labels) = (table.texts("loop")?, table.texts("label")?);
     let optional = |column: &str| table.texts(column).ok();
     let (types, guesses) = (optional("loop_type"), optional("loop_type_unverified"));
     let (tags, files) = (optional("tag"), optional("file"));
+    let (sources, licences) = (optional("source"), optional("licence"));
+    let maps = optional("columns");
     let mut entries = vec![];
     for (k, name) in names.iter().enumerate() {
         let place = format!("{}, row {}", index.origin(), table.line(k));
@@ -74,6 +94,11 @@ fn entries(index: &In, allow_outside: bool) -> Result<(Vec<Entry>, usize)> {
             (None, Some(word)) => LoopType::by_name(&word).ok(),
             (None, None) => None,
         };
+        let map = cell(&maps).unwrap_or_default();
+        let columns = map.split(';').map(str::trim).filter(|each| !each.is_empty()).map(str::parse);
+        let columns = columns
+            .collect::<std::result::Result<_, String>>()
+            .map_err(|e| anyhow!("{place}, columns of {name}: {e}"))?;
         let file = folder.join(cell(&files).unwrap_or_else(|| format!("{name}.csv")));
         if !allow_outside && is_outside(&file, folder) {
             bail!(
@@ -88,6 +113,9 @@ fn entries(index: &In, allow_outside: bool) -> Result<(Vec<Entry>, usize)> {
             loop_type,
             valve: cell(&tags).unwrap_or_else(|| name.clone()),
             sticks,
+            source: cell(&sources).unwrap_or_default(),
+            licence: cell(&licences).unwrap_or_default(),
+            columns,
             name: name.clone(),
         });
     }
@@ -113,14 +141,15 @@ fn is_outside(file: &Path, folder: &Path) -> bool {
     }
 }
 
-fn load(entry: &Entry) -> Result<Known> {
+pub fn load(entry: &Entry) -> Result<Known> {
     let remedy = || {
         format!(
             "{}: the recording of {} cannot be read; put it there, or give its name in a column file",
             entry.place, entry.name
         )
     };
-    let reading = input::recordings(&entry.file, &ReadOptions::default()).with_context(remedy)?;
+    let options = ReadOptions { map: entry.columns.clone(), ..ReadOptions::default() };
+    let reading = input::recordings(&entry.file, &options).with_context(remedy)?;
     let source = Source { file: reading.origin, sha256: reading.sha256 };
     let Some(mut recording) = reading.recordings.into_iter().next() else {
         bail!("{}: {} holds no recording", entry.place, entry.file.display());
@@ -139,4 +168,16 @@ fn load(entry: &Entry) -> Result<Known> {
         member: None,
     };
     Ok(Known { recording, source, truth })
+}
+
+/// The longest segment of a recording on a grid, which begins at 0.
+pub fn even(recording: &Recording) -> Result<Recording> {
+    let grid = Grid::of(recording, &GridOptions::default())?;
+    let of = grid.longest().context("it has no samples")?;
+    let (pv, sp) = (of.pv.as_deref(), of.sp.as_deref());
+    let mut even = Recording::regular(&recording.name, of.sample_time, &of.op, pv, sp)?;
+    even.loop_type = recording.loop_type;
+    let vp = of.vp.clone().map(|vp| Channel::new("VP", even.op.time.clone(), vp));
+    even.vp = vp.transpose()?;
+    Ok(even)
 }

@@ -3,7 +3,7 @@
 use super::About;
 use super::measure::{Known, Measured, Plan};
 use anyhow::{Context, Result};
-use stiction::population::position::{PositionTruth, positioned};
+use stiction::population::position::positioned;
 use stiction::scoreboard::Truth;
 use stiction_report::document::Source;
 
@@ -29,23 +29,5 @@ fn load(seed: u64, index: u64) -> Result<Known> {
     let mut recording = made.recording;
     recording.name = name.clone();
     let source = Source { file: "simulated".to_owned(), sha256: String::new() };
-    Ok(Known { recording, source, truth: truth(name, &made.truth) })
-}
-
-fn truth(valve: String, truth: &PositionTruth) -> Truth {
-    let rounding = truth.transmitter.quantum / 12f64.sqrt();
-    let noise = truth.transmitter.noise.max(rounding).max(truth.op_noise);
-    // Healthy valves may have a band, too, which is not stiction.
-    let known = |value: f64| truth.sticks.then_some(value);
-    let valve_is = if truth.sticks { "sticks" } else { "healthy" };
-    let moves = if truth.acts == 1 { "every move recorded" } else { "moves between samples" };
-    Truth {
-        valve,
-        kind: format!("{valve_is}, {moves}"),
-        sticks: truth.sticks,
-        visible: truth.sticks && truth.slips >= 10 && truth.s >= 3.0 * noise,
-        s: known(truth.s),
-        j: known(truth.j),
-        member: None,
-    }
+    Ok(Known { recording, source, truth: Truth::of_position(name, &made.truth) })
 }

@@ -3,8 +3,8 @@
 use super::About;
 use super::measure::{Known, Measured, Plan};
 use anyhow::{Context, Result};
-use stiction::population::{self, Invented, Invention, LoopKind, Simulated};
-use stiction::scoreboard::{Member, Truth};
+use stiction::population::{self, Invention, LoopKind, Simulated};
+use stiction::scoreboard::Truth;
 use stiction_report::document::Source;
 
 /// A loop to simulate.
@@ -62,17 +62,9 @@ pub fn invented(
         let state = if sticks { "sticking" } else { "healthy" };
         let name = format!("{}, {state} {k}", what.name());
         let made = what.simulate(seed.wrapping_add(k / 2), sticks).with_context(|| name.clone())?;
-        let Invented { mut recording, visible, s, j, .. } = made;
-        recording.name = name.clone();
-        let truth = Truth {
-            valve: name,
-            kind: format!("{}, {state}", what.name()),
-            sticks,
-            visible,
-            s: sticks.then_some(s),
-            j: sticks.then_some(j),
-            member: None,
-        };
+        let truth = Truth::of_invented(name.clone(), *what, &made);
+        let mut recording = made.recording;
+        recording.name = name;
         let source = Source { file: "simulated".to_owned(), sha256: String::new() };
         Ok(Known { recording, source, truth })
     };
@@ -94,20 +86,9 @@ fn load(seed: u64, job: &Job) -> Result<Known> {
     };
     let Simulated { mut recording, truth } = made.with_context(|| name.clone())?;
     recording.name = name.clone();
-    // A valve that is stuck fast has no measurable S. The valve of the inner loop has none for this OP.
-    let known = |value: f64| truth.has_bands().then_some(value);
-    let member = match job {
-        Job::Member(_) => Some(Member { gain: truth.gain, slips: truth.slips }),
-        Job::Of(..) => None,
-    };
-    let truth = Truth {
-        valve: name,
-        kind: truth.kind.name().to_owned(),
-        sticks: truth.sticks,
-        visible: truth.visible,
-        s: known(truth.s),
-        j: known(truth.j),
-        member,
+    let truth = match job {
+        Job::Member(_) => Truth::of_member(name, &truth),
+        Job::Of(..) => Truth::of_simulated(name, &truth),
     };
     let source = Source { file: "simulated".to_owned(), sha256: String::new() };
     Ok(Known { recording, source, truth })

@@ -163,8 +163,8 @@ fn pages() -> Vec<PathBuf> {
 fn follow(page: &Path, path: &OsString) -> (usize, Vec<String>) {
     let text = std::fs::read_to_string(Path::new(ROOT).join(page)).expect("a page");
     let folder = folder(&format!("followed-{}", page.display().to_string().replace('/', "-")));
-    for samples in ["samples", "samples/test"] {
-        std::fs::create_dir(folder.join(samples)).expect("a folder");
+    for samples in ["samples", "samples/test", "examples/detectors"] {
+        std::fs::create_dir_all(folder.join(samples)).expect("a folder");
         for sample in std::fs::read_dir(Path::new(ROOT).join(samples)).expect("the samples") {
             let sample = sample.expect("a sample");
             if sample.path().is_file() {

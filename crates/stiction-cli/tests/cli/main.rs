@@ -2,6 +2,7 @@
 
 mod bench;
 mod compensate;
+mod detector;
 mod diagnose;
 mod docs;
 mod figures;

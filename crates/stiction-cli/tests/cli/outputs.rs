@@ -14,6 +14,8 @@ pub const OUTPUTS: &[Output] = &[
     ("bench", "csv", "b.csv", "bench --simulated 2 --only verdict --csv b.csv"),
     ("bench", "report", "b.html", "bench --simulated 2 --only verdict --report b.html"),
     ("bench", "reports", "loops", "bench --simulated 2 --only verdict --reports loops"),
+    ("suite", "output", "suite", "bench suite v1-trial -o suite"),
+    ("report", "output", "b.html", "bench report results.json -o b.html"),
     ("valve", "output", "v.csv", "valve --S 1 --J 1 in.csv -o v.csv"),
     ("stem", "output", "s.csv", "stem -o s.csv"),
     ("stem", "events", "e.csv", "stem -o s.csv --events e.csv"),

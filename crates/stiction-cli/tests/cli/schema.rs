@@ -13,6 +13,10 @@ fn printed() -> Vec<(&'static str, Vec<&'static str>)> {
         ("fit", vec!["fit", file, "--json"]),
         ("inspect", vec!["inspect", file, "--json"]),
         ("bench", vec!["bench", "--simulated", "4", "--only", "verdict", "--time", "--json"]),
+        (
+            "bench-results",
+            vec!["bench", "--suite", "v1-trial", "--method", "horch", "--method", "kano", "--json"],
+        ),
         ("bench-networks", vec!["bench", "--networks", "1", "--days", "1", "--json"]),
         ("bench-tests", vec!["bench", "--tests", "3", "--json"]),
         ("test-plan", vec!["test", "plan", file, "--json"]),

@@ -55,37 +55,14 @@ pub struct Auc {
 /// Radiology 143 (1982) 29-36; B. Efron, Ann. Stat. 7 (1979) 1-26 (all recalled, not read).
 pub fn auc(loops: &[Ranked], seed: u64) -> Option<Auc> {
     let ranks = Ranks::of(loops);
-    let value = ranks.area(&vec![1; ranks.clusters.len()])?;
-    let classes: [Vec<usize>; 2] = [false, true].map(|sticks| {
-        (0..ranks.clusters.len()).filter(|c| ranks.clusters[*c].1 == sticks).collect()
-    });
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let mut weights = vec![0u32; ranks.clusters.len()];
-    let mut areas = Vec::with_capacity(DRAWS);
-    for _ in 0..DRAWS {
-        weights.fill(0);
-        for class in &classes {
-            for _ in 0..class.len() {
-                // The upper half of the product is a whole number below the length.
-                let at = (u128::from(random.next_u64()) * class.len() as u128) >> 64;
-                weights[class[at as usize]] += 1;
-            }
-        }
-        // Every cluster has a score, so every draw has both classes.
-        areas.extend(ranks.area(&weights));
-    }
+    let value = ranks.area(&ranks.once())?;
+    // Every cluster has a score, so every draw has both classes.
+    let (low, high) = ranks.interval(seed, |weights| ranks.area(weights));
     let count = |sticks: bool| ranks.order.iter().filter(|each| each.sticks == sticks).count();
     let all = |sticks: bool| loops.iter().filter(|each| each.sticks == sticks).count();
     let (sticky, healthy) = (count(true), count(false));
     let scored = (sticky * healthy) as f64 / (all(true) * all(false)) as f64;
-    Some(Auc {
-        value,
-        low: quantile(&areas, 0.025),
-        high: quantile(&areas, 0.975),
-        sticky,
-        healthy,
-        of_all: 0.5 + scored * (value - 0.5),
-    })
+    Some(Auc { value, low, high, sticky, healthy, of_all: 0.5 + scored * (value - 0.5) })
 }
 
 /// The receiver operating characteristic: false-alarm rate and recall at every threshold, from (0, 0) to (1, 1).
@@ -133,6 +110,59 @@ pub fn by_valve(loops: &[Ranked]) -> Vec<Ranked> {
     valves.into_iter().map(ranked).collect()
 }
 
+/// A number with its 95 % interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+pub struct Interval {
+    /// The value.
+    pub value: f64,
+    /// Lower end of the 95 % interval.
+    pub low: f64,
+    /// Upper end of the 95 % interval.
+    pub high: f64,
+}
+
+/// The largest share of the sticking loops that lie above a threshold which at most the share `alarms` of the healthy
+/// ones exceeds, with a bootstrap interval as of [`auc`]; `None` unless there are both classes. Loops without a score
+/// lie below every threshold, so abstaining costs recall.
+pub fn recall_at(loops: &[Ranked], alarms: f64, seed: u64) -> Option<Interval> {
+    let ranks = Ranks::of_all(loops);
+    let value = ranks.recall_at(&ranks.once(), alarms)?;
+    let (low, high) = ranks.interval(seed, |weights| ranks.recall_at(weights, alarms));
+    Some(Interval { value, low, high })
+}
+
+/// The threshold of [`recall_at`]: loops from this score on are above it; `None` if no score may be called.
+pub fn threshold_at(loops: &[Ranked], alarms: f64) -> Option<f64> {
+    let ranks = Ranks::of_all(loops);
+    let (_, from) = ranks.called_at(&ranks.once(), alarms)?;
+    Some(ranks.order.get(from?)?.score)
+}
+
+/// Quantiles 0.025 and 0.975 of what `of` computes from the weights of [`DRAWS`] draws with replacement, within each
+/// class; `classes` lists the places of its members. Draws without a value are left out.
+pub(super) fn bootstrap(
+    classes: &[Vec<usize>],
+    seed: u64,
+    of: impl Fn(&[u32]) -> Option<f64>,
+) -> (f64, f64) {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut weights = vec![0u32; classes.iter().map(Vec::len).sum()];
+    let mut values = Vec::with_capacity(DRAWS);
+    for _ in 0..DRAWS {
+        weights.fill(0);
+        for class in classes {
+            for _ in 0..class.len() {
+                // The upper half of the product is a whole number below the length.
+                let at = (u128::from(random.next_u64()) * class.len() as u128) >> 64;
+                weights[class[at as usize]] += 1;
+            }
+        }
+        values.extend(of(&weights));
+    }
+    (quantile(&values, 0.025), quantile(&values, 0.975))
+}
+
 /// `ln(p / (1 - p))` of a probability, limited to one in a million from 0 and 1.
 pub fn logit(probability: f64) -> f64 {
     let p = probability.clamp(1e-6, 1.0 - 1e-6);
@@ -148,6 +178,7 @@ struct Ranks {
 
 struct Rank {
     sticks: bool,
+    score: f64,
     cluster: usize,
     /// Equal for equal scores.
     tie: usize,
@@ -172,10 +203,62 @@ impl Ranks {
                 // By value, so that 0 and -0 are tied.
                 tie += usize::from(k > 0 && scored[k - 1].0 != score);
                 let cluster = clusters.partition_point(|c| *c < (each.valve, each.sticks));
-                Rank { sticks: each.sticks, cluster, tie }
+                Rank { sticks: each.sticks, score: scored[k].0, cluster, tie }
             })
             .collect();
         Self { order, clusters }
+    }
+
+    /// The same with the loops without a score, which lie below all others.
+    fn of_all(loops: &[Ranked]) -> Self {
+        let lowest = |each: &Ranked| {
+            let score = each.score.filter(|score| !score.is_nan());
+            Ranked { score: Some(score.unwrap_or(f64::NEG_INFINITY)), ..*each }
+        };
+        Self::of(&loops.iter().map(lowest).collect::<Vec<_>>())
+    }
+
+    /// Each cluster once.
+    fn once(&self) -> Vec<u32> {
+        vec![1; self.clusters.len()]
+    }
+
+    fn interval(&self, seed: u64, of: impl Fn(&[u32]) -> Option<f64>) -> (f64, f64) {
+        let classes = [false, true].map(|sticks| {
+            (0..self.clusters.len()).filter(|c| self.clusters[*c].1 == sticks).collect()
+        });
+        bootstrap(&classes, seed, of)
+    }
+
+    fn recall_at(&self, weights: &[u32], alarms: f64) -> Option<f64> {
+        self.called_at(weights, alarms).map(|(recall, _)| recall)
+    }
+
+    /// The recall, and the place in the order from which on loops are called; `None` unless there are both classes.
+    fn called_at(&self, weights: &[u32], alarms: f64) -> Option<(f64, Option<usize>)> {
+        let mut all = [0u64; 2];
+        for each in &self.order {
+            all[usize::from(each.sticks)] += u64::from(weights[each.cluster]);
+        }
+        let [healthy, sticky] = all;
+        if healthy == 0 || sticky == 0 {
+            return None;
+        }
+        let (mut called, mut best, mut from) = ([0u64; 2], 0, None);
+        for (k, each) in self.order.iter().enumerate().rev() {
+            if each.score == f64::NEG_INFINITY {
+                break;
+            }
+            called[usize::from(each.sticks)] += u64::from(weights[each.cluster]);
+            // Tied scores are called together.
+            if k == 0 || self.order[k - 1].tie != each.tie {
+                if called[0] as f64 > alarms * healthy as f64 {
+                    break;
+                }
+                (best, from) = (called[1], Some(k));
+            }
+        }
+        Some((best as f64 / sticky as f64, from))
     }
 
     /// The area, with each cluster counted as often as its weight; `None` without pairs.
@@ -339,6 +422,24 @@ mod tests {
         let area: f64 = trapezia.sum();
         assert!((area - auc(&loops, 1).unwrap().value).abs() < 1e-12);
         assert!(roc(&ranked(&[1.0], &[])).is_empty());
+    }
+
+    #[test]
+    fn recall_at_few_alarms_calls_no_more_healthy_loops() {
+        // One of four healthy loops may be called: from 2.0 on, where three of five stick; the tie at 1.0 has two.
+        let mut loops = ranked(&[5.0, 4.0, 2.0, 1.0], &[3.0, 1.0, 0.0]);
+        loops.push(Ranked { sticks: false, score: None, valve: 90 });
+        loops.push(Ranked { sticks: true, score: None, valve: 91 });
+        let at = |alarms: f64| recall_at(&loops, alarms, 1).unwrap();
+        assert_eq!(at(0.25).value, 0.6);
+        assert_eq!(threshold_at(&loops, 0.25), Some(2.0));
+        assert_eq!(at(0.5).value, 0.8);
+        // What has no score is never called, however many alarms are permitted.
+        assert_eq!(at(1.0).value, 0.8);
+        assert_eq!((at(0.0).value, threshold_at(&loops, 0.0)), (0.4, Some(4.0)));
+        assert!(at(0.25).low <= 0.6 && at(0.25).high >= 0.6);
+        assert_eq!(recall_at(&ranked(&[1.0], &[]), 0.01, 1), None);
+        assert_eq!(threshold_at(&ranked(&[0.0], &[1.0]), 0.0), None);
     }
 
     #[test]

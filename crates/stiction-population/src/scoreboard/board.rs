@@ -12,7 +12,7 @@ use stiction_diagnose::finding::{Decision, Method};
 pub const VERDICT: &str = "verdict";
 
 /// Seed of the bootstrap; another one moves the last digit of an interval.
-const SEED: u64 = 20_260_101;
+pub(super) const SEED: u64 = 20_260_101;
 
 /// Accuracy of the verdict and the methods on some loops.
 #[derive(Debug, Clone, PartialEq)]

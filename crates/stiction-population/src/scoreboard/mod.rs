@@ -10,12 +10,20 @@
 //!                                └──> Undecided      reasons for undecided loops
 //! ```
 //!
+//! Any detector is measured by its [`Answer`]s:
+//!
+//! ```text
+//! Answer + Asked ──┬──> Measures     all of the above, risk against coverage, recall at 1 % false alarms
+//!                  └──> Comparison   two detectors on the same loops, with p-values
+//! ```
+//!
 //! A [`Scored`] keeps the counted parts of a diagnosis, so that populations of any size can be scored; a [`Board`]
 //! contains all counts. Nothing is fitted: thresholds are those of the methods.
 //!
 //! Loops with a sticking valve that the recording cannot show ([`Truth::visible`]) belong to neither class. They
 //! are left out of every measure and counted separately.
 
+mod answer;
 mod auc;
 mod band;
 mod board;
@@ -24,18 +32,26 @@ mod calibration;
 mod document;
 mod found;
 mod outcomes;
+mod paired;
 mod quantification;
+mod risk;
 mod scored;
 mod sureness;
 mod undecided;
 
-pub use auc::{Auc, DRAWS, Ranked, auc, by_valve, logit, roc};
+pub use answer::{
+    Answer, Asked, Comparison, FEW_ALARMS, Failure, Group, GroupMeasure, KindMeasure, Measures,
+    NatsMeasure, Sure, answer_of, answers_of, times,
+};
+pub use auc::{Auc, DRAWS, Interval, Ranked, auc, by_valve, logit, recall_at, roc, threshold_at};
 pub use band::Band;
 pub use board::{Board, KindRow, MethodRow, VERDICT};
 pub use calibration::{Bin, Calibration};
 pub use found::{Found, FoundBand};
 pub use outcomes::{Outcomes, Share, wilson};
+pub use paired::{AucDifference, Discordant, auc_of_all, compare_auc, compare_decisions};
 pub use quantification::{Errors, Quantification};
+pub use risk::RiskCoverage;
 pub use scored::{Member, Said, Scored, Truth};
 pub use stiction_diagnose::methods::Counts;
 pub use sureness::{SURE, Sureness};

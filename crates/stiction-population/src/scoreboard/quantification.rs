@@ -14,7 +14,7 @@ pub struct Quantification {
     pub absolute: Option<Errors>,
     /// The same as a share of the truth, over loops where that is above zero.
     pub relative: Option<Errors>,
-    /// Number of intervals that contain the truth.
+    /// Number of intervals that contain the truth. An estimate whose interval is unknown (NaN) has none.
     pub covered: Share,
 }
 
@@ -24,6 +24,10 @@ pub struct Quantification {
 pub struct Errors {
     /// The median.
     pub median: f64,
+    /// Lower end of the 95 % interval of the median, from the order of the errors.
+    pub median_low: f64,
+    /// Upper end of the 95 % interval of the median.
+    pub median_high: f64,
     /// The 90 % quantile.
     pub p90: f64,
 }
@@ -44,8 +48,10 @@ impl Quantification {
                 continue;
             };
             quantified.k += 1;
-            covered.n += 1;
-            covered.k += usize::from((low..=high).contains(&truth));
+            if !(low.is_nan() || high.is_nan()) {
+                covered.n += 1;
+                covered.k += usize::from((low..=high).contains(&truth));
+            }
             absolute.push((value - truth).abs());
             if truth > 0.0 {
                 relative.push((value - truth).abs() / truth);
@@ -61,9 +67,18 @@ impl Quantification {
 }
 
 impl Errors {
-    fn of(errors: &[f64]) -> Option<Self> {
-        (!errors.is_empty())
-            .then(|| Self { median: quantile(errors, 0.5), p90: quantile(errors, 0.9) })
+    /// Of some errors, or other numbers; `None` for none.
+    ///
+    /// The interval of the median lies between the numbers of rank `n/2 - 0.98 sqrt n` and `n/2 + 0.98 sqrt n`: their
+    /// count below the true median is binomial.
+    pub fn of(errors: &[f64]) -> Option<Self> {
+        let half = 0.98 / (errors.len() as f64).sqrt();
+        (!errors.is_empty()).then(|| Self {
+            median: quantile(errors, 0.5),
+            median_low: quantile(errors, (0.5 - half).max(0.0)),
+            median_high: quantile(errors, (0.5 + half).min(1.0)),
+            p90: quantile(errors, 0.9),
+        })
     }
 }
 

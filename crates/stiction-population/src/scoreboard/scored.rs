@@ -1,5 +1,7 @@
 //! The part of a diagnosis that is kept for counting.
 
+use crate::position::PositionTruth;
+use crate::{Invented, Invention};
 use stiction_diagnose::diagnose::{Diagnosis, Estimate, Ruling, VerdictClass};
 use stiction_diagnose::finding::{Decision, Method};
 
@@ -30,6 +32,76 @@ pub struct Member {
     pub gain: f64,
     /// Number of slips of the stem.
     pub slips: usize,
+}
+
+impl Truth {
+    /// Of a loop about which nothing is known.
+    pub(super) fn unknown() -> Self {
+        Self {
+            valve: String::new(),
+            kind: String::new(),
+            sticks: false,
+            visible: false,
+            s: None,
+            j: None,
+            member: None,
+        }
+    }
+
+    /// The truth about a simulated loop.
+    pub fn of_simulated(valve: String, truth: &crate::Truth) -> Self {
+        // A valve that is stuck fast has no measurable S. The valve of the inner loop has none for this OP.
+        let known = |value: f64| truth.has_bands().then_some(value);
+        Self {
+            valve,
+            kind: truth.kind.name().to_owned(),
+            sticks: truth.sticks,
+            visible: truth.visible,
+            s: known(truth.s),
+            j: known(truth.j),
+            member: None,
+        }
+    }
+
+    /// The same of a member of a mixed population, with its visibility.
+    pub fn of_member(valve: String, truth: &crate::Truth) -> Self {
+        let member = Some(Member { gain: truth.gain, slips: truth.slips });
+        Self { member, ..Self::of_simulated(valve, truth) }
+    }
+
+    /// The truth about a loop of a kind outside the population.
+    pub fn of_invented(valve: String, what: Invention, made: &Invented) -> Self {
+        let state = if made.sticks { "sticking" } else { "healthy" };
+        Self {
+            valve,
+            kind: format!("{}, {state}", what.name()),
+            sticks: made.sticks,
+            visible: made.visible,
+            s: made.sticks.then_some(made.s),
+            j: made.sticks.then_some(made.j),
+            member: None,
+        }
+    }
+
+    /// The truth about a loop with a recorded position. A sticking valve counts as visible if it slips ten times and S is
+    /// three times the noise of OP and of the position.
+    pub fn of_position(valve: String, truth: &PositionTruth) -> Self {
+        let rounding = truth.transmitter.quantum / 12f64.sqrt();
+        let noise = truth.transmitter.noise.max(rounding).max(truth.op_noise);
+        // Healthy valves may have a band, too, which is not stiction.
+        let known = |value: f64| truth.sticks.then_some(value);
+        let valve_is = if truth.sticks { "sticks" } else { "healthy" };
+        let moves = if truth.acts == 1 { "every move recorded" } else { "moves between samples" };
+        Self {
+            valve,
+            kind: format!("{valve_is}, {moves}"),
+            sticks: truth.sticks,
+            visible: truth.sticks && truth.slips >= 10 && truth.s >= 3.0 * noise,
+            s: known(truth.s),
+            j: known(truth.j),
+            member: None,
+        }
+    }
 }
 
 /// The result of a method for a loop.
@@ -114,15 +186,7 @@ pub(super) mod tests {
 
     /// A loop that is only known to have a healthy valve.
     pub fn truth() -> Truth {
-        Truth {
-            valve: String::new(),
-            kind: String::new(),
-            sticks: false,
-            visible: false,
-            s: None,
-            j: None,
-            member: None,
-        }
+        Truth::unknown()
     }
 
     /// The results for a loop, with the verdict alone.

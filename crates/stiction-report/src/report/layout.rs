@@ -513,6 +513,33 @@ impl Table {
         self.rows.push(cells.into_iter().map(Into::into).collect());
         self
     }
+
+    /// The table in Markdown, its caption above it.
+    pub fn markdown(&self) -> String {
+        let line = |cells: &[String]| {
+            let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+            format!("| {} |\n", cells.join(" | "))
+        };
+        let mut out = String::new();
+        if !self.caption.is_empty() {
+            out += &format!("{}\n\n", self.caption);
+        }
+        out += &line(&self.columns.iter().map(Column::head).collect::<Vec<_>>());
+        let rule = |column: &Column| if column.number { "---:|" } else { "---|" };
+        out += &format!("|{}\n", self.columns.iter().map(rule).collect::<String>());
+        self.rows.iter().for_each(|row| out += &line(row));
+        out
+    }
+}
+
+impl Column {
+    /// Its name, with its unit.
+    pub fn head(&self) -> String {
+        match &self.unit[..] {
+            "" => self.name.clone(),
+            unit => format!("{} ({unit})", self.name),
+        }
+    }
 }
 
 impl Card {

@@ -1,0 +1,17 @@
+//! The benchmark of detectors: its lines, its results and its page.
+//!
+//! ```text
+//! recording ──> line ──> any detector ──> line ──> Answer ──> Results ──> JSON, Markdown, page
+//! ```
+//!
+//! * [`exchange`]: recordings and answers as lines of JSON;
+//! * [`results`]: the measures of one or several detectors as a document;
+//! * [`key`]: the key of a hidden half;
+//! * [`leaderboard`]: the document as tables and as a page;
+//! * [`datasheet`]: what is in a suite.
+
+pub mod datasheet;
+pub mod exchange;
+pub mod key;
+pub mod leaderboard;
+pub mod results;
