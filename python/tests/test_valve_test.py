@@ -55,6 +55,40 @@ def test_two_tests_show_what_a_repair_changed() -> None:
     assert sheet.before.known_by == "sheet"
 
 
+def test_a_test_is_compared_with_its_plan() -> None:
+    [recording] = stiction.read(TESTED)
+    plan = stiction.valve_test.plan(recording)
+    reading = stiction.valve_test.read(recording, plan=plan)
+    assert reading.plan is not None
+    assert reading.plan.turns == len(reading.steps)
+    assert reading.plan.remarks
+    assert stiction.valve_test.read(recording).plan is None
+    [other] = stiction.read(TESTED.with_name("FIC107-tested.csv"))
+    with pytest.raises(ValueError, match="the plan is for loop FIC106-tested, but the recording is of FIC107-tested"):
+        stiction.valve_test.read(other, plan=plan)
+
+
+def test_a_signature_shows_s_along_the_stroke() -> None:
+    [recording] = stiction.read(TESTED.with_name("LV104-signature.csv"))
+    found = stiction.valve_test.signature(recording)
+    assert (found.class_, found.ramps, len(found.places)) == ("sticks", 4, 10)
+    assert found.S is not None
+    assert found.S.low < 2.2 < found.S.high
+    assert found.binds is not None
+    assert 35 < found.binds[0] < 45
+    assert 55 < found.binds[1] < 65
+    [bound] = [place.S for place in found.places if place.from_ < 50 < place.to]
+    assert bound.low < 5.4 < bound.high
+    assert "sticks, 4 ramps" in repr(found)
+    same = stiction.valve_test.compare_signatures(recording, recording)
+    assert same.effect == "unchanged"
+    with pytest.raises(ValueError, match="an OP range of at least 10 %"):
+        stiction.valve_test.plan_signature(op=(40, 45))
+    [turns] = stiction.read(TESTED)
+    with pytest.raises(ValueError, match="a signature needs the valve position"):
+        stiction.valve_test.signature(turns)
+
+
 def test_what_cannot_be_done_is_said() -> None:
     wave = [50 + (k % 9) * 0.3 for k in range(300)]
     recording = stiction.recording(wave, wave, sample_time=1, name="FIC1")
