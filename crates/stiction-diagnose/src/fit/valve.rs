@@ -184,8 +184,9 @@ pub(super) fn weighed(
     step: f64,
 ) -> Vec<Weighed> {
     let mut all: Vec<(Weighed, f64)> = vec![];
+    let Some(explaining) = process.explaining(pv, step, TRIED) else { return vec![] };
     for valve in valves {
-        for (candidate, likelihood) in process.behind(&valve.path, pv, step, TRIED) {
+        for (candidate, likelihood) in explaining.behind(&valve.path) {
             if candidate.gain == 0.0 || !likelihood.is_finite() {
                 continue;
             }
@@ -228,7 +229,9 @@ pub(super) fn told(all: &[Weighed]) -> FittedValve {
         };
         let mut values: Vec<(f64, f64)> = sticks.iter().flat_map(around).collect();
         let all = quantiles(&mut values);
-        Estimate { low: all.low.max(0.0), ..all }
+        // No valve moves by more than its span.
+        let sound = |value: f64| value.clamp(0.0, 100.0);
+        Estimate { value: sound(all.value), low: sound(all.low), high: sound(all.high) }
     };
     let likeliest = sticks.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
     FittedValve {
