@@ -2,10 +2,10 @@
 
 python3 docs/figures.py [path of the command, default target/release/stiction]
 
-Of the others in docs/figures `report.png` and `index.png` are taken by pages/check.py in a browser,
-`plant.png` is the page of `stiction plant demo --loops 200 --days 7`, 1300 by 1000 px in a browser,
-`fmu-communication-step.svg` by python/benchmarks/communication_step.py, which needs FMPy; block diagram and flow chart
-are drawn by hand.
+Other pictures in docs/figures have other sources. pages/check.py takes `report.png` and `index.png` in a browser.
+`plant.png` is the page of `stiction plant demo --loops 200 --days 7`, 1300 by 1000 px in a browser.
+python/benchmarks/communication_step.py, which needs FMPy, draws `fmu-communication-step.svg`. Block diagram and flow
+chart are drawn by hand.
 """
 
 import subprocess

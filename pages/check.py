@@ -2,8 +2,8 @@
 
 python3 pages/check.py COMMAND TARGET [FOLDER]
 
-COMMAND is the built `stiction`. TARGET is Cargo's target folder. It contains an index of 1,000 loops from the tests of the
-report, and the page of a week of a plant with 1,000 loops from the tests of the plant. With a FOLDER the screenshots are saved
+COMMAND is the built `stiction`. TARGET is Cargo's target folder. The tests of the report leave an index of 1,000
+loops in it, and those of the plant the page of a week of 1,000 loops. With a FOLDER the screenshots are saved
 there. Its `FIC101-sticky.png` and `index.png` are `docs/figures/report.png` and `docs/figures/index.png`.
 """
 

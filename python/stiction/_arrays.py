@@ -15,8 +15,8 @@ Array: TypeAlias = npt.NDArray[np.float64]
 """The type of returned arrays."""
 
 Samples: TypeAlias = Any
-"""The type of array arguments: a NumPy array of any real dtype and stride, a sequence of numbers, or a column of any table with
-the Arrow capsule interface (pandas, polars, pyarrow). Masked values are missing, like nulls of Arrow."""
+"""The type of array arguments: a NumPy array of any real dtype and stride, a sequence of numbers, or a column of a table.
+Tables have the Arrow capsule interface, as those of pandas, polars and pyarrow do. Masked values are missing, like nulls of Arrow."""
 
 
 def unmasked(values: Any) -> npt.NDArray[Any]:

@@ -275,8 +275,8 @@ def describing_function(
     amplitude : array_like
         Amplitudes X of the OP, percent of span, above 0.
     slips : int, optional
-        Number of slips of the stem in one direction, for models in which it can vary under the same sine, such as He's, He and
-        Wang's and Stenman's; by default the smallest.
+        Number of slips of the stem in one direction; by default the smallest possible. It can vary under the same sine in the
+        models of He, He and Wang, and Stenman.
 
     Returns
     -------

@@ -461,7 +461,7 @@ def _percent(share: float) -> str:
 
 def _headline(diagnosis: Diagnosis) -> str:
     verdict = diagnosis.verdict
-    if verdict.probability is None:
+    if verdict.probability is None or verdict.grade == _CANNOT_ANSWER:
         return verdict.grade
     return f"{verdict.grade} (probability of sticking: {_percent(verdict.probability)})"
 
@@ -472,12 +472,12 @@ def _facts(diagnosis: Diagnosis) -> dict[str, str]:
     for name in ("S", "J"):
         found = getattr(diagnosis.stiction, name)
         if found is not None:
-            facts[name] = f"{found.value:.2g} % of span ({found.low:.2g} to {found.high:.2g})"
+            facts[name] = f"{_rough(found.value)} % of span ({_rough(found.low)} to {_rough(found.high)})"
         elif diagnosis.verdict.class_ == "sticks":
             facts[name] = "not quantified"
     limit = diagnosis.verdict.S_below
     if "S" not in facts and limit is not None:
-        facts["S"] = f"below {limit.value:.2g} % of span"
+        facts["S"] = f"below {_rough(limit.value)} % of span"
     swing = diagnosis.oscillation
     if swing is not None:
         every = "" if swing.period_s is None else f"every {swing.period_s:.3g} s"
@@ -488,6 +488,16 @@ def _facts(diagnosis: Diagnosis) -> dict[str, str]:
     return facts
 
 
+_CANNOT_ANSWER = "data cannot answer"
+_WORTH_RULING_OUT = 0.2
+"""The least likelihood of another cause that is pursued first."""
+
+
+def _rough(value: float) -> str:
+    """Return a number with two digits."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
 def _first_step(diagnosis: Diagnosis) -> str:
     """Return the first action: improve the data, then record longer, then test, then look for the other cause."""
     verdict = diagnosis.verdict
@@ -495,13 +505,17 @@ def _first_step(diagnosis: Diagnosis) -> str:
         return diagnosis.relation.remedy
     if diagnosis.few_slips is not None:
         return diagnosis.few_slips.words
+    if verdict.grade == _CANNOT_ANSWER:
+        return diagnosis.fitness.reasons[0] if diagnosis.fitness.reasons else ""
     if verdict.confirm is not None:
         return f"Test the valve: {verdict.confirm.summary}."
     if diagnosis.no_response is not None and diagnosis.no_response.faults:
         return diagnosis.no_response.faults[0].told_by
-    if not verdict.alternatives or verdict.alternatives[0].cause == "normal operation":
+    other = verdict.alternatives[0] if verdict.alternatives else None
+    least = max(_WORTH_RULING_OUT, verdict.probability or 0.0)
+    if other is None or other.cause == "normal operation" or other.likelihood < least:
         return ""
-    return verdict.alternatives[0].because
+    return other.because
 
 
 def _trend(diagnosis: Diagnosis) -> str:

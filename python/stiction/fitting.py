@@ -166,9 +166,9 @@ class Prospect(Result):
         "name of a compensator."
     )
     pv_swing: Estimate = about("Half of the PV's peak-to-peak value, in PV units.")
-    pv_swing_ratio: Estimate = about("The ratio of this value to that of the loop as it is, loop by loop.")
+    pv_swing_ratio: Estimate = about("The ratio of this value to that of the loop as it is, loop by loop; 20 for 20 or more.")
     error: Estimate = about("Mean absolute control error, in PV units.")
-    error_ratio: Estimate = about("The ratio of this value to that of the loop as it is, loop by loop.")
+    error_ratio: Estimate = about("The ratio of this value to that of the loop as it is, loop by loop; 20 for 20 or more.")
     travel: Estimate = about("Travel of the valve, percent of span per hour.")
     settling_s: Estimate | None = about(
         "Settling time after a load step, s; None if half of the loops do not settle."

@@ -3,10 +3,12 @@
 import json
 import os
 import pickle
+import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime, timezone
+from html import unescape
 from pathlib import Path
 
 import matplotlib
@@ -412,3 +414,35 @@ def test_a_child_of_fork_diagnoses_too():
     # A pool of threads is not copied by a fork: the workers waited for ever.
     command = [sys.executable, "-c", FORKED, *map(str, SAMPLES[:2])]
     subprocess.run(command, check=True, timeout=120)
+
+
+def _texts(html):
+    """The texts of a card between its tags, without its picture."""
+    html = re.sub(r"<svg.*?</svg>", "", html, flags=re.DOTALL)
+    return [unescape(text).strip() for text in re.split(r"<[^>]*>", html) if text.strip()]
+
+
+def _contradictions(diagnosis, rules):
+    """What is wrong with a card, by the rules that the pages obey, too."""
+    texts = _texts(diagnosis._repr_html_())
+    grade = diagnosis.verdict.grade
+    wrong = [text for text in texts if any(never in text for never in rules["never"])]
+    headline = texts[1]
+    if not headline.startswith(grade):
+        wrong.append(f"{grade}, and the headline: {headline}")
+    if "probability" in headline and grade == "data cannot answer":
+        wrong.append(f"a probability that the report hides: {headline}")
+    low, high = rules["probability"].get(grade, [0, 100])
+    if not all(low <= float(p) <= high for p in re.findall(r"(\d+) %", headline)):
+        wrong.append(headline)
+    for start, grades in rules["actions"].items():
+        wrong += [f"{grade}: {text}" for text in texts if text.startswith(start) and grade not in grades]
+    wrong += [text for text in texts if re.search(r"\de[+-]\d|\d\.\d{4}", text)]
+    return wrong
+
+
+def test_no_card_contradicts_itself(diagnoses):
+    rules = json.loads((ROOT / "crates/stiction-report/tests/contradictions.json").read_text())
+    population = (loop.recording for loop in stiction.population(40, seed=20_261_227))
+    for diagnosis in [*diagnoses, *stiction.diagnose_all(list(population))]:
+        assert _contradictions(diagnosis, rules) == [], diagnosis.name

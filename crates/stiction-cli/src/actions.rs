@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use stiction::Bands;
 use stiction::closed_loop::ClosedLoop;
 use stiction::compensate::Row;
+use stiction::spoken::cell;
 use stiction::valve::Model;
 use stiction_io::scenario::{Scenario, System, built_in_text};
 
@@ -181,22 +182,22 @@ pub fn csv(rows: &[(&str, &Row)]) -> Result<String> {
     for (rank, (name, row)) in rows.iter().enumerate() {
         for outcome in &row.outcomes {
             let m = &outcome.measures;
-            let settled = |time: Option<f64>| time.map_or(String::new(), |t| t.to_string());
+            let settled = |time: Option<f64>| time.map_or(String::new(), cell);
             sheet.row([
                 (rank + 1).to_string(),
                 (*name).to_owned(),
                 outcome.case.s_factor.to_string(),
                 outcome.case.j_factor.to_string(),
                 u8::from(outcome.case.noise).to_string(),
-                m.iae_per_s.to_string(),
-                m.pv_std.to_string(),
-                m.op_travel_per_s.to_string(),
-                m.vp_travel_per_s.to_string(),
-                m.reversals_per_h.to_string(),
+                cell(m.iae_per_s),
+                cell(m.pv_std),
+                cell(m.op_travel_per_s),
+                cell(m.vp_travel_per_s),
+                cell(m.reversals_per_h),
                 settled(outcome.set_point_settling_s),
                 settled(outcome.load_settling_s),
-                outcome.set_point_iae_per_s.to_string(),
-                outcome.load_iae_per_s.to_string(),
+                cell(outcome.set_point_iae_per_s),
+                cell(outcome.load_iae_per_s),
             ])?;
         }
     }

@@ -25,8 +25,8 @@ use stiction_report::report;
 /// of one tag with dates are joined across files. A person's verdict, kept by `stiction override`, is shown beside
 /// the computed one.
 ///
-/// Exit codes: 0, all files were diagnosed; 1, all were, and a loop is of a class that --fail-on names; 2, some could
-/// not be diagnosed, and the messages say why.
+/// Exit code 0: all files were diagnosed. Exit code 1: all were, and a loop is of a class that --fail-on names. Exit
+/// code 2: some could not be diagnosed, and the messages say why.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction diagnose samples/FIC101-sticky.csv --report report.html
@@ -51,8 +51,8 @@ pub struct Args {
     /// Dead time of the loop, in s, for the Harris index
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     dead_time: Option<f64>,
-    /// Write the report to this .html file, one self-contained page; any other name is a folder, which gets a page
-    /// for each loop and index.html, a table that can be sorted and searched
+    /// Write the report to this .html file, one self-contained page. Any other name is a folder: it gets a page for
+    /// each loop, and index.html with a table to sort and search
     #[arg(long, value_name = "OUT.html|FOLDER")]
     report: Option<Out>,
     /// Print the results as JSON

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 use stiction::diagnose::{Detectors, DiagnoseOptions};
-use stiction::fit::{Fit, FitOptions, Prospects, fit};
+use stiction::fit::{Fit, FitOptions, Prospect, Prospects, fit};
 use stiction::fusion::Estimate;
 use stiction::recording::LoopType;
 use stiction::spoken::{rough, set};
@@ -302,10 +302,10 @@ pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
     for row in &found.actions {
         rows.push(vec![
             row.action.name().to_owned(),
-            range(&row.pv_swing),
-            range(&row.pv_swing_ratio),
-            range(&row.error),
-            range(&row.error_ratio),
+            Prospect::range(&row.pv_swing, &row.pv_swing_ratio),
+            Prospect::range(&row.pv_swing_ratio, &row.pv_swing_ratio),
+            Prospect::range(&row.error, &row.error_ratio),
+            Prospect::range(&row.error_ratio, &row.error_ratio),
             range(&row.travel),
             row.settling_s.as_ref().map_or("-".to_owned(), range),
             format!("{:.0} %", 100.0 * row.sure),

@@ -165,8 +165,8 @@ fn valve(tag: &str, own: &[&Diagnosed], args: &Args) -> Result<Valve> {
     let dated = own.iter().all(|each| each.diagnosis.start.is_some());
     if !dated && sources.len() > 1 {
         bail!(
-            "loop {tag} is in {} files, and some have no dates, so they cannot be put in order; give files with \
-             dates, or --join if they follow each other in this order",
+            "loop {tag} is in {} files, of which some have no dates and so no order; give files with dates, or --join if \
+             they follow each other as named",
             sources.len()
         );
     }
@@ -237,8 +237,8 @@ fn text(valve: &Valve) -> String {
         [one] => output::name(&one.file).into_owned(),
         several => format!("{} files", several.len()),
     };
-    let _ =
-        writeln!(out, "{}  {files}, {} windows\n", output::name(&valve.name), valve.windows.len());
+    let windows = spoken::counted(valve.windows.len(), "window");
+    let _ = writeln!(out, "{}  {files}, {windows}\n", output::name(&valve.name));
     out += &columns(&rows, &[!valve.dated, true, false, true, false, false, false]);
     out.push('\n');
     let combined = &valve.combined;
@@ -282,7 +282,7 @@ fn table(history: &ValveHistory) -> Result<String> {
         "J_high",
         "fitness",
     ])?;
-    let say = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+    let say = |value: Option<f64>| value.map_or(String::new(), spoken::cell);
     for valve in &history.valves {
         for w in &valve.windows {
             let (s, j) = (w.s, w.j);

@@ -11,10 +11,9 @@ use stiction_io::whole::WholeFile;
 
 /// Simulate a population of loops with known truth, to train or to test a method.
 ///
-/// Writes a folder with a recording per loop, loop-NUMBER.csv with the columns t, sp, pv, op; with truth.csv, which
-/// has a row per loop with its kind, its S and J and all other drawn properties; and with index.csv, which stiction
-/// bench --labels reads. docs/population.md explains the properties. The same seed gives the same files on every
-/// machine.
+/// Writes a folder with a recording per loop, loop-NUMBER.csv, with the columns t, sp, pv, op. In the folder, truth.csv
+/// has a row per loop with its kind, S, J and all other drawn properties. index.csv is for stiction bench --labels.
+/// docs/population.md explains the properties. The same seed gives the same files on every machine.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction population --n 1000 --seed 7 -o loops

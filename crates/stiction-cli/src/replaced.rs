@@ -2,6 +2,7 @@
 //!
 //! A pattern in the wrong place, as in `diagnose --csv *.csv`, names a recording as the output. So a file with data
 //! is replaced only by a table with the same columns, as a second run of the same command writes, or with `--force`.
+//! A recording may have the columns of a simulation, but an instrument records few digits, and a simulation writes all.
 //! Pages, drawings and texts can be made again, and are replaced without a message.
 
 use anyhow::{Context, Result, bail};
@@ -61,8 +62,19 @@ fn may_replace(old: &[u8], new: &[u8]) -> bool {
     if is_page || 2 * rows < lines.len() || rows == 0 {
         return true;
     }
-    let new = new.split(|byte| *byte == b'\n').next().unwrap_or(&[]);
-    new.trim_ascii_end() == lines[0].trim_end().as_bytes()
+    let header = new.split(|byte| *byte == b'\n').next().unwrap_or(&[]).trim_ascii_end();
+    let is_signal = header.starts_with(b"t,");
+    header == lines[0].trim_end().as_bytes()
+        && (!is_signal
+            || new.starts_with(old)
+            || 2 * lines.iter().filter(|l| is_exact(l)).count() > rows)
+}
+
+/// Whether a row has a number with more digits than an instrument has.
+fn is_exact(line: &str) -> bool {
+    const DIGITS: usize = 12;
+    let digits = |cell: &str| cell.bytes().filter(u8::is_ascii_digit).count();
+    line.split(',').any(|cell| cell.contains('.') && digits(cell) > DIGITS)
 }
 
 /// Whether a line has a cell that is a number or a time.
@@ -97,7 +109,10 @@ mod tests {
             assert!(may_replace(held.as_bytes(), held.as_bytes()), "{held}");
         }
         assert!(may_replace(result.as_bytes(), b"loop,verdict,S\nFIC102,unclear,\n"));
-        assert!(may_replace(sample.as_bytes(), b"t,sp,pv,op\r\n"));
+        let simulated =
+            "t,sp,pv,op\n0,50,50,50\n1,50,50.10263419876123,50\n2,50,49.98263419876,50.1\n";
+        assert!(may_replace(simulated.as_bytes(), b"t,sp,pv,op\r\n0,1,2,3\n"));
+        assert!(!may_replace(sample.as_bytes(), simulated.as_bytes()), "a recording");
         for held in [
             "",
             "old\n",

@@ -11,6 +11,7 @@ use stiction::evidence::Evidence;
 use stiction::evidence::shift::{Shift, shifts};
 use stiction::fusion;
 use stiction::recording::{Grid, GridOptions, Recording};
+use stiction::spoken;
 
 /// Compare recordings with the simulated loops that the verdict was trained on, without any label.
 ///
@@ -107,7 +108,8 @@ fn csv(found: &[Shift]) -> Result<String> {
         "recorded_missing",
     ])?;
     for shift in found {
-        let number = |value: f64| if value.is_finite() { value.to_string() } else { String::new() };
+        let number =
+            |value: f64| if value.is_finite() { spoken::cell(value) } else { String::new() };
         let mut row = vec![
             shift.feature.name.to_owned(),
             shift.feature.meaning.to_owned(),

@@ -22,6 +22,30 @@ pub fn set(value: f64) -> String {
     digits(value, 3)
 }
 
+/// The largest factor between two simulations that is reported. Beyond it, the loop runs away.
+pub const LARGEST_FACTOR: f64 = 20.0;
+
+/// A factor: two digits, without an end beyond [`LARGEST_FACTOR`].
+pub fn factor(value: f64) -> String {
+    match value {
+        large if large >= LARGEST_FACTOR => format!("{LARGEST_FACTOR} or more"),
+        value => rough(value),
+    }
+}
+
+/// A number for a spreadsheet: three significant digits, and all digits before the point.
+pub fn cell(value: f64) -> String {
+    let size = value.abs();
+    if !value.is_finite() || size == 0.0 {
+        return (value + 0.0).to_string();
+    }
+    if size < 1e-4 {
+        return format!("{value:.2e}");
+    }
+    let decimals = (2 - size.log10().floor() as i32).max(0) as usize;
+    without_zeros(&format!("{value:.decimals$}")).to_owned()
+}
+
 fn digits(value: f64, digits: i32) -> String {
     // Smaller values are rounding of a difference.
     if !value.is_finite() || value.abs() < 1e-12 {
@@ -137,6 +161,25 @@ mod tests {
         assert_eq!(range(213.04, 221.3), "213.0 to 221.3");
         assert_eq!(range(-94.2, 462.0), "-94 to 462");
         assert_eq!((counted(1, "slip"), counted(2, "slip")), ("1 slip".into(), "2 slips".into()));
+        assert_eq!([1.456, 19.6, 5580.0].map(factor), ["1.5", "20", "20 or more"]);
+    }
+
+    #[test]
+    fn cells_have_three_digits_and_keep_whole_numbers() {
+        for (value, text) in [
+            (0.123_456_789, "0.123"),
+            (0.999_7, "1"),
+            (-2.345_6, "-2.35"),
+            (86_412.7, "86413"),
+            (1_772_409_600.0, "1772409600"),
+            (100.0, "100"),
+            (-0.0, "0"),
+            (0.5, "0.5"),
+            (0.000_012_345, "1.23e-5"),
+        ] {
+            assert_eq!(cell(value), text);
+            assert!((text.parse::<f64>().unwrap() - value).abs() <= 0.005 * value.abs());
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::lab::Lab;
 use crate::turns::{Cost, Turns, Wanted};
 use crate::{exercise, guess, live, loops, paper, plant, recordings};
 use axum::Router;
-use axum::body::{Body, Bytes, HttpBody};
+use axum::body::{Body, HttpBody};
 use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -37,6 +37,11 @@ impl Wrong {
     /// The thing does not exist, or not any more.
     pub fn gone(error: impl ToString) -> Self {
         Self { status: StatusCode::NOT_FOUND, error: error.to_string() }
+    }
+
+    /// What kind of failure it is.
+    pub(crate) fn status(&self) -> StatusCode {
+        self.status
     }
 
     /// The same status with a different text.
@@ -147,7 +152,7 @@ impl Visit for Routes {
     {
         let turns = Arc::clone(&self.turns);
         let answer = move |State(lab): State<Arc<Lab>>, body: Body| async move {
-            let body = sent(body, QUESTION, IN_TIME).await?;
+            let body = sent(body, QUESTION, IN_TIME, |_| Ok(())).await?;
             let asked: A = serde_json::from_slice(&body).map_err(|e| {
                 Wrong::asked(format!("{name}: the request is not valid JSON for this call ({e})"))
             })?;
@@ -163,8 +168,14 @@ impl Visit for Routes {
     }
 }
 
-/// Reads a body of at most `most` bytes, which must arrive within `in_time`.
-pub(crate) async fn sent(body: Body, most: usize, in_time: Duration) -> Answer<Bytes> {
+/// Reads a body of at most `most` bytes, which must arrive within `in_time`. `take` is called with the size of each piece, and
+/// may refuse it.
+pub(crate) async fn sent(
+    body: Body,
+    most: usize,
+    in_time: Duration,
+    mut take: impl FnMut(usize) -> Answer<()>,
+) -> Answer<Vec<u8>> {
     let long = || Wrong {
         status: StatusCode::PAYLOAD_TOO_LARGE,
         error: format!("at most {most} bytes can be sent here"),
@@ -177,11 +188,20 @@ pub(crate) async fn sent(body: Body, most: usize, in_time: Duration) -> Answer<B
         status: StatusCode::REQUEST_TIMEOUT,
         error: "the request did not arrive in time; send it again".to_owned(),
     };
-    match tokio::time::timeout(in_time, Limited::new(body, most).collect()).await {
-        Ok(Ok(whole)) => Ok(whole.to_bytes()),
-        Ok(Err(e)) if e.is::<LengthLimitError>() => Err(long()),
-        Ok(Err(_)) | Err(_) => Err(slow()),
-    }
+    let mut body = Limited::new(body, most);
+    let whole = async {
+        let mut whole = vec![];
+        while let Some(frame) = body.frame().await {
+            let frame =
+                frame.map_err(|e| if e.is::<LengthLimitError>() { long() } else { slow() })?;
+            if let Ok(piece) = frame.into_data() {
+                take(piece.len())?;
+                whole.extend_from_slice(&piece);
+            }
+        }
+        Ok(whole)
+    };
+    tokio::time::timeout(in_time, whole).await.unwrap_or_else(|_| Err(slow()))
 }
 
 /// The routes of all calls.

@@ -13,7 +13,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
-use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
+use stiction_diagnose::diagnose::DiagnoseOptions;
 use stiction_io::options::ReadOptions;
 use stiction_io::reading;
 use stiction_io::scenario::System;
@@ -28,7 +28,7 @@ use stiction_model::valve::{Assembly, Start, Valve};
 const LOOPS: usize = 32;
 /// Samples of one answer.
 const SAMPLES: usize = 20_000;
-/// Samples of a verdict at most, as a diagnosis cannot be stopped.
+/// Samples of a verdict at most, so that it takes seconds.
 const JUDGED: usize = 150_000;
 
 /// The loops that run.
@@ -208,7 +208,7 @@ pub fn verdict(_: &Lab, knobs: Knobs, wanted: &Wanted) -> Answer<Judgement> {
         .recordings
         .first()
         .ok_or_else(|| Wrong::own("internal error: the simulated recording cannot be read"))?;
-    Ok(Judgement::new(diagnose(recording, &DiagnoseOptions::default())?))
+    Ok(Judgement::new(wanted.diagnose(recording, &DiagnoseOptions::default())?))
 }
 
 /// The valve of a loop.

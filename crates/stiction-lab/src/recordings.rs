@@ -23,7 +23,7 @@ use mapping::Mapping;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, VerdictClass, diagnose};
+use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, VerdictClass};
 use stiction_diagnose::recording::{LoopType, Recording};
 use stiction_io::overrides::{self, Date, Override, Overrides, Scope};
 use stiction_io::summary::Summary;
@@ -273,7 +273,7 @@ fn judged(
     // Reading may have taken long.
     wanted.check()?;
     let options = DiagnoseOptions { evidence, ..DiagnoseOptions::default() };
-    let mut diagnosis = diagnose(&recording, &options)?;
+    let mut diagnosis = wanted.diagnose(&recording, &options)?;
     if let Some(path) = file.path() {
         let kept = Overrides::read(&Overrides::path_beside(path))?;
         kept.overrule(&mut diagnosis, path, &source.sha256);

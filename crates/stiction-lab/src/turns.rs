@@ -7,6 +7,9 @@ use crate::calls::{Answer, Wrong};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
+use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, diagnose_with_progress};
+use stiction_diagnose::recording::Recording;
+use stiction_model::Error;
 use tokio::sync::Semaphore;
 
 /// What a call costs. Calls of one cost take turns among themselves only, so a costly one delays no cheap one.
@@ -119,6 +122,21 @@ impl Wanted {
         if self.goes_on() { Ok(()) } else { Err(self.over()) }
     }
 
+    /// Diagnoses a recording, as long as the work should go on.
+    ///
+    /// # Errors
+    /// As for [`diagnose_with_progress`], or if it should not.
+    pub(crate) fn diagnose(
+        &self,
+        recording: &Recording,
+        options: &DiagnoseOptions,
+    ) -> Answer<Diagnosis> {
+        diagnose_with_progress(recording, options, || self.goes_on()).map_err(|e| match e {
+            Error::Cancelled => self.over(),
+            other => other.into(),
+        })
+    }
+
     /// Why the work ended early.
     pub(crate) fn over(&self) -> Wrong {
         Wrong::own(format!(
@@ -141,5 +159,15 @@ mod tests {
         assert!(!wanted.goes_on() && wanted.check().is_err());
         let late = Wanted::for_at_most(Duration::ZERO).check().unwrap_err();
         assert!(late.error.contains("longer than 0 s"), "{late:?}");
+    }
+
+    #[test]
+    fn a_diagnosis_ends_with_its_time() {
+        let op: Vec<f64> = (0..600).map(|k| 50.0 + (0.1 * f64::from(k)).sin()).collect();
+        let recording = Recording::regular("A", 1.0, &op, Some(&op), None).unwrap();
+        let asked =
+            |limit| Wanted::for_at_most(limit).diagnose(&recording, &DiagnoseOptions::default());
+        assert!(asked(Duration::from_secs(3600)).is_ok());
+        assert!(asked(Duration::ZERO).unwrap_err().error.contains("longer than 0 s"));
     }
 }

@@ -137,7 +137,7 @@ impl Design {
         (of_pv.powi(2) * (1.0 - keep) / (1.0 + keep) + self.own_noise.powi(2)).sqrt()
     }
 
-    /// Lags and waiting of the loop, s.
+    /// Sum of the lags, the dead time and the sample time of the loop, s.
     fn response_time_untuned(&self) -> f64 {
         self.tau + self.tau2 + self.dead_time + self.valve_lag + self.step()
     }

@@ -6,8 +6,8 @@ use pyo3::prelude::*;
 
 /// The size of stiction, in percent of span.
 ///
-/// It is described by either of two equivalent pairs, with ``fs = (S + J) / 2`` and ``fd = (S - J) / 2``: a stem at
-/// rest breaks away when ``|OP - VP|`` exceeds `fs`, and a moving stem lags the OP by `fd`.
+/// Two equivalent pairs describe it, with ``fs = (S + J) / 2`` and ``fd = (S - J) / 2``. A stem at rest breaks away
+/// when ``|OP - VP|`` exceeds `fs`. A moving stem lags the OP by `fd`.
 ///
 /// Parameters
 /// ----------

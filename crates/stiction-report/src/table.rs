@@ -3,6 +3,7 @@
 use crate::document::Loop;
 use stiction_diagnose::diagnose::{Alternative, Estimate, Override};
 use stiction_diagnose::oscillation::Oscillation;
+use stiction_diagnose::spoken;
 
 /// A column of the table.
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +37,7 @@ impl Cells {
     pub fn text(self, of: &Loop<'_>) -> String {
         let text = match self {
             Self::Texts(cell) => cell(of),
-            Self::Numbers(cell) => Self::number(cell(of)).map(|value| value.to_string()),
+            Self::Numbers(cell) => Self::number(cell(of)).map(spoken::cell),
             Self::Counts(cell) => cell(of).map(|value| value.to_string()),
             Self::Flags(cell) => cell(of).map(|value| value.to_string()),
         };

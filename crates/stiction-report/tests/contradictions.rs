@@ -1,16 +1,60 @@
 //! What one page says must not contradict itself: rules over all words of the reports on loops of the population, and on
-//! real recordings where they are at hand.
+//! real recordings where they are at hand; the same for pages of histories and of valve tests.
+//!
+//! Rules that hold for the words of the command and of Python, too, are in `contradictions.json`, which their tests read.
 
 use rayon::prelude::*;
+use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
-use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, Grade, diagnose};
+use std::sync::LazyLock;
+use stiction_diagnose::diagnose::{
+    DiagnoseOptions, Diagnosis, Grade, VerdictClass, combine, diagnose,
+};
+use stiction_diagnose::recording::{PlantTime, Recording};
 use stiction_diagnose::spoken::{self, percent, range};
+use stiction_diagnose::valve_test;
 use stiction_io::ReadOptions;
 use stiction_io::reading::read;
 use stiction_population::member;
-use stiction_report::document::{Loop, Source};
-use stiction_report::report::html;
+use stiction_report::document::{Loop, Point, Source, Valve, ValveHistory};
+use stiction_report::report::{history_html, html};
+use stiction_report::test_page::{self, Tested};
+
+/// Rules that are shared with other tests.
+#[derive(Deserialize)]
+struct Shared {
+    /// Slips of the pen.
+    never: Vec<String>,
+    /// Words that never follow the number one.
+    plural: Vec<String>,
+    /// The grades for which an action begins so.
+    actions: BTreeMap<String, Vec<String>>,
+    /// The least and the largest probability of a grade, percent.
+    probability: BTreeMap<String, [f64; 2]>,
+    /// No ratio to the present loop is larger.
+    largest_factor: f64,
+}
+
+static SHARED: LazyLock<Shared> =
+    LazyLock::new(|| serde_json::from_str(include_str!("contradictions.json")).unwrap());
+
+impl Shared {
+    fn is_slip(&self, text: &str) -> bool {
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let one = words.windows(2).any(|w| w[0] == "1" && self.plural.iter().any(|p| p == w[1]));
+        one || self.never.iter().any(|never| text.contains(never.as_str()))
+    }
+
+    /// Whether a grade and a probability in words do not agree.
+    fn disagree(&self, grade: &str, probability: &str) -> bool {
+        let number = |text: &str| text.split(' ').find_map(|word| word.parse::<f64>().ok());
+        match (self.probability.get(grade), number(probability)) {
+            (Some([low, high]), Some(p)) => !(*low..=*high).contains(&p),
+            _ => false,
+        }
+    }
+}
 
 /// Loops on which no word was chosen.
 const SEED: u64 = 20_261_226;
@@ -74,25 +118,26 @@ fn of_population(loops: std::ops::Range<u64>) -> impl ParallelIterator<Item = Pa
 /// What a page may not say, and of which pages it is asked: a name, and what is wrong with a page, if anything is.
 type Rule = (&'static str, fn(&Page) -> Option<String>);
 
-const RULES: [Rule; 18] = [
-    ("slips of the pen", |page| {
-        const NEVER: [&str; 10] = [
-            "unknown share",
-            "NaN",
-            "inf ",
-            "-0 %",
-            "\u{2212}0 %",
-            " a analysis",
-            "..",
-            "  ",
-            "cannot be told: what",
-            "nothing cycles",
-        ];
-        let one = |text: &str| {
-            let words: Vec<&str> = text.split_whitespace().collect();
-            words.windows(2).any(|w| w[0] == "1" && ["samples", "slips", "steps"].contains(&w[1]))
-        };
-        page.find(|text| one(text) || NEVER.iter().any(|never| text.contains(never)))
+const RULES: [Rule; 20] = [
+    ("slips of the pen", |page| page.find(|text| SHARED.is_slip(text))),
+    ("no factor is absurd", |page| {
+        // After the action of a row come its two factors, then other ranges.
+        let from = page.texts.iter().position(|text| text == "valve travel, %/h")? + 2;
+        let mut place = 0;
+        page.texts[from..].iter().take_while(|text| text.len() < 40).find_map(|text| {
+            place = if text.contains(" to ") { place + 1 } else { 0 };
+            let mut numbers = text.split(' ').filter_map(|word| word.parse::<f64>().ok());
+            let is_absurd = numbers.any(|number| number > SHARED.largest_factor);
+            ((1..=2).contains(&place) && is_absurd).then(|| text.clone())
+        })
+    }),
+    ("no size of stiction is larger than the span", |page| {
+        let mut rows = page.texts.windows(3);
+        rows.find_map(|row| {
+            let of_valve = ["valve: S", "J"].contains(&row[0].as_str());
+            let mut numbers = row[2].split(" to ").filter_map(|word| word.parse::<f64>().ok());
+            (of_valve && numbers.any(|number| number > 100.0)).then(|| row.join(" "))
+        })
     }),
     ("a grade and the sentence on it agree", |page| {
         let verdict = &page.diagnosis.verdict;
@@ -154,16 +199,9 @@ const RULES: [Rule; 18] = [
         (first.likelihood < 0.2).then(|| page.find(|text| text.starts_with("First rule out")))?
     }),
     ("what is to be done fits the grade", |page| {
-        use Grade::*;
-        let grade = page.diagnosis.verdict.grade;
-        let only = [
-            ("Leave the valve alone", &[Fine, ProbablyFine][..]),
-            ("Test the valve", &[Sticks, ProbablySticks, Unclear]),
-            ("If confirmed,", &[Sticks, ProbablySticks]),
-            ("Check the possible faults", &[DoesNotRespond]),
-        ];
-        let wrong = only.iter().find(|(said, of)| !of.contains(&grade) && page.starts(said));
-        wrong.map(|(said, _)| format!("{grade}: {said}"))
+        let grade = page.diagnosis.verdict.grade.name();
+        let mut wrong = SHARED.actions.iter().filter(|(_, of)| !of.iter().any(|g| g == grade));
+        wrong.find(|(said, _)| page.starts(said)).map(|(said, _)| format!("{grade}: {said}"))
     }),
     ("a repair is told with what the fit says", |page| {
         let not = page.find(|text| text.contains("valve does not explain the swing"))?;
@@ -303,6 +341,111 @@ fn no_page_of_a_real_recording_contradicts_itself() {
             Page::of(recording.name.clone(), diagnosis)
         })
     }));
+}
+
+/// The contradictions of the history of a recording in three windows.
+fn of_history(recording: &Recording) -> Vec<String> {
+    let end = recording.op.time.last().copied().unwrap_or(0.0);
+    let part = |k: usize| {
+        let (from, to) = (end * k as f64 / 3.0, end * (k + 1) as f64 / 3.0);
+        let part = recording.part(from, to, f64::INFINITY)?;
+        Some((from, diagnose(&part, &DiagnoseOptions::default()).ok()?))
+    };
+    let windows: Vec<(f64, Diagnosis)> = (0..3).filter_map(part).collect();
+    let seen: Vec<_> = windows.iter().filter_map(|(from, of)| of.observation(*from)).collect();
+    let Ok(combined) = combine(&seen) else { return vec![] };
+    let points = windows.iter().map(|(from, of)| Point::new(of, "a.csv", *from, end / 3.0));
+    let valve = Valve {
+        name: recording.name.clone(),
+        sources: vec![],
+        dated: false,
+        plant_time: PlantTime::default(),
+        windows: points.collect(),
+        combined: combined.clone(),
+        repair: None,
+    };
+    let texts = texts(&history_html(&ValveHistory::new("tool", vec![valve])).unwrap());
+    let mut wrong: Vec<String> =
+        texts.iter().filter(|text| SHARED.is_slip(text)).cloned().collect();
+    // Duration, verdict and probability stand side by side in the table.
+    for row in texts.windows(2) {
+        let grade = row[0].split_once('\u{a0}').map_or("", |(_, grade)| grade);
+        let grade = grade.replace('\u{a0}', " ");
+        let grade =
+            if grade.is_empty() { row[0].split_once(' ').map_or("", |w| w.1) } else { &grade };
+        if row[1].ends_with('%') && SHARED.disagree(grade, &row[1]) {
+            wrong.push(format!("a window: {}", row.join(", ")));
+        }
+        if grade == Grade::CannotAnswer.name() && row[1].ends_with('%') {
+            wrong.push(format!("a probability that the report hides: {}", row.join(", ")));
+        }
+    }
+    if let Some(p) = combined.probability {
+        let p = percent(p);
+        if SHARED.disagree(combined.grade.name(), &p) {
+            wrong.push(format!("together {} and {p}", combined.grade));
+        }
+        if !texts.iter().any(|text| text.ends_with(&format!("probability of sticking of {p}."))) {
+            wrong.push(format!("the headline does not say {p}"));
+        }
+    }
+    wrong
+}
+
+#[test]
+fn no_history_contradicts_itself() {
+    let found: Vec<String> = (200..260_u64)
+        .into_par_iter()
+        .flat_map_iter(|k| {
+            let simulated = member(SEED, k).unwrap();
+            let name = format!("{}-{k}", simulated.truth.kind.name());
+            of_history(&simulated.recording).into_iter().map(move |what| format!("{name}: {what}"))
+        })
+        .collect();
+    assert!(found.is_empty(), "{} contradictions:\n{}", found.len(), found.join("\n"));
+}
+
+#[test]
+fn no_page_of_a_valve_test_contradicts_itself() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../samples/test");
+    let mut pages = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|e| e != "csv") {
+            continue;
+        }
+        let reading = read(&path, &ReadOptions::default()).unwrap();
+        let recording = &reading.recordings[0];
+        let test = valve_test::read(recording, &valve_test::ReadOptions::default()).unwrap();
+        let source = Source { file: "a.csv".to_owned(), sha256: String::new() };
+        let tested = Tested { source: &source, recording, test: &test };
+        let texts = texts(&test_page::reading("tool", tested).unwrap());
+        let says = |wanted: &str| texts.iter().any(|text| text.contains(wanted));
+        let slips: Vec<&String> = texts.iter().filter(|text| SHARED.is_slip(text)).collect();
+        assert!(slips.is_empty(), "{}: {slips:?}", path.display());
+        let headlines = [
+            (VerdictClass::Sticks, "The valve sticks."),
+            (VerdictClass::DoesNotStick, "The valve does not stick."),
+            (VerdictClass::DoesNotRespond, "The valve does not respond"),
+            (VerdictClass::CannotTell, "The test is inconclusive."),
+        ];
+        for (class, headline) in headlines {
+            assert_eq!(says(headline), class == test.class, "{}: {headline}", path.display());
+        }
+        let p = percent(test.probability);
+        assert!(says(&p), "{}: {p}", path.display());
+        let agrees = match test.class {
+            VerdictClass::Sticks => test.probability > 0.5 && test.s_below.is_none(),
+            VerdictClass::DoesNotStick => test.probability < 0.5,
+            _ => true,
+        };
+        assert!(agrees, "{}: {} and {p}", path.display(), test.class);
+        let answered = test.steps.iter().filter(|step| step.answered).count();
+        let cells = texts.iter().filter(|text| *text == "yes").count();
+        assert_eq!(cells, answered, "{}: turns answered", path.display());
+        pages += 1;
+    }
+    assert!(pages >= 3, "{pages}");
 }
 
 /// A text without its numbers.

@@ -248,7 +248,7 @@ fn live_pictures_show_what_plain_ones_show() {
     for text in ["title", "time (s)", "power", "mode", "manual", ">100<"] {
         assert!(plain.contains(text) && live.contains(text), "{text}");
     }
-    assert!(live.contains("id=\"x-clip-") && !plain.contains("class=\"moving\""));
+    assert!(live.contains("<clipPath id=\"x-") && !plain.contains("class=\"moving\""));
     assert!(figure.png().is_ok());
 
     let zero = Panel::new("x", "y").with(Series::line("a", [0.0, 1.0], [1.0, 2.0]));

@@ -72,7 +72,7 @@ fn ends(column: &[f32], rows: &[u32]) -> Vec<f32> {
     ends
 }
 
-/// A number at least `a` and below `b`, in their middle if there is one.
+/// The middle of `a` and `b`, or `a` if no number lies between them.
 fn between(a: f32, b: f32) -> f32 {
     let middle = a + 0.5 * (b - a);
     if a <= middle && middle < b { middle } else { a }

@@ -18,6 +18,7 @@ from stiction._result import Result, about, result, result_of
 from stiction._words import documented
 
 __all__ = [
+    "Changes",
     "Checked",
     "Graded",
     "Group",
@@ -55,6 +56,15 @@ class Problem(Result):
 
 
 @result
+class Changes(Result):
+    """Data files that differ from those of the last scan."""
+
+    new: list[str] = about("Files that no scan has read.")
+    changed: list[str] = about("Files with other content, or with another size or date before they are read.")
+    missing: list[str] = about("Files that no longer exist. The verdicts on their windows stay.")
+
+
+@result
 class Scanned(Result):
     """The result of a scan."""
 
@@ -70,6 +80,7 @@ class Scanned(Result):
     problems: list[Problem] = about("Files and loops that could not be read.")
     no_recordings: list[str] = about("Files that are not recordings because they lack an OP, a sentence each.")
     damaged: list[str] = about("Damaged files of earlier runs, a sentence each.")
+    changes: Changes = about("How the data files differ from those of the scan before.")
 
 
 @result
@@ -124,6 +135,7 @@ class Status(Result):
     runs: int = about("Runs.")
     cut_short: int = about("Unfinished runs since the last complete scan of all loops and days.")
     damaged: list[str] = about("Damaged files of results, a sentence each.")
+    changes: Changes = about("How the data files differ from those of the last scan.")
 
 
 @result

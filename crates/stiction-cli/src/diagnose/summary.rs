@@ -354,7 +354,7 @@ pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
         for id in methods {
             let finding = found.diagnosis.findings.iter().find(|f| f.method == id.method());
             let statistic = Cells::number(finding.and_then(|f| f.statistic));
-            row.push(statistic.map_or(String::new(), |v| v.to_string()));
+            row.push(statistic.map_or(String::new(), spoken::cell));
             row.push(finding.map_or(String::new(), |f| f.decision.name().to_owned()));
         }
         sheet.row(&row)?;

@@ -91,7 +91,7 @@ fn what_cannot_be_asked_is_refused() {
         (&["history", "FIC101-sticky.csv", "--loop", "X"], "no such loop"),
         (
             &["history", "FIC101-sticky.csv", "later/FIC101-sticky.csv"],
-            "is in 2 files, and some have no dates",
+            "is in 2 files, of which some have no dates",
         ),
     ] {
         let refused = run(&folder, arguments).refusal();

@@ -2,6 +2,7 @@
 
 mod bench;
 mod compensate;
+mod contradictions;
 mod detector;
 mod diagnose;
 mod docs;

@@ -4,6 +4,7 @@
 //! not the whole week. Unfit windows are left out and the others are judged; the number of both is reported.
 
 use super::oscillations::Oscillations;
+use super::steps::Stops;
 use crate::evidence::windows;
 use crate::parallel::*;
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
@@ -20,12 +21,16 @@ pub(super) fn fit_windows(
     grid: &Grid,
     segment: &Segment,
     whole: Fitness,
+    stops: Stops<'_>,
 ) -> (Vec<Segment>, Fitness) {
     let all = windows(segment);
     if all.len() < 2 {
         return (all, whole);
     }
     let is_fit = |window: &Segment| {
+        if stops() {
+            return false;
+        }
         let period = Oscillations::of(window).period(window);
         fitness::assess(recording, grid, window, period).class != Class::Unfit
     };
@@ -73,7 +78,7 @@ mod tests {
         let grid = Grid::of(&recording, &GridOptions::default()).unwrap();
         let segment = grid.longest().unwrap();
         let whole = fitness::assess(&recording, &grid, segment, Some(40.0));
-        let (windows, fitness) = fit_windows(&recording, &grid, segment, whole.clone());
+        let (windows, fitness) = fit_windows(&recording, &grid, segment, whole.clone(), &|| false);
         (whole, windows, fitness)
     }
 

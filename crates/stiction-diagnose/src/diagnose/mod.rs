@@ -44,7 +44,7 @@ pub use observation::Observation;
 pub use oscillations::Oscillations;
 pub use relation::{Mismatch, Relation};
 pub use repair::{Contrast, Repair, RepairOutcome, repair};
-pub use steps::{Detectors, DiagnoseOptions, diagnose, fitness, subject};
+pub use steps::{Detectors, DiagnoseOptions, diagnose, diagnose_with_progress, fitness, subject};
 pub use verdict::{
     Alternative, Basis, DEAD_ZONE_BELOW, Definition, Grade, HARMLESS, Limit, Override, Stiction,
     Verdict, VerdictClass, Votes,

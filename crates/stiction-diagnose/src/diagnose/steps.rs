@@ -15,13 +15,14 @@ use super::quantify;
 use super::relation::Relation;
 use super::verdict::{Basis, Grade, Stiction, Verdict, VerdictClass};
 use super::weighing::Weighing;
-use crate::error::{Result, non_negative};
+use crate::error::{Error, Result, non_negative};
 use crate::finding::{Abstention, Family, Finding};
 use crate::methods::{self, Detector, MethodId, Subject};
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
 use crate::recording::{ByHand, Grid, GridOptions, LoopType, Recording, Segment};
 use crate::spoken::time;
 use crate::valve_test::{self, PlanOptions};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Inputs to a diagnosis in addition to the recording.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -83,15 +84,20 @@ pub fn subject(segment: &Segment, loop_type: LoopType) -> Subject<'_> {
 pub fn fitness(recording: &Recording, options: &GridOptions) -> Result<Fitness> {
     let grid = Grid::of(recording, options)?;
     let period = grid.longest().and_then(|s| subject(s, recording.loop_type).period);
-    Ok(assessed(recording, &grid, period).1)
+    Ok(assessed(recording, &grid, period, &|| false).1)
 }
 
 /// The judged windows and their fitness.
-fn assessed(recording: &Recording, grid: &Grid, period: Option<f64>) -> (Vec<Segment>, Fitness) {
+fn assessed(
+    recording: &Recording,
+    grid: &Grid,
+    period: Option<f64>,
+    stops: Stops<'_>,
+) -> (Vec<Segment>, Fitness) {
     match grid.longest() {
         Some(segment) => {
             let whole = fitness::assess(recording, grid, segment, period);
-            fit_windows(recording, grid, segment, whole)
+            fit_windows(recording, grid, segment, whole, stops)
         }
         None => (vec![], Fitness::of(vec![no_segment(grid)])),
     }
@@ -103,6 +109,29 @@ fn assessed(recording: &Recording, grid: &Grid, period: Option<f64>) -> (Vec<Seg
 /// If the recording cannot be resampled, for instance because of invalid times, or if an option is out of range. Other
 /// faults of the data are results: the diagnosis is "cannot tell", with the reason.
 pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diagnosis> {
+    diagnose_with_progress(recording, options, || true)
+}
+
+/// Whether the steps that remain are to be skipped, because their result would be thrown away.
+pub(super) type Stops<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// [`diagnose`], watched: `goes_on` is asked before every step, method and window, and ends the diagnosis by `false`.
+///
+/// # Errors
+/// As [`diagnose`]; and [`Error::Cancelled`].
+pub fn diagnose_with_progress(
+    recording: &Recording,
+    options: &DiagnoseOptions,
+    goes_on: impl Fn() -> bool + Sync,
+) -> Result<Diagnosis> {
+    let stopped = AtomicBool::new(false);
+    // Once stopped, always stopped: a step may have been skipped.
+    let stops = || {
+        stopped.fetch_or(!goes_on(), Ordering::Relaxed);
+        stopped.load(Ordering::Relaxed)
+    };
+    let check = || if stops() { Err(Error::Cancelled) } else { Ok(()) };
+    check()?;
     if let Some(dead_time) = options.kpis.dead_time {
         non_negative("the dead time", dead_time)?;
     }
@@ -112,13 +141,15 @@ pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diag
     let oscillations = segment.map_or_else(Oscillations::default, Oscillations::of);
     let period = segment.and_then(|segment| oscillations.period(segment));
 
-    let (fit, fitness) = assessed(recording, &grid, period);
+    let (fit, fitness) = assessed(recording, &grid, period, &stops);
     let subject = segment.map(|segment| Subject::new(segment, loop_type, period));
-    let mut findings = findings(&options.detectors, subject.as_ref());
+    let mut findings = findings(&options.detectors, subject.as_ref(), &stops);
+    check()?;
     let kpis = segment
         .map_or_else(Kpis::default, |segment| Kpis::of(recording, &grid, segment, &options.kpis));
     let oscillates = oscillations.dominant().is_some_and(|(_, o)| o.found);
-    let weighing = segment.map(|_| Weighing::of_windows(&fit));
+    let weighing = segment.map(|_| Weighing::of_windows(&fit, &stops));
+    check()?;
     let op_only = segment.is_some_and(|segment| segment.pv.is_none());
     let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
     let by_position = subject.as_ref().and_then(|subject| by_position(subject, &fitness));
@@ -200,7 +231,7 @@ pub fn diagnose(recording: &Recording, options: &DiagnoseOptions) -> Result<Diag
 }
 
 /// The findings of the methods; without a subject, all abstain.
-fn findings(asked: &Detectors, subject: Option<&Subject<'_>>) -> Vec<Finding> {
+fn findings(asked: &Detectors, subject: Option<&Subject<'_>>, stops: Stops<'_>) -> Vec<Finding> {
     let said = |detector: &dyn Detector| match subject {
         Some(subject) => methods::judge(detector, subject),
         None => {
@@ -209,7 +240,8 @@ fn findings(asked: &Detectors, subject: Option<&Subject<'_>>) -> Vec<Finding> {
             Finding { parameters: detector.parameters(), ..finding }
         }
     };
-    asked.asked().iter().map(|detector| said(&**detector)).collect()
+    let asked = asked.asked();
+    asked.iter().take_while(|_| !stops()).map(|detector| said(&**detector)).collect()
 }
 
 /// The amount of stiction, from the measured position or else from the evidence.
@@ -295,5 +327,32 @@ fn no_segment(grid: &Grid) -> Measure {
         } else {
             "no segment in automatic has enough good samples in a row".to_owned()
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::oscillation::test_signals::sine;
+    use std::sync::atomic::AtomicUsize;
+
+    #[test]
+    fn a_diagnosis_stops_when_it_is_asked_to() {
+        let op: Vec<f64> = sine(24_000, 40.0).iter().map(|s| 50.0 + s).collect();
+        let recording = Recording::regular("A", 1.0, &op, Some(&op), None).unwrap();
+        let options = DiagnoseOptions::default();
+        let until = |most: usize| {
+            let asked = AtomicUsize::new(0);
+            let goes_on = || asked.fetch_add(1, Ordering::Relaxed) < most;
+            let said = diagnose_with_progress(&recording, &options, goes_on);
+            (said, asked.into_inner())
+        };
+        let (whole, all) = until(usize::MAX);
+        assert_eq!(whole.unwrap(), diagnose(&recording, &options).unwrap());
+        // Six windows, twice, and every method.
+        assert!(all > 12 + methods::all().len(), "{all}");
+        for most in (0..all).step_by(7) {
+            assert!(matches!(until(most).0, Err(Error::Cancelled)), "{most} of {all}");
+        }
     }
 }

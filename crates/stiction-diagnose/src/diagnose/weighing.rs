@@ -6,6 +6,7 @@
 //! ones do not move it.
 
 use super::combining::{self, effective_number, typical};
+use super::steps::Stops;
 #[cfg(feature = "serde")]
 use super::verdict::Limit;
 use super::window::Window;
@@ -102,18 +103,21 @@ impl Weighing {
     /// Weighs a segment in its [`windows`]; without a PV, by the shape of its OP alone.
     ///
     /// # Errors
-    /// As [`of_windows`](Self::of_windows).
+    /// If nothing can be measured in any window, or the frozen model does not fit the evidence.
     pub fn of(segment: &Segment) -> Result<Self, Abstention> {
-        Self::of_windows(&windows(segment))
+        Self::of_windows(&windows(segment), &|| false)
     }
 
     /// Weighs windows of one loop, in order of time.
     ///
     /// # Errors
     /// If nothing can be measured in any window, or the frozen model does not fit the evidence.
-    pub fn of_windows(windows: &[Segment]) -> Result<Self, Abstention> {
+    pub(super) fn of_windows(windows: &[Segment], stops: Stops<'_>) -> Result<Self, Abstention> {
         let bundle = fusion::shipped().map_err(|error| Abstention(error.to_string()))?;
         let weigh = |part: &Segment| -> Result<(Window, Evidence, Weighed), Abstention> {
+            if stops() {
+                return Err(Abstention("the diagnosis was cancelled".to_owned()));
+            }
             let evidence = Evidence::of(part)?;
             let says = bundle
                 .weigh(&evidence.values, evidence.op_span, part.pv.is_none())

@@ -24,13 +24,13 @@
 use super::{Draw, Fit, without};
 use crate::bands::Bands;
 use crate::closed_loop::{AntiWindup, ClosedLoop, Controller, Handover, Signal};
-use crate::compensate::{CompareOptions, Knowledge, Method, compare};
+use crate::compensate::{CompareOptions, Knowledge, Method, nominal};
 use crate::fusion::Estimate;
 use crate::limit_cycle::tuning::simc;
 use crate::limit_cycle::{ContinuousLoop, FrequencyResponse};
 use crate::parallel::*;
 use crate::series::detrended;
-use crate::spoken::{rough, set};
+use crate::spoken::{LARGEST_FACTOR, rough, set};
 use crate::valve::{Assembly, Model};
 use crate::what_if::positioned;
 
@@ -38,7 +38,7 @@ use crate::what_if::positioned;
 pub const STEM_SPEED: f64 = 10.0;
 /// Number of draws to simulate.
 const PLAYED: usize = 20;
-/// Cycles of a part of the protocol, and its most samples.
+/// Length of a part of the protocol in cycles, and its largest number of samples.
 const CYCLES: f64 = 8.0;
 const MOST_SAMPLES: f64 = 20_000.0;
 /// Largest factor between the control error of a drawn loop without action and the recorded one.
@@ -141,11 +141,11 @@ pub struct Prospect {
     pub action: Remedy,
     /// Half of the PV's peak-to-peak value, in its units.
     pub pv_swing: Estimate,
-    /// The same over that of the present loop, loop by loop.
+    /// The same over that of the present loop, loop by loop; 20 for 20 or more.
     pub pv_swing_ratio: Estimate,
     /// Mean absolute control error, in units of the PV.
     pub error: Estimate,
-    /// The same over that of the present loop, loop by loop.
+    /// The same over that of the present loop, loop by loop; 20 for 20 or more.
     pub error_ratio: Estimate,
     /// Valve travel, percent per hour.
     pub travel: Estimate,
@@ -163,6 +163,18 @@ fn by_name<S: serde::Serializer>(remedy: &Remedy, to: S) -> Result<S::Ok, S::Err
 }
 
 impl Prospect {
+    /// A quantity as a range, without an end where its ratio to the present loop has none.
+    pub fn range(of: &Estimate, ratio: &Estimate) -> String {
+        let more = if ratio.high >= LARGEST_FACTOR { " or more" } else { "" };
+        format!("{} to {}{more}", rough(of.low), rough(of.high))
+    }
+
+    /// By how much the PV swing would fall, such as `36 to 85 %`.
+    pub fn fall(&self) -> String {
+        let share = |ratio: f64| rough(100.0 * (1.0 - ratio).max(0.0));
+        format!("{} to {} %", share(self.pv_swing_ratio.high), share(self.pv_swing_ratio.low))
+    }
+
     /// Whether the benefit is certain.
     pub fn certain(&self) -> bool {
         self.sure >= 0.95
@@ -187,6 +199,17 @@ struct Played {
     error: f64,
     travel: f64,
     settling: Option<f64>,
+}
+
+impl Played {
+    /// The effect beside the present loop. How far a loop runs away depends on the length of the simulation alone.
+    fn beside(&self, present: &Self) -> Self {
+        Self {
+            swing: self.swing.min(LARGEST_FACTOR * present.swing),
+            error: self.error.min(LARGEST_FACTOR * present.error),
+            ..*self
+        }
+    }
 }
 
 /// Evaluates possible actions on the fitted loop.
@@ -265,17 +288,25 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
     }
     let mut actions: Vec<Prospect> = vec![];
     for (i, remedy) in remedies.iter().enumerate() {
-        let pairs: Vec<(&Played, &Played)> =
-            table.iter().filter_map(|row| Some((row[i].as_ref()?, row[0].as_ref()?))).collect();
+        let pairs: Vec<(Played, &Played)> = table
+            .iter()
+            .filter_map(|row| Some((row[i].as_ref()?, row[0].as_ref()?)))
+            .map(|(changed, present)| (changed.beside(present), present))
+            .collect();
         if pairs.len() * 4 < table.len() * 3 {
             continue;
         }
-        let of = |what: fn(&Played, &Played) -> f64| spread(pairs.iter().map(|(a, b)| what(a, b)));
+        let of = |what: fn(&Played) -> f64| spread(pairs.iter().map(|(a, _)| what(a)));
         let ratio = |what: fn(&Played) -> f64| {
             let of = spread(pairs.iter().map(|(a, b)| what(a) / what(b).max(f64::MIN_POSITIVE)));
             // The present loop is known best.
             let more = if *remedy == Remedy::AsItIs { 1.0 } else { (1.645 * NEVER_KNOWN).exp() };
-            Estimate { value: of.value, low: of.low / more, high: of.high * more }
+            let up_to = |ratio: f64| ratio.min(LARGEST_FACTOR);
+            Estimate {
+                value: up_to(of.value),
+                low: up_to(of.low / more),
+                high: up_to(of.high * more),
+            }
         };
         let settled: Vec<f64> = pairs.iter().filter_map(|(a, _)| a.settling).collect();
         let less = pairs.iter().filter(|(a, b)| a.swing < LESS * b.swing).count();
@@ -283,11 +314,11 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
         let tuning = tuned.as_ref().filter(|_| sound).and_then(|c| proposal(c, &draws));
         actions.push(Prospect {
             action: *remedy,
-            pv_swing: of(|a, _| a.swing),
+            pv_swing: of(|a| a.swing),
             pv_swing_ratio: ratio(|of| of.swing),
-            error: of(|a, _| a.error),
+            error: of(|a| a.error),
             error_ratio: ratio(|of| of.error),
-            travel: of(|a, _| a.travel),
+            travel: of(|a| a.travel),
             settling_s: (2 * settled.len() > pairs.len()).then(|| spread(settled.iter().copied())),
             sure: less as f64 / table.len() as f64,
             tuning,
@@ -391,12 +422,11 @@ fn played(
     let push = protocol.set_point_step;
     plant.set_point = Signal::Steps(vec![(0.0, push), (0.3 * protocol.from_s, 0.0)]);
     plant.measurement = vec![disturbance.clone()];
-    let methods: &[Method] = match &remedy {
-        Remedy::Compensate(method) => std::slice::from_ref(method),
-        _ => &[],
+    let method = match remedy {
+        Remedy::Compensate(method) => Some(method),
+        _ => None,
     };
-    let rows = compare(&plant, known, methods, protocol).ok()?.rows;
-    let outcome = rows.last()?.nominal();
+    let outcome = nominal(&plant, known, method, protocol).ok()?;
     let m = &outcome.measures;
     let sound = m.pv_half_pp.is_finite() && m.iae_per_s.is_finite();
     sound.then_some(Played {
@@ -434,10 +464,6 @@ fn disturbance(fit: &Fit, draw: &Draw, seconds: f64) -> Option<Signal> {
 
 fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
     let find = |remedy: Remedy| actions.iter().find(|row| row.action == remedy);
-    let percent = |of: &Estimate| {
-        let share = |v: f64| 100.0 * (1.0 - v).max(0.0);
-        format!("{} to {} %", rough(share(of.high)), rough(share(of.low)))
-    };
     let mut all = vec![];
     if let Some(cycle) = fit.cycle.known()
         && cycle.explained == Some(false)
@@ -450,7 +476,7 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
     match find(Remedy::Repair) {
         Some(repair) if repair.certain() => all.push(format!(
             "Repair the valve: PV swing would fall by {}.",
-            percent(&repair.pv_swing_ratio)
+            repair.fall()
         )),
         Some(repair) if repair.sure > 0.5 => all.push(format!(
             "Repairing the valve would probably help (PV swing falls by more than 20 % in {:.0} % of the possible \
@@ -467,7 +493,7 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
         && let Some(tuning) = &retune.tuning
     {
         let said = if retune.certain() {
-            format!("PV swing would fall by {}", percent(&retune.pv_swing_ratio))
+            format!("PV swing would fall by {}", retune.fall())
         } else if retune.sure > 0.5 {
             "PV swing would probably fall".to_owned()
         } else {
@@ -489,7 +515,7 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
         all.push(format!(
             "Meanwhile, use this action: {} (PV swing would fall by {}).",
             row.action.name(),
-            percent(&row.pv_swing_ratio)
+            row.fall()
         ));
     }
     all

@@ -6,8 +6,8 @@
 //! ```text
 //! PV' - PV = P (C (PV' - PV) + w)
 //! ```
-//! So no disturbance has to be known. Where the controller acts strongly, hardly anything of the process matters:
-//! the PV moves by `w / C`.
+//! So the disturbance need not be known. Under a strong controller the process hardly matters: the PV moves by
+//! `w / C`.
 //!
 //! # Assumptions
 //! A linear controller away from its limits, a linear process, and a stem that moved as the model says.

@@ -4,7 +4,7 @@ use super::{Action, Prediction, Row, STEM_SPEED, WEARING, WORTH, WhatIfOptions};
 use crate::bands::Bands;
 use crate::closed_loop::ClosedLoop;
 use crate::limit_cycle::tuning::Retuning;
-use crate::spoken::set;
+use crate::spoken::{factor, set};
 use crate::valve::{Model, Motion};
 
 /// Adds the evidence against each action to its row.
@@ -80,7 +80,7 @@ fn against(row: &Row, present: &Row) -> Vec<String> {
     }
     let worn = travel(row, present);
     if worn > WEARING {
-        said.push(format!("{} times the stem travel", ratio(worn)));
+        said.push(format!("{} times the stem travel", factor(worn)));
     }
     said
 }
@@ -178,7 +178,7 @@ pub(super) fn recommendation(
             "Retuning alone ({}) leaves {left}. With a valve that does not stick, the IAE of a load step would be {} times \
              that of the present tuning.",
             tuning(retuning),
-            ratio(iae)
+            factor(iae)
         ));
     }
     let gain = options.positioner_gain;
@@ -264,7 +264,7 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
             });
             let moves = match travel(row, present) {
                 still if still < 0.01 => "the stem then rests".to_owned(),
-                times => format!("the stem travel is {} times the present one at most", ratio(times)),
+                times => format!("the stem travel is {} times the present one at most", factor(times)),
             };
             said.push(format!(
                 "Until then, {what} ({name} with {}). The mean error falls from {} to {}, or to {} in the worst case if S \
@@ -386,13 +386,4 @@ pub(super) fn assumptions(
         );
     }
     said
-}
-
-/// A ratio with two digits, or "more than 1000".
-fn ratio(x: f64) -> String {
-    match x {
-        x if !(x <= 999.0) => "more than 1000".to_owned(),
-        x if x >= 9.95 => format!("{x:.0}"),
-        x => format!("{x:.1}"),
-    }
 }

@@ -7,20 +7,44 @@ use crate::turns::{Cost, Turns, Wanted};
 use axum::Router;
 use axum::body::Body;
 use axum::extract::{Path, Query, State};
-use axum::http::header;
+use axum::http::{StatusCode, header};
 use axum::routing::{get, post};
 use serde::Deserialize;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
-use tokio::sync::Semaphore;
 
 /// The largest size of a dropped file, bytes.
 pub(super) const DROPPED: usize = 256 << 20;
 
 /// How long a file may take to come.
 const IN_TIME: Duration = Duration::from_secs(180);
-/// Files that are sent at a time. Others wait, which bounds the memory.
-const AT_ONCE: usize = 2;
+/// Bytes of files that are arriving, together at most. A slow one takes only what has come, and delays no other.
+const ARRIVING: usize = 2 * DROPPED;
+
+/// The share of a file in the bytes that are arriving.
+struct Share {
+    of: Arc<AtomicUsize>,
+    own: usize,
+}
+
+impl Share {
+    fn grow(&mut self, bytes: usize) -> Answer<()> {
+        self.own += bytes;
+        if self.of.fetch_add(bytes, Ordering::Relaxed) + bytes > ARRIVING {
+            return Err(Wrong::own(
+                "other files are arriving, and there is no memory for more; drop it again when they have arrived",
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Share {
+    fn drop(&mut self) {
+        self.of.fetch_sub(self.own, Ordering::Relaxed);
+    }
+}
 
 #[derive(Deserialize)]
 struct Named {
@@ -54,19 +78,21 @@ pub(crate) fn routes(turns: &Arc<Turns>) -> Router<Arc<Lab>> {
                        Query(How { save }): Query<How>| async move {
         lab.recordings.reports.page(&secret, save)
     };
-    let coming = Arc::new(Semaphore::new(AT_ONCE));
+    let arriving = Arc::new(AtomicUsize::new(0));
     let upload = move |State(lab): State<Arc<Lab>>,
                        Query(Named { name }): Query<Named>,
                        body: Body| async move {
-        let _turn = coming.acquire_owned().await.map_err(Wrong::own)?;
-        let bytes = sent(body, DROPPED, IN_TIME).await.map_err(|wrong| {
-            wrong.with(format!(
+        let mut share = Share { of: arriving, own: 0 };
+        let sent = sent(body, DROPPED, IN_TIME, |bytes| share.grow(bytes)).await;
+        let bytes = sent.map_err(|wrong| match wrong.status() {
+            StatusCode::SERVICE_UNAVAILABLE => wrong,
+            _ => wrong.with(format!(
                 "{name} is larger than {} MiB, or was cut off; name it in the command `stiction lab`, which reads it from \
                  disk",
                 DROPPED >> 20
-            ))
+            )),
         })?;
-        let entry = lab.recordings.take(&name, bytes.into())?.entry();
+        let entry = lab.recordings.take(&name, bytes)?.entry();
         let json = serde_json::to_vec(&entry).map_err(Wrong::own)?;
         Answer::Ok(([(header::CONTENT_TYPE, "application/json")], json))
     };

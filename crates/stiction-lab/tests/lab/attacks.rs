@@ -289,6 +289,24 @@ fn who_is_slow_is_let_go() {
     lab.serves();
 }
 
+#[test]
+fn slow_uploads_delay_no_other() {
+    let (lab, _) = with_plant("uploads");
+    let begin = |_| {
+        let mut stream = lab.connect();
+        let head = lab.head("recordings/upload?name=slow.csv", "Content-Length: 100000\r\n");
+        stream.write_all(format!("{head}t,op\n0,1\n").as_bytes()).unwrap();
+        stream
+    };
+    let slow: Vec<TcpStream> = (0..20).map(begin).collect();
+    let began = Instant::now();
+    let (status, text) = lab.ask("recordings/upload?name=quick.csv", b"t,op\n0,1\n1,2\n");
+    assert_eq!(status, 200, "{text}");
+    // The slow ones are given 10 s.
+    assert!(began.elapsed() < Duration::from_secs(5), "{:?}", began.elapsed());
+    assert!(slow.iter().all(is_silent));
+}
+
 /// A map that takes minutes.
 fn costly() -> Vec<u8> {
     let axis = |name: &str| json!({ "parameter": name, "from": 1, "to": 1e9, "points": 100 });

@@ -113,7 +113,7 @@ fn the_trend_and_the_verdict_of_a_day_are_those_of_its_files() {
     let row = rows.iter().find(|row| row.probability.is_some()).unwrap();
     let of = Plant::read(&folder).unwrap();
     let recording =
-        stiction_plant::scan::recordings_of(&folder, &of, &[row]).unwrap().pop().unwrap().unwrap();
+        stiction_plant::scan::recordings_of(&folder, &of, &[row]).pop().unwrap().unwrap();
     let ask = json!({ "loop": row.name, "day": "2026-03-02", "days": 1 });
     let trend = lab.good("plant/trend", &ask);
     let (pv, all) = (&trend["pv"], recording.pv.as_ref().unwrap());

@@ -34,7 +34,7 @@
 //! In both, `Im N = -A / (pi X^2)` with the area `A` that the path of `x` over `u` encloses.
 //!
 //! # Limits
-//! Only motions whose VP has the same middle as the OP. A valve that slides has no other. He's stairs may have any
+//! Only motions whose VP has the same middle as the OP. The VP of a valve that slides always has. He's stairs may have any
 //! position in between, with a mean VP that differs from the mean OP. A sine is an assumption: the cycle of a real
 //! loop is not one.
 //!

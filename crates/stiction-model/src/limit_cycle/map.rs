@@ -121,7 +121,7 @@ impl Parameter {
         value.is_finite().then_some(value)
     }
 
-    /// The loop with a different value of it.
+    /// The loop with this value of the parameter.
     ///
     /// # Errors
     /// If the loop cannot have that value.

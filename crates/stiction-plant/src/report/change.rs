@@ -181,7 +181,7 @@ pub fn events(windows: &[Seen], log: &[&Entry], begin: impl Fn(i64) -> f64) -> V
 }
 
 impl Event {
-    /// Takes its time from the place of a step in the windows from `first` on.
+    /// Sets the time and its interval from the place of the step; places count from window `first`.
     fn place(&mut self, windows: &[Seen], first: usize, best: Best) {
         let time = |k: usize| windows[first + k].valve.time;
         (self.time, self.interval) = (time(best.at), (time(best.first), time(best.last)));

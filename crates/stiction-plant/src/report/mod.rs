@@ -211,9 +211,9 @@ impl Known {
         let none = || Error::Option("no window was judged so far; scan first".to_owned());
         let last = store.last()?.ok_or_else(none)?;
         let last = Week::of(day::of(last as f64, &plant.zone));
-        let week = match week {
-            Some(week) => week,
-            None => usual_week(&store, plant)?.unwrap_or(last),
+        let (week, is_default) = match week {
+            Some(week) => (week, false),
+            None => (usual_week(&store, plant)?.unwrap_or(last), true),
         };
         let end = begin(week.days().end() + 1);
         let rows = store.rows_between(begin(week.days().start() - 7 * WEEKS), end)?;
@@ -223,7 +223,7 @@ impl Known {
             )));
         }
         let mut remarks = store.damaged();
-        if last > week {
+        if is_default && last > week {
             remarks.push(format!(
                 "there are windows up to {last}, after this week; if their times are wrong, correct the clock of the data"
             ));

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 use stiction_diagnose::diagnose::{Cause, Grade, VerdictClass};
+use stiction_diagnose::spoken;
 
 /// The description of a column.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
@@ -149,7 +150,7 @@ pub trait Cell: Clone {
 
 /// Optional cells, from required ones.
 macro_rules! cell {
-    ($type:ty, $kind:ident, $in:expr, $out:expr) => {
+    ($type:ty, $kind:ident, $in:expr, $out:expr, $text:expr) => {
         impl Cell for $type {
             const KIND: Kind = Kind::$kind;
             fn none() -> Option<Self> {
@@ -162,7 +163,7 @@ macro_rules! cell {
                 Option::<$type>::of(cells, row)?
             }
             fn text(&self) -> String {
-                self.to_string()
+                $text(self)
             }
         }
         impl Cell for Option<$type> {
@@ -178,16 +179,16 @@ macro_rules! cell {
                 Some(cells.get(row)?.as_ref().map($out))
             }
             fn text(&self) -> String {
-                self.as_ref().map(ToString::to_string).unwrap_or_default()
+                self.as_ref().map($text).unwrap_or_default()
             }
         }
     };
 }
 
-cell!(String, Text, Arc::from, |text: &Arc<str>| text.to_string());
-cell!(f64, Number, |number| number, |number| *number);
-cell!(i64, Count, |count| count, |count| *count);
-cell!(bool, Flag, |flag| flag, |flag| *flag);
+cell!(String, Text, Arc::from, |text: &Arc<str>| text.to_string(), ToString::to_string);
+cell!(f64, Number, |number| number, |number| *number, |number: &f64| spoken::cell(*number));
+cell!(i64, Count, |count| count, |count| *count, ToString::to_string);
+cell!(bool, Flag, |flag| flag, |flag| *flag, ToString::to_string);
 
 impl Cell for Vec<i16> {
     const KIND: Kind = Kind::Steps;

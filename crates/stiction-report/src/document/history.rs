@@ -56,7 +56,7 @@ pub struct Point {
     pub grade: Grade,
     /// Basis of the verdict.
     pub basis: Basis,
-    /// The probability that the valve sticks.
+    /// The probability that the valve sticks; null where the data cannot answer.
     pub probability: Option<f64>,
     /// Whether its data can answer: `fit`, `caveats` or `unfit`.
     pub fitness: Class,
@@ -98,7 +98,7 @@ impl Point {
             class: verdict.class,
             grade: verdict.grade,
             basis: verdict.basis,
-            probability: verdict.probability,
+            probability: verdict.shown_probability(),
             fitness: fitness.class,
             s: stiction.s,
             j: stiction.j,

@@ -5,7 +5,7 @@ use crate::words::rough;
 use stiction_diagnose::diagnose::{Diagnosis, VerdictClass};
 use stiction_diagnose::drawing::WIDTH;
 use stiction_diagnose::fit::cycle::{Predicted, Swing};
-use stiction_diagnose::fit::{Fit, FitOptions, Prospects, fit, prospects};
+use stiction_diagnose::fit::{Fit, FitOptions, Prospect, Prospects, fit, prospects};
 use stiction_diagnose::fusion::Estimate;
 use stiction_figure::figure::{Annotation, Figure, Panel, Scale, Series, colour};
 
@@ -166,9 +166,9 @@ fn actions(found: &Prospects) -> Table {
         };
         table.row([
             row.action.name().to_owned(),
-            range(&row.error_ratio),
-            range(&row.pv_swing_ratio),
-            range(&row.pv_swing),
+            Prospect::range(&row.error_ratio, &row.error_ratio),
+            Prospect::range(&row.pv_swing_ratio, &row.pv_swing_ratio),
+            Prospect::range(&row.pv_swing, &row.pv_swing_ratio),
             range(&row.travel),
             if row.action.name() == "as it is" { String::new() } else { benefit.to_owned() },
         ])

@@ -113,16 +113,14 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
                 .to_owned()
         }
     };
-    let fall = |ratio: f64| format!("{:.0}", 100.0 * (1.0 - ratio));
     let repair = || {
         let row = prospects.and_then(|found| {
             found.actions.iter().find(|row| row.action == Remedy::Repair && row.certain())
         });
         match row {
             Some(row) => format!(
-                "If confirmed, repair packing, actuator or positioner. PV swing would fall by {} to {} %.",
-                fall(row.pv_swing_ratio.high),
-                fall(row.pv_swing_ratio.low)
+                "If confirmed, repair packing, actuator or positioner. PV swing would fall by {}.",
+                row.fall()
             ),
             None => "If confirmed, inspect packing, actuator and positioner.".to_owned(),
         }

@@ -306,7 +306,7 @@ fn compact(text: &str) -> String {
 fn drawn_once(page: &str) -> String {
     const PATH: &str = "<path d=\"";
     /// Shorter ones are not worth it.
-    const LEAST: usize = 150;
+    const LEAST: usize = 90;
     let curve = |piece: &str| -> Option<(usize, usize)> {
         let length = piece.find('"')?;
         let end = piece.find('>')?;
@@ -330,7 +330,7 @@ fn drawn_once(page: &str) -> String {
             curve(piece).and_then(|(length, _)| Some((length, numbers.get(&piece[..length])?)));
         match known {
             Some((length, number)) => {
-                whole += &format!("<use href=\"#curve-{number}\"{}", &piece[length + 1..]);
+                whole += &format!("<use href=\"#c{number}\"{}", &piece[length + 1..]);
             }
             None => {
                 whole += PATH;
@@ -338,10 +338,8 @@ fn drawn_once(page: &str) -> String {
             }
         }
     }
-    let curves: String = numbers
-        .iter()
-        .map(|(d, number)| format!("<path id=\"curve-{number}\" d=\"{d}\"/>"))
-        .collect();
+    let curves: String =
+        numbers.iter().map(|(d, number)| format!("<path id=\"c{number}\" d=\"{d}\"/>")).collect();
     match curves.is_empty() {
         true => whole,
         false => whole.replacen(

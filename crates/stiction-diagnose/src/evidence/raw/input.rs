@@ -24,7 +24,7 @@ const SPREAD: f64 = 20.0;
 /// third moment is not negative, and the PV so that opening the valve raises it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Input {
-    /// Sample by sample: OP and PV around their means in standard deviations, PV less SP in those of the PV, and
+    /// Of each sample: OP and PV less their means, and PV less SP, each over the standard deviation of its signal;
     /// signed logarithms of the moves of OP and PV. Then the residuals of the PV behind valves that follow and that
     /// stick, in standard deviations of the former, and the OP less the likeliest stem, in units of its S.
     pub values: Vec<[f32; CHANNELS]>,

@@ -80,8 +80,8 @@ static METHOD: Method = Method {
     title: "Sharp corners",
     source: "HAW Hamburg, Stiction Analyser, user's guide (read); details ours",
     statistic: "share of sharp corners",
-    rule: "sticks if at least half (the threshold, ours) of the outermost corners are sharp, in cycles of error \
-           and OP that resemble an ellipse by more than 50 %; undecided if noise covers most corners",
+    rule: "sticks if at least half (ours) of the outermost corners are sharp, in cycles that resemble an ellipse \
+           by more than 50 %; undecided if noise covers most corners",
     applies: Applies::AnyLoop,
     decides: Decides::Stiction,
     needs: Needs::Error,

@@ -145,7 +145,7 @@ fn exact_step(time: &[f64], typical: f64) -> f64 {
     rounded(mean, 8, 0.1 * SAME / steps)
 }
 
-/// The value to this many digits after the first, if that changes it by at most a share.
+/// The value rounded to this many digits after the first, unless rounding changes it by more than a share of itself.
 fn rounded(value: f64, digits: usize, share: f64) -> f64 {
     let round = format!("{value:.digits$e}").parse().unwrap_or(value);
     if (round - value).abs() <= share.max(2e-15) * value { round } else { value }
