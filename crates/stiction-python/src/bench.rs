@@ -33,12 +33,15 @@ enum Source {
 }
 
 /// A loop of a suite.
-#[pyclass(frozen, module = "stiction._core", skip_from_py_object)]
+#[pyclass(frozen, module = "stiction._core")]
 #[derive(Debug, Clone)]
 pub struct BenchLoop {
     recording: Recording,
     asked: Asked,
 }
+
+/// Name, version and command of a detector, and the line and time of each answer.
+type Entry = (String, String, String, Vec<(String, f64)>);
 
 /// The measures of detectors.
 #[pyclass(frozen, module = "stiction._core")]
@@ -99,12 +102,12 @@ impl BenchSuite {
         .map_err(refused)
     }
 
-    /// The measures of detectors: name, version and command of each, and the line and time of each answer.
+    /// The measures of detectors on these loops.
     fn results(
         &self,
         py: Python<'_>,
         loops: Vec<PyRef<'_, BenchLoop>>,
-        entries: Vec<(String, String, String, Vec<(String, f64)>)>,
+        entries: Vec<Entry>,
     ) -> PyResult<BenchResults> {
         let asked: Vec<Asked> = loops.iter().map(|each| each.asked.clone()).collect();
         let known = match &self.0 {

@@ -17,10 +17,13 @@ use stiction::scoreboard::{Answer, Asked, answers_of};
 use stiction_report::bench::exchange;
 use stiction_report::bench::key::key;
 use stiction_report::bench::leaderboard;
-use stiction_report::bench::results::{Detector, Label, Loops, Results};
+use stiction_report::bench::results::{Detector, Entrant, Label, Loops, Results};
 
 /// The variable of the environment that holds the passphrase of a hidden half.
 pub const PASSPHRASE: &str = "STICTION_BENCH_PASSPHRASE";
+
+/// The answers of several detectors about one loop, with their names.
+type Answers = Vec<(&'static str, Answer)>;
 
 /// The loops of a measurement.
 pub enum Source {
@@ -148,12 +151,9 @@ fn line(recording: &Recording) -> std::result::Result<String, String> {
 }
 
 /// The answers of the verdict and of the methods that the options ask for.
-pub fn own(
-    source: &Source,
-    options: &DiagnoseOptions,
-) -> Result<(Vec<Asked>, Vec<(Detector, Vec<Answer>)>)> {
+pub fn own(source: &Source, options: &DiagnoseOptions) -> Result<(Vec<Asked>, Vec<Entrant>)> {
     let progress = progress::bar("diagnosing", source.len());
-    let one = |k: usize| -> Result<(Asked, Vec<(&'static str, Answer)>)> {
+    let one = |k: usize| -> Result<(Asked, Answers)> {
         let Known { recording, asked } = source.known(k)?;
         let started = Instant::now();
         let diagnosis = diagnose(&recording, options).with_context(|| asked.id.clone())?;
@@ -166,8 +166,8 @@ pub fn own(
     };
     let all: Result<Vec<_>> = (0..source.len()).into_par_iter().map(one).collect();
     progress.finish_and_clear();
-    let (asked, answers): (Vec<Asked>, Vec<Vec<(&'static str, Answer)>>) = all?.into_iter().unzip();
-    let mut entries: Vec<(Detector, Vec<Answer>)> = vec![];
+    let (asked, answers): (Vec<Asked>, Vec<Answers>) = all?.into_iter().unzip();
+    let mut entries: Vec<Entrant> = vec![];
     for (k, each) in answers.into_iter().enumerate() {
         for (at, (name, answer)) in each.into_iter().enumerate() {
             if k == 0 {

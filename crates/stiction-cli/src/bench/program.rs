@@ -1,5 +1,6 @@
 //! A detector that is a program: it reads recordings as lines of JSON and writes an answer for each.
 
+use super::entrants::PASSPHRASE;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
@@ -127,6 +128,8 @@ impl Drop for Program<'_> {
 impl Running {
     fn start(command: &str) -> std::io::Result<Self> {
         let mut child = shell(command)
+            // A detector of others must not learn the hidden seeds.
+            .env_remove(PASSPHRASE)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

@@ -211,8 +211,17 @@ fn truth(all: &[Asked]) -> Result<String> {
     Ok(sheet.text()?)
 }
 
-/// Results in files, measured again together: their loops must be the same.
-fn read(files: &[In]) -> Result<(Vec<(String, Submitted)>, Vec<Asked>, Results)> {
+/// Results in files.
+struct Again {
+    /// Each file with its name.
+    submitted: Vec<(String, Submitted)>,
+    asked: Vec<Asked>,
+    /// All of them, measured again together.
+    results: Results,
+}
+
+/// Reads results in files, and measures them again together: their loops must be the same.
+fn read(files: &[In]) -> Result<Again> {
     let mut submitted = vec![];
     for file in files {
         let text = std::fs::read_to_string(&**file).with_context(|| file.origin())?;
@@ -228,11 +237,11 @@ fn read(files: &[In]) -> Result<(Vec<(String, Submitted)>, Vec<Asked>, Results)>
         None => (loops.clone(), loops.labels.iter().map(Label::asked).collect()),
     };
     let results = joined(output::TOOL, &submitted, loops, &asked).map_err(|e| anyhow!(e))?;
-    Ok((submitted, asked, results))
+    Ok(Again { submitted, asked, results })
 }
 
 fn report(args: &ReportArgs) -> Result<()> {
-    let (_, asked, results) = read(&args.results)?;
+    let Again { asked, results, .. } = read(&args.results)?;
     if let Some(file) = &args.output {
         output::write(Some(file), leaderboard::html(&results, &asked)?.as_bytes())?;
         if !args.json && !args.markdown {
@@ -244,7 +253,7 @@ fn report(args: &ReportArgs) -> Result<()> {
 
 fn verify(args: &VerifyArgs) -> Result<()> {
     for file in &args.results {
-        let (submitted, _, again) = read(std::slice::from_ref(file))?;
+        let Again { submitted, results: again, .. } = read(std::slice::from_ref(file))?;
         let faults: Vec<String> =
             submitted.iter().flat_map(|(_, each)| each.faults(&again)).collect();
         if !faults.is_empty() {

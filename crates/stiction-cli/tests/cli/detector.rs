@@ -90,6 +90,17 @@ fn the_hidden_half_needs_its_passphrase() {
     assert!(write_half(Some("another passphrase"), "two").0);
     let [one, two] = ["one", "two"].map(|half| read(&folder.join(half), "recordings.jsonl"));
     assert!(one.starts_with(r#"{"id":"v1-trial-hidden-00000""#) && one != two);
+
+    // A detector does not learn it.
+    let curious =
+        format!("test -z \"${PASSPHRASE}\" && \"{}\" bench answer", env!("CARGO_BIN_EXE_stiction"));
+    let mut command = command(&folder);
+    command.env(PASSPHRASE, "the first passphrase").args(["bench", "--detector", &curious]);
+    let done = command.args(["--suite", "v1-trial", "--hidden", "--json"]).output();
+    let results: Value =
+        serde_json::from_slice(&done.expect("the command starts").stdout).expect("JSON");
+    assert_eq!(results["loops"]["hidden"], true);
+    assert_eq!(results["entries"][0]["measures"]["answered"]["k"], 120);
 }
 
 #[test]

@@ -270,13 +270,11 @@ impl Measures {
             .iter()
             .filter_map(|(asked, answer)| Some((answer.probability?, asked.truth.sticks)))
             .collect();
-        let estimated = |of: fn(&(&Asked, &Answer)) -> (Option<f64>, Option<Estimate>)| {
+        let estimated = |truth: fn(&Truth) -> Option<f64>,
+                         said: fn(&Answer) -> Option<Estimate>| {
             let sticking = seen.iter().filter(|(asked, _)| asked.truth.sticks);
             let known: Vec<_> = sticking
-                .filter_map(|each| {
-                    let (truth, estimate) = of(each);
-                    Some((truth?, estimate))
-                })
+                .filter_map(|(asked, answer)| Some((truth(&asked.truth)?, said(answer))))
                 .collect();
             (!known.is_empty()).then(|| Quantification::of(known))
         };
@@ -309,8 +307,8 @@ impl Measures {
                 }
             }),
             calibration: Calibration::of(sure),
-            s: estimated(|(asked, answer)| (asked.truth.s, answer.s)),
-            j: estimated(|(asked, answer)| (asked.truth.j, answer.j)),
+            s: estimated(|truth| truth.s, |answer| answer.s),
+            j: estimated(|truth| truth.j, |answer| answer.j),
             roc: curve
                 .into_iter()
                 .enumerate()

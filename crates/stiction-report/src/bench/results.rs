@@ -14,6 +14,9 @@ pub const VERSION: u32 = 1;
 /// Up to this many detectors are compared each with each; of more, the first with every other one.
 const EACH: usize = 6;
 
+/// A detector with its answers, in the order of the loops.
+pub type Entrant = (Detector, Vec<Answer>);
+
 /// The measures of detectors.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Results {
@@ -167,12 +170,7 @@ impl Label {
 
 impl Results {
     /// Measures detectors by their answers to the same loops, in the same order.
-    pub fn of(
-        tool: &str,
-        loops: Loops,
-        asked: &[Asked],
-        entries: Vec<(Detector, Vec<Answer>)>,
-    ) -> Self {
+    pub fn of(tool: &str, loops: Loops, asked: &[Asked], entries: Vec<Entrant>) -> Self {
         let answers: Vec<Vec<&Answer>> =
             entries.iter().map(|(_, answers)| answers.iter().collect()).collect();
         let all: Vec<&Asked> = asked.iter().collect();
@@ -243,7 +241,7 @@ impl Submitted {
     ///
     /// # Errors
     /// If the answers of one are not those to these loops, in a sentence.
-    pub fn answers(&self, asked: &[Asked]) -> Result<Vec<(Detector, Vec<Answer>)>, String> {
+    pub fn answers(&self, asked: &[Asked]) -> Result<Vec<Entrant>, String> {
         let of = |entry: &SubmittedEntry| {
             let name = &entry.detector.name;
             if entry.answers.len() != asked.len() {
@@ -316,7 +314,7 @@ pub fn joined(
     loops: Loops,
     asked: &[Asked],
 ) -> Result<Results, String> {
-    let mut entries: Vec<(Detector, Vec<Answer>)> = vec![];
+    let mut entries: Vec<Entrant> = vec![];
     for (origin, each) in submitted {
         let answers = each.answers(asked).map_err(|e| format!("{origin}: {e}"))?;
         for (mut detector, answers) in answers {
