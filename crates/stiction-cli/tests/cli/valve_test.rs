@@ -203,7 +203,7 @@ fn a_signature_finds_the_friction_of_a_physical_stem() {
         let stem = run(&folder, &[&stem[..], &friction].concat()).json();
         let found = run(&folder, &["test", "read", "stem.csv", "--json"]).json();
         let found = &found["loops"][0]["signature"];
-        let truth = stem["equivalent"]["S_percent_of_stroke"].as_f64().unwrap();
+        let truth = stem["equivalent"]["S_percent_of_signal"].as_f64().unwrap();
         let s = found["S"]["value"].as_f64().unwrap();
         assert!((s / truth - 1.0).abs() < 0.15, "{set}: {truth} {found}");
     }

@@ -126,7 +126,9 @@ impl Friction {
             (true, None) => Some(Box::new(sketch.model.build(bands)?)),
             (true, Some(set)) => {
                 let set = ParameterSet::named(set)?;
-                let newton = set.stem.spring_n_per_m * set.stem.stroke_m / 100.0;
+                let stem = &set.stem;
+                let newton =
+                    stem.area_m2 * (stem.pressure_max_pa - stem.pressure_min_pa) / 100.0;
                 let friction =
                     [("static_n", newton * bands.fs()), ("coulomb_n", newton * bands.fd())];
                 let stem = set.stem_with(None, &friction)?;
