@@ -244,11 +244,12 @@ fn text(valve: &Valve) -> String {
     let combined = &valve.combined;
     let sure = combined.probability.map_or(String::new(), |p| format!(" ({})", words::percent(p)));
     let together = format!(
-        "{}{sure}; {} of {} windows{} count",
+        "{}{sure}; {} of {}{} {}",
         coloured(combined.grade, &combined.grade.name().to_uppercase()),
         combined.decided,
-        combined.observations,
-        if valve.repair.is_some() { " since the repair" } else { "" }
+        spoken::counted(combined.observations, "window"),
+        if valve.repair.is_some() { " since the repair" } else { "" },
+        if combined.decided == 1 { "counts" } else { "count" }
     );
     let mut field = |name: &str, text: &str| {
         for (k, line) in wrapped(text, 88).into_iter().enumerate() {

@@ -395,8 +395,8 @@ fn scanned(folder: &Path, of: &Scan) -> Result<ExitCode> {
     } else {
         let run = done.run.as_ref().map_or("nothing new".to_owned(), |run| format!("run {run}"));
         output::line(format!(
-            "{} windows judged, {} of them with an error; {} loops in {} files{}; {run}",
-            done.windows,
+            "{} judged, {} of them with an error; {} loops in {} files{}; {run}",
+            counted(done.windows, "window"),
             done.errors,
             done.loops,
             done.files,

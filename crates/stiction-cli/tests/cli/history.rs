@@ -73,7 +73,7 @@ fn tables_and_reports_have_every_window() {
     assert!(read(&folder, "h.html").contains("History of 2 valves"));
     // Without --window a short recording stays whole.
     let text = run(&folder, &["history", "FIC101-sticky.csv"]).quiet_success();
-    assert!(text.contains("1 windows") && text.contains("together  STICKS"), "{text}");
+    assert!(text.contains("1 window") && text.contains("together  STICKS"), "{text}");
 }
 
 #[test]

@@ -92,7 +92,7 @@ fn files_without_tags_are_joined_where_the_user_says_so() {
     write(&folder, "FIC101-february.csv", recorded(PLAIN, 0, 600, false));
     let files = ["FIC101-january.csv", "FIC101-february.csv"];
     let apart = run(&folder, &[&["history"], &files[..]].concat());
-    assert_eq!(apart.out.matches(".csv, 1 windows").count(), 2, "{}", apart.out);
+    assert_eq!(apart.out.matches(".csv, 1 window\n").count(), 2, "{}", apart.out);
     assert_eq!(
         apart.err,
         "note: FIC101-january.csv, FIC101-february.csv have no tag and count as 2 valves; if they are \

@@ -108,7 +108,7 @@ fn what_is_wrong_is_told_and_the_rest_judged() {
     std::fs::write(folder.join("north/data/bad.parquet"), b"PAR1 and no more").unwrap();
     let done = run(&folder, &["plant", "-C", "north", "scan"]);
     assert_eq!(done.code, 2);
-    assert!(done.out.starts_with("1 windows judged, 0 of them with an error"), "{}", done.out);
+    assert!(done.out.starts_with("1 window judged, 0 of them with an error"), "{}", done.out);
     assert!(done.err.contains("bad.parquet"), "{}", done.err);
     let wrong = run(&folder, &["plant", "-C", "north", "scan", "--since", "3.3.2026"]).refusal();
     assert!(wrong.contains("is not a day; write it like 2026-03-01"), "{wrong}");

@@ -103,7 +103,7 @@ fn a_dash_is_standard_input() {
     for (arguments, expected) in [
         (&["diagnose", "-", "--brief"][..], "standard input: sticks"),
         (&["inspect", "-"], "standard input\n  format  CSV"),
-        (&["history", "-"], "standard input  standard input, 1 windows"),
+        (&["history", "-"], "standard input  standard input, 1 window"),
         (&["fit", "-", "--draws", "20"], "standard input\n"),
         (&["shift", "-", "--top", "1"], "1 recordings against"),
     ] {
