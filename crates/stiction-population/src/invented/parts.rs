@@ -127,8 +127,7 @@ impl Friction {
             (true, Some(set)) => {
                 let set = ParameterSet::named(set)?;
                 let stem = &set.stem;
-                let newton =
-                    stem.area_m2 * (stem.pressure_max_pa - stem.pressure_min_pa) / 100.0;
+                let newton = stem.area_m2 * (stem.pressure_max_pa - stem.pressure_min_pa) / 100.0;
                 let friction =
                     [("static_n", newton * bands.fs()), ("coulomb_n", newton * bands.fd())];
                 let stem = set.stem_with(None, &friction)?;
