@@ -9,7 +9,7 @@
 //! * [`test_answers`]: the figure of the PV's responses;
 //! * [`test_page`]: the page of a test, and of two with a repair between them;
 //! * [`scoreboard`]: the accuracy of the verdict and the methods, as tables and as a page;
-//! * [`bench`]: the benchmark of any detectors, its lines, results and page.
+//! * [`mod@bench`]: the benchmark of any detectors, its lines, results and page.
 //!
 //! Nothing here reads or writes files. Functions return strings and bytes, and equal input gives equal output.
 #![forbid(unsafe_code)]
