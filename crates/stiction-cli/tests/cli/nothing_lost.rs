@@ -272,7 +272,7 @@ fn a_full_disk_leaves_the_old_file_whole() {
         }
         let arguments = arguments.join(" ").replace(file, &format!("small/{file}"));
         let work = format!(
-            "echo old > small/{file} && dd if=/dev/zero of=small/fill bs=1k count=40 2>/dev/null; \
+            "echo old > small/{file} && dd if=/dev/zero of=small/fill bs=1k count=52 2>/dev/null; \
              \"$STICTION\" {arguments} >/dev/null; echo $?; cat small/{file}; ls -A small"
         );
         let done = script(&work).expect("unshare starts");

@@ -348,7 +348,9 @@ mod tests {
             (said, asked.into_inner())
         };
         let (whole, all) = until(usize::MAX);
-        assert_eq!(whole.unwrap(), diagnose(&recording, &options).unwrap());
+        // As text, because a number that is not known equals nothing.
+        let text = |of: Diagnosis| format!("{of:?}");
+        assert_eq!(text(whole.unwrap()), text(diagnose(&recording, &options).unwrap()));
         // Six windows, twice, and every method.
         assert!(all > 12 + methods::all().len(), "{all}");
         for most in (0..all).step_by(7) {

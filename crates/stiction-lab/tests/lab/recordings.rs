@@ -117,7 +117,7 @@ fn folders_are_looked_through_and_files_read_when_asked_for() {
     let lab = open(&[samples()]);
     let list = lab.good("recordings", &json!({}));
     let files = list["files"].as_array().unwrap();
-    assert_eq!(files.len(), 9);
+    assert_eq!(files.len(), 10);
     assert!(files.iter().all(|file| file["loops"].is_null()));
     let id = sample("FIC105-cascade.csv").display().to_string();
     let opened = lab.good("recordings/open", &json!({ "file": id }));
