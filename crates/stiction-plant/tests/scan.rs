@@ -481,7 +481,7 @@ fn one_unreadable_file_among_many_costs_one_line() {
         fs::write(&closed, csv(0, 60)).unwrap();
         fs::create_dir(&locked).unwrap();
         for path in [&closed, &locked] {
-            fs::set_permissions(path, fs::Permissions::from_mode(0)).unwrap();
+            fs::set_permissions(path, fs::Permissions::from_mode(0o000)).unwrap();
         }
         // The superuser reads everything.
         if fs::read(&closed).is_err() {
