@@ -347,7 +347,7 @@ mod tests {
     #[test]
     fn paths_are_short_and_exact() {
         let run = vec![Point::new(1.0, 2.04), Point::new(1.5, -0.31), Point::new(1.5, 10.0)];
-        assert_eq!(path(&[run.clone()], Digits::Tenths), "M1 2l.5-2.3v10.3");
+        assert_eq!(path(std::slice::from_ref(&run), Digits::Tenths), "M1 2l.5-2.3v10.3");
         assert_eq!(path(&[run], Digits::Whole), "M10 20l5-23v103");
         let dots = [vec![Point::new(3.0, 4.0)], vec![Point::new(3.5, 2.0)]];
         assert_eq!(path(&dots, Digits::Tenths), "M3 4h0m.5-2h0");
