@@ -480,7 +480,7 @@ def _facts(diagnosis: Diagnosis) -> dict[str, str]:
         facts["S"] = f"below {_rough(limit.value)} % of span"
     swing = diagnosis.oscillation
     if swing is not None:
-        every = "" if swing.period_s is None else f"every {swing.period_s:.3g} s"
+        every = "" if swing.period_s is None else f"every {float(f'{swing.period_s:.3g}'):g} s"
         facts["swing"] = every or "found" if swing.found else "none found"
     if diagnosis.verdict.alternatives:
         other = diagnosis.verdict.alternatives[0]
@@ -488,6 +488,7 @@ def _facts(diagnosis: Diagnosis) -> dict[str, str]:
     return facts
 
 
+_TESTED = {"sticks", "probably sticks", "unclear"}
 _CANNOT_ANSWER = "data cannot answer"
 _WORTH_RULING_OUT = 0.2
 """The least likelihood of another cause that is pursued first."""
@@ -507,7 +508,7 @@ def _first_step(diagnosis: Diagnosis) -> str:
         return diagnosis.few_slips.words
     if verdict.grade == _CANNOT_ANSWER:
         return diagnosis.fitness.reasons[0] if diagnosis.fitness.reasons else ""
-    if verdict.confirm is not None:
+    if verdict.confirm is not None and verdict.grade in _TESTED:
         return f"Test the valve: {verdict.confirm.summary}."
     if diagnosis.no_response is not None and diagnosis.no_response.faults:
         return diagnosis.no_response.faults[0].told_by

@@ -443,6 +443,9 @@ def _contradictions(diagnosis, rules):
 
 def test_no_card_contradicts_itself(diagnoses):
     rules = json.loads((ROOT / "crates/stiction-report/tests/contradictions.json").read_text())
-    population = (loop.recording for loop in stiction.population(40, seed=20_261_227))
-    for diagnosis in [*diagnoses, *stiction.diagnose_all(list(population))]:
+    population = [
+        stiction.recording(loop.op, loop.pv, loop.sp, sample_time=loop.sample_time, name=loop.name)
+        for loop in stiction.population(40, seed=20_261_227)
+    ]
+    for diagnosis in [*diagnoses, *stiction.diagnose_all(population)]:
         assert _contradictions(diagnosis, rules) == [], diagnosis.name
