@@ -5,6 +5,7 @@
 //! recordings of an index or the pages of a folder, go through [`In::also`] and [`Out::inside`], which check the
 //! same.
 
+use crate::replaced;
 use anyhow::{Context, Result, bail};
 use clap::builder::{MapValueParser, PathBufValueParser, TypedValueParser, ValueParserFactory};
 use clap::{ArgMatches, Command};
@@ -75,6 +76,19 @@ pub fn make_folder(path: &Path) -> Result<()> {
         bail!("{}: is a file, but must be a folder; name another folder", file.display());
     }
     std::fs::create_dir_all(path).with_context(|| path.display().to_string())
+}
+
+/// Creates a folder if it is missing. Refuses one that holds anything, unless --force is given.
+pub fn make_empty_folder(path: &Path) -> Result<()> {
+    let named = || path.display().to_string();
+    make_folder(path)?;
+    if !replaced::is_forced() && std::fs::read_dir(path).with_context(named)?.next().is_some() {
+        bail!(
+            "{} is not empty; --force writes to it and overwrites files of the same name",
+            named()
+        );
+    }
+    Ok(())
 }
 
 impl Deref for In {

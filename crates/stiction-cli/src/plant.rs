@@ -554,13 +554,9 @@ fn enter(folder: &Path, tag: &str, (kind, verdict, until, text): Said, by: By) -
 
 fn demonstrate(folder: &Path, of: &Demo) -> Result<()> {
     let folder = folder.join(&*of.output);
-    let named = || folder.display().to_string();
-    files::make_folder(&folder)?;
-    if !replaced::is_forced() && std::fs::read_dir(&folder).with_context(named)?.next().is_some() {
-        return Err(anyhow!("{} is not empty; --force writes to it", named()));
-    }
+    files::make_empty_folder(&folder)?;
     let bar = progress::bar("simulating", of.loops as usize);
     demo::write(&folder, of.loops as usize, of.days as usize, of.seed, || bar.inc(1))?;
     bar.finish_and_clear();
-    output::line(format!("{} loops, {} days; see {}", of.loops, of.days, named()))
+    output::line(format!("{} loops, {} days; see {}", of.loops, of.days, folder.display()))
 }

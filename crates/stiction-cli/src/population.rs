@@ -1,8 +1,8 @@
 //! `stiction population`: simulated loops with known truth, as files.
 
-use crate::files::Out;
-use crate::{output, progress, replaced};
-use anyhow::{Context, Result, bail};
+use crate::files::{self, Out};
+use crate::{output, progress};
+use anyhow::{Context, Result};
 use clap::Parser;
 use rayon::prelude::*;
 use stiction::population::{self, LoopKind, Simulated};
@@ -43,15 +43,7 @@ const BATCH: u64 = 256;
 pub fn run(args: Args) -> Result<()> {
     let kind = args.kind.as_deref().map(LoopKind::by_name).transpose()?;
     let folder = &args.output;
-    let named = || folder.display().to_string();
-    folder.make_folder()?;
-    if !replaced::is_forced() && std::fs::read_dir(&**folder).with_context(named)?.next().is_some()
-    {
-        bail!(
-            "{} is not empty; --force writes to it and overwrites files of the same name",
-            named()
-        );
-    }
+    files::make_empty_folder(folder)?;
     // They mark the folder as complete, so they come last. Those of another population would not fit.
     let (truth, listed) = (folder.inside("truth.csv")?, folder.inside("index.csv")?);
     let open = |path: &Out| {
@@ -122,7 +114,11 @@ pub fn run(args: Args) -> Result<()> {
         let file = written.into_inner().map_err(|e| e.into_error());
         file.and_then(WholeFile::keep).with_context(|| path.display().to_string())?;
     }
-    output::line(format!("{} loops, {sticky} with a valve at fault; see {}", args.n, named()))
+    output::line(format!(
+        "{} loops, {sticky} with a valve at fault; see {}",
+        args.n,
+        folder.display()
+    ))
 }
 
 fn write_recording(folder: &Out, name: &str, simulated: &Simulated, vp: bool) -> Result<()> {

@@ -313,9 +313,14 @@ struct Found {
 }
 
 impl Found {
-    /// The test in `file`, with its plan and completed sheet.
-    fn of(args: &Read, file: &In, plan: Option<&In>, done: Option<&In>) -> Result<Self> {
-        let (source, recording) = one_loop(file, args.of.of_loop.as_ref(), &args.reading)?;
+    /// The test in the recording from `file`, with its plan and completed sheet.
+    fn of(
+        args: &Read,
+        file: &In,
+        (source, recording): (Source, Recording),
+        plan: Option<&In>,
+        done: Option<&In>,
+    ) -> Result<Self> {
         let plan = plan.map(plan_of).transpose()?;
         let by_hand = done.map(|done| sheet_of(done, &recording, &args.reading)).transpose()?;
         let options =
@@ -340,15 +345,22 @@ impl Found {
 }
 
 fn was_read(args: &Read) -> Result<ExitCode> {
-    if let Some(found) = Signed::of(args, &args.of.file)? {
+    let file = &args.of.file;
+    let (source, recording) = args.of.recording(&args.reading)?;
+    if args.plan.is_none()
+        && args.done.is_none()
+        && let Some(found) = Signed::of(&source, &recording)
+    {
         return signature::was_read(args, found);
     }
-    let found = Found::of(args, &args.of.file, args.plan.as_ref(), args.done.as_ref())?;
+    let (plan, done) = (args.plan.as_ref(), args.done.as_ref());
+    let found = Found::of(args, file, (source, recording), plan, done)?;
     let bad = matches!(found.test.class, VerdictClass::Sticks | VerdictClass::DoesNotRespond);
     match &args.before {
         Some(file) => {
             let (plan, done) = (args.before_plan.as_ref(), args.before_done.as_ref());
-            was_compared(args, Found::of(args, file, plan, done)?, found)?;
+            let of = one_loop(file, args.of.of_loop.as_ref(), &args.reading)?;
+            was_compared(args, Found::of(args, file, of, plan, done)?, found)?;
         }
         None => was_read_alone(args, found)?,
     }
@@ -461,6 +473,12 @@ fn plan_of(file: &In) -> Result<TestPlan> {
     let text = text.with_context(|| file.origin())?;
     let mut json: serde_json::Value =
         serde_json::from_str(&text).with_context(|| format!("--plan {}", file.origin()))?;
+    if json.get("signature").is_some() {
+        bail!(
+            "--plan {}: this is the plan of a signature, which is read without --plan",
+            file.origin()
+        );
+    }
     let plan = json.get_mut("plan").map(serde_json::Value::take).ok_or_else(|| {
         anyhow!(
             "--plan {}: the key \"plan\" is missing; give the output of `stiction test plan --json`",

@@ -165,7 +165,7 @@ impl<'a> Signed<'a> {
             Fact::new("J, slip jump", estimate(of.j), ""),
             Fact::new(
                 "travel of the stem",
-                stiction_diagnose::spoken::range(of.vp[0], of.vp[1]),
+                format!("{} to {}", rough(of.vp[0]), rough(of.vp[1])),
                 "%",
             ),
         ]

@@ -1,8 +1,8 @@
 //! `stiction bench suite`, `report`, `verify` and `answer`.
 
 use super::entrants::{self, Source};
-use crate::files::{In, Out};
-use crate::{output, progress, replaced};
+use crate::files::{self, In, Out};
+use crate::{output, progress};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Parser, Subcommand};
 use rayon::prelude::*;
@@ -137,15 +137,7 @@ impl Hashed {
 fn write_suite(args: &SuiteArgs) -> Result<()> {
     let suite = entrants::suite(&args.name, args.hidden)?;
     let folder = &args.output;
-    let named = || folder.display().to_string();
-    folder.make_folder()?;
-    if !replaced::is_forced() && std::fs::read_dir(&**folder).with_context(named)?.next().is_some()
-    {
-        bail!(
-            "{} is not empty; --force writes to it and overwrites files of the same name",
-            named()
-        );
-    }
+    files::make_empty_folder(folder)?;
     folder.inside("truth")?.make_folder()?;
     let mut recordings = Hashed::create(folder.inside(datasheet::RECORDINGS)?)?;
     let progress = progress::bar("simulating", suite.len());
@@ -177,7 +169,7 @@ fn write_suite(args: &SuiteArgs) -> Result<()> {
         sums += &file.keep(name)?;
     }
     output::write(Some(&folder.inside("SHA256SUMS")?), sums.as_bytes())?;
-    output::line(format!("{} loops; see {}", suite.len(), named()))
+    output::line(format!("{} loops; see {}", suite.len(), folder.display()))
 }
 
 fn truth(all: &[Asked]) -> Result<String> {

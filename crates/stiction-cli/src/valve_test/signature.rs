@@ -1,7 +1,6 @@
 //! The signature of a valve: `stiction test plan --signature`, and `stiction test read` of slow ramps.
 
 use super::{Plan, Read, hanging, in_order, one_loop, side_by_side};
-use crate::files::In;
 use crate::output;
 use anyhow::{Result, anyhow, bail};
 use schemars::JsonSchema;
@@ -101,17 +100,13 @@ pub(super) struct Signed {
 }
 
 impl Signed {
-    /// The signature in `file`; `None` if it has a test with turns or no slow ramps.
-    pub(super) fn of(args: &Read, file: &In) -> Result<Option<Self>> {
-        if args.plan.is_some() || args.done.is_some() || file.is_standard() {
-            return Ok(None);
+    /// The signature of a recording; `None` if it has a test with turns, or no slow ramps.
+    pub(super) fn of(source: &Source, recording: &Recording) -> Option<Self> {
+        if ByHand::of(recording).is_some_and(|by_hand| by_hand.is_test()) {
+            return None;
         }
-        let (source, recording) = one_loop(file, args.of.of_loop.as_ref(), &args.reading)?;
-        if ByHand::of(&recording).is_some_and(|by_hand| by_hand.is_test()) {
-            return Ok(None);
-        }
-        let found = signature(&recording, &GridOptions::default());
-        Ok(found.ok().map(|signature| Self { source, recording, signature }))
+        let signature = signature(recording, &GridOptions::default()).ok()?;
+        Some(Self { source: source.clone(), recording: recording.clone(), signature })
     }
 
     fn page(&self) -> test_page::Signed<'_> {
@@ -127,14 +122,17 @@ impl Signed {
 pub(super) fn was_read(args: &Read, found: Signed) -> Result<ExitCode> {
     let bad = matches!(found.signature.class, VerdictClass::Sticks | VerdictClass::DoesNotRespond);
     match &args.before {
-        Some(file) => match Signed::of(args, file)? {
-            Some(before) => was_compared(args, before, found)?,
-            None => bail!(
-                "{} has no signature, but {} has one; compare two tests of the same kind",
-                file.origin(),
-                args.of.file.origin()
-            ),
-        },
+        Some(file) => {
+            let (source, recording) = one_loop(file, args.of.of_loop.as_ref(), &args.reading)?;
+            match Signed::of(&source, &recording) {
+                Some(before) => was_compared(args, before, found)?,
+                None => bail!(
+                    "{} has no signature, but {} has one; compare two tests of the same kind",
+                    file.origin(),
+                    args.of.file.origin()
+                ),
+            }
+        }
         None => was_read_alone(args, found)?,
     }
     Ok(if bad && args.fail { ExitCode::from(1) } else { ExitCode::SUCCESS })

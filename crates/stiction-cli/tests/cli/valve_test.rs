@@ -180,6 +180,12 @@ fn a_signature_is_planned_carried_out_and_read() {
     let page = include_str!("../../../../docs/test.md");
     assert!(page.contains(&words), "docs/test.md must show: {words}");
 
+    // Its plan is not that of turns.
+    write(&folder, "signature.json", json.to_string());
+    let planned = ["test", "read", "LV104-before.csv", "--plan", "signature.json"];
+    let refused = run(&folder, &planned).refusal();
+    assert!(refused.contains("the plan of a signature"), "{refused}");
+
     // A test with turns and a signature are not compared.
     let turns = sample("test/FIC107-tested.csv");
     let refused = run(&folder, &["test", "read", "LV104-after.csv", "--before", &turns]).refusal();

@@ -35,8 +35,8 @@ use crate::diagnose::VerdictClass;
 use crate::estimate::Estimate;
 use crate::finding::Abstention;
 use crate::recording::{Grid, GridOptions, Recording, Segment};
-use crate::series::{line, max, mean, median, min, noise_std};
-use crate::spoken::{range, rough, time};
+use crate::series::{line, max, mean, median, min, noise_std, quantile};
+use crate::spoken::{rough, time};
 use crate::valve::{Model, Start, Valve};
 
 use super::weigh::SMALL;
@@ -95,14 +95,14 @@ pub struct Signature {
     /// Stick band plus dead band, percent of span, with its 90 % interval, outside the part of the stroke that binds.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Option<Estimate>,
-    /// Slip jump, percent of span, with its 90 % interval; `None` if the noise hides it.
+    /// Slip jump, percent of span, with its 90 % interval; `None` as `s`.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
     /// The OP range of the ramps, percent.
     pub op: [f64; 2],
     /// The range of the stem, percent.
     pub vp: [f64; 2],
-    /// Mean of OP minus VP over rising and falling ramps, percent: the calibration error.
+    /// Mean of the simulated stem minus VP, percent: the calibration error.
     pub offset: f64,
     /// The parts of the stroke, from the lowest.
     pub places: Vec<Place>,
@@ -167,6 +167,8 @@ const LEAST_WIDE: (f64, f64) = (0.05, 0.08);
 /// multiples of the height of the saw-tooth, which the lag of the stem lowers; and the smallest step, percent.
 const STEPS_WIDE: (f64, f64, f64, f64) = (0.1, 1.2, 0.75, 1.6);
 const LEAST_STEP: f64 = 0.2;
+/// S of a sticking valve is at least so many of the smallest changes of the recorded position.
+const RESOLVED: f64 = 3.0;
 /// Smallest standard deviation of the errors, percent.
 const FLOOR: f64 = 0.02;
 
@@ -349,7 +351,7 @@ struct Candidate {
 
 /// The errors of a valve.
 struct Errors {
-    /// Mean of OP minus VP.
+    /// Mean of the simulated stem minus VP.
     offset: f64,
     /// Sums of squares in each part of the stroke.
     places: Vec<f64>,
@@ -487,6 +489,10 @@ impl Ramped {
             None => self.size(found, best, &places),
         }
         found.class = match found.s {
+            // Steps of the archive look like those of a stem.
+            Some(s) if s.high > SMALL && s.value < RESOLVED * resolution(&self.vp) => {
+                VerdictClass::CannotTell
+            }
             Some(s) if s.low > SMALL || found.binds.is_some() => VerdictClass::Sticks,
             Some(s) if s.high < 2.0 * SMALL => VerdictClass::DoesNotStick,
             _ => VerdictClass::CannotTell,
@@ -565,6 +571,12 @@ fn likely(n: usize, sum: f64, least: f64) -> bool {
     n as f64 / ALIKE * ((sum + floor) / (least + floor)).ln() < NINETY
 }
 
+/// The smallest change of a recorded position, percent: large if it is archived in steps, or on change only.
+fn resolution(vp: &[f64]) -> f64 {
+    let steps = vp.windows(2).map(|two| (two[1] - two[0]).abs()).filter(|step| *step > 1e-9);
+    quantile(&steps.collect::<Vec<_>>(), 0.1)
+}
+
 /// Neighbouring parts whose S is clearly larger than elsewhere.
 fn binds(places: &[Place]) -> Option<[f64; 2]> {
     let all: Vec<f64> = places.iter().map(|place| place.s.value).collect();
@@ -573,6 +585,10 @@ fn binds(places: &[Place]) -> Option<[f64; 2]> {
     let of: Vec<&Place> = places.iter().filter(clear).collect();
     let (first, last) = (of.first()?, of.last()?);
     Some([first.from, last.to])
+}
+
+fn interval(of: Estimate) -> String {
+    format!("{} % ({} to {})", rough(of.value), rough(of.low), rough(of.high))
 }
 
 fn reasons(found: &Signature) -> Vec<String> {
@@ -586,19 +602,15 @@ fn reasons(found: &Signature) -> Vec<String> {
     )];
     if let Some(s) = found.s {
         all.push(format!(
-            "the OP travels {} % ({}) between a stop of the stem and its next move the other way, which is S",
-            rough(s.value),
-            range(s.low, s.high)
+            "the OP travels {} between a stop of the stem and its next move the other way, which is S",
+            interval(s)
         ));
     }
-    match (found.s, found.j) {
-        (Some(_), Some(j)) => all.push(format!(
-            "the stem moves in jumps of {} % ({})",
-            rough(j.value),
-            range(j.low, j.high)
-        )),
-        (Some(_), None) => all.push("no jumps of the stem exceed its noise".to_owned()),
-        _ => {}
+    if let Some(j) = found.j {
+        all.push(match j.low > 0.0 {
+            true => format!("the stem moves in jumps of {}", interval(j)),
+            false => "no jumps of the stem can be distinguished".to_owned(),
+        });
     }
     if let Some([from, to]) = found.binds {
         all.push(format!(
@@ -614,10 +626,16 @@ fn reasons(found: &Signature) -> Vec<String> {
             rough(found.offset.abs())
         ));
     }
-    if found.class == VerdictClass::CannotTell && found.s.is_none() {
+    if found.class == VerdictClass::CannotTell {
         all.push(
-            "the stem rests at too few positions to measure S; use a longer ramp with more samples"
-                .to_owned(),
+            match found.s {
+                None => "the stem rests at too few positions to measure S; use a longer ramp with more samples",
+                Some(_) => {
+                    "the recording does not resolve S; record the position with finer steps and without compression, and \
+                     repeat the ramp"
+                }
+            }
+            .to_owned(),
         );
     }
     all
@@ -752,6 +770,27 @@ mod tests {
         let first = both.part(0.0, 1005.0, 0.0).unwrap();
         let one = found(&first).s.unwrap();
         assert!(one.low < 3.0 && 3.0 < one.high, "{one:?}");
+    }
+
+    /// A healthy valve whose position is archived when it has changed by a deadband, held in between.
+    #[test]
+    fn steps_of_an_archive_accuse_no_valve() {
+        for deadband in [0.3, 0.5, 1.0, 2.0] {
+            let mut healthy = ramped(|_| 0.0, 1.0, 0.02, 0.0);
+            let mut kept = f64::NAN;
+            for vp in &mut healthy.vp.as_mut().unwrap().values {
+                if (*vp - kept).abs() < deadband {
+                    *vp = kept;
+                }
+                kept = *vp;
+            }
+            let found = found(&healthy);
+            assert_ne!(found.class, VerdictClass::Sticks, "{deadband}: {found:?}");
+        }
+        // Rounded, a valve that sticks by more than the steps still does.
+        let mut rounded = ramped(|_| 5.0, 1.0, 0.02, 0.0);
+        rounded.vp.as_mut().unwrap().values.iter_mut().for_each(|vp| *vp = vp.round());
+        assert_eq!(found(&rounded).class, VerdictClass::Sticks, "{:?}", found(&rounded));
     }
 
     #[test]
