@@ -3,14 +3,17 @@
     pip install -r requirements.txt
     python baselines.py boosting --train 4000 --suite v1       # writes boosting.json
     python baselines.py multirocket --train 4000 --suite v1    # writes multirocket.json
+    python baselines.py convolution --train 4000 --suite v1    # writes convolution.json
 
 The results are read by `stiction bench report` and `stiction bench verify`.
 """
 
 import argparse
+import os
 
 import numpy as np
 import stiction.bench
+from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.ensemble import HistGradientBoostingClassifier
 from sklearn.linear_model import RidgeClassifierCV
 from sklearn.pipeline import make_pipeline
@@ -73,6 +76,13 @@ def series(recordings):
     return np.array([[short(each.op), short(each.pv)] for each in recordings])
 
 
+def series_and_changes(recordings):
+    """The same with the changes from sample to sample, which a network learns from more easily."""
+    x = series(recordings)
+    changes = np.diff(x, axis=2, prepend=x[:, :, :1])
+    return np.concatenate([x, changes / (changes.std(axis=2, keepdims=True) + 1e-9)], axis=1)
+
+
 def boosting():
     """Gradient boosting on statistics."""
     trees = HistGradientBoostingClassifier(max_iter=400, learning_rate=0.04, l2_regularization=1.0, random_state=1)
@@ -87,7 +97,52 @@ def multirocket():
     return make_pipeline(FunctionTransformer(series), MultiRocket(random_state=1), StandardScaler(), ridge)
 
 
-BASELINES = {"boosting": boosting, "multirocket": multirocket}
+class Network(ClassifierMixin, BaseEstimator):
+    """A small fully convolutional network, after Wang, Yan and Oates (2017, IJCNN).
+
+    A tenth of the loops decides when training ends.
+    """
+
+    def fit(self, x, y):
+        os.environ.setdefault("KERAS_BACKEND", "jax")
+        import keras
+
+        self.classes_, y = np.unique(y, return_inverse=True)
+        keras.utils.set_random_seed(1)
+        mixed = np.random.default_rng(1).permutation(len(x))
+        kept, held = mixed[len(x) // 10 :], mixed[: len(x) // 10]
+        layers = [keras.Input(x.shape[1:]), keras.layers.Permute((2, 1))]
+        for filters, width in [(32, 9), (64, 7), (64, 5), (64, 5)]:
+            layers += [
+                keras.layers.Conv1D(filters, width, padding="same", use_bias=False),
+                keras.layers.BatchNormalization(),
+                keras.layers.ReLU(),
+                keras.layers.MaxPooling1D(2),
+            ]
+        layers += [keras.layers.GlobalAveragePooling1D(), keras.layers.Dropout(0.3), keras.layers.Dense(1, activation="sigmoid")]
+        self.network_ = keras.Sequential(layers)
+        self.network_.compile(keras.optimizers.Adam(2e-3), "binary_crossentropy")
+        ends = keras.callbacks.EarlyStopping(patience=12, restore_best_weights=True)
+        slows = keras.callbacks.ReduceLROnPlateau(patience=5, factor=0.5)
+        self.network_.fit(
+            x[kept], y[kept], validation_data=(x[held], y[held]), epochs=100, batch_size=64, callbacks=[ends, slows], verbose=0
+        )
+        return self
+
+    def predict_proba(self, x):
+        sticking = np.asarray(self.network_.predict(x, verbose=0), dtype=float)[:, 0]
+        return np.column_stack([1 - sticking, sticking])
+
+    def predict(self, x):
+        return self.classes_[(self.predict_proba(x)[:, 1] > 0.5).astype(int)]
+
+
+def convolution():
+    """A convolutional network on the signals and their changes."""
+    return make_pipeline(FunctionTransformer(series_and_changes), Network())
+
+
+BASELINES = {"boosting": boosting, "multirocket": multirocket, "convolution": convolution}
 
 
 def main():

@@ -217,6 +217,17 @@ def test_an_estimator_is_fitted_on_training_loops():
     assert not found.failures() and all(entry["measures"]["auc"] for entry in entries)
 
 
+@pytest.mark.parametrize(("baseline", "needs"), [("boosting", "sklearn"), ("multirocket", "aeon"), ("convolution", "jax")])
+def test_the_baselines_of_the_examples_run(tmp_path, baseline, needs):
+    pytest.importorskip(needs, reason=f"{needs} is in examples/baselines/requirements.txt only")
+    baselines = Path(__file__).parents[2] / "examples/baselines/baselines.py"
+    asked = [sys.executable, str(baselines), baseline, "--train", "200", "--suite", SUITE]
+    done = subprocess.run(asked, cwd=tmp_path, capture_output=True, text=True, timeout=600, check=False)
+    assert done.returncode == 0, done.stderr
+    found = bench.read(tmp_path / f"{baseline}.json")
+    assert f"{baseline}: AUC" in repr(found) and "answered 100%" in repr(found)
+
+
 def test_an_estimator_that_fails_on_one_loop_answers_the_others():
     class Picky:
         def fit(self, X, y):
