@@ -322,6 +322,8 @@ def diagnose_all(
     checked = [_checked(each, f"recordings[{place}]", sample_time) for place, each in enumerate(recordings)]
     if isinstance(detectors, str) and detectors not in {"all", "none"}:
         raise ValueError(f"detectors is {detectors!r}, but must be 'all', 'none' or a sequence of names")
+    if callable(detectors) or (not isinstance(detectors, str) and any(map(callable, detectors))):
+        raise TypeError("detectors must be names of published methods; stiction.bench.run measures a function of your own")
     asked = {"all": None, "none": []}[detectors] if isinstance(detectors, str) else list(detectors)
     told = {
         "loop_type": None if loop_type is None else text("loop_type", loop_type),

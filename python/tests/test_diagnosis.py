@@ -321,6 +321,7 @@ BAD = [
     (lambda: stiction.diagnose(LOOP, detectors="some"), ValueError, "detectors is 'some', but must be 'all'"),
     (lambda: stiction.diagnose(LOOP, detectors=["x"]), ValueError, 'no detector named "x"'),
     (lambda: stiction.diagnose(LOOP, detectors=[3]), TypeError, "detectors must be a string"),
+    (lambda: stiction.diagnose(LOOP, detectors=[len]), TypeError, "stiction.bench.run measures a function"),
     (lambda: stiction.diagnose(LOOP, loop_type="flo"), ValueError, 'no loop type named "flo"'),
     (lambda: stiction.diagnose(LOOP, dead_time=-1), ValueError, "loop loop: the dead time is -1"),
     (lambda: stiction.diagnose(LOOP, sample_time="1"), TypeError, "sample_time must be a number"),
