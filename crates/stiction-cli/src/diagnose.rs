@@ -55,6 +55,9 @@ pub struct Args {
     /// each loop, and index.html with a table to sort and search
     #[arg(long, value_name = "OUT.html|FOLDER")]
     report: Option<Out>,
+    /// Open the report in the browser
+    #[arg(long, requires = "report")]
+    open: bool,
     /// Print the results as JSON
     #[arg(long, conflicts_with = "schema")]
     json: bool,
@@ -127,6 +130,9 @@ pub fn run(args: Args) -> Result<ExitCode> {
                 false => path.to_path_buf(),
             };
             output::note(format!("the report is in {}", page.display()));
+            if args.open && open::that(&page).is_err() {
+                output::note("no browser could be opened; open the report yourself");
+            }
         }
         Ok(())
     };

@@ -1,6 +1,7 @@
 //! The `stiction` command: diagnoses and simulates sticking control valves.
 
 mod actions;
+mod bare;
 mod bench;
 mod closed;
 mod compensate;
@@ -39,6 +40,7 @@ mod what_if;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// Diagnose and simulate sticking control valves: recorded loops, valve models, simulated loops, and the paper's
@@ -140,7 +142,19 @@ impl Done for ExitCode {
 }
 
 fn main() -> ExitCode {
-    let (arguments, renamed) = renamed::present(std::env::args_os());
+    let command = Cli::command();
+    let names: Vec<&str> = command.get_subcommands().map(clap::Command::get_name).collect();
+    let asked = bare::asked(std::env::args_os().collect(), &names);
+    let code = run(asked.command);
+    if asked.waits {
+        bare::wait();
+    }
+    code
+}
+
+/// Runs a command.
+fn run(arguments: Vec<OsString>) -> ExitCode {
+    let (arguments, renamed) = renamed::present(arguments);
     let asked = Cli::command().try_get_matches_from(arguments);
     let asked = asked.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
     let (cli, matches) = match asked {
