@@ -57,7 +57,7 @@ SESSIONS: list[tuple[list[str], list[str]]] = [
     (["plant", "-C", "Werk Süd", "status"], []),
     (["plant", "-C", "Werk Süd", "report"], []),
     (["plant", "-C", "Werk Süd", "orders", "--json"], []),
-    (["fmu", "valve", "-o", "valve.fmu"], []),
+    (["fmu", "--model", "two-phase", "--S", "5", "--J", "3", "-o", "valve.fmu"], []),
     (["figures", "-o", "figures"], []),
     (["schema", "diagnose"], []),
     (["completions", "powershell"], []),
