@@ -23,6 +23,14 @@ CHECKS = {
         "crates/stiction-model/src",
         "importers",
     ],
+    "live": [
+        "crates/stiction-plant/src",
+        "crates/stiction-python/src/plant.rs",
+        "pyproject.toml",
+        "python/stiction/live",
+        "python/stiction/plant",
+        "python/tests/live",
+    ],
     "notebooks": ["crates/stiction-python", "pyproject.toml", "python/notebooks", "python/stiction"],
     "spark": [
         "crates/stiction-plant/src",

@@ -31,7 +31,7 @@ HEAD = """# Python API
 
 Made by `python3 docs/python_api.py` and checked by a test. The names of most modules are available directly in `stiction`, such as
 `stiction.diagnose`. The names of `stiction.bench`, `stiction.control`, `stiction.datasets`, `stiction.fmu`, `stiction.pandas`,
-`stiction.plant`, `stiction.sklearn` and `stiction.valve_test` stay in their modules. Every result unpacks in the order of its
+`stiction.live`, `stiction.plant`, `stiction.sklearn` and `stiction.valve_test` stay in their modules. Every result unpacks in the order of its
 attributes, and has `to_dict()`.
 """
 CLASSES_HEAD = '''"""Results of a diagnosis, with the descriptions of its JSON schema.

@@ -69,6 +69,7 @@ def test_everything_public_is_at_the_top():
         "stiction.control",
         "stiction.datasets",
         "stiction.fmu",
+        "stiction.live",
         "stiction.pandas",
         "stiction.plant",
         "stiction.sklearn",

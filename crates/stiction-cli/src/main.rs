@@ -36,6 +36,7 @@ mod stem;
 mod text;
 mod valve;
 mod valve_test;
+mod watch;
 mod what_if;
 
 use clap::error::ErrorKind;
@@ -102,6 +103,7 @@ commands! {
     Diagnose: diagnose,
     History: history,
     Plant: plant,
+    Watch: watch,
     Lab: lab,
     Override: overrule,
     Inspect: inspect,

@@ -1,7 +1,7 @@
 //! `stiction plant`: all loops of a plant, day by day.
 
 use crate::files::{self, Out};
-use crate::{output, progress, replaced};
+use crate::{output, progress, replaced, watch};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Parser, Subcommand};
 use schemars::JsonSchema;
@@ -35,7 +35,8 @@ use stiction_plant::{ScanOptions, day, demo, propose, scan, summary};
   stiction plant -C north report --week 2026-W10
   stiction plant -C north note FIC1001 \"new packing\" --repair --day 2026-03-04
   stiction plant -C north override FIC1003 \"does not stick\" --reason \"stroked on the bench\"
-  stiction plant -C refinery init export")]
+  stiction plant -C refinery init export
+  stiction plant -C refinery init opc.tcp://server:4840")]
 pub struct Args {
     /// The folder of the plant; all paths are relative to it
     #[arg(short = 'C', long = "folder", value_name = "PLANT", default_value = ".", global = true)]
@@ -187,9 +188,12 @@ struct By {
 
 #[derive(Parser)]
 struct Init {
-    /// Files, or folders of files: CSV, Parquet, MATLAB
+    /// Files or folders of CSV, Parquet or MATLAB, or the address of a server or database
     #[arg(required = true, value_name = "DATA")]
     data: Vec<String>,
+    /// Options for an address, which "python -m stiction.live init --help" lists
+    #[arg(last = true, value_name = "OPTION")]
+    options: Vec<String>,
 }
 
 /// Exit codes of a scan and of a check.
@@ -203,6 +207,9 @@ A table without an OP, such as a list of tags, is not a recording. A note lists 
 #[derive(Parser)]
 #[command(after_help = EXIT_CODES)]
 struct Scan {
+    /// Fetch new rows from this database first, such as postgres://reader@host/plant?table=samples
+    #[arg(value_name = "ADDRESS")]
+    from: Option<String>,
     /// Judge windows from this day on, such as 2026-03-01
     #[arg(long, value_name = "DAY", value_parser = day::parse)]
     since: Option<i64>,
@@ -242,7 +249,7 @@ struct Demo {
 pub fn run(args: Args) -> Result<ExitCode> {
     let folder = Path::new(&args.folder);
     match args.task {
-        Task::Init(of) => init(folder, &of).map(|()| ExitCode::SUCCESS),
+        Task::Init(of) => init(folder, &of),
         Task::Check { json } => check(folder, json),
         Task::Scan(of) => scanned(folder, &of),
         Task::Status { json } => status(folder, json).map(|()| ExitCode::SUCCESS),
@@ -268,7 +275,14 @@ pub fn run(args: Args) -> Result<ExitCode> {
     }
 }
 
-fn init(folder: &Path, of: &Init) -> Result<()> {
+fn init(folder: &Path, of: &Init) -> Result<ExitCode> {
+    if of.data.iter().any(|data| watch::is_address(data)) {
+        let mut collector = watch::collector("init")?;
+        let force = replaced::is_forced().then_some("--force");
+        return watch::ended(
+            collector.arg("-C").arg(folder).args(force).args(&of.options).args(&of.data),
+        );
+    }
     let path = folder.join(plant_file::NAME);
     if path.exists() && !replaced::is_forced() {
         bail!("{} exists already; --force overwrites it", path.display());
@@ -285,7 +299,8 @@ fn init(folder: &Path, of: &Init) -> Result<()> {
         counted(files, "file"),
         counted(doubts, "doubt"),
         path.display()
-    ))
+    ))?;
+    Ok(ExitCode::SUCCESS)
 }
 
 fn check(folder: &Path, json: bool) -> Result<ExitCode> {
@@ -364,6 +379,13 @@ fn size(text: &str) -> Result<u64, String> {
 }
 
 fn scanned(folder: &Path, of: &Scan) -> Result<ExitCode> {
+    if let Some(address) = &of.from {
+        let mut collector = watch::collector("fetch")?;
+        let fetched = watch::ended(collector.arg("-C").arg(folder).arg(address))?;
+        if fetched != ExitCode::SUCCESS {
+            return Ok(fetched);
+        }
+    }
     let plant = Plant::read(folder)?;
     let options = ScanOptions {
         since: of.since,

@@ -116,6 +116,7 @@ pub const CONTENTS: &[Section] = &[
             written!("test.html", "The test", "docs/test.md"),
             written!("compensation.html", "What to do about it", "docs/compensation.md"),
             written!("plant.html", "A plant, day by day", "docs/plant.md"),
+            written!("live.html", "Live", "docs/live.md"),
             written!("spark.html", "A plant on Spark", "docs/spark.md"),
             written!("population.html", "Simulated loops", "docs/population.md"),
         ],

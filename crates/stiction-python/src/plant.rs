@@ -17,13 +17,14 @@ use std::sync::Arc;
 use stiction_io::layout;
 use stiction_plant::groups::pairs::{self, Pair};
 use stiction_plant::groups::{GroupOptions, LoopOfWeek};
+use stiction_plant::ranking::LoopRow;
 use stiction_plant::report::Known;
 use stiction_plant::scan::Progress;
 use stiction_plant::table::Row;
 use stiction_plant::trace::{STEP_S, Trace};
 use stiction_plant::{
-    Error, ScanOptions, Store, WindowRow, day, demo, plant_file, samples, scan, summary, take,
-    window,
+    Error, ScanOptions, Store, WindowRow, day, demo, plant_file, propose, samples, scan, summary,
+    take, window,
 };
 
 /// A refusal of the library: `OSError` if the operating system or another writer is the cause, else `ValueError`.
@@ -319,6 +320,29 @@ fn plant_groups<'py>(
     plain(py, &found.map_err(refused)?)
 }
 
+/// The ranking of a week, without groups.
+#[pyfunction]
+fn plant_ranking(py: Python<'_>, folder: PathBuf, week: Option<String>) -> PyResult<ArrowTable> {
+    let rows = long(py, None, move |_| {
+        let (plant, known) = known(&folder, week)?;
+        let loops = known.ranking(&plant).loops.into_iter();
+        Ok(loops.map(|ranked| ranked.row).collect::<Vec<LoopRow>>())
+    })?;
+    plant_table::arrow(&rows.map_err(refused)?)
+}
+
+/// A proposed plant file for files and folders of data.
+#[pyfunction]
+fn plant_propose(
+    py: Python<'_>,
+    folder: PathBuf,
+    name: String,
+    data: Vec<String>,
+) -> PyResult<(String, usize, Vec<String>)> {
+    let found = long(py, None, move |_| propose::propose(&folder, &name, &data))?;
+    found.map(|own| (own.text, own.loops, own.doubts)).map_err(refused)
+}
+
 /// The schema of a table of pairs.
 #[pyfunction]
 fn plant_pairs_schema() -> PySchema {
@@ -374,6 +398,8 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(plant_most_that_counts, m)?)?;
     m.add_function(wrap_pyfunction!(plant_keep_pairs, m)?)?;
     m.add_function(wrap_pyfunction!(plant_groups, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_ranking, m)?)?;
+    m.add_function(wrap_pyfunction!(plant_propose, m)?)?;
     m.add_function(wrap_pyfunction!(plant_pairs_schema, m)?)?;
     m.add_function(wrap_pyfunction!(plant_pairs_ddl, m)?)?;
     m.add_function(wrap_pyfunction!(plant_demo, m)?)?;

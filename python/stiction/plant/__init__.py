@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -34,6 +34,8 @@ __all__ = [
     "diagnose_window",
     "groups",
     "model_version",
+    "propose",
+    "ranking",
     "scan",
     "schema",
     "status",
@@ -278,6 +280,53 @@ def groups(folder: Folder, *, week: str | None = None) -> list[Group]:
     """
     found = _core.plant_groups(os.fspath(folder), None if week is None else text("week", week))
     return [result_of(Group, each) for each in found]
+
+
+@documented
+def ranking(folder: Folder, *, week: str | None = None) -> Table:
+    """Return the ranking of a week, without groups of loops that swing together.
+
+    Returns
+    -------
+    Table
+        One row per loop, the most urgent first, in the columns of ``ranking.parquet``, for any library with Arrow support.
+
+    Raises
+    ------
+    ValueError
+        If there are no results in or before the week.
+    """
+    return _core.plant_ranking(os.fspath(folder), None if week is None else text("week", week))
+
+
+def propose(folder: Folder, data: Sequence[str], *, name: str | None = None) -> tuple[str, list[str]]:
+    """Propose a ``plant.toml`` for files or folders of data.
+
+    Parameters
+    ----------
+    folder : path
+        The folder of the plant.
+    data : sequence of str
+        Files, or folders of files, relative to it.
+    name : str, optional
+        Name of the plant; by default that of the folder.
+
+    Returns
+    -------
+    text : str
+        The text of the file, with doubts as comments.
+    doubts : list of str
+        The doubts.
+
+    Raises
+    ------
+    ValueError
+        If no file has a loop.
+    """
+    path = Path(folder)
+    chosen = path.resolve().name if name is None else text("name", name)
+    proposal, _, doubts = _core.plant_propose(os.fspath(folder), chosen or "plant", list(data))
+    return proposal, doubts
 
 
 @documented

@@ -35,6 +35,8 @@ mod standard_output;
 mod stem;
 mod valve;
 mod valve_test;
+#[cfg(unix)]
+mod watch;
 mod what_if;
 
 use std::io::Write;

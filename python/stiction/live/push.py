@@ -1,0 +1,189 @@
+"""Events to a webhook, and the state of a watch as Prometheus metrics.
+
+Each event is one POST of JSON. ``X-Stiction-Signature`` is ``sha256=`` and the HMAC-SHA256, with the secret of the environment
+variable ``STICTION_WEBHOOK_SECRET``, of the text ``TIME.BODY``, where TIME is the header ``X-Stiction-Time`` (s since 1970). An event is
+sent again until the receiver answers with a 2xx code. ``X-Stiction-Event`` is its number, by which a receiver recognises an event
+that it has already.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import hashlib
+import hmac
+import json
+import os
+import random
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from stiction.live import events, hours
+from stiction.live.errors import Refused
+
+__all__: list[str] = []
+
+LONGEST_PAUSE = 300.0
+"""Seconds between two attempts to send an event, at most."""
+
+
+def signature(secret: str, at: str, body: bytes) -> str:
+    """The signature of an event."""
+    return "sha256=" + hmac.new(secret.encode(), at.encode() + b"." + body, hashlib.sha256).hexdigest()
+
+
+class _NoRedirect(urllib.request.HTTPRedirectHandler):
+    def redirect_request(self, *_: Any, **__: Any) -> None:
+        return None
+
+
+class Pusher:
+    """Sends the events of a plant in their order, and remembers how far it came."""
+
+    def __init__(self, plant: Path, url: str | None, say: Callable[[str], None]) -> None:
+        if url is not None and (urlsplit(url).scheme not in ("http", "https") or urlsplit(url).password is not None):
+            raise Refused("a webhook is an address that begins with https:// or http://, without a password")
+        self.url, self.say = url, say
+        self.path = events.path_of(plant)
+        self.stored = hours.live_folder(plant) / "pushed.json"
+        self.secret = os.environ.get("STICTION_WEBHOOK_SECRET", "")
+        self._wake = asyncio.Event()
+        self.sent: int | None = None
+
+    def wake(self) -> None:
+        """There may be new events."""
+        self._wake.set()
+
+    def _lines(self) -> list[bytes]:
+        try:
+            return [line for line in self.path.read_bytes().split(b"\n") if line]
+        except OSError:
+            return []
+
+    def unsent(self) -> int:
+        """The number of events that wait."""
+        return 0 if self.url is None or self.sent is None else max(0, len(self._lines()) - self.sent)
+
+    async def run(self) -> None:
+        """Send events until it is cancelled."""
+        if self.url is None:
+            return
+        try:
+            self.sent = int(json.loads(self.stored.read_text())["sent"])
+        except (OSError, ValueError, KeyError, TypeError):
+            # Events before the first use are history.
+            self.sent = len(self._lines())
+            self._store()
+        pause, told = 1.0, ""
+        while True:
+            for line in self._lines()[self.sent :]:
+                problem = await asyncio.to_thread(self._post, line, self.sent + 1)
+                if problem:
+                    break
+                self.sent += 1
+                self._store()
+            else:
+                problem = ""
+            if problem and problem != told:
+                self.say(f"the webhook did not take an event ({problem}); it is sent again")
+            elif told and not problem:
+                self.say("the webhook takes events again")
+            told, pause = problem, min(2.0 * pause, LONGEST_PAUSE) if problem else 1.0
+            self._wake.clear()
+            with contextlib.suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self._wake.wait(), pause * random.uniform(0.8, 1.2) if problem else 60.0)
+
+    def _store(self) -> None:
+        with contextlib.suppress(OSError):
+            self.stored.parent.mkdir(parents=True, exist_ok=True)
+            part = self.stored.with_suffix(".part")
+            part.write_text(json.dumps({"sent": self.sent}))
+            part.replace(self.stored)
+
+    def _post(self, body: bytes, number: int) -> str:
+        """Sends an event, and returns the problem, if any."""
+        at = str(int(time.time()))
+        headers = {"Content-Type": "application/json", "X-Stiction-Time": at, "X-Stiction-Event": str(number)}
+        if self.secret:
+            headers["X-Stiction-Signature"] = signature(self.secret, at, body)
+        request = urllib.request.Request(self.url or "", body, headers, method="POST")
+        try:
+            with urllib.request.build_opener(_NoRedirect).open(request, timeout=10.0):
+                return ""
+        except urllib.error.HTTPError as error:
+            return f"it answered {error.code}"
+        except (OSError, ValueError) as error:
+            return str(getattr(error, "reason", error)) or type(error).__name__
+
+
+GAUGES = (
+    ("stiction_up", "Whether the server is connected.", lambda s: int(s["connected_since"] is not None)),
+    ("stiction_tags", "Tags that are collected.", lambda s: s["tags"]),
+    ("stiction_tags_bad", "Tags without a good value.", lambda s: len(s["bad_tags"])),
+    ("stiction_data_age_seconds", "Age of the newest value, by the server's clock.", lambda s: _age(s)),
+    ("stiction_values_per_second", "Values that arrive.", lambda s: s["values_per_s"]),
+    ("stiction_scan_seconds", "Duration of the last judgement.", lambda s: s["scan_s"]),
+    ("stiction_write_seconds", "Duration of the last writing of hours.", lambda s: s["write_s"]),
+    ("stiction_disk_full", "Whether values cannot be stored.", lambda s: int(s["disk_full"])),
+    ("stiction_events_unsent", "Events that wait for the webhook.", lambda s: s["events_unsent"]),
+)
+COUNTERS = (
+    ("stiction_values_total", "Values that were stored.", lambda s: s["values"]),
+    ("stiction_connections_total", "Connections to the server.", lambda s: s["connections"]),
+    ("stiction_gaps_total", "Gaps between connections.", lambda s: s["gaps"]),
+    ("stiction_scans_total", "Judgements.", lambda s: s["scans"]),
+    ("stiction_windows_total", "Windows that were judged.", lambda s: s["windows"]),
+)
+
+
+def _age(status: Mapping[str, Any]) -> float | None:
+    if status["server_clock"] is None or status["newest_value"] is None:
+        return None
+    return float(max(0.0, status["server_clock"] - status["newest_value"]))
+
+
+def metrics(status: Mapping[str, Any]) -> str:
+    """The state of a watch in the text format of Prometheus."""
+    lines = []
+    for kind, all_ in (("gauge", GAUGES), ("counter", COUNTERS)):
+        for name, meaning, of in all_:
+            value = of(status)
+            if value is not None:
+                lines += [f"# HELP {name} {meaning}", f"# TYPE {name} {kind}", f"{name} {value}"]
+    lines += ["# HELP stiction_loops Loops by the word of their verdict.", "# TYPE stiction_loops gauge"]
+    for word, count in sorted(status["words"].items()):
+        lines.append(f'stiction_loops{{word="{word}"}} {count}')
+    return "\n".join(lines) + "\n"
+
+
+async def serve(address: str, text: Callable[[], str], say: Callable[[str], None]) -> asyncio.Task[None]:
+    """Serve metrics at an address such as ``127.0.0.1:9464``."""
+    host, _, port = address.rpartition(":")
+    if not host or not port.isdigit():
+        raise Refused(f'"{address}" is not an address for metrics, such as 127.0.0.1:9464')
+
+    async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        with contextlib.suppress(OSError, asyncio.TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
+            head = await asyncio.wait_for(reader.readuntil(b"\r\n\r\n"), 5.0)
+            is_it = head.startswith((b"GET /metrics ", b"GET /metrics?"))
+            body = text().encode() if is_it else b"see /metrics\n"
+            code = "200 OK" if is_it else "404 Not Found"
+            writer.write(
+                f"HTTP/1.1 {code}\r\nContent-Type: text/plain; version=0.0.4; charset=utf-8\r\n"
+                f"Content-Length: {len(body)}\r\nConnection: close\r\n\r\n".encode()
+                + body
+            )
+            await asyncio.wait_for(writer.drain(), 5.0)
+        writer.close()
+
+    try:
+        server = await asyncio.start_server(answer, host.strip("[]"), int(port), limit=8192)
+    except OSError as error:
+        raise Refused(f"metrics cannot be served at {address}: {error.strerror}") from None
+    say(f"metrics at http://{address}/metrics")
+    return asyncio.create_task(server.serve_forever())

@@ -1,0 +1,642 @@
+"""Collects the values of a plant from an OPC UA server, and has them judged hour by hour.
+
+The server's clock decides when an hour is over, so that a played recording works like a plant. A connection that breaks is made
+again. The values in between come from the server's history if it has one. Otherwise the gap stays a gap.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import math
+import os
+import random
+import re
+import signal
+import statistics
+import sys
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from stiction import _core
+from stiction.live import hours, opcua, push, tags
+from stiction.live.errors import Refused
+
+__all__: list[str] = []
+
+US = 1_000_000
+FRESH = 60 * US
+"""A value older than this when a connection begins is stored as held, at the time of the connection."""
+AHEAD = 600 * US
+"""A value whose time is this far ahead of the server's clock is not stored."""
+CHUNK = 6 * hours.HOUR
+"""History is read in parts of this duration, so that the first hours are soon complete."""
+LONGEST_PAUSE = 60.0
+"""Seconds between two attempts to connect, at most."""
+WORDS = {
+    "manual": 0.0,
+    "man": 0.0,
+    "m": 0.0,
+    "auto": 1.0,
+    "automatic": 1.0,
+    "aut": 1.0,
+    "a": 1.0,
+    "cascade": 2.0,
+    "cas": 2.0,
+    "c": 2.0,
+    "rcas": 2.0,
+    "false": 0.0,
+    "true": 1.0,
+}
+"""The numbers of words in tags of modes, as docs/recordings.md lists them."""
+OTHER_MODE = {"auto": 1.0, "manual": 0.0, "cascade": 2.0}
+
+
+@dataclass
+class Options:
+    """The settings of a watch."""
+
+    url: str
+    plant: Path
+    security: opcua.Security
+    history_s: float = 0.0
+    publish_s: float = 1.0
+    sample_s: float = 1.0
+    grace_s: float = 120.0
+    queue: int = 600
+    keep_s: float | None = 400 * 86_400.0
+    most_bytes: float | None = None
+    timeout_s: float = 10.0
+    check_s: float = 60.0
+    webhook: str | None = None
+    metrics: str | None = None
+    say: Callable[[str], None] = field(default=lambda text: print(text, file=sys.stderr, flush=True))
+    emit: Callable[[str], None] = field(default=lambda line: print(line, flush=True))
+
+
+def matches(pattern: str, path: str) -> bool:
+    """Whether a pattern of ``plant.toml`` finds a path."""
+    parts = re.split(r"(\*\*/|\*|\?)", pattern)
+    known = {"**/": "(?:.*/)?", "*": "[^/]*", "?": "[^/]"}
+    return re.fullmatch("".join(known.get(part, re.escape(part)) for part in parts), path) is not None
+
+
+class Watcher:
+    """Collects and judges until it is stopped."""
+
+    def __init__(self, options: Options) -> None:
+        self.options = options
+        self._said: dict[str, float] = {}
+        path = options.plant / "plant.toml"
+        try:
+            text = path.read_text(encoding="utf-8")
+        except OSError as error:
+            url = options.url
+            raise Refused(f"{path}: {error.strerror}; write it, or have it proposed: stiction plant init {url}") from None
+        try:
+            self.file = _core.Plant(text, str(path))
+        except ValueError as error:
+            raise Refused(str(error)) from None
+        self.data = options.plant / "data"
+        sample = "data/2026-03-02/05.parquet"
+        if not any(matches(pattern, sample) for pattern in self.file.data):
+            raise Refused(f'{path}, data: does not name the files of the hours, such as {sample}; add "data/**/*.parquet"')
+        self.tags: dict[str, str] = {}
+        self.modes = tags.mode_words(text)
+        self.server: opcua.Server | None = None
+        self.recorder: hours.Recorder
+        self.stopping = asyncio.Event()
+        self.judging = asyncio.Event()
+        self.pusher = push.Pusher(options.plant, options.webhook, self.say)
+        # The server's clock, the time up to which all values are stored, and the start of what is still to be filled in.
+        self.clock = 0
+        self.until = self.stored = 0
+        self.fill_from: int | None = None
+        self.began = time.time()
+        self.connected_since: float | None = None
+        self.full = False
+        self.counts = {"values": 0, "ahead": 0, "gaps": 0, "connections": 0, "windows": 0, "scans": 0}
+        self.result: dict[str, Any] = {}
+        self._rate: deque[tuple[float, int]] = deque(maxlen=60)
+        self._steps: deque[float] = deque(maxlen=20)
+        self._told_difference: float | None = None
+        self._turned: dict[str, list[int]] = {}
+
+    # What a person reads.
+
+    def say(self, text: str) -> None:
+        """Write a line of the log."""
+        self.options.say(f"{datetime.now(timezone.utc):%Y-%m-%d %H:%M:%S} {text}")
+
+    def say_once(self, key: str, text: str, again_s: float = 600.0) -> None:
+        """Write a line unless one of the same key was written in the last minutes."""
+        now = time.monotonic()
+        if now - self._said.get(key, -math.inf) >= again_s:
+            if len(self._said) > 10_000:
+                self._said.clear()
+            self._said[key] = now
+            self.say(text)
+
+    # The whole.
+
+    async def run(self) -> int:
+        """Watch until a signal comes."""
+        loop = asyncio.get_running_loop()
+        for name in ("SIGTERM", "SIGINT"):
+            with contextlib.suppress(NotImplementedError, RuntimeError):
+                loop.add_signal_handler(getattr(signal, name), self.stopping.set)
+        with _alone(self.options.plant):
+            helpers = [asyncio.create_task(self._judge()), asyncio.create_task(self.pusher.run())]
+            if self.options.metrics:
+                helpers.append(await push.serve(self.options.metrics, self.metrics, self.say))
+            try:
+                await self._connections()
+            finally:
+                if hasattr(self, "recorder"):
+                    with contextlib.suppress(OSError):
+                        self.recorder.close()
+                self._write_status()
+                for helper in helpers:
+                    helper.cancel()
+                await asyncio.gather(*helpers, return_exceptions=True)
+        self.say("stopped")
+        return 0
+
+    async def _connections(self) -> None:
+        pause, last = 1.0, ""
+        while not self.stopping.is_set():
+            self.server = opcua.Server(
+                self.options.url, self.options.security, timeout=self.options.timeout_s, say=lambda text: self.say_once(text, text, math.inf)
+            )
+            try:
+                await self._connection(self.server)
+            except Refused as error:
+                if not self.counts["connections"]:
+                    raise
+                problem = str(error)
+            except asyncio.CancelledError:
+                raise
+            except Exception as error:
+                problem = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+            else:
+                problem = ""
+            finally:
+                if self.connected_since is not None:
+                    pause, last = 1.0, ""
+                self.connected_since = None
+                with contextlib.suppress(OSError):
+                    if hasattr(self, "recorder"):
+                        self.recorder.flush()
+                await self.server.close()
+                self._write_status()
+            if self.stopping.is_set():
+                return
+            # Not all collectors of a plant come back at the same moment.
+            seconds = pause * random.uniform(0.8, 1.2)
+            if problem != last:
+                self.say(f"no connection to {self.options.url}: {problem}; next attempt in {seconds:.0f} s")
+                last = problem
+            with contextlib.suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self.stopping.wait(), seconds)
+            pause = min(2.0 * pause, LONGEST_PAUSE)
+
+    async def _connection(self, server: opcua.Server) -> None:
+        """From the connection to its end, which is an exception, or the signal to stop."""
+        await server.connect()
+        self.clock = await server.clock()
+        if not hasattr(self, "recorder"):
+            await self._begin(server)
+        names = list(self.tags)
+        nodes = {k: node for k, name in enumerate(names) if (node := server.node_of(self.tags[name])) is not None}
+        for k in range(len(names)):
+            if k not in nodes:
+                self.say_once(f"space {names[k]}", f"{names[k]}: the server has no namespace of {self.tags[names[k]]}")
+        gap = min(filter(None, (self.until, self.fill_from)), default=0)
+        self._first = set(nodes)
+        self._floor = gap or self.clock - FRESH
+        self._ticked = 0
+        last = list(self.last) if gap else [0] * len(self.last)
+        refused = await server.subscribe(
+            nodes,
+            self._values,
+            self._alive,
+            publish_s=self.options.publish_s,
+            sample_s=self.options.sample_s,
+            queue=self.options.queue,
+        )
+        for k, code in refused.items():
+            self.say_once(f"refused {k}", f"{names[k]}: the server does not monitor it ({opcua.code_name(code)})")
+        self.counts["connections"] += 1
+        self.connected_since = time.time()
+        good = len(nodes) - len(refused)
+        self.say(f"connected to {self.options.url}: {good} of {len(names)} tags")
+        self._write_status()
+        present = await server.read(nodes)
+        begin = gap or self.clock - int(self.options.history_s * US)
+        if gap:
+            self.counts["gaps"] += 1
+            self.say(f"gap of {span(self.clock - gap)}, from {hours.shown(gap)} to {hours.shown(self.clock)} by the server's clock")
+        self.fill_from = begin if begin < self.clock else None
+        filling = asyncio.create_task(self._fill(server, nodes, present, last, (gap, begin, self.clock)))
+        try:
+            await self._ticks(server, nodes, filling)
+        finally:
+            if not filling.done():
+                filling.cancel()
+            await asyncio.gather(filling, return_exceptions=True)
+
+    async def _begin(self, server: opcua.Server) -> None:
+        """Finds the tags, and what earlier runs left."""
+        self.tags = await tags.of_plant(self.options.plant, self.file, server, self.say)
+        self.names = list(self.tags)
+        place = {name: k for k, name in enumerate(self.names)}
+        until, last = hours.known_until(self.options.plant)
+        self.last = [-(1 << 62)] * len(self.names)
+        for name, at in last.items():
+            if name in place:
+                self.last[place[name]] = at
+        self.types: dict[int, Any] = {}
+        self.bad: set[int] = set()
+        self.until = self.stored = until or 0
+        status = read_status(self.options.plant) or {}
+        self.fill_from = status.get("fill_from") if until else None
+        self.recorder = hours.Recorder(self.options.plant, self.names)
+
+    # Values.
+
+    def _values(self, items: Sequence[tuple[int, Any]]) -> None:
+        """Stores what the server notifies."""
+        try:
+            for index, value in items:
+                self._value(index, value, live=True)
+        except OSError as error:
+            self._cannot_store(error)
+
+    def _cannot_store(self, error: OSError) -> None:
+        # What waited for the write is lost, too.
+        self.until = min(self.until, self.stored)
+        self.last = [min(at, self.until) for at in self.last]
+        if not self.full:
+            self.full = True
+            self.say(f"values cannot be stored ({error.strerror}); free space on the disk. They are missing until then")
+
+    def _value(self, index: int, value: Any, live: bool) -> None:
+        status = value.StatusCode.value if value.StatusCode is not None else 0
+        at = value.SourceTimestamp or value.ServerTimestamp
+        if at is None:
+            self.say_once(f"timeless {index}", f"{self.names[index]}: has no time; the server's clock is used")
+        moment = self.clock if at is None else opcua.microseconds(at)
+        if live and index in self._first:
+            self._first.discard(index)
+            if moment <= self._floor:
+                return  # It was stored when it changed, or is stored as held.
+        if moment > self.clock + AHEAD:
+            self.counts["ahead"] += 1
+            self.say_once(
+                f"ahead {index}",
+                f"{self.names[index]}: a value of {hours.shown(moment)} is ahead of the server's clock ({hours.shown(self.clock)}); it "
+                "was not stored. Correct the clock of the source",
+            )
+            return
+        if status & opcua.OVERFLOW == opcua.OVERFLOW and live and self.last[index] > 0:
+            self.say_once(f"overflow {index}", f"{self.names[index]}: the server dropped values, because its queue was full")
+            self.recorder.add(index, self.last[index] + 1, math.nan, hours.LOST)
+        number = self._number(index, value, status)
+        if math.isnan(number) and status < hours.BAD:
+            status = 0x8074_0000  # BadTypeMismatch
+        if live:
+            bad = status >= hours.BAD
+            if bad and index not in self.bad:
+                self.bad.add(index)
+                self._turned.setdefault(f"bad value ({opcua.code_name(status)})", []).append(index)
+            elif not bad and index in self.bad:
+                self.bad.discard(index)
+                self._turned.setdefault("good values again", []).append(index)
+        if self.full:
+            return
+        self.recorder.add(index, moment, number, status)
+        if moment > self.last[index]:
+            self.last[index] = moment
+
+    def _number(self, index: int, value: Any, status: int) -> float:
+        """The value as a number; not a number for a bad or other value."""
+        if status >= hours.BAD or value.Value is None:
+            return math.nan
+        kind, content = value.Value.VariantType, value.Value.Value
+        known = self.types.setdefault(index, kind)
+        if kind is not known:
+            self.types[index] = kind
+            self.say(f"{self.names[index]}: its type changed from {known.name} to {kind.name}")
+        if isinstance(content, (int, float)):
+            number = float(content)
+            return number if math.isfinite(number) else math.nan
+        if isinstance(content, str):
+            word = content.strip().lower()
+            if word in self.modes or word in WORDS:
+                return self.modes.get(word, WORDS.get(word, math.nan))
+            with contextlib.suppress(ValueError):
+                number = float(word)
+                return number if math.isfinite(number) else math.nan
+        self.say_once(
+            f"kind {index}", f"{self.names[index]}: {str(content)[:40]!r} is no number and no known mode; it was stored as bad", 3600.0
+        )
+        return math.nan
+
+    def _alive(self) -> None:
+        """All values up to the last reading of the clock have arrived."""
+        if self._ticked > self.until and not self.full:
+            self.until = self._ticked
+            with contextlib.suppress(OSError):
+                self.recorder.mark(self.until)
+
+    # Gaps.
+
+    async def _fill(
+        self,
+        server: opcua.Server,
+        nodes: Mapping[int, Any],
+        present: Mapping[int, Any],
+        last: Sequence[int],
+        times: tuple[int, int, int],
+    ) -> None:
+        """Reads what is missing from the server's history, and marks what stays missing."""
+        gap, begin, now = times
+        found: dict[int, int] = {}
+        without: dict[int, int] = {}
+        if begin < now:
+            at = begin
+            while at < now:
+                until = min(at - at % CHUNK + CHUNK, now)
+                asked = {k: node for k, node in nodes.items() if k not in without}
+                async for index, values in server.history(asked, at, until):
+                    if isinstance(values, int):
+                        without[index] = values
+                        continue
+                    for value in values:
+                        self._value(index, value, live=False)
+                    found[index] = found.get(index, 0) + len(values)
+                    await asyncio.sleep(0)
+                self.recorder.flush()
+                self.fill_from = at = until
+            count, tags_ = sum(found.values()), sum(1 for each in found.values() if each)
+            if count:
+                self.say(f"{count} values of {tags_} tags came from the server's history")
+            if without:
+                why = opcua.code_name(next(iter(without.values())))
+                self.say(f"the server has no history of {len(without)} tags ({why})")
+        lost = 0
+        for index, value in present.items():
+            source = value.SourceTimestamp or value.ServerTimestamp
+            moment = now if source is None else opcua.microseconds(source)
+            status = value.StatusCode.value if value.StatusCode is not None else 0
+            if gap and not found.get(index) and moment > max(gap, last[index]):
+                # It has changed meanwhile, perhaps more than once.
+                self.recorder.add(index, max(gap, last[index]) + 1, math.nan, hours.LOST)
+                lost += 1
+            if status >= hours.BAD:
+                self.recorder.add(index, now, math.nan, status)
+            elif now - moment > FRESH:
+                number = self._number(index, value, status)
+                held = status & 0xC000_0000 | hours.HELD
+                self.recorder.add(index, now, number, held if not math.isnan(number) else 0x8074_0000)
+        for index in range(len(self.names)):
+            if index not in nodes:
+                self.recorder.add(index, now, math.nan, 0x8034_0000)  # BadNodeIdUnknown
+        if lost:
+            self.say(f"the gap stays one in {lost} tags, without values and without held ones")
+        self.recorder.flush()
+        self.fill_from = None
+
+    # The clock.
+
+    async def _ticks(self, server: opcua.Server, nodes: Mapping[int, Any], filling: asyncio.Task[None]) -> None:
+        self._steps.clear()
+        checked = time.monotonic()
+        ticks = 0
+        while not self.stopping.is_set():
+            with contextlib.suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self.stopping.wait(), min(1.0, self.options.publish_s))
+            if (why := server.failed()) is not None:
+                raise why
+            if filling.done() and not filling.cancelled() and (problem := filling.exception()) is not None:
+                raise problem
+            now = await server.clock()
+            self._compare(now)
+            self.clock = self._ticked = now
+            self._say_turned()
+            ticks += 1
+            was_full = self.full
+            try:
+                if was_full:
+                    self.recorder.mark(self.until)
+                self.recorder.flush(durable=ticks % 5 == 0)
+                self.full, self.stored = False, self.until
+            except OSError as error:
+                self._cannot_store(error)
+            if was_full and not self.full:
+                self.say("values are stored again")
+                # What is missing is a gap, which the next connection fills.
+                raise ConnectionError("values were missing while the disk was full")
+            if not self.full:
+                limit = now - int(self.options.grace_s * US)
+                if self.fill_from is not None:
+                    limit = min(limit, self.fill_from)
+                with contextlib.suppress(OSError):
+                    if self.recorder.release(limit):
+                        self.judging.set()
+            self._rate.append((time.monotonic(), self.recorder.values))
+            if ticks % 5 == 0:
+                self._write_status()
+            if time.monotonic() - checked > self.options.check_s:
+                checked = time.monotonic()
+                await self._check(server, nodes)
+
+    def _say_turned(self) -> None:
+        """Names the tags whose quality changed, in a line for each change."""
+        for what, places in self._turned.items():
+            some = ", ".join(self.names[k] for k in places[:3]) + (", ..." if len(places) > 3 else "")
+            many = f"{len(places)} tags ({some})" if len(places) > 1 else some
+            self.say_once(f"{what} {some}", f"{many}: {what}", 60.0)
+        self._turned.clear()
+
+    async def _check(self, server: opcua.Server, nodes: Mapping[int, Any]) -> None:
+        """Finds tags that the server no longer knows."""
+        for index, value in (await server.read(nodes)).items():
+            status = value.StatusCode.value if value.StatusCode is not None else 0
+            if status in (0x8034_0000, 0x8033_0000) and index not in self.bad:
+                self.bad.add(index)
+                self.say(f"{self.names[index]}: the server no longer knows it ({opcua.code_name(status)})")
+                if not self.full:
+                    self.recorder.add(index, self.clock, math.nan, status)
+            elif status < hours.BAD and index in self.bad:
+                raise ConnectionError(f"{self.names[index]} is back; all tags are subscribed again")
+
+    def _compare(self, now: int) -> None:
+        """Reports how the server's clock differs from ours, and when it jumps."""
+        step = (now - self.clock) / US
+        usual = statistics.median(self._steps) if len(self._steps) >= 5 else None
+        if step < -1.0:
+            self.say(f"the server's clock went back by {span(self.clock - now)}, to {hours.shown(now)}")
+        elif usual is not None and step - usual > max(60.0, 20.0 * usual):
+            self.say_once("jump", f"the server's clock jumped ahead by {span(now - self.clock)}, to {hours.shown(now)}", 60.0)
+        self._steps.append(step)
+        difference = now / US - time.time()
+        told = self._told_difference
+        if abs(difference) > 10.0 and (told is None or abs(difference - told) > max(10.0, 0.1 * abs(told))):
+            ahead = "ahead of" if difference > 0 else "behind"
+            self.say_once("clock", f"the server's clock is {span(int(abs(difference) * US))} {ahead} the clock of this computer")
+            self._told_difference = difference
+
+    # Judgement.
+
+    async def _judge(self) -> None:
+        """Runs the judgement whenever hours are ready, one at a time, in a process of its own."""
+        ready = hours.live_folder(self.options.plant) / "ready"
+        if ready.is_dir() and any(ready.iterdir()):
+            self.judging.set()
+        while True:
+            await self.judging.wait()
+            self.judging.clear()
+            try:
+                await self._judge_once()
+            except OSError as error:
+                self.say(f"the hours could not be judged: {error}")
+
+    async def _judge_once(self) -> None:
+        settings = {
+            "plant": str(self.options.plant),
+            "data": str(self.data),
+            "keep_s": self.options.keep_s,
+            "most_bytes": self.options.most_bytes,
+            "now": self.clock,
+        }
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, "-m", "stiction.live.judging",
+            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,
+            start_new_session=True,
+        )  # fmt: skip
+        try:
+            out, errors = await process.communicate(json.dumps(settings).encode())
+        except asyncio.CancelledError:
+            # Files are written whole or not at all, and the rest is judged after a start.
+            with contextlib.suppress(ProcessLookupError):
+                process.terminate()
+            await process.wait()
+            raise
+        try:
+            found = json.loads(out.decode().strip().rpartition("\n")[2])
+        except ValueError:
+            found = {"error": errors.decode(errors="replace").strip().rpartition("\n")[2] or f"it ended with {process.returncode}"}
+        if "error" in found:
+            self.say_once("judging", f"the hours could not be judged, and are judged later: {found['error']}", 60.0)
+            return
+        self.result = found
+        self.counts["scans"] += 1
+        self.counts["windows"] += found["windows"]
+        for note in found["notes"]:
+            self.say_once(f"note {note}", note)
+        if found["hours"]:
+            first, more = found["hours"][0], len(found["hours"]) - 1
+            and_more = f" and {more} more" if more else ""
+            self.say(
+                f"hour {first}{and_more}: {found['rows']} values; {found['windows']} windows judged in {found['scan_s']:.1f} s"
+            )
+        if found["removed"]:
+            self.say(f"{len(found['removed'])} old files were removed, from {found['removed'][0]}")
+        for event in found["events"]:
+            self.say(f"event: {event['text']}")
+            self.options.emit(json.dumps(event, ensure_ascii=False))
+        self.pusher.wake()
+        self._write_status()
+
+    # What others ask for.
+
+    def status(self) -> dict[str, Any]:
+        """The state of the watch."""
+        rate = 0.0
+        if len(self._rate) > 1:
+            (t0, v0), (t1, v1) = self._rate[0], self._rate[-1]
+            rate = (v1 - v0) / (t1 - t0) if t1 > t0 else 0.0
+        newest = max(self.last, default=0) if hasattr(self, "last") else 0
+        return {
+            "url": self.options.url,
+            "pid": os.getpid(),
+            "written": time.time(),
+            "started": self.began,
+            "connected_since": self.connected_since,
+            "tags": len(self.tags),
+            "bad_tags": sorted(self.names[k] for k in self.bad)[:100] if hasattr(self, "bad") else [],
+            "server_clock": self.clock / US or None,
+            "known_until": self.until / US or None,
+            "newest_value": newest / US if newest > 0 else None,
+            "values": self.recorder.values if hasattr(self, "recorder") else 0,
+            "values_per_s": round(rate, 1),
+            "connections": self.counts["connections"],
+            "gaps": self.counts["gaps"],
+            "ahead": self.counts["ahead"],
+            "disk_full": self.full,
+            "fill_from": self.fill_from,
+            "scans": self.counts["scans"],
+            "windows": self.counts["windows"],
+            "scan_s": self.result.get("scan_s"),
+            "write_s": self.result.get("write_s"),
+            "last_hour": (self.result.get("hours") or [None])[-1],
+            "words": self.result.get("words", {}),
+            "events_unsent": self.pusher.unsent(),
+        }
+
+    def _write_status(self) -> None:
+        folder = hours.live_folder(self.options.plant)
+        with contextlib.suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            part = folder / "status.part"
+            part.write_text(json.dumps(self.status()), encoding="utf-8")
+            part.replace(folder / "status.json")
+
+    def metrics(self) -> str:
+        """The state as Prometheus metrics."""
+        return push.metrics(self.status())
+
+
+def read_status(plant: Path) -> dict[str, Any] | None:
+    """The last state of the watch of a plant; None if there was none."""
+    try:
+        found: dict[str, Any] = json.loads((hours.live_folder(plant) / "status.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return found
+
+
+def span(us: int) -> str:
+    """A duration in words."""
+    seconds = us / US
+    for unit, name in ((86_400.0, "days"), (3600.0, "h"), (60.0, "min")):
+        if seconds >= unit * (2.0 if name == "days" else 1.0):
+            return f"{seconds / unit:.1f} {name}"
+    return f"{seconds:.0f} s"
+
+
+@contextlib.contextmanager
+def _alone(plant: Path) -> Any:
+    """Holds the lock of a plant's collector."""
+    folder = hours.live_folder(plant)
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(folder / "lock", "a") as file:
+        try:
+            if sys.platform == "win32":
+                import msvcrt
+
+                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+            else:
+                import fcntl
+
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise Refused(f"another stiction watch collects for {plant}; stop it first") from None
+        yield

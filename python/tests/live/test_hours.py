@@ -1,0 +1,236 @@
+"""Files of hours: whole or not at all, equal to what was recorded, with gaps as gaps."""
+
+import errno
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pq = pytest.importorskip("pyarrow.parquet")
+
+import stiction.plant
+from stiction.live import hours
+
+START = 1_772_409_600_000_000
+SECOND = 1_000_000
+HOUR = hours.HOUR
+
+
+def recorded(plant, values, tags=("A.OP", "A.PV")):
+    """Records (tag, time, value, status) and hands all hours over."""
+    recorder = hours.Recorder(plant, tags)
+    for tag, time, value, status in values:
+        recorder.add(tag, time, value, status)
+    recorder.flush()
+    recorder.release(1 << 62)
+    recorder.close()
+
+
+def rows(plant, hour=START):
+    return {tag: own for tag, own in hours.tables_by_tag(hours.hour_file(plant / "data", hour))}
+
+
+def listed(own):
+    return [(int(t) - START, None if math.isnan(v) else float(v), int(s)) for t, v, s in zip(own.time, own.value, own.status)]
+
+
+def test_a_file_has_what_was_recorded_in_order_and_equal_values_once(tmp_path):
+    values = [(0, START + 5 * SECOND, 2.0, 0), (1, START, 7.0, 0x4000_0000), (0, START, 1.0, 0), (0, START + 5 * SECOND, 2.0, 0), (1, START + 1, math.nan, 0x8000_0000), (1, START, math.nan, 0x8000_0000)]
+    recorded(tmp_path, values)
+    [folded] = hours.fold(tmp_path, tmp_path / "data")
+    assert (folded.rows, folded.problems) == (4, [])
+    found = rows(tmp_path)
+    assert listed(found["A.OP"]) == [(0, 1.0, 0), (5 * SECOND, 2.0, 0)]
+    assert listed(found["A.PV"]) == [(0, 7.0, 0x4000_0000), (1, None, 0x8000_0000)]
+    with pq.ParquetFile(hours.hour_file(tmp_path / "data", START)) as file:
+        assert file.num_row_groups == 2 and file.schema_arrow.names == ["time", "tag", "value", "status_code"]
+    assert not any((tmp_path / ".stiction/live/ready").iterdir())
+
+
+def test_writing_again_changes_no_byte(tmp_path):
+    values = [(0, START + k * SECOND, float(k), 0) for k in range(100)]
+    recorded(tmp_path, values)
+    hours.fold(tmp_path, tmp_path / "data")
+    path = hours.hour_file(tmp_path / "data", START)
+    before = path.read_bytes()
+    # As after a kill between the file and the end of its journal.
+    recorded(tmp_path, values)
+    hours.fold(tmp_path, tmp_path / "data")
+    assert path.read_bytes() == before
+
+
+def test_a_file_is_whole_or_not_at_all(tmp_path, monkeypatch):
+    recorded(tmp_path, [(0, START, 1.0, 0)])
+    hours.fold(tmp_path, tmp_path / "data")
+    path = hours.hour_file(tmp_path / "data", START)
+    before = path.read_bytes()
+    recorded(tmp_path, [(0, START + k, float(k), 0) for k in range(1000)])
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "replace", broken)
+        with pytest.raises(OSError, match="No space"):
+            hours.fold(tmp_path, tmp_path / "data")
+    assert path.read_bytes() == before and [each.name for each in path.parent.iterdir()] == ["00.parquet"]
+    # The journal stays, and the next attempt has all values.
+    [folded] = hours.fold(tmp_path, tmp_path / "data")
+    assert folded.rows == 1001 + 1
+
+
+def test_a_kill_in_the_middle_of_a_record_loses_only_that_record(tmp_path):
+    recorded(tmp_path, [(0, START + k * SECOND, float(k), 0) for k in range(10)])
+    [journal] = (tmp_path / ".stiction/live/ready").iterdir()
+    journal.write_bytes(journal.read_bytes()[:-5])
+    [folded] = hours.fold(tmp_path, tmp_path / "data")
+    assert len(rows(tmp_path)["A.OP"]) == 9 and "cut in the middle" in folded.problems[0]
+
+
+@pytest.mark.parametrize("length", range(0, 60, 7))
+def test_a_journal_cut_anywhere_is_read(tmp_path, length):
+    recorded(tmp_path, [(0, START, 1.0, 0)])
+    [journal] = (tmp_path / ".stiction/live/ready").iterdir()
+    journal.write_bytes(journal.read_bytes()[:length])
+    hours.known_until(tmp_path)
+    hours.fold(tmp_path, tmp_path / "data")
+    assert not any((tmp_path / ".stiction/live/ready").iterdir())
+    if hours.hour_file(tmp_path / "data", START).exists():
+        # The tags were still known.
+        assert [listed(own) for own in rows(tmp_path).values()] == [[(0, None, hours.NONE)]] * 2
+
+
+def test_a_tag_without_values_holds_its_last_one_but_not_across_a_gap(tmp_path):
+    recorded(
+        tmp_path,
+        [
+            (0, START, 1.0, 0),
+            (1, START, 50.0, 0x4000_0000),
+            (0, START + HOUR + 1, 2.0, 0),
+            (1, START + 2 * HOUR - 1, math.nan, hours.LOST),
+            (0, START + 2 * HOUR, 3.0, 0),
+            (0, START + 3 * HOUR, 4.0, 0),
+        ],
+    )
+    hours.fold(tmp_path, tmp_path / "data")
+    # No value in the second hour but the gap at its end.
+    assert listed(rows(tmp_path, START + HOUR)["A.PV"]) == [(2 * HOUR - 1, None, hours.LOST)]
+    assert listed(rows(tmp_path, START + 2 * HOUR)["A.PV"]) == [(2 * HOUR, None, hours.NONE)]
+    recorded(tmp_path, [(0, START + 4 * HOUR, 5.0, 0), (1, START + 3 * HOUR + 7, 60.0, 0)])
+    hours.fold(tmp_path, tmp_path / "data")
+    assert listed(rows(tmp_path, START + 3 * HOUR)["A.PV"]) == [(3 * HOUR + 7, 60.0, 0)]
+    assert listed(rows(tmp_path, START + 4 * HOUR)["A.PV"]) == [(4 * HOUR, 60.0, hours.HELD)]
+
+
+def test_late_values_change_what_later_hours_hold(tmp_path):
+    recorded(tmp_path, [(0, START, 1.0, 0), (1, START, 50.0, 0), (0, START + HOUR, 2.0, 0), (0, START + 2 * HOUR, 3.0, 0)])
+    hours.fold(tmp_path, tmp_path / "data")
+    assert listed(rows(tmp_path, START + 2 * HOUR)["A.PV"]) == [(2 * HOUR, 50.0, hours.HELD)]
+    recorded(tmp_path, [(1, START + 30, 55.0, 0)])
+    hours.fold(tmp_path, tmp_path / "data")
+    assert listed(rows(tmp_path)["A.PV"]) == [(0, 50.0, 0), (30, 55.0, 0)]
+    assert listed(rows(tmp_path, START + 2 * HOUR)["A.PV"]) == [(2 * HOUR, 55.0, hours.HELD)]
+
+
+def test_memory_is_bounded_by_batches_of_tags(tmp_path, monkeypatch):
+    values = [(tag, START + k * SECOND, float(k), 0) for k in range(50) for tag in range(7)]
+    tags = [f"L{k}.OP" for k in range(7)]
+    recorded(tmp_path / "a", values, tags)
+    hours.fold(tmp_path / "a", tmp_path / "a" / "data")
+    monkeypatch.setattr(hours, "MOST_ROWS", 60)
+    recorded(tmp_path / "b", values, tags)
+    hours.fold(tmp_path / "b", tmp_path / "b" / "data")
+    a, b = (hours.hour_file(tmp_path / each / "data", START).read_bytes() for each in "ab")
+    assert a == b
+
+
+def broken(*_):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.mark.parametrize("stuck", [False, True])
+def test_a_full_disk_leaves_whole_records(tmp_path, monkeypatch, stuck):
+    recorder = hours.Recorder(tmp_path, ["A.OP"])
+    recorder.add(0, START, 1.0, 0)
+    recorder.flush()
+
+    class Full:
+        def __init__(self, file):
+            self.file = file
+
+        def write(self, data):
+            if len(data) < 100:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            # As a disk does that becomes full.
+            return self.file.write(data[: len(data) // 2 - 5])
+
+        def __getattr__(self, name):
+            return getattr(self.file, name)
+
+    [hour] = recorder._files
+    recorder._files[hour] = Full(recorder._files[hour])
+    if stuck:
+        monkeypatch.setattr(Full, "truncate", broken, raising=False)
+    for k in range(10):
+        recorder.add(0, START + 1 + k, 2.0, 0)
+    with pytest.raises(OSError, match="No space"):
+        recorder.flush()
+    recorder.add(0, START + 100, 3.0, 0)
+    recorder.flush()
+    recorder.release(1 << 62)
+    [folded] = hours.fold(tmp_path, tmp_path / "data")
+    found = listed(rows(tmp_path)["A.OP"])
+    whole = found if not stuck else [row for row in found if row[1] != 2.0]
+    assert whole == [(0, 1.0, 0), (100, 3.0, 0)] and len(folded.problems) == int(stuck)
+
+
+def test_what_is_known_comes_from_the_journals(tmp_path):
+    assert hours.known_until(tmp_path) == (None, {})
+    recorder = hours.Recorder(tmp_path, ["A.OP", "A.PV"])
+    recorder.add(0, START + 7, 1.0, 0)
+    recorder.mark(START + 5)
+    recorder.flush()
+    assert hours.known_until(tmp_path) == (START + 5, {"A.OP": START + 7})
+    recorder.close()
+
+
+def test_old_files_go_by_age_and_by_size(tmp_path):
+    recorded(tmp_path, [(0, START + k * HOUR, float(k), 0) for k in range(30)])
+    hours.fold(tmp_path, tmp_path / "data")
+    now = START + 30 * HOUR
+    gone = hours.retain(tmp_path / "data", keep_s=20 * 3600.0, most_bytes=None, now=now)
+    assert len(gone) == 9 and not hours.hour_file(tmp_path / "data", START).exists()
+    sizes = sum(path.stat().st_size for path in (tmp_path / "data").rglob("*.parquet"))
+    gone = hours.retain(tmp_path / "data", keep_s=None, most_bytes=sizes / 5, now=now)
+    assert 15 <= len(gone) <= 18 and not (tmp_path / "data/2026-03-02").exists()
+    (tmp_path / "data" / "export.parquet").write_bytes(b"not ours")
+    hours.retain(tmp_path / "data", keep_s=0.0, most_bytes=0.0, now=now + HOUR)
+    assert [path.name for path in (tmp_path / "data").iterdir()] == ["export.parquet"]
+
+
+def test_verdicts_are_those_of_the_same_data_in_other_files(tmp_path):
+    from server import played
+
+    plant, live = tmp_path / "plant", tmp_path / "live"
+    stiction.plant.demo(plant, loops=3, days=1)
+    live.mkdir()
+    (live / "plant.toml").write_text((plant / "plant.toml").read_text().replace("data/*", "data/**/*"))
+    data = played(plant, None)
+    names = sorted(data)
+    recorder = hours.Recorder(live, names)
+    for k, name in enumerate(names):
+        for time, value in zip(*data[name]):
+            recorder.add(k, int(time), float(value), 0)
+    recorder.flush()
+    recorder.release(1 << 62)
+    assert len(hours.fold(live, live / "data")) == 24
+    for folder in (plant, live):
+        stiction.plant.scan(folder)
+    expected, found = (stiction.plant.windows(folder).to_dict() for folder in (plant, live))
+    for column in expected:
+        if not column.endswith("_fingerprint"):
+            assert np.array_equal(found[column], expected[column]), column
+    assert stiction.plant.check(live).problems == []
+
+
+def test_the_file_of_an_hour_is_named_by_its_time():
+    assert hours.hour_file(Path("data"), START + 5 * HOUR) == Path("data/2026-03-02/05.parquet")

@@ -1,0 +1,197 @@
+"""The client of OPC UA servers only reads, and trusts only what it was told to."""
+
+import asyncio
+import inspect
+import re
+from datetime import datetime, timedelta, timezone
+
+import pytest
+
+pytest.importorskip("asyncua")
+
+from asyncua import ua
+from asyncua.crypto import cert_gen
+from cryptography import x509
+from cryptography.hazmat.primitives.serialization import Encoding
+from cryptography.x509.oid import ExtendedKeyUsageOID
+from stiction.live import opcua, tags
+from stiction.live.errors import Refused
+
+REQUESTS = sorted(
+    (kind for name, kind in vars(ua).items() if inspect.isclass(kind) and re.fullmatch(r"[A-Za-z0-9]+Request", name) and hasattr(kind, "RequestHeader")),
+    key=lambda kind: kind.__name__,
+) or sorted({kind for name, kind in vars(ua).items() if inspect.isclass(kind) and name.endswith("Request") and "RequestHeader" in getattr(kind, "__annotations__", {})}, key=lambda kind: kind.__name__)
+
+
+class Wire:
+    """Stands for the connection, and keeps what is written to it."""
+
+    def __init__(self):
+        self.written = []
+
+    def write(self, data):
+        self.written.append(data)
+
+
+def sent(request):
+    """The bytes that a request puts on the wire."""
+
+    async def send():
+        client = opcua.ReadOnlyClient("opc.tcp://127.0.0.1:4840", 1.0)
+        protocol = client.uaclient._make_protocol()
+        protocol.transport = wire = Wire()
+        try:
+            protocol._send_request(request)
+        finally:
+            protocol.transport = None
+        return wire.written
+
+    return asyncio.run(send())
+
+
+def test_all_services_are_known():
+    names = {kind.__name__ for kind in REQUESTS}
+    assert {"WriteRequest", "CallRequest", "AddNodesRequest", "DeleteNodesRequest", "HistoryUpdateRequest", "ReadRequest"} <= names
+    assert len(names) >= 35 and opcua.SERVICES <= set(REQUESTS)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in REQUESTS if kind not in opcua.SERVICES], ids=lambda kind: kind.__name__)
+def test_a_service_that_is_not_listed_is_refused_before_a_byte_is_sent(kind, monkeypatch):
+    written = []
+    monkeypatch.setattr(Wire, "write", lambda _self, data: written.append(data))
+    with pytest.raises(Refused, match=f"{kind.__name__} was not sent"):
+        sent(kind())
+    assert written == []
+
+
+@pytest.mark.parametrize("kind", sorted(opcua.SERVICES, key=lambda kind: kind.__name__), ids=lambda kind: kind.__name__)
+def test_what_is_listed_reads(kind):
+    # A list that grew by mistake would show here.
+    assert not re.search(r"Write|Call|Add|Update|Register|Transfer|Cancel|DeleteNodes|DeleteRef|SetTrigger|SetMonitoring", kind.__name__)
+
+
+def test_a_listed_service_is_sent():
+    assert len(sent(ua.ReadRequest())) == 1
+
+
+def test_a_subclass_of_a_listed_service_is_refused():
+    class Sly(ua.ReadRequest):
+        pass
+
+    with pytest.raises(Refused):
+        sent(Sly())
+
+
+async def _every_way_to_write(client):
+    node = client.get_node("ns=2;i=1")
+    yield node.write_value(1.0)
+    yield node.call_method("2:Start")
+    yield client.delete_nodes([node])
+    yield client.register_namespace("urn:a")
+    yield node.add_variable(2, "new", 1.0)
+    yield client.write_values([node], [1.0])
+    yield client.register_nodes([node])
+    yield client.uaclient.session.history_update(ua.HistoryUpdateParameters())
+
+
+def test_no_method_of_the_library_writes(live):
+    server = live.serve("--no-history")
+
+    async def attempt():
+        client = opcua.ReadOnlyClient(live.url, 5.0)
+        await client.connect()
+        try:
+            count = 0
+            async for way in _every_way_to_write(client):
+                with pytest.raises((Refused, ua.UaError, TypeError)):
+                    await way
+                count += 1
+            return count
+        finally:
+            await client.disconnect()
+
+    assert asyncio.run(attempt()) == 8
+    server.tell("requests")
+    asked = server.answer("requests")["requests"]
+    known = {kind.__name__ for kind in opcua.SERVICES}
+    assert set(asked) <= known and asked["ReadRequest"] >= 1
+
+
+def certificate(uri="urn:server", days=10, begin=None):
+    key = cert_gen.generate_private_key()
+    made = cert_gen.generate_self_signed_app_certificate(key, "server", {}, [x509.UniformResourceIdentifier(uri)], [ExtendedKeyUsageOID.SERVER_AUTH], days)
+    return made.public_bytes(Encoding.DER)
+
+
+class About:
+    ApplicationUri = "urn:server"
+
+
+def test_an_unknown_certificate_is_refused_kept_and_trusted_when_it_was_moved(tmp_path):
+    data, security = certificate(), opcua.Security(folder=tmp_path)
+    with pytest.raises(Refused, match="is not trusted; compare the SHA-256") as refused:
+        opcua.check_certificate(data, About, security)
+    assert opcua.fingerprint(data) in str(refused.value)
+    [kept] = (tmp_path / "rejected").iterdir()
+    (tmp_path / "trusted").mkdir()
+    kept.rename(tmp_path / "trusted" / kept.name)
+    assert opcua.check_certificate(data, About, security) is None
+    with pytest.raises(Refused, match="not trusted"):
+        opcua.check_certificate(certificate(), About, security)
+
+
+def test_the_first_certificate_is_trusted_only_on_request_and_no_second_one(tmp_path):
+    security = opcua.Security(folder=tmp_path, trust_first=True)
+    data = certificate()
+    assert "trusted from now on" in opcua.check_certificate(data, About, security)
+    assert opcua.check_certificate(data, About, security) is None
+    with pytest.raises(Refused, match="not trusted"):
+        opcua.check_certificate(certificate(), About, security)
+
+
+def test_expired_and_foreign_certificates_are_refused_even_if_trusted(tmp_path):
+    security = opcua.Security(folder=tmp_path, trust_first=True)
+    with pytest.raises(Refused, match="is valid from .* today is"):
+        opcua.check_certificate(certificate(days=0), About, security)
+    with pytest.raises(Refused, match="is for urn:other, but the server is urn:server"):
+        opcua.check_certificate(certificate("urn:other"), About, security)
+
+
+def test_a_certificate_is_made_once_with_a_private_key(tmp_path):
+    opcua.make_certificate(tmp_path)
+    assert (tmp_path / "client.pem").stat().st_mode & 0o077 == 0
+    made = x509.load_der_x509_certificate((tmp_path / "client.der").read_bytes())
+    assert made.not_valid_after_utc > datetime.now(timezone.utc) + timedelta(days=1000)
+    with pytest.raises(Refused, match="exists already"):
+        opcua.make_certificate(tmp_path)
+
+
+def test_addresses_with_secrets_and_others_are_refused():
+    for url, words in [
+        ("opc.tcp://me:secret@host:4840", "STICTION_OPCUA_PASSWORD"),
+        ("http://host:4840", "not the address of an OPC UA server"),
+        ("opc.tcp://", "not the address"),
+    ]:
+        with pytest.raises(Refused, match=words) as refused:
+            opcua.Server(url, opcua.Security(), say=print)
+        assert "secret" not in str(refused.value)
+
+
+def test_tags_are_read_with_the_line_of_a_fault(tmp_path):
+    path = tmp_path / "live.toml"
+    known = {'FIC"1.PV': "nsu=urn:plant;s=FIC1.PV", "Ä.OP": "ns=2;i=7"}
+    path.write_text(tags.text_of(known, "opc.tcp://host"), encoding="utf-8")
+    assert tags.read(path) == known
+    for text, words in [
+        ('[tags]\n"A" = 7', "line 2: write"),
+        ('"A" = "B"', "line 1: write"),
+        ("[other]", r"line 1: \[other\] is not known"),
+        ('[tags]\n"A" = "x"\n"A" = "y"', "line 3: A is listed twice"),
+    ]:
+        path.write_text(text)
+        with pytest.raises(Refused, match=words):
+            tags.read(path)
+
+
+def test_words_of_modes_come_from_the_plant():
+    assert tags.mode_words('name = "N"\n[modes]\n"3" = "auto"\nHand = "manual"\n"Auto 2" = "auto" # x\n[area.A]\nB = "auto"') == {"hand": 0.0, "auto 2": 1.0}

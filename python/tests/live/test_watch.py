@@ -1,0 +1,384 @@
+"""A watch of a played plant: what is recorded is what was played, through all faults, and verdicts are those of a scan."""
+
+import contextlib
+import json
+import os
+import socket
+import stat
+import threading
+import time
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("asyncua")
+
+import stiction.plant
+from conftest import free_port, wait_for
+from server import played
+from stiction.live import hours, opcua
+from stiction.live.events import KINDS
+
+SECOND = 1_000_000
+TWO_HOURS = ["--speed", "900", "--last", "7200"]
+
+
+def recorded(folder, held=False):
+    """The good values of each tag."""
+    found = {}
+    for path in sorted((folder / "data").glob("*/*.parquet")):
+        for tag, rows in hours.tables_by_tag(path):
+            own = (rows.status < hours.BAD) if held else (rows.status == 0)
+            found.setdefault(tag, []).extend(zip(rows.time[own].tolist(), rows.value[own].tolist()))
+    return found
+
+
+def of_plant(plant, first, last):
+    return {
+        tag: [(int(t), float(v)) for t, v in zip(times, values) if first <= t < last]
+        for tag, (times, values) in played(plant, None).items()
+    }
+
+
+def gaps(folder):
+    found = {}
+    for path in sorted((folder / "data").glob("*/*.parquet")):
+        for tag, rows in hours.tables_by_tag(path):
+            found.setdefault(tag, []).extend(rows.time[rows.status == hours.LOST].tolist())
+    return found
+
+
+def state(live):
+    path = live.watched / ".stiction/live/status.json"
+    return json.loads(path.read_text()) if path.exists() else {}
+
+
+def hour_is_there(live, number):
+    return lambda: (live.watched / "data" / "2026-03-02" / f"{number:02d}.parquet").exists()
+
+
+def judged(watch, number):
+    return lambda: any(f"hour 2026-03-02 {number:02d}" in line for line in watch.log)
+
+
+def test_what_is_recorded_was_played_and_judged_as_by_a_scan(live, tmp_path):
+    server = live.serve(*TWO_HOURS)
+    port = free_port()
+    watch = live.watch("--security", "none", "--metrics", f"127.0.0.1:{port}")
+    watch.says("connected to")
+    server.tell("play")
+    wait_for(judged(watch, 1), 60, "the second hour")
+    text = urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics", timeout=5).read().decode()
+    status = state(live)
+    server.tell("requests")
+    asked = set(server.answer("requests")["requests"])
+    assert watch.end() == 0 and "stopped" in watch.log[-1]
+    begin, end = server.info["begin"], server.info["end"]
+    assert recorded(live.watched) == of_plant(live.plant, begin, end)
+    assert not any(gaps(live.watched).values())
+    # The same data as one file, judged by a scan.
+    import pyarrow as pa
+
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "plant.toml").write_text((live.plant / "plant.toml").read_text())
+    data = of_plant(live.plant, begin, end)
+    rows = [
+        hours.table_of(tag, hours.Rows(np.array([t for t, _ in own]), np.array([v for _, v in own]), np.zeros(len(own), np.uint32)))
+        for tag, own in data.items()
+        if own
+    ]
+    hours.written(other / "data" / "all.parquet", iter(rows))
+    assert isinstance(rows[0], pa.Table)
+    stiction.plant.scan(other)
+    expected, found = (stiction.plant.windows(folder).to_dict() for folder in (other, live.watched))
+    for column in expected:
+        if not column.endswith("_fingerprint"):
+            assert found[column] == expected[column], column
+    # Events are lines of JSON, and what the ranking says.
+    events = [json.loads(line) for line in watch.out]
+    assert all(event["event"] in KINDS and event["text"] for event in events)
+    assert events == [json.loads(line) for line in (live.watched / ".stiction/events.jsonl").read_text().splitlines()]
+    assert asked <= {kind.__name__ for kind in opcua.SERVICES}
+    assert "stiction_up 1" in text and 'stiction_loops{word="' in text and "stiction_scan_seconds" in text
+    assert status["tags"] == len(data) and status["values"] > 0
+
+
+def test_a_killed_watch_loses_nothing_with_a_history(live):
+    server = live.serve(*TWO_HOURS)
+    watch = live.watch("--security", "none")
+    watch.says("connected to")
+    server.tell("play")
+    wait_for(hour_is_there(live, 0), 60, "the first hour")
+    watch.end(kill=True)
+    time.sleep(1.0)
+    again = live.watch("--security", "none")
+    again.says("gap of")
+    again.says("came from the server's history")
+    wait_for(judged(again, 1), 60, "the second hour")
+    assert again.end() == 0
+    assert recorded(live.watched) == of_plant(live.plant, server.info["begin"], server.info["end"])
+
+
+def test_a_gap_stays_a_gap_without_a_history(live):
+    server = live.serve(*TWO_HOURS, "--no-history")
+    watch = live.watch("--security", "none")
+    watch.says("connected to")
+    server.tell("play")
+    wait_for(lambda: state(live).get("values", 0) > 1000, 30, "values")
+    watch.end(kill=True)
+    time.sleep(1.0)
+    again = live.watch("--security", "none")
+    again.says("the gap stays one in")
+    wait_for(judged(again, 1), 60, "the second hour")
+    assert again.end() == 0
+    expected = of_plant(live.plant, server.info["begin"], server.info["end"])
+    found, lost = recorded(live.watched), gaps(live.watched)
+    missing = 0
+    for tag, own in expected.items():
+        kept = set(found[tag])
+        assert kept <= set(own), "no value that was not played"
+        absent = [t for t, value in own if (t, value) not in kept]
+        missing += len(absent)
+        if absent:
+            # What is missing is one piece, and a row without a value begins it, so that nothing is held across it.
+            assert len(lost[tag]) == 1 and lost[tag][0] < absent[0]
+            assert not [t for t, _ in kept if lost[tag][0] <= t <= absent[-1]]
+    assert missing > 100
+
+
+def test_a_server_that_is_killed_is_found_again(live):
+    server = live.serve(*TWO_HOURS)
+    watch = live.watch("--security", "none")
+    watch.says("connected to")
+    server.tell("play")
+    wait_for(lambda: state(live).get("values", 0) > 1000, 30, "values")
+    server.end(kill=True)
+    watch.says("no connection to")
+    # The plant went on meanwhile.
+    again = live.serve("--speed", "900", "--first", "3000", "--last", "4200")
+    again.tell("play")
+    watch.says("gap of")
+    wait_for(judged(watch, 1), 60, "the second hour")
+    assert watch.end() == 0
+    assert recorded(live.watched) == of_plant(live.plant, server.info["begin"], server.info["end"])
+
+
+class Cable:
+    """A connection between a port and the server, which can be cut."""
+
+    def __init__(self, to):
+        self.to, self.port, self.cut = to, free_port(), False
+        self.sockets = []
+        self.own = socket.create_server(("127.0.0.1", self.port))
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self):
+        while True:
+            try:
+                near, _ = self.own.accept()
+            except OSError:
+                return
+            if self.cut:
+                near.close()
+                continue
+            far = socket.create_connection(("127.0.0.1", self.to))
+            self.sockets += [near, far]
+            for a, b in ((near, far), (far, near)):
+                threading.Thread(target=self._carry, args=(a, b), daemon=True).start()
+
+    def _carry(self, a, b):
+        try:
+            while data := a.recv(65536):
+                while self.cut:
+                    time.sleep(0.05)
+                b.sendall(data)
+        except OSError:
+            pass
+        for each in (a, b):
+            each.close()
+
+    def close(self):
+        self.own.close()
+        self.cut = False
+        for each in self.sockets:
+            each.close()
+
+
+@pytest.mark.parametrize("silent", [False, True], ids=["closed", "silent"])
+def test_a_cut_connection_loses_nothing_with_a_history(live, silent):
+    server = live.serve(*TWO_HOURS)
+    cable = Cable(live.port)
+    try:
+        watch = live.watch("--security", "none", "--timeout", "2s", url=f"opc.tcp://127.0.0.1:{cable.port}")
+        watch.says("connected to")
+        server.tell("play")
+        wait_for(lambda: state(live).get("values", 0) > 1000, 30, "values")
+        cable.cut = True
+        if not silent:
+            for each in cable.sockets:
+                with contextlib.suppress(OSError):
+                    each.shutdown(socket.SHUT_RDWR)
+        watch.says("no connection to")
+        cable.cut = False
+        watch.says("gap of")
+        wait_for(judged(watch, 1), 60, "the second hour")
+        assert watch.end() == 0
+    finally:
+        cable.close()
+    assert recorded(live.watched) == of_plant(live.plant, server.info["begin"], server.info["end"])
+
+
+def test_jumps_removed_tags_and_other_types_are_told_and_store_no_wrong_value(live):
+    server = live.serve("--speed", "300", "--last", "3600", "--no-history")
+    watch = live.watch("--security", "none", "--check", "1s")
+    watch.says("connected to")
+    server.tell("play")
+    wait_for(lambda: state(live).get("values", 0) > 500, 30, "values")
+    server.tell("type FIC1002.PV")
+    watch.says("FIC1002.PV: its type changed from Double to String")
+    watch.says("FIC1002.PV: 'out of order' is no number")
+    server.tell("remove LIC1003.PV")
+    watch.says("LIC1003.PV: the server no longer knows it (BadNodeIdUnknown)")
+    server.tell("jump 7200")
+    watch.says("the server's clock jumped ahead by 2.")
+    time.sleep(1.0)
+    server.tell("jump -7200")
+    watch.says("the server's clock went back by")
+    wait_for(judged(watch, 0), 60, "the hour")
+    assert watch.end() == 0
+    expected = of_plant(live.plant, server.info["begin"], server.info["end"])
+    for tag, own in recorded(live.watched).items():
+        known = set(own) - set(expected[tag])
+        # The clock of the plant was wrong, its values were not.
+        assert {(t - 7200 * SECOND, value) for t, value in known} <= set(expected[tag]), tag
+    at = [t for tag, rows in hours.tables_by_tag(live.watched / "data/2026-03-02/00.parquet") if tag == "LIC1003.PV" for t in rows.time[rows.status == 0x8034_0000]]
+    assert at, "a removed tag has no value from then on"
+
+
+def test_secrets_and_certificates(live, tmp_path):
+    secret = "Pa55-w0rd!"
+    server = live.serve(*TWO_HOURS, "--encrypted", tmp_path / "server", "--user", f"operator:{secret}")
+    env = os.environ | {"STICTION_OPCUA_USER": "operator", "STICTION_OPCUA_PASSWORD": secret}
+    refused = live.watch(env=env)
+    assert refused.process.wait(30) == 2
+    assert wait_for(lambda: refused.log, 5) and "--make-certificate" in refused.log[-1]
+    made = live.run("-m", "stiction.live", "watch", "--make-certificate", "-C", live.watched)
+    assert made.process.wait(30) == 0
+    unknown = live.watch(env=env)
+    assert unknown.process.wait(30) == 2
+    assert wait_for(lambda: unknown.log, 5) and "is not trusted; compare the SHA-256" in unknown.log[-1]
+    certificates = live.watched / "certificates"
+    [kept] = (certificates / "rejected").iterdir()
+    kept.rename(certificates / "trusted" / kept.name)
+    wrong = live.watch(env=env | {"STICTION_OPCUA_PASSWORD": "wrong" + secret})
+    wrong.says("no connection to")
+    assert wrong.end() == 0
+    watch = live.watch(env=env)
+    watch.says("encrypted by Aes256Sha256RsaPss")
+    watch.says("connected to")
+    server.tell("play")
+    wait_for(hour_is_there(live, 0), 60, "the first hour")
+    assert watch.end() == 0
+    logs = [line for each in (refused, unknown, wrong, watch) for line in each.log + each.out]
+    assert not [line for line in logs if secret in line]
+    for path in Path(live.watched).rglob("*"):
+        if path.is_file():
+            assert secret.encode() not in path.read_bytes(), path
+    assert stat.S_IMODE((certificates / "client.pem").stat().st_mode) == 0o600
+    server.tell("requests")
+    assert set(server.answer("requests")["requests"]) <= {kind.__name__ for kind in opcua.SERVICES}
+
+
+def test_an_expired_certificate_is_refused_in_words(live, tmp_path):
+    live.serve(*TWO_HOURS, "--encrypted", tmp_path / "server", "--certificate-days", "0")
+    made = live.run("-m", "stiction.live", "watch", "--make-certificate", "-C", live.watched)
+    assert made.process.wait(30) == 0
+    watch = live.watch("--trust-first")
+    assert watch.process.wait(30) == 2
+    assert wait_for(lambda: watch.log, 5) and "renew it on the server" in watch.log[-1]
+
+
+def test_an_open_server_needs_the_word_none(live):
+    live.serve(*TWO_HOURS)
+    watch = live.watch()
+    assert watch.process.wait(30) == 2
+    assert wait_for(lambda: watch.log, 5) and "--security none" in watch.log[-1]
+
+
+def test_a_flood_is_stored(live):
+    server = live.serve("--speed", "1", "--last", "7200")
+    watch = live.watch("--security", "none", "--grace", "0s", "--queue", "10000")
+    watch.says("connected to")
+    server.tell("flood 10000 3")
+    answer = server.answer("flooded", 60)
+    tags = server.info["tags"]
+    wait_for(lambda: state(live).get("values", 0) >= answer["flooded"], 30, "all values")
+    assert watch.end() == 0
+    count = sum(path.stat().st_size for path in (live.watched / ".stiction/live/open").iterdir()) // hours.RECORD.itemsize
+    assert count >= answer["flooded"] and tags > 10
+
+
+def test_a_full_disk_is_told_and_its_gap_is_filled(live):
+    if os.geteuid() != 0 or os.system(f"mount -t tmpfs -o size=600k none {live.watched} 2>/dev/null") != 0:
+        pytest.skip("a small disk needs root")
+    try:
+        (live.watched / "plant.toml").write_text((live.plant / "plant.toml").read_text().replace("data/*", "data/**/*"))
+        server = live.serve("--speed", "300", "--last", "3600")
+        watch = live.watch("--security", "none")
+        watch.says("connected to")
+        server.tell("play")
+        wait_for(lambda: state(live).get("values", 0) > 200, 30, "values")
+        filler = live.watched / "filler"
+        with contextlib.suppress(OSError), open(filler, "wb", buffering=0) as file:
+            while file.write(bytes(4096)):
+                pass
+        watch.says("values cannot be stored (No space left on device)")
+        time.sleep(1.0)
+        filler.unlink()
+        watch.says("values are stored again")
+        watch.says("came from the server's history")
+        server.answer("played")
+        wait_for(lambda: (state(live).get("known_until") or 0) > 1e-6 * server.info["end"], 30, "the end")
+        assert watch.end() == 0
+        # What is still open is written here.
+        recorder = hours.Recorder(live.watched, [])
+        recorder.release(1 << 62)
+        hours.fold(live.watched, live.watched / "data")
+        assert recorded(live.watched) == of_plant(live.plant, server.info["begin"], server.info["end"] + 1)
+    finally:
+        os.system(f"umount -l {live.watched}")
+
+
+def test_status_and_wrong_use(live):
+    own = live.run("-m", "stiction.live", "watch", "--status", "-C", live.watched)
+    assert own.process.wait(30) == 2 and wait_for(lambda: own.log, 5) and "no stiction watch has run here" in own.log[-1]
+    live.serve(*TWO_HOURS)
+    watch = live.watch("--security", "none")
+    watch.says("connected to")
+    second = live.watch("--security", "none")
+    assert second.process.wait(30) == 2 and wait_for(lambda: second.log, 5) and "another stiction watch collects" in second.log[-1]
+    wait_for(lambda: state(live).get("connected_since"), 20, "the state")
+    own = live.run("-m", "stiction.live", "watch", "--status", "-C", live.watched)
+    assert own.process.wait(30) == 0 and wait_for(lambda: len(own.out) > 2, 5) and "connected since" in own.out[0]
+    assert watch.end() == 0
+    (live.watched / "plant.toml").write_text('name = "N"\ndata = ["export/*.csv"]\n')
+    wrong = live.watch("--security", "none")
+    assert wrong.process.wait(30) == 2 and wait_for(lambda: wrong.log, 5) and "add \"data/**/*.parquet\"" in wrong.log[-1]
+
+
+def test_a_plant_is_proposed_from_a_server_and_watched(live, tmp_path):
+    live.serve(*TWO_HOURS)
+    live.watched = tmp_path / "new"
+    made = live.run("-m", "stiction.live", "init", live.url, "-C", live.watched, "--security", "none")
+    assert made.process.wait(30) == 0 and wait_for(lambda: made.out, 5) and made.out[0].startswith("6 loops")
+    text = (live.watched / "plant.toml").read_text()
+    assert 'data = ["data/**/*.parquet"]' in text and '[loop."FIC1002"]' in text and '# op = "FIC1002.OP"' in text
+    assert '"FIC1002.PV" = "nsu=urn:stiction:played;s=FIC1002.PV"' in (live.watched / "live.toml").read_text()
+    again = live.run("-m", "stiction.live", "init", live.url, "-C", live.watched, "--security", "none")
+    assert again.process.wait(30) == 2 and wait_for(lambda: again.log, 5) and "--force overwrites it" in again.log[-1]
+    watch = live.watch("--security", "none")
+    watch.says("19 of 19 tags")
+    assert watch.end() == 0
