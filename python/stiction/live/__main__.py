@@ -105,8 +105,24 @@ def parser(program: str = "python -m stiction.live") -> argparse.ArgumentParser:
     )
     init.add_argument("url", metavar="URL", help="the server or the database")
     init.add_argument("-C", "--folder", metavar="PLANT", type=Path, default=Path(), help="the folder of the plant [default: .]")
+    init.add_argument("--table", metavar="NAME", help="the table of a database")
     init.add_argument("--force", action="store_true", help="overwrite plant.toml")
     _secured(init)
+
+    fetch = tasks.add_parser(
+        "fetch",
+        help="copy samples from a database to files of days",
+        description="Copy samples from a long or wide table to a file a day below data/sql of the plant, in read-only transactions. A "
+        "second run reads only what is new.",
+        epilog="examples:\n  python -m stiction.live fetch 'postgres://reader@host/plant?table=samples' -C north\n"
+        "  stiction plant -C north scan 'postgres://reader@host/plant?table=samples'\n\n" + ENVIRONMENT,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    fetch.add_argument("url", metavar="URL", help="the database: postgres://, odbc://")
+    fetch.add_argument("-C", "--folder", metavar="PLANT", type=Path, default=Path(), help="the folder of the plant [default: .]")
+    fetch.add_argument("--table", metavar="NAME", help="the table, unless the address names it")
+    fetch.add_argument("--since", metavar="DAY", help="read again from this day on, such as 2026-03-01")
+    fetch.add_argument("--output", metavar="FILE", type=Path, help="write the last day to this file instead, for stiction diagnose")
     return whole
 
 
@@ -118,6 +134,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _watch(known)
         if known.task == "init":
             return _init(known)
+        if known.task == "fetch":
+            return _fetch(known)
     except (Refused, ImportError) as error:
         print(f"stiction: {error}", file=sys.stderr)
         return 2
@@ -140,7 +158,24 @@ def _note(text: str) -> None:
 def _init(known: argparse.Namespace) -> int:
     from stiction.live import first
 
+    if not known.url.startswith("opc.tcp://"):
+        from stiction.live import sql
+
+        made = first.of_samples(known.folder, lambda path: sql.samples(known.url, path, known.table), force=known.force)
+        print(f"{made[0]} loops, {made[1]} doubts; see {known.folder / 'plant.toml'}")
+        return 0
     print(asyncio.run(first.of_server(known.folder, known.url, _security(known), _note, force=known.force)))
+    return 0
+
+
+def _fetch(known: argparse.Namespace) -> int:
+    from stiction.live import sql
+
+    if known.output is not None:
+        sql.samples(known.url, known.output, known.table)
+        return 0
+    done = sql.fetch(known.url, known.folder, table=known.table, since=known.since, say=_note if sys.stderr.isatty() else lambda _: None)
+    print(f"{done['rows']} rows of {done['loops']} loops, {done['days']} days; see {known.folder / 'data' / 'sql'}")
     return 0
 
 

@@ -382,7 +382,7 @@ class _Stored:
         return None if group is None else _rows(self.file.read_row_group(group))
 
 
-def _joined(parts: Sequence[Rows]) -> Rows:
+def joined(parts: Sequence[Rows]) -> Rows:
     """The rows of parts in order of time, equal ones once. A bad value beside a usable one of the same time is left out."""
     time = np.concatenate([part.time for part in parts])
     value = np.concatenate([part.value for part in parts])
@@ -481,7 +481,7 @@ def _of_hour(hour: int, known: Rows | None, new: Rows | None, before: Any) -> Ro
         parts.append(Rows(known.time[own], known.value[own], known.status[own]))
     if new is not None:
         parts.append(new)
-    rows = _joined(parts) if parts else Rows(np.empty(0, np.int64), np.empty(0), np.empty(0, np.uint32))
+    rows = joined(parts) if parts else Rows(np.empty(0, np.int64), np.empty(0), np.empty(0, np.uint32))
     if len(rows):
         return rows
     last: Rows | None = before()
@@ -529,7 +529,7 @@ def _batches(
                 chosen = block[order[edges[k] : edges[k + 1]]]
                 if len(chosen):
                     rows_of = Rows(chosen["time"].copy(), chosen["value"].copy(), chosen["status"].copy())
-                    found[names[first + k]] = _joined([rows_of])
+                    found[names[first + k]] = joined([rows_of])
         yield list(names[first:until]), found
         first = until
 

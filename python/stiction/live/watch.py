@@ -27,6 +27,7 @@ from typing import Any
 from stiction import _core
 from stiction.live import hours, opcua, push, tags
 from stiction.live.errors import Refused
+from stiction.live.words import number_of
 
 __all__: list[str] = []
 
@@ -39,25 +40,6 @@ CHUNK = 6 * hours.HOUR
 """History is read in parts of this duration, so that the first hours are soon complete."""
 LONGEST_PAUSE = 60.0
 """Seconds between two attempts to connect, at most."""
-WORDS = {
-    "manual": 0.0,
-    "man": 0.0,
-    "m": 0.0,
-    "auto": 1.0,
-    "automatic": 1.0,
-    "aut": 1.0,
-    "a": 1.0,
-    "cascade": 2.0,
-    "cas": 2.0,
-    "c": 2.0,
-    "rcas": 2.0,
-    "false": 0.0,
-    "true": 1.0,
-}
-"""The numbers of words in tags of modes, as docs/recordings.md lists them."""
-OTHER_MODE = {"auto": 1.0, "manual": 0.0, "cascade": 2.0}
-
-
 @dataclass
 class Options:
     """The settings of a watch."""
@@ -333,16 +315,9 @@ class Watcher:
         if kind is not known:
             self.types[index] = kind
             self.say(f"{self.names[index]}: its type changed from {known.name} to {kind.name}")
-        if isinstance(content, (int, float)):
-            number = float(content)
-            return number if math.isfinite(number) else math.nan
-        if isinstance(content, str):
-            word = content.strip().lower()
-            if word in self.modes or word in WORDS:
-                return self.modes.get(word, WORDS.get(word, math.nan))
-            with contextlib.suppress(ValueError):
-                number = float(word)
-                return number if math.isfinite(number) else math.nan
+        number = number_of(content, self.modes)
+        if not math.isnan(number) or isinstance(content, float):
+            return number
         self.say_once(
             f"kind {index}", f"{self.names[index]}: {str(content)[:40]!r} is no number and no known mode; it was stored as bad", 3600.0
         )

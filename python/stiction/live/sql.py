@@ -1,0 +1,361 @@
+"""Tables of samples in SQL databases: PostgreSQL (TimescaleDB, too), and any database with an ODBC driver.
+
+A table is long (times, tags, values, perhaps qualities) or wide (times, and a column per tag), as docs/recordings.md describes. It is
+read in a read-only transaction, loop by loop and day by day, so that memory holds one day of one loop. Each day becomes a file, which
+``stiction plant scan`` reads.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from datetime import datetime, timedelta, timezone
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qsl, urlencode, urlsplit, urlunsplit
+
+import numpy as np
+
+from stiction import _core
+from stiction.live import hours
+from stiction.live.errors import Refused
+from stiction.live.tags import mode_words
+from stiction.live.words import number_of
+
+__all__: list[str] = []
+
+DAY = 86_400_000_000
+ROWS = 20_000
+"""Rows that come from the database at a time."""
+AGAIN = 2
+"""Days before the last one that are read again, because late values may have come."""
+QUALITIES = {"good": hours.GOOD, "uncertain": 0x4000_0000, "bad": hours.BAD}
+EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
+
+
+class Source:
+    """A table of a database. Subclasses send the queries."""
+
+    name: str
+    columns: list[str]
+    mark: str
+    """How a query marks a value that is sent apart from it."""
+    time = ""
+    """The column of times."""
+
+    def select(self, columns: Sequence[str], where: str, values: Sequence[Any], order: str = "") -> Iterator[Sequence[Any]]:
+        """The rows of a query, some at a time from the database."""
+        raise NotImplementedError
+
+    def quoted(self, column: str) -> str:
+        """A column as it stands in a query."""
+        return '"' + column.replace('"', '""') + '"'
+
+    def close(self) -> None:
+        """End the connection."""
+        raise NotImplementedError
+
+    def value(self, at: datetime) -> Any:
+        """A time, as the database compares it with the column of times."""
+        return at
+
+
+class Postgres(Source):
+    """A table of PostgreSQL."""
+
+    mark = "%s"
+
+    def __init__(self, url: str, table: str) -> None:
+        try:
+            import psycopg
+            from psycopg import sql
+        except ImportError as error:
+            raise ImportError(f'PostgreSQL needs psycopg ({error}): pip install "stiction[live]"') from None
+        self._sql = sql
+        own: dict[str, Any] = {"application_name": "stiction"}
+        if password := os.environ.get("STICTION_SQL_PASSWORD"):
+            own["password"] = password
+        try:
+            self.connection = psycopg.connect(url, **own)
+        except psycopg.Error as error:
+            raise Refused(f"{redacted(url)}: {str(error).strip()}") from None
+        self.connection.read_only = True
+        self.connection.isolation_level = psycopg.IsolationLevel.REPEATABLE_READ
+        self.name = table
+        self._table = sql.Identifier(*table.split("."))
+        try:
+            with self.connection.cursor() as cursor:
+                cursor.execute(sql.SQL("SELECT * FROM {} LIMIT 0").format(self._table))
+                described = cursor.description or []
+        except psycopg.Error as error:
+            self.connection.close()
+            raise Refused(f"table {table}: {str(error).strip().splitlines()[0]}") from None
+        self.columns = [column.name for column in described]
+        self.zoned = {column.name: column.type_code == 1184 for column in described}
+
+    def value(self, at: datetime) -> Any:
+        return at if self.zoned.get(self.time, True) else at.replace(tzinfo=None)
+
+    def select(self, columns: Sequence[str], where: str, values: Sequence[Any], order: str = "") -> Iterator[Sequence[Any]]:
+        # The names of columns are quoted, and values are sent apart from the query.
+        query = self._sql.SQL("SELECT " + ", ".join(columns).replace("%", "%%") + " FROM {} " + where + " " + order).format(self._table)
+        with self.connection.cursor(name="stiction") as cursor:
+            cursor.itersize = ROWS
+            cursor.execute(query, list(values))
+            yield from cursor
+
+    def close(self) -> None:
+        self.connection.rollback()
+        self.connection.close()
+
+
+class Odbc(Source):
+    """A table of a database with an ODBC driver, through Arrow."""
+
+    mark = "?"
+
+    def __init__(self, url: str, table: str) -> None:
+        try:
+            import arrow_odbc
+        except ImportError as error:
+            raise ImportError(f'ODBC needs arrow-odbc ({error}): pip install "stiction[odbc]"') from None
+        self._read = arrow_odbc.read_arrow_batches_from_odbc
+        self._connection = url.partition("://")[2]
+        if re.search(r"(?i)\b(pwd|password)\s*=", self._connection):
+            raise Refused("the address holds a password; give it in the environment as STICTION_SQL_PASSWORD")
+        self._password = os.environ.get("STICTION_SQL_PASSWORD")
+        self.name = table
+        self._table = ".".join(self.quoted(part) for part in table.split("."))
+        self.columns = [field.name for field in self._batches(f"SELECT * FROM {self._table} WHERE 1 = 0", []).schema]
+
+    def _batches(self, query: str, values: Sequence[Any]) -> Any:
+        try:
+            return self._read(
+                query, connection_string=self._connection, password=self._password, batch_size=ROWS, max_text_size=4096,
+                parameters=[str(value) for value in values],
+            )  # fmt: skip
+        except Exception as error:
+            raise Refused(f"table {self.name}: {str(error).splitlines()[0]}") from None
+
+    def value(self, at: datetime) -> Any:
+        return at.strftime("%Y-%m-%d %H:%M:%S")
+
+    def select(self, columns: Sequence[str], where: str, values: Sequence[Any], order: str = "") -> Iterator[Sequence[Any]]:
+        for batch in self._batches(f"SELECT {', '.join(columns)} FROM {self._table} {where} {order}", values):
+            yield from zip(*(column.to_pylist() for column in batch.columns))
+
+    def close(self) -> None:
+        pass
+
+
+def redacted(url: str) -> str:
+    """An address without a password."""
+    return re.sub(r"(://[^:/@]*):[^@/]*@", r"\1@", url)
+
+
+def opened(url: str, table: str | None = None) -> Source:
+    """The table that an address names, such as ``postgres://reader@host/plant?table=samples``."""
+    parts = urlsplit(url)
+    if parts.password is not None:
+        raise Refused("the address holds a password; give it in the environment as STICTION_SQL_PASSWORD")
+    query = dict(parse_qsl(parts.query))
+    table = table or query.pop("table", None)
+    query.pop("table", None)
+    if not table:
+        raise Refused(f"{redacted(url)} names no table; add it, as in ?table=samples")
+    if parts.scheme in ("postgres", "postgresql"):
+        return Postgres(urlunsplit(parts._replace(query=urlencode(query))), table)
+    if parts.scheme == "odbc":
+        return Odbc(url.partition("?table=")[0], table)
+    raise Refused(f"{parts.scheme}:// is no known address; use postgres:// or odbc://")
+
+
+class Table:
+    """The samples of a table: its layout and its loops."""
+
+    def __init__(self, source: Source, file: _core.Plant) -> None:
+        self.source, self.file = source, file
+        shape = file.shape(source.columns)
+        if shape is None:
+            raise Refused(
+                f"table {source.name}: its columns {', '.join(source.columns[:8])} include no times; make a view with columns such as "
+                "time, tag, value and quality"
+            )
+        self.time = source.columns[shape[0]]
+        source.time = self.time
+        self.modes = mode_words(file.text)
+        if shape[1] is not None:
+            self.tag: str | None = source.columns[shape[1][0]]
+            self.value = source.columns[shape[1][1]]
+            about = [source.columns[k] for k in shape[2] if source.columns[k] not in (self.time, self.tag, self.value)]
+            known = {"quality", "status", "statuscode", "qualitycode", "opcquality", "qualitystatus"}
+            self.quality = next((name for name in about if re.sub(r"[^a-z]", "", name.lower()) in known), None)
+            names = sorted({str(tag) for [tag] in self._distinct()})
+            loops = file.loops(names, [])
+        else:
+            self.tag = self.quality = None
+            names = source.columns
+            loops = file.loops(names, shape[2])
+        if not loops:
+            raise Refused(f"table {source.name}: no loop is recognised by {', '.join(names[:5])}; name tags in plant.toml")
+        self.loops = [(name, [names[k] for k in own if names[k] != self.time]) for name, own, _ in loops]
+
+    def _distinct(self) -> Iterator[Sequence[Any]]:
+        tag = self.source.quoted(self.tag or "")
+        return self.source.select([f"DISTINCT {tag}"], f"WHERE {tag} IS NOT NULL", [])
+
+    def span(self) -> tuple[int, int] | None:
+        """The first and the last time; None without rows."""
+        time = self.source.quoted(self.time)
+        [[first, last]] = self.source.select([f"min({time})", f"max({time})"], "", [])
+        return None if first is None else (self._us(first), self._us(last))
+
+    def _us(self, at: Any) -> int:
+        """A time in microseconds. Without a zone it is in that of the plant."""
+        if not isinstance(at, datetime):
+            raise Refused(f"table {self.source.name}, column {self.time}: holds {type(at).__name__}; cast it to timestamp in a view")
+        if at.tzinfo is None:
+            from zoneinfo import ZoneInfo
+
+            at = at.replace(tzinfo=ZoneInfo(self.file.zone) if self.file.zone != "UTC" else timezone.utc)
+        return int((at - EPOCH) // timedelta(microseconds=1))
+
+    def _status(self, quality: Any) -> int:
+        """The status code of a quality: words, codes of OPC DA (192 good), or codes of OPC UA."""
+        if quality is None:
+            return hours.GOOD
+        if isinstance(quality, str):
+            word = quality.strip().lower()
+            for begin, status in QUALITIES.items():
+                if word.startswith(begin):
+                    return status
+            raise Refused(f'table {self.source.name}, column {self.quality}: "{quality}" is no known quality; give good, uncertain or bad')
+        code = int(quality) & 0xFFFF_FFFF
+        if self.quality is not None and "statuscode" in self.quality.lower().replace("_", "") or code >= 0x4000_0000:
+            return code
+        return {3: hours.GOOD, 1: 0x4000_0000}.get(code >> 6 & 3, hours.BAD)
+
+    def rows(self, tags: Sequence[str], begin: int, end: int) -> Iterator[tuple[str, hours.Rows]]:
+        """The rows of tags of a loop from one time up to another."""
+        source, quoted = self.source, self.source.quoted
+        time = quoted(self.time)
+        limits = [source.value(self._at(at)) for at in (begin, end)]
+        mark = source.mark
+        within = f"{time} >= {mark} AND {time} < {mark}"
+        found: dict[str, list[tuple[int, float, int]]] = {tag: [] for tag in tags}
+        if self.tag is not None:
+            columns = [time, quoted(self.tag), quoted(self.value)] + ([quoted(self.quality)] if self.quality else [])
+            marks = ", ".join([mark] * len(tags))
+            where = f"WHERE {quoted(self.tag)} IN ({marks}) AND {within}"
+            for at, tag, value, *quality in source.select(columns, where, [*tags, *limits]):
+                self._add(found[tag], at, value, self._status(quality[0]) if quality else hours.GOOD)
+        else:
+            for at, *values in source.select([time, *map(quoted, tags)], f"WHERE {within}", limits):
+                for tag, value in zip(tags, values):
+                    self._add(found[tag], at, value, hours.GOOD)
+        for tag, own in found.items():
+            if own:
+                time_, value_, status_ = zip(*own)
+                rows = hours.Rows(np.array(time_, np.int64), np.array(value_, np.float64), np.array(status_, np.uint32))
+                yield tag, hours.joined([rows])
+
+    def _at(self, us: int) -> datetime:
+        """A time as the database has it: with its zone, or by the clock of the plant."""
+        at = EPOCH + timedelta(microseconds=us)
+        if self.file.zone != "UTC":
+            from zoneinfo import ZoneInfo
+
+            return at.astimezone(ZoneInfo(self.file.zone))
+        return at
+
+    def _add(self, rows: list[tuple[int, float, int]], at: Any, value: Any, status: int) -> None:
+        if at is None:
+            return
+        number = math.nan if value is None else number_of(value, self.modes)
+        if math.isnan(number) and status < hours.BAD:
+            status = hours.NONE
+        rows.append((self._us(at), number, status))
+
+
+def fetch(
+    url: str,
+    plant: Path,
+    *,
+    table: str | None = None,
+    since: str | None = None,
+    say: Callable[[str], None] = lambda _: None,
+) -> dict[str, int]:
+    """Write the rows of a table to a file a day below ``data/sql`` of a plant.
+
+    Only new days, and the last two before them, are read again.
+    """
+    path = plant / "plant.toml"
+    try:
+        file = _core.Plant(path.read_text(encoding="utf-8"), str(path))
+    except OSError as error:
+        raise Refused(f"{path}: {error.strerror}; write it, or have it proposed: stiction plant init {redacted(url)}") from None
+    except ValueError as error:
+        raise Refused(str(error)) from None
+    from stiction.live.watch import matches
+
+    if not any(matches(pattern, "data/sql/2026-03-02.parquet") for pattern in file.data):
+        raise Refused(f'{path}, data: does not name the fetched files, data/sql/2026-03-02.parquet; add "data/**/*.parquet"')
+    stored = hours.live_folder(plant) / "fetched.json"
+    key = f"{redacted(url)} {table or ''}"
+    try:
+        known = json.loads(stored.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        known = {}
+    source = opened(url, table)
+    try:
+        of = Table(source, file)
+        span = of.span()
+        if span is None:
+            raise Refused(f"table {source.name} has no rows")
+        first, last = span[0] - span[0] % DAY, span[1]
+        if since is not None:
+            first = max(first, int(datetime.strptime(since, "%Y-%m-%d").replace(tzinfo=timezone.utc).timestamp()) * 1_000_000)
+        elif key in known:
+            first = max(first, known[key] - AGAIN * DAY)
+        counts = {"days": 0, "rows": 0, "loops": len(of.loops)}
+        for day in range(first, last + 1, DAY):
+            name = f"{hours.moment(day):%Y-%m-%d}.parquet"
+            rows = hours.written(plant / "data" / "sql" / name, _tables(of, day, day + DAY))
+            counts["days"] += 1
+            counts["rows"] += rows
+            say(f"{name}: {rows} rows")
+        stored.parent.mkdir(parents=True, exist_ok=True)
+        part = stored.with_suffix(".part")
+        part.write_text(json.dumps(known | {key: last - last % DAY}), encoding="utf-8")
+        part.replace(stored)
+        return counts
+    finally:
+        source.close()
+
+
+def _tables(of: Table, begin: int, end: int) -> Iterator[Any]:
+    done: set[str] = set()
+    for _, tags in of.loops:
+        # A tag may belong to two loops, as in a cascade.
+        own = [tag for tag in tags if tag not in done]
+        done.update(own)
+        for tag, rows in of.rows(own, begin, end) if own else ():
+            yield hours.table_of(tag, rows)
+
+
+def samples(url: str, path: Path, table: str | None = None) -> None:
+    """Write the last day of a table to a file, for a proposal."""
+    source = opened(url, table)
+    try:
+        of = Table(source, _core.Plant('name = "new"', "the database"))
+        span = of.span()
+        if span is None:
+            raise Refused(f"table {source.name} has no rows")
+        hours.written(path, _tables(of, span[1] - DAY, span[1] + 1))
+    finally:
+        with contextlib.suppress(Exception):
+            source.close()

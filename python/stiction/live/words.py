@@ -1,0 +1,40 @@
+"""Values of servers and databases as numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+__all__: list[str] = []
+
+WORDS = {
+    "manual": 0.0,
+    "man": 0.0,
+    "m": 0.0,
+    "auto": 1.0,
+    "automatic": 1.0,
+    "aut": 1.0,
+    "a": 1.0,
+    "cascade": 2.0,
+    "cas": 2.0,
+    "c": 2.0,
+    "rcas": 2.0,
+    "false": 0.0,
+    "true": 1.0,
+}
+"""The numbers of words in tags of modes, as docs/recordings.md lists them."""
+
+
+def number_of(content: Any, modes: Mapping[str, float]) -> float:
+    """The number of a value; not a number for one that has none. `modes` are the words of a plant."""
+    if isinstance(content, str):
+        word = content.strip().lower()
+        if word in modes or word in WORDS:
+            return modes.get(word, WORDS.get(word, math.nan))
+        content = word
+    try:
+        number = float(content)
+    except (TypeError, ValueError):
+        return math.nan
+    return number if math.isfinite(number) else math.nan
