@@ -7,7 +7,6 @@ read in a read-only transaction, loop by loop and day by day, so that memory hol
 
 from __future__ import annotations
 
-import contextlib
 import json
 import math
 import os
@@ -157,6 +156,20 @@ def redacted(url: str) -> str:
     return re.sub(r"(://[^:/@]*):[^@/]*@", r"\1@", url)
 
 
+def samples_of(url: str, table: str | None, file: _core.Plant) -> Any:
+    """The samples at an address."""
+    if url.startswith("pi://"):
+        from stiction.live.pi import Points
+
+        return Points(url, file)
+    source = opened(url, table)
+    try:
+        return Table(source, file)
+    except BaseException:
+        source.close()
+        raise
+
+
 def opened(url: str, table: str | None = None) -> Source:
     """The table that an address names, such as ``postgres://reader@host/plant?table=samples``."""
     parts = urlsplit(url)
@@ -171,7 +184,7 @@ def opened(url: str, table: str | None = None) -> Source:
         return Postgres(urlunsplit(parts._replace(query=urlencode(query))), table)
     if parts.scheme == "odbc":
         return Odbc(url.partition("?table=")[0], table)
-    raise Refused(f"{parts.scheme}:// is no known address; use postgres:// or odbc://")
+    raise Refused(f"{parts.scheme}:// is no known address; use postgres://, odbc:// or pi://")
 
 
 class Table:
@@ -179,6 +192,7 @@ class Table:
 
     def __init__(self, source: Source, file: _core.Plant) -> None:
         self.source, self.file = source, file
+        self.name = f"table {source.name}"
         shape = file.shape(source.columns)
         if shape is None:
             raise Refused(
@@ -207,6 +221,10 @@ class Table:
     def _distinct(self) -> Iterator[Sequence[Any]]:
         tag = self.source.quoted(self.tag or "")
         return self.source.select([f"DISTINCT {tag}"], f"WHERE {tag} IS NOT NULL", [])
+
+    def close(self) -> None:
+        """End the connection."""
+        self.source.close()
 
     def span(self) -> tuple[int, int] | None:
         """The first and the last time; None without rows."""
@@ -310,15 +328,14 @@ def fetch(
         known = json.loads(stored.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         known = {}
-    source = opened(url, table)
+    of = samples_of(url, table, file)
     try:
-        of = Table(source, file)
         span = of.span()
         if span is None:
-            raise Refused(f"table {source.name} has no rows")
+            raise Refused(f"{of.name} has no rows")
         first, last = span[0] - span[0] % DAY, span[1]
         if since is not None:
-            first = max(first, int(datetime.strptime(since, "%Y-%m-%d").replace(tzinfo=timezone.utc).timestamp()) * 1_000_000)
+            first = int(datetime.strptime(since, "%Y-%m-%d").replace(tzinfo=timezone.utc).timestamp()) * 1_000_000
         elif key in known:
             first = max(first, known[key] - AGAIN * DAY)
         counts = {"days": 0, "rows": 0, "loops": len(of.loops)}
@@ -334,10 +351,10 @@ def fetch(
         part.replace(stored)
         return counts
     finally:
-        source.close()
+        of.close()
 
 
-def _tables(of: Table, begin: int, end: int) -> Iterator[Any]:
+def _tables(of: Any, begin: int, end: int) -> Iterator[Any]:
     done: set[str] = set()
     for _, tags in of.loops:
         # A tag may belong to two loops, as in a cascade.
@@ -349,13 +366,11 @@ def _tables(of: Table, begin: int, end: int) -> Iterator[Any]:
 
 def samples(url: str, path: Path, table: str | None = None) -> None:
     """Write the last day of a table to a file, for a proposal."""
-    source = opened(url, table)
+    of = samples_of(url, table, _core.Plant('name = "new"', "the database"))
     try:
-        of = Table(source, _core.Plant('name = "new"', "the database"))
         span = of.span()
         if span is None:
-            raise Refused(f"table {source.name} has no rows")
+            raise Refused(f"{of.name} has no rows")
         hours.written(path, _tables(of, span[1] - DAY, span[1] + 1))
     finally:
-        with contextlib.suppress(Exception):
-            source.close()
+        of.close()
