@@ -37,9 +37,11 @@ def wait_for(condition, seconds=30.0, what="it"):
 class Process:
     """A process whose lines are read as they come, and which is ended with the test."""
 
+    program = sys.executable
+
     def __init__(self, *arguments, **more):
         self.process = subprocess.Popen(
-            [sys.executable, *map(str, arguments)],
+            [self.program, *map(str, arguments)],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more,
         )  # fmt: skip
         self.out, self.log = [], []
