@@ -4,9 +4,9 @@
     python python/benchmarks/live.py cpu --loops 1000 --minutes 2
     python python/benchmarks/live.py flood --rate 10000 --seconds 30
 
-`soak` plays at a hundred times the speed. It prints the memory of the collector every minute, and ends with an error if the memory
-grew by more than 5 % after the first quarter, if a service was requested that is not listed, or if a recorded value was not played.
-`cpu` writes a value per second and tag of 1,000 loops with four tags each. `flood` writes values as fast as it is told to.
+`soak` plays at a hundred times the speed, and prints the memory of the collector every minute. It fails if the memory grew by more
+than 5 % after the first quarter. It also fails if a service was requested that is not listed, or if a value is missing or wrong.
+`cpu` writes a value per second to each tag of 1,000 loops. `flood` writes values at any rate.
 """
 
 from __future__ import annotations

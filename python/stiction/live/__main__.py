@@ -49,7 +49,7 @@ def _secured(parser: argparse.ArgumentParser) -> None:
 
 
 ENVIRONMENT = """\
-secrets come from the environment only:
+secrets, from the environment only:
   STICTION_OPCUA_USER, STICTION_OPCUA_PASSWORD  log in with a name and a password
   STICTION_OPCUA_KEY_PASSWORD, STICTION_OPCUA_USER_KEY_PASSWORD  the keys are encrypted with these
   STICTION_SQL_PASSWORD (or PGPASSWORD)  of a database
@@ -68,8 +68,8 @@ def parser(program: str = "python -m stiction.live") -> argparse.ArgumentParser:
         description="Collect the values of a plant from an OPC UA server, and judge them hour by hour. It only reads. Events are "
         "lines of JSON on standard output, and the log is on standard error.",
         epilog="examples:\n  stiction watch --make-certificate -C north\n  stiction watch opc.tcp://server:4840 -C north --history 7d\n"
-        "  stiction watch --status -C north\n\n" + ENVIRONMENT + "\n\nexit codes:\n  0  it was stopped by a signal\n  2  it cannot "
-        "begin, and the message says why",
+        "  stiction watch --status -C north\n\n" + ENVIRONMENT + "\n\nexit codes:\n  0  a signal stopped it; with --status, it is "
+        "connected\n  1  with --status, it does not run, or has no connection\n  2  it cannot begin, and the message says why",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     watch.add_argument("url", nargs="?", metavar="URL", help="the server, such as opc.tcp://server:4840")
@@ -223,9 +223,10 @@ def _status(plant: Path, as_json: bool) -> int:
         raise Refused(f"{plant}: no stiction watch has run here")
     age = time.time() - status["written"]
     status["running"] = age < 60.0
+    code = 0 if status["running"] and status["connected_since"] is not None else 1
     if as_json:
         print(json.dumps(status))
-        return 0
+        return code
 
     def at(seconds: float) -> str:
         return datetime.fromtimestamp(seconds, timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
@@ -249,7 +250,7 @@ def _status(plant: Path, as_json: bool) -> int:
         print(f"{count:7} {word}")
     if status["disk_full"]:
         print("the disk is full: values are missing")
-    return 0
+    return code
 
 
 if __name__ == "__main__":

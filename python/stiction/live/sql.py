@@ -51,7 +51,7 @@ class Source:
         raise NotImplementedError
 
     def quoted(self, column: str) -> str:
-        """A column as it stands in a query."""
+        """A column in a query."""
         return '"' + column.replace('"', '""') + '"'
 
     def close(self) -> None:

@@ -364,6 +364,8 @@ def test_status_and_wrong_use(live):
     own = live.run("-m", "stiction.live", "watch", "--status", "-C", live.watched)
     assert own.process.wait(30) == 0 and wait_for(lambda: len(own.out) > 2, 5) and "connected since" in own.out[0]
     assert watch.end() == 0
+    own = live.run("-m", "stiction.live", "watch", "--status", "--json", "-C", live.watched)
+    assert own.process.wait(30) == 1 and wait_for(lambda: own.out, 5) and json.loads(own.out[0])["connected_since"] is None
     (live.watched / "plant.toml").write_text('name = "N"\ndata = ["export/*.csv"]\n')
     wrong = live.watch("--security", "none")
     assert wrong.process.wait(30) == 2 and wait_for(lambda: wrong.log, 5) and "add \"data/**/*.parquet\"" in wrong.log[-1]
