@@ -583,7 +583,8 @@ class Server:
         details.IsReadModified = False
         details.StartTime, details.EndTime = (EPOCH + timedelta(microseconds=at) for at in (begin, end))
         details.NumValuesPerNode = 10_000
-        details.ReturnBounds = False
+        # The last value before, which may still hold.
+        details.ReturnBounds = True
         places = list(nodes)
         for first in range(0, len(places), 20):
             waiting: list[tuple[int, Any]] = [(index, None) for index in places[first : first + 20]]

@@ -36,8 +36,12 @@ FRESH = 60 * US
 """A value older than this when a connection begins is stored as held, at the time of the connection."""
 AHEAD = 600 * US
 """A value whose time is this far ahead of the server's clock is not stored."""
+BEHIND = 7 * 86_400 * US
+"""A new value whose time is this far behind the server's clock is not stored."""
 CHUNK = 6 * hours.HOUR
 """History is read in parts of this duration, so that the first hours are soon complete."""
+AGAIN_S = 30.0
+"""Seconds until hours that could not be judged are judged again."""
 LONGEST_PAUSE = 60.0
 """Seconds between two attempts to connect, at most."""
 @dataclass
@@ -103,7 +107,7 @@ class Watcher:
         self.began = time.time()
         self.connected_since: float | None = None
         self.full = False
-        self.counts = {"values": 0, "ahead": 0, "gaps": 0, "connections": 0, "windows": 0, "scans": 0}
+        self.counts = {"values": 0, "misdated": 0, "gaps": 0, "connections": 0, "windows": 0, "scans": 0}
         self.result: dict[str, Any] = {}
         self._rate: deque[tuple[float, int]] = deque(maxlen=60)
         self._steps: deque[float] = deque(maxlen=20)
@@ -219,8 +223,10 @@ class Watcher:
         good = len(nodes) - len(refused)
         self.say(f"connected to {self.options.url}: {good} of {len(names)} tags")
         self._write_status()
-        present = await server.read(nodes)
+        # Until the subscription was there, values may have changed more than once.
         begin = gap or self.clock - int(self.options.history_s * US)
+        self.clock = await server.clock()
+        present = await server.read(nodes)
         if gap:
             self.counts["gaps"] += 1
             self.say(f"gap of {span(self.clock - gap)}, from {hours.shown(gap)} to {hours.shown(self.clock)} by the server's clock")
@@ -270,7 +276,7 @@ class Watcher:
 
     def _value(self, index: int, value: Any, live: bool) -> None:
         status = value.StatusCode.value if value.StatusCode is not None else 0
-        at = value.SourceTimestamp or value.ServerTimestamp
+        at = next((at for at in (value.SourceTimestamp, value.ServerTimestamp) if at is not None and at.year > 1970), None)
         if at is None:
             self.say_once(f"timeless {index}", f"{self.names[index]}: has no time; the server's clock is used")
         moment = self.clock if at is None else opcua.microseconds(at)
@@ -278,12 +284,13 @@ class Watcher:
             self._first.discard(index)
             if moment <= self._floor:
                 return  # It was stored when it changed, or is stored as held.
-        if moment > self.clock + AHEAD:
-            self.counts["ahead"] += 1
+        if moment > self.clock + AHEAD or (live and moment < self.clock - BEHIND):
+            self.counts["misdated"] += 1
+            side = "ahead of" if moment > self.clock else "far behind"
             self.say_once(
                 f"ahead {index}",
-                f"{self.names[index]}: a value of {hours.shown(moment)} is ahead of the server's clock ({hours.shown(self.clock)}); it "
-                "was not stored. Correct the clock of the source",
+                f"{self.names[index]}: a value of {hours.shown(moment)} is {side} the server's clock ({hours.shown(self.clock)}); it was "
+                "not stored. Correct the clock of the source",
             )
             return
         if status & opcua.OVERFLOW == opcua.OVERFLOW and live and self.last[index] > 0:
@@ -354,7 +361,7 @@ class Watcher:
                         without[index] = values
                         continue
                     for value in values:
-                        self._value(index, value, live=False)
+                        self._past(index, value, begin)
                     found[index] = found.get(index, 0) + len(values)
                     await asyncio.sleep(0)
                 self.recorder.flush()
@@ -377,9 +384,7 @@ class Watcher:
             if status >= hours.BAD:
                 self.recorder.add(index, now, math.nan, status)
             elif now - moment > FRESH:
-                number = self._number(index, value, status)
-                held = status & 0xC000_0000 | hours.HELD
-                self.recorder.add(index, now, number, held if not math.isnan(number) else 0x8074_0000)
+                self._hold(index, value, now)
         for index in range(len(self.names)):
             if index not in nodes:
                 self.recorder.add(index, now, math.nan, 0x8034_0000)  # BadNodeIdUnknown
@@ -387,6 +392,22 @@ class Watcher:
             self.say(f"the gap stays one in {lost} tags, without values and without held ones")
         self.recorder.flush()
         self.fill_from = None
+
+    def _past(self, index: int, value: Any, begin: int) -> None:
+        """Stores a value of the history. The last one before its beginning is held there."""
+        status = value.StatusCode.value if value.StatusCode is not None else 0
+        if status == 0x80D7_0000:  # BadBoundNotFound
+            return
+        if value.SourceTimestamp is not None and opcua.microseconds(value.SourceTimestamp) < begin:
+            self._hold(index, value, begin)
+        else:
+            self._value(index, value, live=False)
+
+    def _hold(self, index: int, value: Any, at: int) -> None:
+        """Stores an older value as still valid."""
+        status = value.StatusCode.value if value.StatusCode is not None else 0
+        number = self._number(index, value, status)
+        self.recorder.add(index, at, number, 0x8074_0000 if math.isnan(number) else status & 0xC000_0000 | hours.HELD)
 
     # The clock.
 
@@ -510,6 +531,8 @@ class Watcher:
             found = {"error": errors.decode(errors="replace").strip().rpartition("\n")[2] or f"it ended with {process.returncode}"}
         if "error" in found:
             self.say_once("judging", f"the hours could not be judged, and are judged later: {found['error']}", 60.0)
+            # Such as while a person scans.
+            asyncio.get_running_loop().call_later(AGAIN_S, self.judging.set)
             return
         self.result = found
         self.counts["scans"] += 1
@@ -554,7 +577,7 @@ class Watcher:
             "values_per_s": round(rate, 1),
             "connections": self.counts["connections"],
             "gaps": self.counts["gaps"],
-            "ahead": self.counts["ahead"],
+            "misdated": self.counts["misdated"],
             "disk_full": self.full,
             "fill_from": self.fill_from,
             "scans": self.counts["scans"],

@@ -1,5 +1,6 @@
 """A watch of a played plant: what is recorded is what was played, through all faults, and verdicts are those of a scan."""
 
+import asyncio
 import contextlib
 import json
 import os
@@ -8,6 +9,7 @@ import stat
 import threading
 import time
 import urllib.request
+from datetime import timedelta
 from pathlib import Path
 
 import numpy as np
@@ -164,6 +166,40 @@ def test_a_server_that_is_killed_is_found_again(live):
     wait_for(judged(watch, 1), 60, "the second hour")
     assert watch.end() == 0
     assert recorded(live.watched) == of_plant(live.plant, server.info["begin"], server.info["end"])
+
+
+def test_history_before_the_first_start_is_read(live):
+    server = live.serve("--speed", "900", "--first", "5400", "--last", "1800")
+    watch = live.watch("--security", "none", "--history", "75min")
+    watch.says("came from the server's history")
+    server.tell("play")
+    wait_for(judged(watch, 0), 60, "the first hour")
+    wait_for(hour_is_there(live, 1), 60, "the second hour")
+    assert watch.end() == 0
+    begin, end = server.info["begin"] - 75 * 60 * SECOND, server.info["end"]
+    assert recorded(live.watched) == of_plant(live.plant, begin, end)
+
+
+def test_a_value_before_the_history_is_held_at_its_beginning(watched):
+    from asyncua import ua
+    from stiction.live.watch import Options, Watcher
+
+    start = 1_772_409_600_000_000
+    begin, now = start + 600 * SECOND, start + 1200 * SECOND
+    of = lambda us, value, status=0: ua.DataValue(ua.Variant(value, ua.VariantType.Double), ua.StatusCode(status), opcua.EPOCH + timedelta(microseconds=us))  # noqa: E731
+
+    class Server:
+        async def history(self, nodes, at, until):
+            yield 0, [of(start - 86_400 * SECOND, 1.0), of(begin + SECOND, 2.0), of(now, 0.0, 0x80D7_0000)]
+
+    watcher = Watcher(Options("opc.tcp://127.0.0.1:1", watched, opcua.Security(), say=lambda _: None))
+    watcher.names, watcher.last, watcher.types, watcher.bad, watcher.clock = ["A.MODE"], [0], {}, set(), now
+    watcher.recorder = hours.Recorder(watched, watcher.names)
+    asyncio.run(watcher._fill(Server(), {0: None}, {0: of(begin + SECOND, 2.0)}, [0], (0, begin, now)))
+    watcher.recorder.release(1 << 62)
+    hours.fold(watched, watched / "data")
+    [(tag, rows)] = hours.tables_by_tag(hours.hour_file(watched / "data", start))
+    assert list(zip(rows.time - begin, rows.value, rows.status)) == [(0, 1.0, hours.HELD), (SECOND, 2.0, 0), (now - begin, 2.0, hours.HELD)]
 
 
 class Cable:
