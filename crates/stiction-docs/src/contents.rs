@@ -159,6 +159,7 @@ pub const CONTENTS: &[Section] = &[
         pages: &[
             written!("glossary.html", "Glossary", "docs/glossary.md"),
             written!("style.html", "Style of our texts", "docs/style.md"),
+            written!("release.html", "Releases", "docs/release.md"),
         ],
     },
 ];
