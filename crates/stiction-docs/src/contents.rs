@@ -103,6 +103,20 @@ pub const CONTENTS: &[Section] = &[
         ],
     },
     Section {
+        title: "Course",
+        about: "Six lessons of 20 minutes, each with a task that the lab checks.",
+        pages: &[
+            written!("course/index.html", "The course", "docs/course/index.md"),
+            written!("course/valve.html", "1. What stiction does", "docs/course/valve.md"),
+            written!("course/trend.html", "2. Read a trend", "docs/course/trend.md"),
+            written!("course/cycle.html", "3. The limit cycle", "docs/course/cycle.md"),
+            written!("course/causes.html", "4. Other causes", "docs/course/causes.md"),
+            written!("course/test.html", "5. The test", "docs/course/test.md"),
+            written!("course/repair.html", "6. Repair or retune", "docs/course/repair.md"),
+            written!("course/answers.html", "Answers, for teachers", "docs/course/answers.md"),
+        ],
+    },
+    Section {
         title: "How it works",
         about: "The valve, the loop, its cycle, and the diagnosis of a recording.",
         pages: &[
@@ -189,6 +203,12 @@ pub fn pages() -> impl Iterator<Item = &'static Listed> {
 /// The pages that must be handed in.
 pub fn made() -> impl Iterator<Item = &'static str> {
     pages().filter(|page| page.written.is_none()).map(|page| page.path)
+}
+
+/// The Markdown of a page written by hand, by its file in the repository.
+pub fn markdown_of(source: &str) -> Option<&'static str> {
+    let written = pages().filter_map(|page| page.written);
+    written.filter(|written| written.source == source).map(|written| written.markdown).next()
 }
 
 /// The place of a repository file in the site, if it is there.

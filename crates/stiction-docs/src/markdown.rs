@@ -45,6 +45,17 @@ pub(crate) fn made(page: &Page, listed: &str) -> Rendered {
     render(&page.path, &page.title, listed, &page.markdown, None)
 }
 
+/// Markdown as HTML for a place outside the site: its links become plain text.
+pub fn unlinked(markdown: &str) -> String {
+    let is_link = |event: &Event<'_>| {
+        matches!(event, Event::Start(Tag::Link { .. }) | Event::End(TagEnd::Link))
+    };
+    let mut text = String::new();
+    let events = Parser::new_ext(markdown, Options::ENABLE_TABLES);
+    html::push_html(&mut text, events.filter(|event| !is_link(event)));
+    text
+}
+
 /// Renders Markdown; `source` is the file of the repository from which its links start, if it is one.
 fn render(path: &str, title: &str, listed: &str, markdown: &str, source: Option<&str>) -> Rendered {
     let options =

@@ -4,7 +4,7 @@
 
 use crate::lab::Lab;
 use crate::turns::{Cost, Turns, Wanted};
-use crate::{exercise, guess, live, loops, paper, plant, recordings};
+use crate::{course, exercise, guess, live, loops, paper, plant, recordings};
 use axum::Router;
 use axum::body::{Body, HttpBody};
 use axum::extract::State;
@@ -112,6 +112,10 @@ fn all(to: &mut impl Visit) {
     to.call("exercise/carry-out", Medium, exercise::carry_out);
     to.call("exercise/read", Medium, exercise::read);
     to.call("exercise/reveal", Medium, exercise::reveal);
+    to.call("course/lesson", Medium, course::lesson);
+    to.call("course/check", Medium, course::check);
+    to.call("course/answers", Medium, course::answers);
+    to.call("course/read", Low, course::read);
     to.call("paper/figure", Medium, paper::figure);
     to.call("recordings", Low, recordings::list);
     to.call("recordings/open", Medium, recordings::open);

@@ -155,6 +155,12 @@ struct Drawn {
     j: f64,
 }
 
+/// Whether the valve of a seed sticks, and its S.
+pub(crate) fn truth(seed: u32) -> (bool, f64) {
+    let Drawn { sticks, s, .. } = Which { seed }.valve();
+    (sticks, s)
+}
+
 impl Which {
     fn valve(self) -> Drawn {
         let own = mixed(u64::from(self.seed) ^ 0x7e57);

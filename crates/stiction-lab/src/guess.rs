@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
 use stiction_diagnose::recording::Channel;
+use stiction_figure::figure::Series;
 use stiction_population::{LoopKind, Simulated};
 
 /// The kinds to choose from. A third of the loops are of the first kind; the others are equally frequent.
@@ -77,13 +78,26 @@ pub struct Revealed {
 }
 
 impl Trend {
-    fn of(name: &str, channel: &Channel) -> Self {
+    /// A signal of these samples.
+    pub(crate) fn new(name: &str, time: Vec<f64>, values: &[f64]) -> Self {
         let value = |x: &f64| x.is_finite().then_some(*x);
-        Self {
-            name: name.to_owned(),
-            time: channel.time.clone(),
-            values: channel.values.iter().map(value).collect(),
-        }
+        Self { name: name.to_owned(), time, values: values.iter().map(value).collect() }
+    }
+
+    fn of(name: &str, channel: &Channel) -> Self {
+        Self::new(name, channel.time.clone(), &channel.values)
+    }
+
+    /// Its name.
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its line in a figure.
+    pub(crate) fn series(&self) -> Series {
+        let known = self.time.iter().zip(&self.values).filter_map(|(t, x)| Some((*t, (*x)?)));
+        let (time, values): (Vec<f64>, Vec<f64>) = known.unzip();
+        Series::line(&*self.name, time, values)
     }
 }
 
@@ -136,11 +150,7 @@ pub fn trends(_: &Lab, which: Which) -> Answer<Trends> {
 pub fn reveal(_: &Lab, which: Which) -> Answer<Revealed> {
     let Simulated { recording, truth } = drawn(&which)?;
     let bands = truth.has_bands();
-    let vp = Trend {
-        name: "VP".to_owned(),
-        time: recording.op.time.clone(),
-        values: truth.vp.iter().map(|x| x.is_finite().then_some(*x)).collect(),
-    };
+    let vp = Trend::new("VP", recording.op.time.clone(), &truth.vp);
     Ok(Revealed {
         kind: truth.kind.name().to_owned(),
         sticks: truth.sticks,

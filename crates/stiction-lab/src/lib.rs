@@ -1,6 +1,7 @@
 //! The lab: `stiction lab` opens a page that this crate serves on the user's own machine.
 //!
-//! Each room is a module: [`recordings`], [`loops`] (a valve and its loop, live), [`exercise`] (a test to practise) and [`plant`]. The page asks
+//! Each room is a module: [`recordings`], [`loops`] (a valve and its loop, live), [`exercise`] (a test to practise),
+//! [`course`] (six lessons) and [`plant`]. The page asks
 //! by [`calls`], JSON in and JSON out. It gets the results of the library unchanged. Pages, scripts and styles are built
 //! from `web/` and embedded, so Rust alone builds and runs the lab.
 //!
@@ -12,6 +13,7 @@
 
 mod assets;
 pub mod calls;
+pub mod course;
 pub mod exercise;
 pub mod guard;
 pub mod guess;

@@ -31,6 +31,23 @@ impl Asked {
         Self { scenario: scenario.to_owned(), set: set.into() }
     }
 
+    /// More changes, which replace earlier ones of the same key.
+    pub(crate) fn with(mut self, set: &[&str]) -> Self {
+        self.set.extend(set.iter().map(|each| (*each).to_owned()));
+        self
+    }
+
+    /// The same changes of a different scenario.
+    pub(crate) fn of(self, scenario: &str) -> Self {
+        Self::new(scenario, self.set)
+    }
+
+    /// The state of the room that shows it, for an address. Settings are keys and numbers, which need no escapes.
+    pub(crate) fn state(&self) -> String {
+        let set: String = self.set.iter().map(|each| format!("&set={each}")).collect();
+        format!("scenario={}{set}", self.scenario)
+    }
+
     /// The last part of its name.
     pub(crate) fn name(&self) -> &str {
         self.scenario.rsplit('/').next().unwrap_or_default()
@@ -77,7 +94,7 @@ pub(crate) fn closed_loop(asked: &Asked) -> Answer<ClosedLoop> {
     }
 }
 
-fn continuous(asked: &Asked) -> Answer<ContinuousLoop> {
+pub(crate) fn continuous(asked: &Asked) -> Answer<ContinuousLoop> {
     let (model, bands) = scenario(asked)?.valve;
     Ok(ContinuousLoop::of(&closed_loop(asked)?, model, bands)?)
 }

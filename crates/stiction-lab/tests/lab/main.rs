@@ -1,6 +1,7 @@
 //! The lab as its page, and others, ask it: over HTTP.
 
 mod attacks;
+mod course;
 mod exercise;
 mod http;
 mod plant;

@@ -2,8 +2,8 @@
 import { signal } from "@preact/signals";
 import { arrive } from "./token";
 
-export type Room = "loop" | "exercise" | "guess" | "paper" | "recordings" | "plant";
-export const ROOMS: readonly Room[] = ["loop", "exercise", "guess", "paper", "recordings", "plant"];
+export type Room = "loop" | "exercise" | "guess" | "course" | "paper" | "recordings" | "plant";
+export const ROOMS: readonly Room[] = ["loop", "exercise", "guess", "course", "paper", "recordings", "plant"];
 
 function parsed(): { room: Room; state: URLSearchParams } {
   const [path = "", query = ""] = location.hash.replace(/^#\/?/, "").split("?", 2);

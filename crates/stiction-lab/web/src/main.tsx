@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import { render } from "preact";
 import "uplot/dist/uPlot.min.css";
 import { link, room, ROOMS, type Room } from "./address";
+import { Course } from "./rooms/course";
 import { Exercise } from "./rooms/exercise";
 import { Guess } from "./rooms/guess";
 import { LoopRoom } from "./rooms/loop";
@@ -18,6 +19,7 @@ const VIEWS: Record<Room, () => preact.JSX.Element> = {
   loop: LoopRoom,
   exercise: Exercise,
   guess: Guess,
+  course: Course,
   paper: Paper,
   recordings: Recordings,
   plant: Plant,

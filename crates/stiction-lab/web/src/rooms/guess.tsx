@@ -20,15 +20,16 @@ function joined(trends: { time: number[]; values: (number | null)[] }[]): uPlot.
   return trends.length === 0 ? [[]] : uPlot.join(trends.map((each) => [each.time, each.values] as uPlot.AlignedData));
 }
 
-function Plot(props: { label: string; unit: string; of: Trends["signals"]; names: ("SP" | "PV" | "OP" | "VP")[] }) {
+/** Signals of a loop over time; with `read`, the legend shows the values under the pointer. */
+export function Plot(props: { label: string; unit: string; of: Trends["signals"]; names: ("SP" | "PV" | "OP" | "VP")[]; read?: string }) {
   const found = props.names.flatMap((name) => props.of.filter((each) => each.name === name));
   const data = useMemo(() => joined(found), [props.of]);
   const options = {
-    legend: { show: true, live: false },
-    cursor: { drag: { x: true, y: false }, sync: { key: "guess" } },
+    legend: { show: true, live: props.read !== undefined },
+    cursor: { drag: { x: true, y: false }, sync: { key: props.read ?? "guess" } },
     scales: { x: { time: false } },
     axes: [axis({ values: (_, all) => all.map(clock), incrs: ROUND }), axis({ label: props.unit, size: 52 })],
-    series: [{}, ...found.map((each) => line(each.name.toLowerCase() as "sp", each.name, { spanGaps: true }))],
+    series: [{ label: t.guess.time, value: (_: uPlot, x: number | null) => (x == null ? "–" : clock(x)) }, ...found.map((each) => line(each.name.toLowerCase() as "sp", each.name, { spanGaps: true }))],
   };
   return <Chart key={found.map((each) => each.name).join()} label={props.label} height={220} options={options} data={data} />;
 }
