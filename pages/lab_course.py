@@ -141,6 +141,15 @@ def sheets(browser: Browser, lab: Lab, kept: Path) -> None:
         pages = len(re.findall(rb"/Type\s*/Page\b", pdf))
         assert re.search(rb"/MediaBox\s*\[0 0 59[4-6]\S* 84[1-2]", pdf), "not A4"
         assert 1 <= pages <= 2, f"the sheet of lesson {k} has {pages} pages"
+        # Nor with answers that were checked before.
+        page.get_by_label("Your name").fill(NAMES[0])
+        page.get_by_role("button", name="Check").click()
+        expect(page.locator("code.line")).to_be_visible(timeout=60_000)
+        page.emulate_media(media="print")
+        for hidden in (".questions strong", "code.line", ".trends", "header.top"):
+            expect(page.locator(hidden).first).to_be_hidden()
+        page.set_viewport_size({"width": 680, "height": 1000})
+        page.screenshot(path=kept / f"sheet-{k}.png", full_page=True)
         page.close()
 
 

@@ -180,13 +180,13 @@ fn cycle(class: u32) -> Answer<Task> {
     })
 }
 
-/// The causes to choose from, in the order of the choices: a scenario, what is changed of it, and how long a trend, s.
-const CAUSES: [(&str, &[&str], f64); 5] = [
-    ("samples/sticky-flow", &[], 600.0),
-    ("lab/flow", &["valve.S=90", "valve.J=40", "set_point.value=46"], 600.0),
-    ("samples/disturbed-flow", &[], 600.0),
-    ("samples/aggressive-flow", &[], 300.0),
-    ("samples/quantised-level", &[], 7200.0),
+/// The causes to choose from, in the order of the choices: a scenario, what is changed of it, and the shown times, s.
+const CAUSES: [(&str, &[&str], [f64; 2]); 5] = [
+    ("samples/sticky-flow", &[], [600.0, 1200.0]),
+    ("lab/flow", &["valve.S=90", "valve.J=40", "set_point.value=46"], [0.0, 600.0]),
+    ("samples/disturbed-flow", &[], [600.0, 1200.0]),
+    ("samples/aggressive-flow", &[], [300.0, 600.0]),
+    ("samples/quantised-level", &["resolution.pv=0.5"], [3600.0, 7200.0]),
 ];
 
 /// 4: four loops of different causes, one of them a valve that sticks.
@@ -198,7 +198,7 @@ fn causes(class: u32) -> Answer<Task> {
     order[sticks] = 0;
     let mut task = Task::default();
     for (cause, name) in order.into_iter().zip('A'..) {
-        let (scenario, set, last_s) = CAUSES[cause];
+        let (scenario, set, [from_s, to_s]) = CAUSES[cause];
         let drawn = match cause {
             0 => flow(class, 4, &[]),
             2 => Asked::new("", [format!("load.0.period={}", 50 + own % 50)]),
@@ -207,7 +207,7 @@ fn causes(class: u32) -> Answer<Task> {
         let seed = format!("noise.seed={}", own % 1000);
         let asked = drawn.of(scenario).with(set).with(&[&seed]);
         task.truth.push(cause as f64);
-        let shown = recorded(asked, None, 2.0 * last_s, last_s, &["SP", "PV", "OP"])?;
+        let shown = recorded(asked, None, to_s, to_s - from_s, &["SP", "PV", "OP"])?;
         task.trends.push((format!("Loop {name}"), shown));
     }
     Ok(task)
@@ -459,7 +459,7 @@ pub fn lesson(_: &Lab, which: Which) -> Answer<Shown> {
     let (height, columns) = if trends.len() == 1 { (230.0, 1) } else { (110.0, 2) };
     let mut figure = Figure::new("").width(900.0).panel_height(height).columns(columns);
     for (title, signals) in &trends {
-        for (y, names) in [("PV, SP", ["SP", "PV"]), ("OP, VP (% of span)", ["OP", "VP"])] {
+        for (y, names) in [("PV, SP", ["SP", "PV"]), ("% of span", ["OP", "VP"])] {
             let of = signals.iter().filter(|each| names.contains(&each.name()));
             let panel = of.map(Trend::series).fold(Panel::new("time (s)", y), Panel::with);
             if !panel.series.is_empty() {

@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
 use stiction_diagnose::recording::Channel;
-use stiction_figure::figure::Series;
+use stiction_figure::figure::{Series, Style, colour};
 use stiction_population::{LoopKind, Simulated};
 
 /// The kinds to choose from. A third of the loops are of the first kind; the others are equally frequent.
@@ -97,7 +97,13 @@ impl Trend {
     pub(crate) fn series(&self) -> Series {
         let known = self.time.iter().zip(&self.values).filter_map(|(t, x)| Some((*t, (*x)?)));
         let (time, values): (Vec<f64>, Vec<f64>) = known.unzip();
-        Series::line(&*self.name, time, values)
+        let (style, index) = match &*self.name {
+            "SP" => (Style::Dashed, colour::SP),
+            "PV" => (Style::Line, colour::PV),
+            "OP" => (Style::Line, colour::OP),
+            _ => (Style::Dashed, colour::VP),
+        };
+        Series::new(style, &*self.name, time, values).colour(index)
     }
 }
 

@@ -333,7 +333,7 @@ export function Course() {
             {w.classNumber}{" "}
             <input type="number" min="1" max="9999" value={number} onChange={(event) => go("course", to(here, Number(event.currentTarget.value) || 1))} />
           </label>
-          <button onClick={() => print()}>{w.print}</button>
+          {!table && <button onClick={() => print()}>{w.print}</button>}
         </p>
       </div>
       {table ? (
