@@ -136,7 +136,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _init(known)
         if known.task == "fetch":
             return _fetch(known)
-    except (Refused, ImportError) as error:
+    except (Refused, ImportError, OSError) as error:
         print(f"stiction: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:

@@ -42,7 +42,12 @@ async def of_server(plant: Path, url: str, security: object, say: Callable[[str]
         raise Refused(f"{plant / 'plant.toml'} exists already; --force overwrites it")
     assert isinstance(security, opcua.Security)
     server = opcua.Server(url, security, say=say)
-    await server.connect()
+    try:
+        await server.connect()
+    except Refused:
+        raise
+    except Exception as error:
+        raise Refused(f"no connection to {url}: {error or type(error).__name__}; check the address, and that the server runs") from None
     try:
         file = _core.Plant('name = "new"', "the server")
         found = await tags.of_server(file, server, say)

@@ -74,7 +74,7 @@ class Postgres(Source):
             from psycopg import sql
         except ImportError as error:
             raise ImportError(f'PostgreSQL needs psycopg ({error}): pip install "stiction[live]"') from None
-        self._sql = sql
+        self._sql, self._error = sql, psycopg.Error
         own: dict[str, Any] = {"application_name": "stiction"}
         if password := os.environ.get("STICTION_SQL_PASSWORD"):
             own["password"] = password
@@ -102,13 +102,16 @@ class Postgres(Source):
     def select(self, columns: Sequence[str], where: str, values: Sequence[Any], order: str = "") -> Iterator[Sequence[Any]]:
         # The names of columns are quoted, and values are sent apart from the query.
         query = self._sql.SQL("SELECT " + ", ".join(columns).replace("%", "%%") + " FROM {} " + where + " " + order).format(self._table)
-        with self.connection.cursor(name="stiction") as cursor:
-            cursor.itersize = ROWS
-            cursor.execute(query, list(values))
-            yield from cursor
+        try:
+            with self.connection.cursor(name="stiction") as cursor:
+                cursor.itersize = ROWS
+                cursor.execute(query, list(values))
+                yield from cursor
+        except self._error as error:
+            raise Refused(f"table {self.name}: {str(error).strip()}; what was fetched so far stays, and the rest comes next time") from None
 
     def close(self) -> None:
-        self.connection.rollback()
+        # The transaction only read, so nothing is lost without its end.
         self.connection.close()
 
 

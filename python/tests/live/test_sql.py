@@ -144,6 +144,15 @@ def test_faults_are_named_with_the_remedy(filled, fetched):
             sql.fetch(filled, fetched, table=table)
 
 
+def test_a_lost_connection_is_named(filled, fetched):
+    source = sql.opened(filled, "samples")
+    with psycopg.connect(filled, autocommit=True) as other:
+        other.execute("SELECT pg_terminate_backend(%s)", [source.connection.info.backend_pid])
+    with pytest.raises(Refused, match="table samples: "):
+        list(source.select(["time"], "", []))
+    source.close()
+
+
 def test_a_failed_fetch_leaves_the_files_as_they_were(filled, fetched, monkeypatch):
     sql.fetch(f"{filled}?table=samples", fetched)
     [path] = list((fetched / "data/sql").glob("2026-03-02.parquet"))

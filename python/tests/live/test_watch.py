@@ -408,8 +408,11 @@ def test_status_and_wrong_use(live):
 
 
 def test_a_plant_is_proposed_from_a_server_and_watched(live, tmp_path):
-    live.serve(*TWO_HOURS)
     live.watched = tmp_path / "new"
+    absent = live.run("-m", "stiction.live", "init", live.url, "-C", live.watched, "--security", "none")
+    assert absent.process.wait(30) == 2
+    assert wait_for(lambda: len(absent.log) > 1, 5) and absent.log[-1].startswith(f"stiction: no connection to {live.url}: "), absent.log
+    live.serve(*TWO_HOURS)
     made = live.run("-m", "stiction.live", "init", live.url, "-C", live.watched, "--security", "none")
     assert made.process.wait(30) == 0 and wait_for(lambda: made.out, 5) and made.out[0].startswith("6 loops")
     text = (live.watched / "plant.toml").read_text()
