@@ -111,6 +111,9 @@ class Watcher:
         self.result: dict[str, Any] = {}
         self._rate: deque[tuple[float, int]] = deque(maxlen=60)
         self._steps: deque[float] = deque(maxlen=20)
+        # How fast the server's clock runs: 1, or more while it plays a recording.
+        self.speed, self._compared = 1.0, 0.0
+        self._speeds: deque[float] = deque(maxlen=20)
         self._told_difference: float | None = None
         self._turned: dict[str, list[int]] = {}
 
@@ -284,7 +287,7 @@ class Watcher:
             self._first.discard(index)
             if moment <= self._floor:
                 return  # It was stored when it changed, or is stored as held.
-        if moment > self.clock + AHEAD or (live and moment < self.clock - BEHIND):
+        if moment > self.clock + int(AHEAD * self.speed) or (live and moment < self.clock - BEHIND):
             self.counts["misdated"] += 1
             side = "ahead of" if moment > self.clock else "far behind"
             self.say_once(
@@ -413,6 +416,7 @@ class Watcher:
 
     async def _ticks(self, server: opcua.Server, nodes: Mapping[int, Any], filling: asyncio.Task[None]) -> None:
         self._steps.clear()
+        self._compared = 0.0
         checked = time.monotonic()
         ticks = 0
         while not self.stopping.is_set():
@@ -475,7 +479,11 @@ class Watcher:
 
     def _compare(self, now: int) -> None:
         """Reports how the server's clock differs from ours, and when it jumps."""
-        step = (now - self.clock) / US
+        step, wall = (now - self.clock) / US, time.monotonic()
+        if self._compared and wall > self._compared:
+            self._speeds.append(step / (wall - self._compared))
+            self.speed = max(1.0, statistics.median(self._speeds))
+        self._compared = wall
         usual = statistics.median(self._steps) if len(self._steps) >= 5 else None
         if step < -1.0:
             self.say(f"the server's clock went back by {span(self.clock - now)}, to {hours.shown(now)}")

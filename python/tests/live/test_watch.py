@@ -202,6 +202,27 @@ def test_a_value_before_the_history_is_held_at_its_beginning(watched):
     assert list(zip(rows.time - begin, rows.value, rows.status)) == [(0, 1.0, hours.HELD), (SECOND, 2.0, 0), (now - begin, 2.0, hours.HELD)]
 
 
+def test_a_misdated_value_is_not_stored(watched):
+    from asyncua import ua
+    from stiction.live.watch import Options, Watcher
+
+    start = 1_772_409_600_000_000
+    of = lambda us: ua.DataValue(ua.Variant(1.0, ua.VariantType.Double), SourceTimestamp=opcua.EPOCH + timedelta(microseconds=us))  # noqa: E731
+    said = []
+    watcher = Watcher(Options("opc.tcp://127.0.0.1:1", watched, opcua.Security(), say=said.append))
+    watcher.names, watcher.last, watcher.types, watcher.bad, watcher.clock = ["A.PV"], [0], {}, set(), start
+    watcher.recorder, watcher._first, watcher._floor = hours.Recorder(watched, watcher.names), set(), 0
+    ahead = start + 700 * SECOND
+    for at in (start - 8 * 86_400 * SECOND, start, ahead):
+        watcher._values([(0, of(at))])
+    assert watcher.recorder.values == 1 and "is far behind the server's clock" in said[0]
+    # While a recording is played, minutes pass between two readings of the clock.
+    watcher.speed = 100.0
+    watcher._values([(0, of(ahead))])
+    assert watcher.recorder.values == 2
+    watcher.recorder.close()
+
+
 class Cable:
     """A connection between a port and the server, which can be cut."""
 
