@@ -6,6 +6,7 @@ Cargo puts the example `big_plant` next to COMMAND. It writes a plant of 1,000 l
 there.
 """
 
+import json
 import subprocess
 import sys
 import tempfile
@@ -70,6 +71,27 @@ def scanned(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
         page.wait_for_selector("tr[data-loop]")
         rows = page.locator("tr[data-loop]").count()
         assert rows == 8, rows
+        page.context.close()
+
+
+def follows(browser: Browser, command: Path, plant: Path) -> None:
+    """Checks that the page shows what another program judges, and the events of a watch, without a step of the reader."""
+    scan = [command, "plant", "-C", plant, "scan"]
+    subprocess.run([*scan, "--loops", "*1001"], check=True, capture_output=True)
+    with running(command, "--plant", str(plant)) as lab:
+        page = opened(browser, lab, "#/plant")
+        until(page, "document.querySelector('.plant-head .soft')?.textContent.includes(' 1 judged')")
+        assert page.locator(".happened").count() == 0
+        subprocess.run(scan, check=True, capture_output=True)
+        until(page, "document.querySelector('.plant-head .soft')?.textContent.includes(' 4 judged')")
+        loop = page.locator("tr[data-loop]").first.get_attribute("data-loop")
+        event = {"event": "new sticking", "loop": loop, "at": "2026-03-04T05:10:00+00:00", "text": f"{loop}: the valve sticks"}
+        (plant / ".stiction" / "events.jsonl").write_text(json.dumps(event) + "\n")
+        page.wait_for_selector(".happened li")
+        holds(page, "with an event")
+        page.locator(".happened a").click()
+        page.wait_for_selector(".panel h2")
+        assert page.locator(".panel h2").inner_text() == loop
         page.context.close()
 
 
@@ -307,6 +329,8 @@ def main() -> None:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         without_plant(browser, command, kept)
         scanned(browser, command, folder / "small", kept)
+        subprocess.run([command, "plant", "demo", "--loops", "4", "--days", "1", "-o", folder / "live"], check=True)
+        follows(browser, command, folder / "live")
         room(browser, command, folder / "big", kept)
         browser.close()
     print("the room of a plant holds")

@@ -4,6 +4,7 @@
 //! A week is read once, and again when the store, the log or the plant's file has changed. The search for loops that swing
 //! together may take long, so it runs in the background, and the page shows that it is running.
 
+mod happened;
 mod said;
 mod scanning;
 mod trend;
@@ -298,6 +299,8 @@ pub struct Now {
     stamp: String,
     /// The scan.
     scan: scanning::ScanNow,
+    /// The last events of `stiction watch`, the newest first.
+    events: Vec<happened::Happened>,
     /// The default author of an entry.
     user: Option<String>,
     /// Today.
@@ -319,6 +322,7 @@ pub fn status(lab: &Lab, _: Nothing) -> Answer<Now> {
         weeks: vec![],
         stamp: String::new(),
         scan: room.scanning.now(),
+        events: room.folder.as_deref().map(happened::last).unwrap_or_default(),
         user: whoami::username().ok(),
         today: stiction_io::overrides::today().to_string(),
         words: Words::all(),

@@ -61,6 +61,25 @@ fn without_a_plant_the_room_says_so() {
 }
 
 #[test]
+fn the_last_events_of_a_watch_are_shown_the_newest_first() {
+    let folder = plant("events");
+    let lab = open(Some(&folder));
+    assert_eq!(lab.good("plant/status", &json!({}))["events"], json!([]));
+    let line = |k: usize| {
+        let text = format!("L{k}: the valve sticks");
+        json!({ "event": "new sticking", "loop": format!("L{k}"), "at": "2026-03-04T05:10:00+00:00", "text": text, "more": k })
+    };
+    let mut lines: String = (0..2000).map(|k| format!("{}\n", line(k))).collect();
+    lines += "{\"event\": \"cut in the mid";
+    std::fs::create_dir_all(folder.join(".stiction")).unwrap();
+    std::fs::write(folder.join(".stiction/events.jsonl"), lines).unwrap();
+    let events = lab.good("plant/status", &json!({}))["events"].clone();
+    let names: Vec<&str> =
+        events.as_array().unwrap().iter().map(|event| event["loop"].as_str().unwrap()).collect();
+    assert_eq!((names.len(), names[0], names[19]), (20, "L1999", "L1980"));
+}
+
+#[test]
 fn a_week_is_what_the_report_of_it_says() {
     let (folder, _) = scanned("week");
     let lab = open(Some(&folder));

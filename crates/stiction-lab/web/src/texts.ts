@@ -422,6 +422,7 @@ export const t = {
       data: "Data",
     },
     viewsLabel: "Views of the plant",
+    happened: (n: number) => (n === 1 ? "1 event of stiction watch" : `${n} events of stiction watch`),
     scan: {
       begin: "Scan what is new",
       stop: "Stop",

@@ -90,6 +90,27 @@ function Scan() {
   );
 }
 
+/** The last events of a plant that is watched, the newest first. */
+function Events() {
+  const events = status.value?.events ?? [];
+  if (events.length === 0) return null;
+  return (
+    <details class="happened" open>
+      <summary>{w.happened(events.length)}</summary>
+      <div role="log">
+        <ol>
+          {events.map((each) => (
+            <li key={`${each.at} ${each.event} ${each.loop}`}>
+              <time dateTime={each.at}>{each.at.slice(0, 16).replace("T", " ")}</time> {each.event}:{" "}
+              <a href={way({ loop: each.loop, day: "" })}>{each.text}</a>
+            </li>
+          ))}
+        </ol>
+      </div>
+    </details>
+  );
+}
+
 function Tabs() {
   const of = page.value;
   const good = status.value?.words.health.at(-1);
@@ -149,6 +170,7 @@ export function Plant() {
           {wrong.value}
         </p>
       ) : null}
+      <Events />
       {now.weeks.length === 0 && !now.wrong ? <p>{w.unscanned}</p> : null}
       {of && !of.groups && !of.groups_wrong ? <p class="soft">{w.seeking}</p> : null}
       {of ? (
