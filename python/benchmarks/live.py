@@ -23,7 +23,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "live"))
 
 import stiction.plant
-from conftest import Process, free_port
+from processes import Process, free_port
 from server import played
 from stiction.live import hours, opcua
 

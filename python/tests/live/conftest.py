@@ -1,99 +1,16 @@
-"""A played plant, for the tests of live data. All servers listen on 127.0.0.1 only, and every wait has an end."""
+"""A played plant, for the tests of live data. All servers listen on 127.0.0.1 only."""
 
-import contextlib
-import json
-import queue
-import socket
-import subprocess
 import sys
-import threading
-import time
 from pathlib import Path
 
 import pytest
 import stiction.plant
 
-HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))
+sys.path.insert(0, str(Path(__file__).parent))
+
+from processes import HERE, Process, free_port
 
 pytest.importorskip("pyarrow")
-
-
-def free_port():
-    with socket.socket() as own:
-        own.bind(("127.0.0.1", 0))
-        return own.getsockname()[1]
-
-
-def wait_for(condition, seconds=30.0, what="it"):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if found := condition():
-            return found
-        time.sleep(0.05)
-    raise AssertionError(f"{what} did not come within {seconds} s")
-
-
-class Process:
-    """A process whose lines are read as they come, and which is ended with the test."""
-
-    program = sys.executable
-
-    def __init__(self, *arguments, **more):
-        self.process = subprocess.Popen(
-            [self.program, *map(str, arguments)],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more,
-        )  # fmt: skip
-        self.out, self.log = [], []
-        self._lines = queue.Queue()
-        self.readers = []
-        for stream, lines in ((self.process.stdout, self.out), (self.process.stderr, self.log)):
-            self.readers.append(threading.Thread(target=self._read, args=(stream, lines), daemon=True))
-            self.readers[-1].start()
-
-    def _read(self, stream, lines):
-        for line in stream:
-            lines.append(line.rstrip("\n"))
-
-    def tell(self, line):
-        self.process.stdin.write(line + "\n")
-        self.process.stdin.flush()
-
-    def answer(self, key, seconds=60.0):
-        def found():
-            for line in self.out:
-                if line.startswith("{") and key in (answer := json.loads(line)):
-                    return answer
-            if self.process.poll() is not None:
-                raise AssertionError("\n".join(self.log[-20:]))
-            return None
-
-        return wait_for(found, seconds, f"{key!r}")
-
-    def says(self, text, seconds=30.0):
-        def found():
-            hit = next((line for line in self.log if text in line), None)
-            if hit is None and self.process.poll() is not None:
-                time.sleep(0.2)
-                hit = next((line for line in self.log if text in line), None)
-                assert hit is not None, f"it ended: {self.log[-20:]}"
-            return hit
-
-        try:
-            return wait_for(found, seconds, f"{text!r}")
-        except AssertionError as error:
-            raise AssertionError(f"{error}: {self.log[-20:]}") from None
-
-    def end(self, kill=False, seconds=30.0):
-        if self.process.poll() is None:
-            (self.process.kill if kill else self.process.terminate)()
-        code = self.process.wait(seconds)
-        for reader in self.readers:
-            reader.join(5.0)
-        for stream in (self.process.stdin, self.process.stdout, self.process.stderr):
-            with contextlib.suppress(BrokenPipeError):
-                stream.close()
-        return code
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("asyncua")
 
-from conftest import HERE, Process, wait_for
+from processes import HERE, Process, wait_for
 from stiction.live import hours, opcua
 from test_watch import of_plant, recorded, state
 

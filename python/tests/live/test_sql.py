@@ -11,7 +11,7 @@ import pytest
 psycopg = pytest.importorskip("psycopg")
 
 import stiction.plant
-from conftest import free_port
+from processes import free_port
 from server import at, played
 from stiction.live import first, hours, sql
 from stiction.live.errors import Refused

@@ -18,7 +18,7 @@ import pytest
 pytest.importorskip("asyncua")
 
 import stiction.plant
-from conftest import free_port, wait_for
+from processes import free_port, wait_for
 from server import played
 from stiction.live import hours, opcua
 from stiction.live.events import KINDS
