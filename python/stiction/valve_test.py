@@ -286,7 +286,7 @@ def signature(recording: RecordingLike) -> Signature:
     >>> import numpy as np
     >>> import stiction
     >>> op = np.concatenate([np.linspace(10, 90, 800), np.linspace(90, 10, 800)])
-    >>> stroked = stiction.recording(op, vp=stiction.valve(op, S=4, J=2, model="he"), sample_time=1)
+    >>> stroked = stiction.recording(op, vp=stiction.valve(op, S=4, J=2), sample_time=1)
     >>> found = stiction.valve_test.signature(stroked)
     >>> found.class_, round(found.S.value)
     ('sticks', 4)

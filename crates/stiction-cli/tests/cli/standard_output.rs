@@ -52,7 +52,7 @@ const LINES: &[(&str, i32)] = &[
 ];
 
 /// What never ends.
-const NOT_RUN: [&str; 1] = ["lab"];
+const NOT_RUN: [&str; 2] = ["lab", "watch"];
 
 fn prepared(name: &str) -> std::path::PathBuf {
     let folder = with_samples(name);

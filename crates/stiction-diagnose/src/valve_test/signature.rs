@@ -169,6 +169,8 @@ const STEPS_WIDE: (f64, f64, f64, f64) = (0.1, 1.2, 0.75, 1.6);
 const LEAST_STEP: f64 = 0.2;
 /// S of a sticking valve is at least so many of the smallest changes of the recorded position.
 const RESOLVED: f64 = 3.0;
+/// Nine in ten steps of an archive are at most so many times the smallest ones.
+const LIKE_STEPS: f64 = 1.15;
 /// Smallest standard deviation of the errors, percent.
 const FLOOR: f64 = 0.02;
 
@@ -490,13 +492,25 @@ impl Ramped {
         }
         found.class = match found.s {
             // Steps of the archive look like those of a stem.
-            Some(s) if s.high > SMALL && s.value < RESOLVED * resolution(&self.vp) => {
+            Some(s) if s.high > SMALL && s.value < RESOLVED * self.resolution() => {
                 VerdictClass::CannotTell
             }
             Some(s) if s.low > SMALL || found.binds.is_some() => VerdictClass::Sticks,
             Some(s) if s.high < 2.0 * SMALL => VerdictClass::DoesNotStick,
             _ => VerdictClass::CannotTell,
         };
+    }
+
+    /// The resolution of the recorded position, percent: its smallest change, large if it is archived in steps, or on change
+    /// only. Such steps are alike, but for the travel of the OP in a sample; the jumps of a stem are not.
+    fn resolution(&self) -> f64 {
+        let change = |of: &[f64]| -> Vec<f64> {
+            of.windows(2).map(|two| (two[1] - two[0]).abs()).filter(|step| *step > 1e-9).collect()
+        };
+        let steps = change(&self.vp);
+        let (least, most) = (quantile(&steps, 0.1), quantile(&steps, 0.9));
+        let alike = LIKE_STEPS * least + 2.0 * quantile(&change(&self.op), 0.9);
+        if most <= alike { least } else { 0.0 }
     }
 
     /// S in each part of the stroke, with the J over S of this valve.
@@ -569,12 +583,6 @@ impl Ramped {
 fn likely(n: usize, sum: f64, least: f64) -> bool {
     let floor = n as f64 * FLOOR * FLOOR;
     n as f64 / ALIKE * ((sum + floor) / (least + floor)).ln() < NINETY
-}
-
-/// The smallest change of a recorded position, percent: large if it is archived in steps, or on change only.
-fn resolution(vp: &[f64]) -> f64 {
-    let steps = vp.windows(2).map(|two| (two[1] - two[0]).abs()).filter(|step| *step > 1e-9);
-    quantile(&steps.collect::<Vec<_>>(), 0.1)
 }
 
 /// Neighbouring parts whose S is clearly larger than elsewhere.
@@ -787,6 +795,9 @@ mod tests {
             let found = found(&healthy);
             assert_ne!(found.class, VerdictClass::Sticks, "{deadband}: {found:?}");
         }
+        // A clean position that moves in jumps, which are not alike, is that of a stem.
+        let jumps = made(Model::He, |vp| 3.0 + (vp / 4.0).sin().round(), 0.5, 0.0, 0.0, 0.0);
+        assert_eq!(found(&jumps).class, VerdictClass::Sticks, "{:?}", found(&jumps));
         // Rounded, a valve that sticks by more than the steps still does.
         let mut rounded = ramped(|_| 5.0, 1.0, 0.02, 0.0);
         rounded.vp.as_mut().unwrap().values.iter_mut().for_each(|vp| *vp = vp.round());
