@@ -285,7 +285,8 @@ def signature(recording: RecordingLike) -> Signature:
     --------
     >>> import numpy as np
     >>> import stiction
-    >>> op = np.concatenate([np.linspace(10, 90, 800), np.linspace(90, 10, 800)])
+    >>> op = np.concatenate([np.linspace(10, 50, 400), np.full(60, 50), np.linspace(50, 90, 400)])
+    >>> op = np.concatenate([op, op[::-1]])
     >>> stroked = stiction.recording(op, vp=stiction.valve(op, S=4, J=2), sample_time=1)
     >>> found = stiction.valve_test.signature(stroked)
     >>> found.class_, round(found.S.value)
@@ -317,9 +318,10 @@ def compare_signatures(before: RecordingLike, after: RecordingLike) -> Signature
     --------
     >>> import numpy as np
     >>> import stiction
-    >>> op = np.concatenate([np.linspace(10, 90, 800), np.linspace(90, 10, 800)])
+    >>> op = np.concatenate([np.linspace(10, 50, 400), np.full(60, 50), np.linspace(50, 90, 400)])
+    >>> op = np.concatenate([op, op[::-1]])
     >>> ramped = lambda position: stiction.recording(op, vp=position, sample_time=1)
-    >>> old, new = ramped(stiction.valve(op, S=4, J=2, model="he")), ramped(op)
+    >>> old, new = ramped(stiction.valve(op, S=4, J=2)), ramped(op)
     >>> stiction.valve_test.compare_signatures(old, new).effect
     'lowered'
     """

@@ -277,7 +277,7 @@ pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature,
     };
     if found.vp[1] - found.vp[0] < STILL * (found.op[1] - found.op[0]) {
         found.class = VerdictClass::DoesNotRespond;
-    } else {
+    } else if ramped.separates_lag() {
         ramped.measure(&mut found);
     }
     found.reasons = reasons(&found);
@@ -501,6 +501,17 @@ impl Ramped {
         };
     }
 
+    /// Whether the OP pauses on its way or has several rates. On a single steady ramp a late stem looks like a dead band.
+    fn separates_lag(&self) -> bool {
+        let (low, high) = (min(&self.op), max(&self.op));
+        let edge = 0.05 * (high - low);
+        let inside = |op: f64| low + edge < op && op < high - edge;
+        let ways = self.op.windows(2).filter(|two| inside(two[0]));
+        let steps: Vec<f64> = ways.map(|two| (two[1] - two[0]).abs()).collect();
+        // An OP that is rounded, or made by hand, rests and steps in turn.
+        quantile(&steps, 0.9) > 1.5 * quantile(&steps, 0.05)
+    }
+
     /// The resolution of the recorded position, percent: its smallest change, large if it is archived in steps, or on change
     /// only. Such steps are alike, but for the travel of the OP in a sample; the jumps of a stem are not.
     fn resolution(&self) -> f64 {
@@ -637,7 +648,10 @@ fn reasons(found: &Signature) -> Vec<String> {
     if found.class == VerdictClass::CannotTell {
         all.push(
             match found.s {
-                None => "the stem rests at too few positions to measure S; use a longer ramp with more samples",
+                None => {
+                    "S cannot be distinguished from a lag of the stem on this ramp; pause on the way, as in the plan of stiction test plan \
+                     --signature, and record more samples"
+                }
                 Some(_) => {
                     "the recording does not resolve S; record the position with finer steps and without compression, and \
                      repeat the ramp"
@@ -778,6 +792,15 @@ mod tests {
         let first = both.part(0.0, 1005.0, 0.0).unwrap();
         let one = found(&first).s.unwrap();
         assert!(one.low < 3.0 && 3.0 < one.high, "{one:?}");
+        // On one steady ramp without pauses a lag has the same effect as a dead band.
+        let up = |k: usize| if k < 800 { k } else { 1600 - k } as f64;
+        let op: Vec<f64> = (0..1600).map(|k| 10.0 + 0.1 * up(k)).collect();
+        let mut valve = Model::TwoPhase.build(Bands::from_s_j(4.0, 2.0).unwrap()).unwrap();
+        valve.restart(Start::at_rest(op[0]));
+        let vp: Vec<f64> = op.iter().map(|op| valve.step(*op)).collect();
+        let mut steady = Recording::regular("XV1", 1.0, &op, None, None).unwrap();
+        steady.vp = Some(Channel::new("VP", steady.op.time.clone(), vp).unwrap());
+        assert_eq!(found(&steady).class, VerdictClass::CannotTell, "{:?}", found(&steady));
     }
 
     /// A healthy valve whose position is archived when it has changed by a deadband, held in between.
