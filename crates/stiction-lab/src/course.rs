@@ -1,6 +1,6 @@
 //! The course: six lessons, each with a task that the lab checks.
 //!
-//! A lesson is a page of `docs/course/`, whose numbered list is the questions, and a line of [`LESSONS`]. The class number
+//! A lesson is a page of `docs/course/`, whose numbered list is the questions, and a line of `LESSONS`. The class number
 //! draws the valve and the loops, so all students of a class have the same task. The truth is computed anew for each call,
 //! and stays on the server until a teacher asks for the answers. Nothing is stored.
 
