@@ -10,12 +10,12 @@ use serde::Serialize;
 use stiction::closed_loop::Run;
 use stiction_figure::{Figure, run};
 use stiction_io::scenario::{self, Scenario, System};
-use stiction_io::table;
+use stiction_io::table::{self, Cells};
 
 /// Simulate a scenario: a valve on a test signal, a control loop, or a cascade.
 ///
-/// The CSV has the columns t, sp, pv, op, vp. Signals that a scenario lacks stay empty. Without an output option, a
-/// summary is printed.
+/// The CSV has the columns t, sp, pv, op, vp, and mode if the scenario has spells in manual. Signals that a scenario
+/// lacks stay empty. Without an output option, a summary is printed.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction simulate paper/closed-loop --set valve.S=4 -o run.csv --plot run.svg
@@ -122,17 +122,23 @@ fn simulate(scenario: &Scenario, wanted: Wanted<'_>) -> Result<Report> {
         }
         System::ClosedLoop(system) => {
             let done = system.run()?;
+            let mode = |k| if system.in_manual(k) { "MAN" } else { "AUTO" };
+            let modes: Vec<&str> = match system.manual.len() {
+                0 => vec![],
+                _ => (0..done.op.len()).map(mode).collect(),
+            };
+            let more = [("mode", Cells::Words(&modes))];
             closed_loop_report(
                 &done,
                 wanted.figure.then(|| run::closed_loop(title, &done)),
                 wanted,
-                &[],
+                if modes.is_empty() { &[] } else { &more },
             )?
         }
         System::Cascade(system) => {
             let done = system.run()?;
-            let master: [(&str, Option<&[f64]>); 2] =
-                [("master_sp", Some(&done.sp)), ("master_pv", Some(&done.pv))];
+            let master =
+                [("master_sp", Cells::Numbers(&done.sp)), ("master_pv", Cells::Numbers(&done.pv))];
             check_finite(done.slave.sample_time, &[("the master's PV", &done.pv)])?;
             closed_loop_report(
                 &done.slave,
@@ -148,7 +154,7 @@ fn closed_loop_report(
     done: &Run,
     figure: Option<Figure>,
     wanted: Wanted<'_>,
-    more: &[(&str, Option<&[f64]>)],
+    more: &[(&str, Cells<'_>)],
 ) -> Result<Report> {
     let signals = [("PV", &done.pv[..]), ("OP", &done.op), ("VP", &done.vp)];
     check_finite(done.sample_time, &signals)?;
@@ -182,16 +188,17 @@ impl Wanted<'_> {
         &self,
         sample_time: f64,
         columns: [Option<&Vec<f64>>; 4],
-        more: &[(&str, Option<&[f64]>)],
+        more: &[(&str, Cells<'_>)],
     ) -> Result<Option<String>> {
         if !self.csv {
             return Ok(None);
         }
         let samples = columns.iter().flatten().map(|c| c.len()).max().unwrap_or(0);
         let times = table::times(sample_time, samples);
-        let [sp, pv, op, vp] = columns.map(|column| column.map(Vec::as_slice));
-        let mut all: Vec<(&str, Option<&[f64]>)> =
-            vec![("t", Some(&times)), ("sp", sp), ("pv", pv), ("op", op), ("vp", vp)];
+        let [sp, pv, op, vp] =
+            columns.map(|column| column.map_or(Cells::Empty, |c| Cells::Numbers(c)));
+        let mut all =
+            vec![("t", Cells::Numbers(&times)), ("sp", sp), ("pv", pv), ("op", op), ("vp", vp)];
         all.extend(more);
         if !self.columns.is_empty() {
             let known = all.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
@@ -202,7 +209,7 @@ impl Wanted<'_> {
             });
             all = chosen.collect::<Result<_>>()?;
         }
-        Ok(Some(table::write(&all)))
+        Ok(Some(table::write_cells(&all)))
     }
 }
 

@@ -270,17 +270,57 @@ pub fn times(sample_time: f64, samples: usize) -> Vec<f64> {
 /// Columns of equal length as CSV text. A column without values stays empty. Numbers are written so that reading
 /// gives the same values.
 pub fn write(columns: &[(&str, Option<&[f64]>)]) -> String {
-    let rows = columns.iter().filter_map(|(_, c)| c.map(<[f64]>::len)).max().unwrap_or(0);
+    let columns: Vec<_> = columns
+        .iter()
+        .map(|(name, values)| (*name, values.map_or(Cells::Empty, Cells::Numbers)))
+        .collect();
+    write_cells(&columns)
+}
+
+/// The cells of a column, from the first row on.
+#[derive(Debug, Clone, Copy)]
+pub enum Cells<'a> {
+    /// None.
+    Empty,
+    /// Numbers.
+    Numbers(&'a [f64]),
+    /// Words without commas, quotes or line ends.
+    Words(&'a [&'a str]),
+}
+
+impl Cells<'_> {
+    fn len(self) -> usize {
+        match self {
+            Self::Empty => 0,
+            Self::Numbers(values) => values.len(),
+            Self::Words(words) => words.len(),
+        }
+    }
+
+    fn push_onto(self, text: &mut String, row: usize) {
+        match self {
+            Self::Empty => {}
+            Self::Numbers(values) => {
+                if let Some(value) = values.get(row) {
+                    text.push_str(&value.to_string());
+                }
+            }
+            Self::Words(words) => text.push_str(words.get(row).copied().unwrap_or_default()),
+        }
+    }
+}
+
+/// Like [`write`], with columns of numbers or words.
+pub fn write_cells(columns: &[(&str, Cells<'_>)]) -> String {
+    let rows = columns.iter().map(|(_, cells)| cells.len()).max().unwrap_or(0);
     let mut text = columns.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(",");
     text.push('\n');
     for row in 0..rows {
-        for (i, (_, column)) in columns.iter().enumerate() {
+        for (i, (_, cells)) in columns.iter().enumerate() {
             if i > 0 {
                 text.push(',');
             }
-            if let Some(value) = column.and_then(|c| c.get(row)) {
-                text.push_str(&value.to_string());
-            }
+            cells.push_onto(&mut text, row);
         }
         text.push('\n');
     }

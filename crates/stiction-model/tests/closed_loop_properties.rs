@@ -5,8 +5,8 @@ use crate::common;
 use common::{Input, bits, correlation, deviation, max_difference, mean, valve};
 use stiction_model::Error;
 use stiction_model::closed_loop::{
-    AntiWindup, Cascade, ClosedLoop, Controller, DeadTime, DerivativeOn, Form, Handover,
-    NormalStream, Process, Run, Signal, Wave, period,
+    AntiWindup, Cascade, ClosedLoop, Controller, DeadTime, DerivativeOn, Form, Handover, Manual,
+    NormalStream, Process, Run, Signal, Wave, period, sweep,
 };
 use stiction_model::valve::{Assembly, Model};
 
@@ -44,6 +44,71 @@ fn paper_loop(model: Model, s: f64, j: f64) -> ClosedLoop {
     );
     it.set_point = 5.0.into();
     it
+}
+
+mod manual {
+    use super::*;
+
+    /// The loop with two spells in manual, from 100 s to 120 s and from 200 s to 230 s.
+    fn by_hand() -> ClosedLoop {
+        let mut it = paper_loop(Model::TwoPhase, 5.0, 3.0);
+        let change = Signal::Steps(vec![(100.0, 2.0), (110.0, -1.0), (200.0, 4.0)]);
+        it.manual = [(100.0, 120.0), (200.0, 230.0)]
+            .map(|(from_s, until_s)| Manual { from_s, until_s, change: change.clone() })
+            .to_vec();
+        it
+    }
+
+    #[test]
+    fn the_output_is_the_last_one_and_the_change() {
+        let (automatic, run) = (paper_loop(Model::TwoPhase, 5.0, 3.0).run(), by_hand().run());
+        let (automatic, run) = (automatic.unwrap(), run.unwrap());
+        assert_eq!(bits(&automatic.op[..1000]), bits(&run.op[..1000]));
+        let before = run.op[999];
+        assert!(run.op[1000..1100].iter().all(|op| *op == before + 2.0));
+        assert!(run.op[1100..1200].iter().all(|op| *op == before - 1.0));
+        assert!(run.op[2000..2300].iter().all(|op| *op == run.op[1999] + 4.0));
+        let in_manual = (0..6000).filter(|k| by_hand().in_manual(*k)).count();
+        assert_eq!(in_manual, 500);
+    }
+
+    #[test]
+    fn automatic_continues_without_a_bump() {
+        let run = by_hand().run().unwrap();
+        for k in [1200, 2300] {
+            // One sample of the controller: the proportional part moves with the PV, the integral by the error.
+            let error = run.sp[k] - run.pv[k];
+            let next = run.op[k - 1] - 1.1 * (run.pv[k] - run.pv[k - 1]) + 1.1 / 2.5 * 0.1 * error;
+            assert!((run.op[k] - next).abs() < 1e-9, "{} against {next}", run.op[k]);
+        }
+    }
+
+    #[test]
+    fn it_stays_within_the_limits() {
+        let mut it = by_hand();
+        it.manual[1].change = 40.0.into();
+        it.controller = it.controller.with_limits(0.0, 5.0, AntiWindup::Clamping).unwrap();
+        let run = it.run().unwrap();
+        assert!(run.op.iter().all(|op| (0.0..=5.0).contains(op)));
+        assert!(run.op[2000..2300].iter().any(|op| *op == 5.0));
+    }
+
+    #[test]
+    fn what_cannot_be_simulated_is_refused() {
+        let refused = |change: fn(&mut ClosedLoop), expected: &str| {
+            let mut it = by_hand();
+            change(&mut it);
+            let error = it.run().unwrap_err().to_string();
+            assert!(error.contains(expected), "{error}");
+            assert_eq!(error, it.check().unwrap_err().to_string());
+        };
+        refused(|it| it.manual[1].from_s = 110.0, "manual from is 110, but must be at least 120 s");
+        refused(|it| it.manual[0].until_s = 90.0, "manual until is 90, but must be above");
+        refused(|it| it.manual[0].from_s = f64::NAN, "begin of manual");
+        refused(|it| it.manual[0].change = f64::NAN.into(), "signal value");
+        let error = sweep(&[by_hand()]).unwrap_err().to_string();
+        assert!(error.contains("number of spells in manual is 2, but must be 0 here"), "{error}");
+    }
 }
 
 mod process {

@@ -7,7 +7,7 @@ use super::signal::{Signals, noise};
 use super::system::System;
 use crate::fields::{Fields, Wrong};
 use stiction_model::Bands;
-use stiction_model::closed_loop::{Cascade, ClosedLoop, OpenLoop, Signal};
+use stiction_model::closed_loop::{Cascade, ClosedLoop, Manual, OpenLoop, Signal};
 use stiction_model::valve::{Assembly, Model, ValveSpec};
 
 type Built<T> = std::result::Result<T, Wrong>;
@@ -82,7 +82,21 @@ impl Builder<'_> {
         };
         system.measurement = self.measurement(top, clock)?;
         system.load = self.signals.all(top, "load", clock)?;
+        let spells = top.tables("manual", keys::MANUAL)?.into_iter();
+        system.manual = spells.map(|fields| self.manual(fields, clock)).collect::<Built<_>>()?;
         Ok(system)
+    }
+
+    /// A spell in manual, to the end of the run by default.
+    fn manual(&self, fields: Fields<'_, '_>, clock: Clock) -> Built<Manual> {
+        let from_s = fields.required_number("from")?;
+        let until_s = fields.number("until")?.unwrap_or(f64::INFINITY);
+        let change = match fields.table("change", keys::SIGNAL)? {
+            Some(change) => self.signals.one(change, clock)?,
+            None => 0.0.into(),
+        };
+        fields.finish()?;
+        Ok(Manual { from_s, until_s, change })
     }
 
     /// `[noise]` and `[[measurement]]`, which are added to a PV.

@@ -17,6 +17,7 @@ pub const SCENARIO: Keys = &[
     "noise",
     "measurement",
     "load",
+    "manual",
     "master",
 ];
 pub const VALVE: Keys = &["model", "S", "J", "fs", "fd", "K", "rest_tolerance", "limits", "lag"];
@@ -59,6 +60,7 @@ pub const SIGNAL: Keys = &[
     "file",
     "column",
 ];
+pub const MANUAL: Keys = &["from", "until", "change"];
 pub const NOISE: Keys = &["sd", "tau", "seed"];
 pub const MASTER: Keys =
     &["every", "operating_point", "set_point", "controller", "process", "noise", "measurement"];

@@ -160,7 +160,7 @@ impl Scenario {
     pub fn no_part_in_cycles(&self) -> Vec<String> {
         const KEYS: [&str; 5] =
             ["valve.K", "valve.lag", "valve.limits", "valve.rest_tolerance", "controller.limits"];
-        const TABLES: [&str; 3] = ["noise", "measurement", "resolution"];
+        const TABLES: [&str; 4] = ["noise", "manual", "measurement", "resolution"];
         let keys = self.settings().into_iter().map(|(key, ..)| key);
         keys.filter(|key| {
             let table = key.split('.').next().unwrap_or_default();

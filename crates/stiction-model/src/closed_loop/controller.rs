@@ -163,6 +163,11 @@ impl Controller {
         self
     }
 
+    /// The limits of the output, percent; infinite without limits.
+    pub(super) fn output_range(&self) -> (f64, f64) {
+        self.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY))
+    }
+
     /// Keeps the output within `low..=high`, percent of span.
     ///
     /// # Errors
@@ -357,7 +362,7 @@ impl PidBank<1> {
 impl Pid {
     fn new(engaged: &Engaged<'_>) -> Self {
         let (c, ts) = (engaged.settings, engaged.sample_time);
-        let (low, high) = c.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let (low, high) = c.output_range();
         Self {
             kp: c.kp,
             ki_ts: c.ki * ts,

@@ -1,7 +1,7 @@
 //! The description of a loop, before it runs.
 
-use super::{Controller, DeadTime, Process, SampledProcess, Signal, SignalSource};
-use crate::error::{Result, finite, non_negative};
+use super::{Controller, DeadTime, Manual, Process, SampledProcess, Signal, SignalSource};
+use crate::error::{Error, Result, finite, non_negative};
 use crate::valve::Assembly;
 
 /// A control loop with its signals. Plain data; [`ClosedLoop::run`] simulates it.
@@ -53,6 +53,8 @@ pub struct ClosedLoop {
     pub op_quantum: f64,
     /// Resolution of the measured PV, in its units; 0 for none.
     pub pv_quantum: f64,
+    /// Spells in manual, one after another. Only [`ClosedLoop::run`] simulates them.
+    pub manual: Vec<Manual>,
 }
 
 impl From<f64> for Signal {
@@ -91,6 +93,7 @@ impl ClosedLoop {
             measurement: vec![],
             op_quantum: 0.0,
             pv_quantum: 0.0,
+            manual: vec![],
         }
     }
 
@@ -99,10 +102,24 @@ impl ClosedLoop {
     /// # Errors
     /// If not; the message names the setting.
     pub fn check(&self) -> Result<()> {
-        self.prepare().map(|_| ())
+        self.check_manual()?;
+        self.prepare_automatic().map(|_| ())
     }
 
+    /// A loop that is always in automatic.
     pub(super) fn prepare(&self) -> Result<Prepared<'_>> {
+        match self.manual.len() {
+            0 => self.prepare_automatic(),
+            spells => Err(Error::Parameter {
+                name: "number of spells in manual",
+                value: spells as f64,
+                allowed: "0 here; only the simulation of a single loop has manual".to_owned(),
+            }),
+        }
+    }
+
+    /// A loop, its spells in manual aside.
+    pub(super) fn prepare_automatic(&self) -> Result<Prepared<'_>> {
         finite("operating point of the OP", self.op_rest)?;
         finite("operating point of the PV", self.pv_rest)?;
         non_negative("OP quantum", self.op_quantum)?;

@@ -4,6 +4,7 @@ use super::bank::{Recorder, Sample, play_one, play_one_between};
 use super::between::Between;
 use super::cycle;
 use super::description::ClosedLoop;
+use super::manual::ByHand;
 use crate::error::Result;
 
 impl ClosedLoop {
@@ -12,7 +13,13 @@ impl ClosedLoop {
     /// # Errors
     /// If a setting is out of its range; the message names it.
     pub fn run(&self) -> Result<Run> {
-        Ok(play_one(&self.prepare()?, self.empty_run()))
+        if self.manual.is_empty() {
+            return Ok(play_one(&self.prepare()?, self.empty_run()));
+        }
+        self.check_manual()?;
+        let mut by_hand = ByHand::new(self)?;
+        let run = play_one_between(&self.prepare_automatic()?, &mut by_hand, self.empty_run());
+        Ok(Run { op: by_hand.op, ..run })
     }
 
     /// Simulates the loop with an element between its controller and its valve. [`Run::op`] is then the controller
@@ -46,7 +53,7 @@ pub struct Run {
     pub sp: Vec<f64>,
     /// Measured process value.
     pub pv: Vec<f64>,
-    /// Controller output, percent.
+    /// Controller output, percent; in manual the OP that the valve receives.
     pub op: Vec<f64>,
     /// Valve position, percent.
     pub vp: Vec<f64>,
