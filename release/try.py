@@ -1,7 +1,7 @@
 """Try a released program of another platform: the same sessions by it and by the one for Linux, compared.
 
-    python release/try.py OUT/stiction-0.1.0-x86_64-pc-windows-gnu.zip --like OUT/stiction-0.1.0-x86_64-unknown-linux-gnu.tar.gz
-    python release/try.py OUT/stiction-0.1.0-aarch64-unknown-linux-gnu.tar.gz --like ...
+    python release/try.py OUT/stiction-0.1.0-x86_64-pc-windows-gnu.zip --like OUT/stiction-0.1.0-x86_64-unknown-linux-gnu.tar.xz
+    python release/try.py OUT/stiction-0.1.0-aarch64-unknown-linux-gnu.tar.xz --like ...
 
 Windows programs run in Wine, and ARM programs in QEMU. The folder of the trial has a space and an umlaut in its name. Texts must be
 equal but for path marks. Numbers may differ in their last digits, because platforms have `exp` and `sin` of their own. The largest

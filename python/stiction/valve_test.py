@@ -416,8 +416,11 @@ def read(
     ('sticks', 3)
     """
     known = None if rises is None else bool(instance("rises", rises, bool))
-    planned = None if plan is None else json.dumps(instance("plan", plan, TestPlan).to_dict())
-    return result_of(Reading, _core.test_read(_checked(recording), _sets("done", done), planned, known))
+    return result_of(Reading, _core.test_read(_checked(recording), _sets("done", done), _planned("plan", plan), known))
+
+
+def _planned(name: str, plan: TestPlan | None) -> str | None:
+    return None if plan is None else json.dumps(instance(name, plan, TestPlan).to_dict())
 
 
 def _sets(name: str, done: Iterable[tuple[float, float | None]] | None) -> list[tuple[float, float | None]] | None:
@@ -432,6 +435,8 @@ def compare(
     *,
     before_done: Iterable[tuple[float, float | None]] | None = None,
     after_done: Iterable[tuple[float, float | None]] | None = None,
+    before_plan: TestPlan | None = None,
+    after_plan: TestPlan | None = None,
     rises: bool | None = None,
 ) -> Comparison:
     """Compare the test of a valve after a repair with the test before it.
@@ -444,6 +449,8 @@ def compare(
         The recording with the test after it.
     before_done, after_done : iterable of (float, float or None), optional
         The manual moves of each test, like `done` of `read`.
+    before_plan, after_plan : TestPlan, optional
+        The plan of each test, like `plan` of `read`. Each reading then has its deviations from the plan.
     rises : bool, optional
         Whether the PV rises when the OP rises; by default from the action of the controller, or else from the test.
 
@@ -470,5 +477,6 @@ def compare(
     ('lowered', True)
     """
     known = None if rises is None else bool(instance("rises", rises, bool))
-    sets = (_sets("before_done", before_done), _sets("after_done", after_done))
-    return result_of(Comparison, _core.test_compared(_checked(before), _checked(after), *sets, known))
+    done = [_sets("before_done", before_done), _sets("after_done", after_done)]
+    plans = [_planned("before_plan", before_plan), _planned("after_plan", after_plan)]
+    return result_of(Comparison, _core.test_compared([_checked(before), _checked(after)], done, plans, known))

@@ -40,14 +40,14 @@ def test_archives_depend_on_their_files_alone(tmp_path):
         out = tmp_path / name
         out.mkdir()
         made = release(out)
-        made.tar(out / "a.tar.gz", "stiction-1.2.3", FILES)
+        made.tar(out / "a.tar.xz", "stiction-1.2.3", FILES)
         made.zip(out / "a.zip", "stiction-1.2.3", dict(reversed(FILES.items())))
         if shutil.which("dpkg-deb"):
             made.debian(build.LINUX, FILES)
         sums.append(made.sums())
         assert (out / "SHA256SUMS").read_text() == sums[-1]
-    assert sums[0] == sums[1] and "a.tar.gz" in sums[0]
-    with tarfile.open(tmp_path / "one/a.tar.gz") as archive:
+    assert sums[0] == sums[1] and "a.tar.xz" in sums[0]
+    with tarfile.open(tmp_path / "one/a.tar.xz") as archive:
         modes = {each.name: each.mode for each in archive}
     assert modes == {f"stiction-1.2.3/{name}": 0o755 if name == "stiction" else 0o644 for name in FILES}
     with zipfile.ZipFile(tmp_path / "one/a.zip") as archive:

@@ -66,6 +66,11 @@ def test_a_test_is_compared_with_its_plan() -> None:
     [other] = stiction.read(TESTED.with_name("FIC107-tested.csv"))
     with pytest.raises(ValueError, match="the plan is for loop FIC106-tested, but the recording is of FIC107-tested"):
         stiction.valve_test.read(other, plan=plan)
+    same = stiction.valve_test.compare(recording, recording, before_plan=plan)
+    assert same.before.to_dict()["plan"] == reading.to_dict()["plan"]
+    assert same.after.plan is None
+    with pytest.raises(ValueError, match="the plan is for loop FIC106-tested"):
+        stiction.valve_test.compare(recording, other, after_plan=plan)
 
 
 def test_a_signature_shows_s_along_the_stroke() -> None:

@@ -195,7 +195,7 @@ fn library(given: &str) -> Result<Library> {
     };
     let file = In::also(file)?;
     let bytes = stiction_io::bytes::read(&file).with_context(|| format!("--library {given}"))?;
-    Ok(Library { arch: arch.to_owned(), os: os.to_owned(), bytes: bytes.into() })
+    Ok(Library { arch: arch.to_owned(), os: os.to_owned(), bytes: bytes.into(), given: true })
 }
 
 fn variables(fmu: &Fmu) -> Result<()> {

@@ -86,7 +86,7 @@ const LICENCES: [(&str, &str); 3] = [
 /// for its description, seconds after the beginning of 1970 in UTC; `None` leaves it out.
 ///
 /// # Errors
-/// If the start values are inconsistent, or FMI has no folder for a library.
+/// If the start values are inconsistent, FMI has no folder for a given library, or it has a folder for none.
 pub fn write(
     fmu: &Fmu,
     fmi: Fmi,
@@ -113,8 +113,14 @@ pub fn write(
         let name = "terminalsAndIcons/terminalsAndIcons.xml";
         files.push((name.to_owned(), TERMINALS_AND_ICONS.as_bytes().into()));
     }
+    let has_folder = |library: &Library| fmu.binary(fmi, &library.arch, &library.os).is_some();
+    let others = libraries.iter().any(has_folder);
     for library in libraries {
         let Some(name) = fmu.binary(fmi, &library.arch, &library.os) else {
+            // FMI 2.0 names no ARM, but an FMU with the other libraries serves elsewhere.
+            if others && !library.given {
+                continue;
+            }
             let (arch, os) = (library.arch.clone(), library.os.clone());
             return Err(Error::Platform { arch, os });
         };

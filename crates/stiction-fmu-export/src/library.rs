@@ -14,6 +14,9 @@ pub struct Library {
     pub os: String,
     /// The file.
     pub bytes: Cow<'static, [u8]>,
+    /// Whether somebody asked for it. Otherwise it belongs to this build, and an FMU of an FMI version that has no folder
+    /// for its platform leaves it out.
+    pub given: bool,
 }
 
 /// A platform for FMUs of this build.
@@ -44,7 +47,7 @@ impl Platform {
             Some(bytes) => Cow::Borrowed(bytes),
             None => Cow::Owned(compiled(self).map_err(Error::Compiler)?),
         };
-        Ok(Library { arch: self.arch.to_owned(), os: self.os.to_owned(), bytes })
+        Ok(Library { arch: self.arch.to_owned(), os: self.os.to_owned(), bytes, given: false })
     }
 }
 

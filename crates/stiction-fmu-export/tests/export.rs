@@ -110,8 +110,22 @@ fn libraries_without_a_place_are_refused() {
     let own = Library::own().unwrap().swap_remove(0);
     let odd = Library { arch: "6502".to_owned(), ..own.clone() };
     assert!(write(&valve, Fmi::V2, &[odd], None).unwrap_err().to_string().contains("6502"));
-    let twice = write(&valve, Fmi::V2, &[own.clone(), own], None).unwrap_err();
+    let twice = write(&valve, Fmi::V2, &[own.clone(), own.clone()], None).unwrap_err();
     assert!(twice.to_string().contains("two libraries"));
+
+    // FMI 2.0 has no folder for ARM. A release holds its library all the same.
+    let arm = Library { arch: "aarch64".to_owned(), os: "linux".to_owned(), ..own.clone() };
+    let other = Library { arch: "x86_64".to_owned(), os: "windows".to_owned(), ..own };
+    let both = [arm.clone(), other.clone()];
+    let without = write(&valve, Fmi::V2, &both, None).unwrap();
+    assert_eq!(without, write(&valve, Fmi::V2, std::slice::from_ref(&other), None).unwrap());
+    assert!(write(&valve, Fmi::V3, &both, None).unwrap().len() > without.len());
+    let asked = Library { given: true, ..arm.clone() };
+    for refused in [vec![arm], vec![asked, other]] {
+        assert!(
+            write(&valve, Fmi::V2, &refused, None).unwrap_err().to_string().contains("aarch64")
+        );
+    }
 }
 
 #[test]

@@ -64,7 +64,7 @@ impl Fmu {
         };
         let further = libraries
             .into_iter()
-            .map(|(arch, os, bytes)| Library { arch, os, bytes: bytes.into() })
+            .map(|(arch, os, bytes)| Library { arch, os, bytes: bytes.into(), given: true })
             .collect();
         let write = || {
             let all = Library::own_and(further)?;

@@ -95,18 +95,18 @@ struct Compared {
     after: TestReading,
 }
 
-/// The comparison of two tests, as a document.
+/// The comparison of two tests, before and after a repair, as a document.
 #[pyfunction]
 fn test_compared<'py>(
     py: Python<'py>,
-    before: Recording,
-    after: Recording,
-    before_done: Done,
-    after_done: Done,
+    recordings: [Recording; 2],
+    done: [Done; 2],
+    plans: [Planned; 2],
     rises: Option<bool>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let before = read(py, before, before_done, None, rises)?;
-    let after = read(py, after, after_done, None, rises)?;
+    let ([before, after], [before_done, after_done], [old, new]) = (recordings, done, plans);
+    let before = read(py, before, before_done, old, rises)?;
+    let after = read(py, after, after_done, new, rises)?;
     let comparison = valve_test::compare(&before, &after);
     plain(py, &Compared { comparison, before, after })
 }

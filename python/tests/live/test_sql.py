@@ -1,5 +1,6 @@
 """Samples from PostgreSQL: the rows are those of the table, in memory for a day of a loop, in transactions that cannot write."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -104,6 +105,20 @@ def test_a_plant_is_proposed_from_a_table(filled, tmp_path):
     loops, _ = first.of_samples(tmp_path, lambda path: sql.samples(filled, path, "samples"))
     text = (tmp_path / "plant.toml").read_text()
     assert loops == 6 and '[loop."FIC1002"]' in text and 'data = ["data/**/*.parquet"]' in text
+
+
+@pytest.mark.skipif("STICTION_PROGRAM" not in os.environ, reason="STICTION_PROGRAM does not name the command stiction")
+def test_the_command_reads_a_table_like_its_file(filled, tmp_path):
+    def diagnosed(source):
+        words = [os.environ["STICTION_PROGRAM"], "--no-config", "diagnose", source, "--json"]
+        environment = dict(os.environ, STICTION_PYTHON=sys.executable)
+        done = subprocess.run(words, env=environment, cwd=tmp_path, check=True, capture_output=True, timeout=120)
+        assert done.stderr == b""
+        return [loop["verdict"] for loop in json.loads(done.stdout)["loops"]]
+
+    sql.samples(filled, tmp_path / "day.parquet", "samples")
+    found = diagnosed(f"{filled}?table=samples")
+    assert len(found) == 6 and found == diagnosed("day.parquet")
 
 
 def test_the_connection_cannot_write(filled):

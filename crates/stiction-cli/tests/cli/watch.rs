@@ -49,3 +49,34 @@ fn a_missing_package_is_named_with_the_remedy() {
     let help = run(&folder, &["watch", "--help"]).quiet_success();
     assert!(help.contains("stiction watch opc.tcp://server:4840"), "{help}");
 }
+
+#[test]
+fn a_recording_is_read_from_an_address() {
+    let folder = folder("watch-address");
+    let sample = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../samples/FIC101-sticky.csv");
+    // The stand-in writes the sample to the file that it is asked for, after a few checks.
+    let script = format!(
+        "#!/bin/sh\n[ \"$1\" = -c ] && exit 0\n\
+         [ \"$2 $3 $4 $5\" = 'stiction.live fetch postgres://host/p?table=t --output' ] || exit 3\n\
+         echo \"$6\" > asked\ncp {} \"$6\"\n",
+        sample.display()
+    );
+    write(&folder, "python", script);
+    let executable = std::fs::Permissions::from_mode(0o755);
+    std::fs::set_permissions(folder.join("python"), executable).unwrap();
+    let asked = ["diagnose", "postgres://host/p?table=t", "--brief"];
+    let (code, out, err) = with_python(&folder, &asked);
+    assert_eq!((code, &*err), (Some(0), ""), "{out}");
+    assert!(out.contains("sticks"), "{out}");
+    let left = std::fs::read_to_string(folder.join("asked")).unwrap();
+    assert!(!Path::new(left.trim()).exists(), "{left}");
+
+    python(&folder, 0);
+    let (code, _, err) = with_python(&folder, &asked);
+    assert_eq!(code, Some(2), "{err}");
+    assert!(err.contains("postgres://host/p?table=t: the table was not read"), "{err}");
+    python(&folder, 1);
+    let (code, _, err) = with_python(&folder, &asked);
+    assert_eq!(code, Some(2), "{err}");
+    assert!(err.contains("pip install \"stiction[live]\""), "{err}");
+}
