@@ -5,7 +5,8 @@
 
 Windows programs run in Wine, and ARM programs in QEMU. The folder of the trial has a space and an umlaut in its name. Texts must be
 equal but for path marks. Numbers may differ in their last digits, because platforms have `exp` and `sin` of their own. The largest
-relative difference is printed, and the exit code is 1 if one exceeds 1e-6 or a text differs.
+relative difference is printed, and the exit code is 1 if one exceeds 1e-6 or a text differs. At the end a host of FMUs, compiled for
+the platform, moves the valve of the exported FMU. The stem positions must have the same bits.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ import time
 import zipfile
 
 STAND_IN = pathlib.Path(__file__).with_name("bcryptprimitives.c")
+FMU_HOST = pathlib.Path(__file__).with_name("fmu_host.c")
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 TOLERANCE = 1e-6
 
@@ -80,16 +82,19 @@ class Program:
         self.environment = dict(os.environ, LANG="C.UTF-8", HOME=str(folder / "home"), BROWSER="true")
         self.environment.pop("RUST_BACKTRACE", None)
         self.before: list[str] = []
+        self.compiler, self.libraries = "gcc", "x86_64-linux"
         own = self.folder / "stiction"
         if "windows" in archive.name:
             own = self.folder / "stiction.exe"
             self.before = [found("wine")]
+            self.compiler, self.libraries = "x86_64-w64-mingw32-gcc", "x86_64-windows"
             self.environment |= {"WINEDEBUG": "-all", "WINEPREFIX": str(folder / "wine")}
             library = self.folder / "bcryptprimitives.dll"
             subprocess.run(["x86_64-w64-mingw32-gcc", "-shared", "-o", library, STAND_IN, "-ladvapi32"], check=True)
             subprocess.run([*self.before, "wineboot", "-i"], env=self.environment, check=True, capture_output=True)
         elif "aarch64" in archive.name:
             self.before = [found("qemu-aarch64-static"), "-L", "/usr/aarch64-linux-gnu"]
+            self.compiler, self.libraries = "aarch64-linux-gnu-gcc", "aarch64-linux"
         self.own = own
         sticky = (self.folder / STICKY).read_text()
         (self.folder / "Prüfung 1.csv").write_text(sticky)
@@ -106,6 +111,20 @@ class Program:
             [*self.before, self.own, *words], cwd=self.folder, env=self.environment, capture_output=True, stdin=subprocess.DEVNULL, check=False
         )
         return done.returncode, self.plain(done.stdout), self.plain(done.stderr)
+
+    def valve(self, fmu: pathlib.Path) -> str:
+        """The stem positions of the valve in an FMU, by the library for the platform of this program."""
+        unpacked = self.folder / "fmu"
+        with zipfile.ZipFile(fmu) as packed:
+            packed.extractall(unpacked)
+        [library] = (unpacked / "binaries" / self.libraries).iterdir()
+        [token] = re.findall(r'instantiationToken="([^"]*)"', (unpacked / "modelDescription.xml").read_text())
+        host = self.folder / ("host.exe" if self.own.suffix else "host")
+        subprocess.run([found(self.compiler), "-O1", "-o", host, FMU_HOST, *([] if self.own.suffix else ["-ldl"])], check=True)
+        resources = f"{unpacked / 'resources'}/"
+        places = [f"Z:{place}".replace("/", "\\") if self.own.suffix else str(place) for place in (library, resources)]
+        done = subprocess.run([*self.before, host, places[0], token, places[1]], env=self.environment, capture_output=True, check=False, text=True)
+        return f"exit code {done.returncode}\n{done.stdout}"
 
     def plain(self, said: bytes) -> str:
         """Output without marks of the platform."""
@@ -169,7 +188,13 @@ def main() -> None:
                         lines = list(zip(a.splitlines(), b.splitlines(), strict=False))
                         first = next((pair for pair in lines if difference(*pair) is None), (a[-200:], b[-200:]))
                         print(f"    {first[0][:300]}\n    {first[1][:300]}")
-    print(f"{len(SESSIONS) - failed} passed, {failed} failed")
+        export = ["fmu", "--fmi", "3", "--model", "two-phase", "--S", "5", "--J", "3", "-o", "valve3.fmu"]
+        own.run(export)
+        moved = [program.valve(own.folder / "valve3.fmu") for program in (own, like)]
+        equal = moved[0] == moved[1] and moved[0].startswith("exit code 0\nFMI 3.0\n")
+        failed += not equal
+        print(f"{'equal' if equal else 'DIFFERS':36}          the valve of the FMU, {len(moved[0].splitlines()) - 2} steps")
+    print(f"{len(SESSIONS) + 1 - failed} passed, {failed} failed")
     sys.exit(failed > 0)
 
 
