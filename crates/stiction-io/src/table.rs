@@ -310,7 +310,7 @@ impl Cells<'_> {
     }
 }
 
-/// Like [`write`], with columns of numbers or words.
+/// Like [`write()`], with columns of numbers or words.
 pub fn write_cells(columns: &[(&str, Cells<'_>)]) -> String {
     let rows = columns.iter().map(|(_, cells)| cells.len()).max().unwrap_or(0);
     let mut text = columns.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(",");

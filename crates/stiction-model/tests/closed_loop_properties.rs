@@ -90,7 +90,7 @@ mod manual {
         it.controller = it.controller.with_limits(0.0, 5.0, AntiWindup::Clamping).unwrap();
         let run = it.run().unwrap();
         assert!(run.op.iter().all(|op| (0.0..=5.0).contains(op)));
-        assert!(run.op[2000..2300].iter().any(|op| *op == 5.0));
+        assert!(run.op[2000..2300].contains(&5.0));
     }
 
     #[test]
