@@ -27,7 +27,8 @@ STAND_IN = pathlib.Path(__file__).with_name("bcryptprimitives.c")
 FMU_HOST = pathlib.Path(__file__).with_name("fmu_host.c")
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 TOLERANCE = 1e-6
-# Predicted effects come from simulated loops, in which a slip amplifies the last digit.
+# Predicted effects come from simulated loops, in which a slip amplifies the last digit. Reports and orders have them, too. What is
+# measured in a recording is compared strictly by `diagnose --json`.
 PREDICTED, TOLERANCE_PREDICTED = {"what-if", "--report", "orders"}, 0.1
 
 STICKY = "samples/FIC101-sticky.csv"
@@ -131,7 +132,7 @@ class Program:
 
     def plain(self, said: bytes) -> str:
         """Output without marks of the platform."""
-        # The words of the operating system for a missing file are its own.
+        # The words of the operating system for a missing file are its own, and Wine names no file for `CON.csv`.
         said = re.sub(rb"(?<=\.csv: ).*\(os error \d+\).*", b"(os error)", said)
         text = said.decode(errors="replace").replace("\\\\", "/").replace("\\", "/").replace("\r\n", "\n")
         return text.replace(f"Z:{self.folder}", "@").replace(str(self.folder), "@").replace("stiction.exe", "stiction")

@@ -3,6 +3,7 @@
 use crate::files::In;
 use crate::watch;
 use std::process::{ExitCode, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use stiction_io::{Error, ReadOptions, Reading, Result, Table, bytes, reading};
 
 /// The recordings in a file of any format.
@@ -35,9 +36,14 @@ fn all(file: &In) -> Result<Vec<u8>> {
 
 /// The last day of a table in a database, as Parquet. The collector writes its own messages to standard error.
 fn last_day(address: &str) -> Result<Vec<u8>> {
-    let refused = |message: String| Error::Table { origin: address.to_owned(), message };
-    let name = format!("stiction-{}.parquet", std::process::id());
-    let path = std::env::temp_dir().join(name);
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let origin = watch::without_secrets(address);
+    let refused = |message: String| Error::Table { origin: origin.clone(), message };
+    // Files are read side by side, so each address has a folder of its own. One that exists is not ours.
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    let folder = std::env::temp_dir().join(format!("stiction-{}-{count}", std::process::id()));
+    std::fs::create_dir(&folder).map_err(|e| refused(format!("{}: {e}", folder.display())))?;
+    let path = folder.join("day.parquet");
     let fetched = watch::collector("fetch").and_then(|mut collector| {
         watch::ended(collector.arg(address).arg("--output").arg(&path).stdout(Stdio::null()))
     });
@@ -47,6 +53,6 @@ fn last_day(address: &str) -> Result<Vec<u8>> {
         Err(error) => Err(refused(format!("{error:#}"))),
     };
     // A failed removal leaves a file in the folder of temporary files, and changes no result.
-    let _ = std::fs::remove_file(&path);
+    let _ = std::fs::remove_dir_all(&folder);
     read
 }

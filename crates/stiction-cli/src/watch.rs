@@ -39,6 +39,15 @@ pub fn is_address(source: &str) -> bool {
     source.contains("://")
 }
 
+/// An address without a password, and without its query, which may have one.
+pub fn without_secrets(address: &str) -> String {
+    let plain = address.split('?').next().unwrap_or(address);
+    match (plain.split_once("://"), plain.rsplit_once('@')) {
+        (Some((scheme, _)), Some((_, host))) => format!("{scheme}://{host}"),
+        _ => plain.to_owned(),
+    }
+}
+
 /// Runs a task of the collector to its end, and returns its exit code.
 pub fn ended(command: &mut Command) -> Result<ExitCode> {
     let status = command.status().context("the collector")?;

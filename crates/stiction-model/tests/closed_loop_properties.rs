@@ -72,6 +72,26 @@ mod manual {
         assert_eq!(in_manual, 500);
     }
 
+    /// 3 times 0.7 s is a little less than 2.1 s.
+    #[test]
+    fn it_begins_with_the_sample_of_its_time() {
+        let mut it = by_hand();
+        it.sample_time = 0.7;
+        it.samples = 100;
+        for k in 1..60 {
+            let at = f64::from(k) * 7.0 / 10.0;
+            it.manual = vec![Manual {
+                from_s: at,
+                until_s: f64::from(k + 2) * 7.0 / 10.0,
+                change: Signal::step(0.0, 5.0, at),
+            }];
+            let own: Vec<usize> = (0..100).filter(|k| it.in_manual(*k)).collect();
+            assert_eq!(own, [k as usize, k as usize + 1]);
+            let run = it.run().unwrap();
+            assert_eq!(run.op[k as usize], run.op[k as usize - 1] + 5.0);
+        }
+    }
+
     #[test]
     fn automatic_continues_without_a_bump() {
         let run = by_hand().run().unwrap();

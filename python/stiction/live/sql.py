@@ -156,7 +156,7 @@ class Odbc(Source):
 
 def redacted(url: str) -> str:
     """An address without a password."""
-    return re.sub(r"(://[^:/@]*):[^@/]*@", r"\1@", url)
+    return re.sub(r"(?i)([?&;](?:password|pwd)=)[^&;]*", r"\1", re.sub(r"(://[^:/@]*):[^@/]*@", r"\1@", url))
 
 
 def samples_of(url: str, table: str | None, file: _core.Plant) -> Any:
@@ -179,6 +179,8 @@ def opened(url: str, table: str | None = None) -> Source:
     if parts.password is not None:
         raise Refused("the address holds a password; give it in the environment as STICTION_SQL_PASSWORD")
     query = dict(parse_qsl(parts.query))
+    if "password" in query:
+        raise Refused("the address holds a password; give it in the environment as STICTION_SQL_PASSWORD")
     table = table or query.pop("table", None)
     query.pop("table", None)
     if not table:

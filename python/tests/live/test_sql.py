@@ -145,6 +145,7 @@ def test_faults_are_named_with_the_remedy(filled, fetched):
         (filled, "names no table"),
         (f"{filled}?table=none_such", 'table none_such: relation "none_such" does not exist'),
         (filled.replace("owner@", "owner:Pa55@") + "?table=samples", "STICTION_SQL_PASSWORD"),
+        (f"{filled}?table=samples&password=Pa55", "STICTION_SQL_PASSWORD"),
         ("mysql://host/db?table=a", "is no known address"),
         ("postgres://owner@127.0.0.1:1/postgres?table=samples", "postgres://owner@127.0.0.1:1/postgres"),
     ]:

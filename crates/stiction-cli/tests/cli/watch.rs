@@ -71,10 +71,27 @@ fn a_recording_is_read_from_an_address() {
     let left = std::fs::read_to_string(folder.join("asked")).unwrap();
     assert!(!Path::new(left.trim()).exists(), "{left}");
 
+    // Addresses are read side by side.
+    let script = format!(
+        "#!/bin/sh\n[ \"$1\" = -c ] && exit 0\n\
+         case $4 in *one) of=FIC101-sticky ;; *) of=FIC103-aggressive ;; esac\n\
+         cp {}/$of.csv \"$6\"\nsleep 0.2\n",
+        sample.parent().unwrap().display()
+    );
+    write(&folder, "python", script);
+    let both = ["diagnose", "postgres://host/p?table=one", "postgres://host/p?table=two", "--json"];
+    let (_, out, err) = with_python(&folder, &both);
+    assert_eq!(err, "");
+    let found: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let class = |k: usize| found["loops"][k]["verdict"]["class"].clone();
+    assert_eq!((class(0), class(1)), ("sticks".into(), "does not stick".into()));
+
     python(&folder, 0);
-    let (code, _, err) = with_python(&folder, &asked);
+    let secret = ["diagnose", "postgres://me:secret@host/p?table=t&password=hidden", "--brief"];
+    let (code, out, err) = with_python(&folder, &secret);
     assert_eq!(code, Some(2), "{err}");
-    assert!(err.contains("postgres://host/p?table=t: the table was not read"), "{err}");
+    assert!(err.contains("postgres://host/p: the table was not read"), "{err}");
+    assert!(!format!("{out}{err}").contains("secret") && !err.contains("hidden"), "{err}");
     python(&folder, 1);
     let (code, _, err) = with_python(&folder, &asked);
     assert_eq!(code, Some(2), "{err}");

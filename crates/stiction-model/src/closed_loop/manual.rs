@@ -50,8 +50,9 @@ impl ClosedLoop {
 }
 
 impl Manual {
+    /// A change at a whole number of samples must not shift by rounding, as in [`Signal::Steps`].
     fn holds(&self, time_s: f64) -> bool {
-        (self.from_s..self.until_s).contains(&time_s)
+        (self.from_s..self.until_s).contains(&(time_s * (1.0 + 1e-12)))
     }
 }
 
@@ -81,8 +82,12 @@ impl Between for ByHand<'_> {
 
     fn send(&mut self, _: f64, _: f64, op: f64) -> Sent {
         let time_s = self.op.len() as f64 * self.plant.sample_time;
-        let changes: Vec<f64> = self.changes.iter_mut().map(SignalSource::draw).collect();
         let spell = self.plant.manual.iter().position(|spell| spell.holds(time_s));
+        let mut change = 0.0;
+        for (k, source) in self.changes.iter_mut().enumerate() {
+            let drawn = source.draw();
+            change = if spell == Some(k) { drawn } else { change };
+        }
         let sent = match spell {
             None => {
                 self.now = None;
@@ -95,7 +100,7 @@ impl Between for ByHand<'_> {
                 };
                 self.now = Some((spell, before));
                 let (low, high) = self.plant.controller.output_range();
-                Sent::held((before + changes[spell]).clamp(low, high))
+                Sent::held((before + change).clamp(low, high))
             }
         };
         self.op.push(sent.signal);
