@@ -388,10 +388,9 @@ def test_read(
     recording: Recording, done: list[tuple[float, float | None]] | None, plan: str | None, rises: bool | None
 ) -> dict[str, Any]: ...
 def test_compared(
-    before: Recording,
-    after: Recording,
-    before_done: list[tuple[float, float | None]] | None,
-    after_done: list[tuple[float, float | None]] | None,
+    recordings: list[Recording],
+    done: list[list[tuple[float, float | None]] | None],
+    plans: list[str | None],
     rises: bool | None,
 ) -> dict[str, Any]: ...
 def signature_planned(name: str, op: tuple[float, float]) -> dict[str, Any]: ...
