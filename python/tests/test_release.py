@@ -1,8 +1,12 @@
 """The scripts of a release: archives have the same bytes from the same files, and trials notice differences."""
 
+import copy
 import importlib.util
+import json
+import os
 import shutil
 import subprocess
+import sys
 import tarfile
 import zipfile
 from importlib.machinery import SourceFileLoader
@@ -23,7 +27,7 @@ def loaded(name):
     return module
 
 
-build, trial = loaded("build"), loaded("try.py")
+build, trial, promise = loaded("build"), loaded("try.py"), loaded("promise.py")
 FILES = {"stiction": b"program", "man/stiction.1": b"manual", "completions/stiction.bash": b"complete", "README.md": b"read"}
 
 
@@ -77,3 +81,64 @@ def test_the_debian_package_puts_files_where_debian_has_them(tmp_path):
 )
 def test_a_trial_tells_words_from_digits(own, other, found):
     assert trial.difference(own, other) == pytest.approx(found)
+
+
+OLD = {
+    "properties": {"S": {"$ref": "#/$defs/Estimate"}, "loops": {"type": "array", "items": {"$ref": "#/$defs/Estimate"}}},
+    "required": ["S"],
+    "$defs": {"Estimate": {"type": "object", "properties": {"value": {"type": "number"}}, "required": ["value"]}},
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "broken"),
+    [
+        (lambda new: None, []),
+        (lambda new: new["properties"].update(J={"type": "number"}), []),
+        (lambda new: new["required"].append("loops"), []),
+        (lambda new: new["properties"].pop("loops"), ["d: loops is gone", "d: loops[].value is gone"]),
+        (lambda new: new.update(required=[]), ["d: S may be missing now"]),
+        (
+            lambda new: new["$defs"]["Estimate"]["properties"].update(value={"type": ["number", "null"]}),
+            ["d: S.value may be null now", "d: loops[].value may be null now"],
+        ),
+    ],
+)
+def test_keys_that_go_or_change_break_the_promise(change, broken):
+    new = copy.deepcopy(OLD)
+    change(new)
+    assert list(promise.broken_keys("d", OLD, new)) == broken
+
+
+@pytest.mark.parametrize(
+    ("now", "broken"),
+    [
+        ([["a", "POSITIONAL_OR_KEYWORD", False], ["b", "KEYWORD_ONLY", True]], []),
+        ([["a", "POSITIONAL_OR_KEYWORD", True], ["b", "KEYWORD_ONLY", True], ["c", "KEYWORD_ONLY", True]], []),
+        ([["a", "POSITIONAL_OR_KEYWORD", False]], ["f: the parameter b is gone"]),
+        ([["a", "KEYWORD_ONLY", False], ["b", "KEYWORD_ONLY", True]], ["f: the parameter a must be named now"]),
+        ([["a", "POSITIONAL_OR_KEYWORD", False], ["b", "KEYWORD_ONLY", False]], ["f: the parameter b must be given now"]),
+        (
+            [["c", "POSITIONAL_OR_KEYWORD", False], ["a", "POSITIONAL_OR_KEYWORD", False], ["b", "KEYWORD_ONLY", True]],
+            ["f: parameters are in another order", "f: the new parameter c must be given"],
+        ),
+    ],
+)
+def test_parameters_that_go_or_change_break_the_promise(now, broken):
+    before = [["a", "POSITIONAL_OR_KEYWORD", False], ["b", "KEYWORD_ONLY", True]]
+    assert list(promise.broken_calls({"f": before}, {"f": now})) == broken
+    assert list(promise.broken_calls({"f": before}, {})) == ["f is gone"]
+
+
+def test_a_promise_covers_the_names_of_the_package():
+    found = json.loads(promise.printed(sys.executable, "-c", promise.SIGNATURES))
+    assert {"stiction.diagnose", "stiction.valve_test.read", "stiction.fmu.export"} <= found.keys()
+    assert ["recording", "POSITIONAL_OR_KEYWORD", False] in found["stiction.valve_test.read"]
+
+
+@pytest.mark.skipif("STICTION_PROGRAM" not in os.environ, reason="STICTION_PROGRAM is not given")
+def test_a_promise_covers_the_documents_and_options_of_the_program():
+    program = Path(os.environ["STICTION_PROGRAM"])
+    found = promise.schemas(program)
+    assert promise.keys(found["diagnosis"])
+    assert {"diagnose --json", "plant scan --since", "test read"} <= promise.options(program)

@@ -479,6 +479,7 @@ impl<'a> AtWork<'a> {
         self.up = !self.up;
         self.nudged = 0;
         self.last_op = if self.held_op.is_nan() { self.rest.0 } else { self.held_op };
+        self.rest.0 = self.plan.centre(self.rest.0, 2.0 * away);
         self.held_op = (self.rest.0 + sign * size * away).clamp(low, high);
         self.hold = late * hold;
         self.turned_at = pv;

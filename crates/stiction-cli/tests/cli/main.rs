@@ -14,6 +14,7 @@ mod followed;
 mod history;
 mod inspect;
 mod join;
+mod kept;
 #[cfg(unix)]
 mod killed;
 mod lab_ends;

@@ -298,12 +298,12 @@ fn a_signature_finds_the_friction_of_a_physical_stem() {
 pub fn dated(path: &str, day: u32) -> String {
     let whole = std::fs::read_to_string(path).unwrap();
     let line = |line: &str| match line.split_once(',') {
-        Some((t, rest)) if t != "time_s" => {
+        Some((t, rest)) if !matches!(t, "time_s" | "t") => {
             let t: f64 = t.parse().unwrap();
-            let (m, s) = ((t / 60.0).floor(), t % 60.0);
-            format!("2026-03-{day:02}T06:{m:02}:{s:04.1}Z,{rest}\n")
+            let (h, m, s) = (6.0 + (t / 3600.0).floor(), (t / 60.0).floor() % 60.0, t % 60.0);
+            format!("2026-03-{day:02}T{h:02}:{m:02}:{s:04.1}Z,{rest}\n")
         }
-        _ => format!("{}\n", line.replace("time_s", "time")),
+        _ => format!("{}\n", line.replace("time_s", "time").replace("t,sp", "time,sp")),
     };
     whole.lines().map(line).collect()
 }

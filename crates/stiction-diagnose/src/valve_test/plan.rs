@@ -203,8 +203,8 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
         rises: options.rises.or_else(|| rises(segment)),
         pv_low,
         pv_high,
-        op_low: (mean(op) - 0.5 * longest).max(0.0),
-        op_high: (mean(op) + 0.5 * longest).min(100.0),
+        op_low: (quantile(op, 0.05) - 0.5 * longest).max(0.0),
+        op_high: (quantile(op, 0.95) + 0.5 * longest).min(100.0),
         record_every_s: hold_s / SAMPLES,
         total_s: grow.iter().map(|turn| turn.hold_s).sum(),
         grow,
@@ -281,7 +281,7 @@ impl TestPlan {
         let least = of(true).fold(f64::INFINITY, f64::min);
         let most = of(false).fold(0.0, f64::max);
         let from = if least.is_finite() { LESS * least } else { FURTHER * most };
-        let longest = self.op_high - self.op_low;
+        let longest = self.grow.iter().map(|turn| 2.0 * turn.op.abs()).fold(0.0, f64::max);
         let from = from.clamp(SHORTEST, (AT_MOST * longest).max(SHORTEST));
         let first = self.grow[0];
         let (hold_s, patience) = match last.and_then(|last| last.response_s) {
@@ -293,6 +293,12 @@ impl TestPlan {
         let mut next = Self { each: EACH_AGAIN, grow, total_s, ..self.clone() };
         next.word();
         next
+    }
+
+    /// The centre of turns of this size, percent: `u0`, shifted until the turns stay within the OP limits.
+    pub fn centre(&self, u0: f64, size: f64) -> f64 {
+        let away = 0.5 * size.min(self.op_high - self.op_low);
+        u0.max(self.op_low + away).min(self.op_high - away)
     }
 
     /// The PV range in which the turns need no shift.
@@ -405,6 +411,10 @@ fn instructions(plan: &TestPlan) -> Vec<String> {
             plan.ends_after
         ),
         format!(
+            "Keep the OP between {} %. If a turn would leave this range, shift u0 first.",
+            range(plan.op_low, plan.op_high)
+        ),
+        format!(
             "If the PV leaves {}{unit} although the OP should bring it back, move the OP further in the same direction. \
              Move it by half a turn first, then by twice as much after each hold. Shift u0 by the same amount.",
             range(low, high)
@@ -457,7 +467,22 @@ mod tests {
         );
         assert!(sizes.last().unwrap() >= &LEAST_LONGEST);
         assert!(plan.op_low >= 0.0 && plan.op_high <= 100.0);
-        assert_eq!(plan.instructions.len(), 8);
+        assert_eq!(plan.instructions.len(), 9);
+    }
+
+    #[test]
+    fn turns_about_any_recorded_op_stay_within_its_limits_and_are_not_shortened() {
+        let plan = plan(&diagnosed(1.0), &PlanOptions::default()).unwrap();
+        let largest = plan.grow.iter().map(|turn| 2.0 * turn.op.abs()).fold(0.0, f64::max);
+        for u0 in [0.0, 38.0, 40.0, 42.0, 100.0] {
+            for size in [0.4, 5.0, largest] {
+                let centre = plan.centre(u0, size);
+                assert!(centre - 0.5 * size >= plan.op_low - 1e-9, "{u0} {size}");
+                assert!(centre + 0.5 * size <= plan.op_high + 1e-9, "{u0} {size}");
+            }
+        }
+        // The recorded OP needs no shift.
+        assert_eq!(plan.centre(41.0, largest), 41.0);
     }
 
     #[test]

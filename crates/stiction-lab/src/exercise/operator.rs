@@ -78,7 +78,7 @@ impl Operator<'_> {
         let room = |at: &Self| at.run.time_s() + hold_s + AFTER_S <= LONGEST_S;
         while all.len() < count && room(self) && self.sets.len() + 1 < SETS {
             let sign = if self.up { 1.0 } else { -1.0 };
-            let op = self.rest + 0.5 * sign * size;
+            let op = self.plan.centre(self.rest, size) + 0.5 * sign * size;
             let before = self.pv();
             let op = op.clamp(self.plan.op_low, self.plan.op_high);
             self.set(Some((100.0 * op).round() / 100.0));
