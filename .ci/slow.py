@@ -27,6 +27,7 @@ CHECKS = {
         "crates/stiction-plant/src",
         "crates/stiction-python/src/plant.rs",
         "pyproject.toml",
+        "python/benchmarks/live.py",
         "python/stiction/live",
         "python/stiction/plant",
         "python/tests/live",

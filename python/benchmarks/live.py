@@ -3,10 +3,12 @@
     python python/benchmarks/live.py soak --loops 50 --minutes 120
     python python/benchmarks/live.py cpu --loops 1000 --minutes 2
     python python/benchmarks/live.py flood --rate 10000 --seconds 30
+    python python/benchmarks/live.py sql --loops 200 --days 7
 
 `soak` plays at a hundred times the speed, and prints the memory of the collector every minute. It fails if the memory grew by more
 than 5 % after the first quarter. It also fails if a service was requested that is not listed, or if a value is missing or wrong.
-`cpu` writes a value per second to each tag of 1,000 loops. `flood` writes values at any rate.
+`cpu` writes a value per second to each tag of 1,000 loops. `flood` writes values at any rate. `sql` fetches a plant from a table of
+PostgreSQL, and compares every time and value of all days with those of the plant.
 """
 
 from __future__ import annotations
@@ -15,15 +17,21 @@ import argparse
 import json
 import os
 import shutil
+import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
+import psycopg
+import pyarrow as pa
+import pyarrow.parquet as pq
+from pyarrow import csv
+
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "live"))
 
 import stiction.plant
-from processes import Process, free_port
+from processes import Process, free_port, postgres
 from server import played
 from stiction.live import hours, opcua
 
@@ -125,13 +133,66 @@ def load(folder: Path, loops: int, minutes: float) -> int:
     return 0
 
 
+FETCH = """
+import json, sys, time
+from pathlib import Path
+from stiction.live import sql
+begin = time.monotonic()
+done = sql.fetch(sys.argv[1], Path(sys.argv[2]), say=lambda text: print(text, file=sys.stderr, flush=True))
+most = int(Path("/proc/self/status").read_text().split("VmHWM:")[1].split()[0])
+print(json.dumps(done | {"s": time.monotonic() - begin, "cpu_s": time.process_time(), "MB": most / 1024}))
+"""
+
+
+def rows_of(path: Path) -> pa.Table:
+    """The times, tags and values of a file, in order of tag and time."""
+    schema = pa.schema([("time", pa.timestamp("us", "UTC")), ("tag", pa.string()), ("value", pa.float64())])
+    table = pq.read_table(path, columns=schema.names).cast(schema)
+    return table.sort_by([("tag", "ascending"), ("time", "ascending")])
+
+
+def sql(folder: Path, loops: int, days: int) -> int:
+    plant, fetched, cluster = folder / "played", folder / "fetched", folder / "cluster"
+    stiction.plant.demo(plant, loops=loops, days=days)
+    for each in (fetched, cluster):
+        each.mkdir()
+    (fetched / "plant.toml").write_text((plant / "plant.toml").read_text().replace("data/*", "data/**/*"))
+    files = sorted((plant / "data").glob("*.parquet"))
+    with postgres(cluster) as url:
+        with psycopg.connect(url) as connection, connection.cursor() as cursor:
+            cursor.execute("CREATE TABLE samples (time timestamptz, tag text, value double precision)")
+            for path in files:
+                with cursor.copy("COPY samples FROM STDIN (FORMAT csv)") as copy, pq.ParquetFile(path) as file:
+                    for batch in file.iter_batches(columns=["time", "tag", "value"]):
+                        text = pa.BufferOutputStream()
+                        csv.write_csv(batch, text, csv.WriteOptions(include_header=False))
+                        copy.write(text.getvalue().to_pybytes())
+            cursor.execute("CREATE INDEX ON samples (tag, time)")
+            [rows] = cursor.execute("SELECT count(*) FROM samples").fetchone()
+        print(f"{rows} rows in the table", flush=True)
+        words = [sys.executable, "-c", FETCH, f"{url}?table=samples", str(fetched)]
+        done = json.loads(subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True).stdout)
+    compared, wrong = 0, []
+    for path in files:
+        own, other = rows_of(path), rows_of(fetched / "data/sql" / path.name)
+        compared += len(other)
+        if not own.equals(other):
+            wrong.append(path.name)
+    print(
+        f"{done['rows']} rows of {loops} loops and {done['days']} days in {done['s']:.0f} s with {done['cpu_s']:.0f} s of CPU and "
+        f"{done['MB']:.0f} MB; {compared} rows compared, other rows on {', '.join(wrong) or 'no day'}",
+    )
+    return int(bool(wrong) or not done["rows"] == compared == rows)
+
+
 def main() -> int:
     whole = argparse.ArgumentParser()
-    whole.add_argument("what", choices=["soak", "cpu", "flood"])
+    whole.add_argument("what", choices=["soak", "cpu", "flood", "sql"])
     whole.add_argument("--loops", type=int, default=50)
     whole.add_argument("--minutes", type=float, default=120)
     whole.add_argument("--rate", type=int, default=10_000)
     whole.add_argument("--seconds", type=float, default=30)
+    whole.add_argument("--days", type=int, default=7)
     known = whole.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="stiction-live-"))
     try:
@@ -139,6 +200,8 @@ def main() -> int:
             return soak(folder, known.loops, known.minutes)
         if known.what == "flood":
             return flood(folder, known.rate, known.seconds)
+        if known.what == "sql":
+            return sql(folder, known.loops, known.days)
         return load(folder, known.loops, known.minutes)
     finally:
         shutil.rmtree(folder, ignore_errors=True)

@@ -34,6 +34,7 @@ AGAIN = 2
 """Days before the last one that are read again, because late values may have come."""
 QUALITIES = {"good": hours.GOOD, "uncertain": 0x4000_0000, "bad": hours.BAD}
 EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
+LATER = "; what was fetched so far stays, and the rest comes next time"
 
 
 class Source:
@@ -43,8 +44,6 @@ class Source:
     columns: list[str]
     mark: str
     """How a query marks a value that is sent apart from it."""
-    time = ""
-    """The column of times."""
 
     def select(self, columns: Sequence[str], where: str, values: Sequence[Any], order: str = "") -> Iterator[Sequence[Any]]:
         """The rows of a query, some at a time from the database."""
@@ -58,9 +57,9 @@ class Source:
         """End the connection."""
         raise NotImplementedError
 
-    def value(self, at: datetime) -> Any:
-        """A time, as the database compares it with the column of times."""
-        return at
+    def time(self, at: datetime, column: str) -> str:
+        """A time in a query, as the database compares it with a column of times."""
+        raise NotImplementedError
 
 
 class Postgres(Source):
@@ -96,8 +95,8 @@ class Postgres(Source):
         self.columns = [column.name for column in described]
         self.zoned = {column.name: column.type_code == 1184 for column in described}
 
-    def value(self, at: datetime) -> Any:
-        return at if self.zoned.get(self.time, True) else at.replace(tzinfo=None)
+    def time(self, at: datetime, column: str) -> str:
+        return f"timestamptz '{at}'" if self.zoned.get(column, True) else f"timestamp '{at.replace(tzinfo=None)}'"
 
     def select(self, columns: Sequence[str], where: str, values: Sequence[Any], order: str = "") -> Iterator[Sequence[Any]]:
         # The names of columns are quoted, and values are sent apart from the query.
@@ -108,7 +107,7 @@ class Postgres(Source):
                 cursor.execute(query, list(values))
                 yield from cursor
         except self._error as error:
-            raise Refused(f"table {self.name}: {str(error).strip()}; what was fetched so far stays, and the rest comes next time") from None
+            raise Refused(f"table {self.name}: {str(error).strip()}{LATER}") from None
 
     def close(self) -> None:
         # The transaction only read, so nothing is lost without its end.
@@ -116,7 +115,7 @@ class Postgres(Source):
 
 
 class Odbc(Source):
-    """A table of a database with an ODBC driver, through Arrow."""
+    """A table of a database with an ODBC driver, through Arrow. The transaction is never committed."""
 
     mark = "?"
 
@@ -125,33 +124,56 @@ class Odbc(Source):
             import arrow_odbc
         except ImportError as error:
             raise ImportError(f'ODBC needs arrow-odbc ({error}): pip install "stiction[odbc]"') from None
-        self._read = arrow_odbc.read_arrow_batches_from_odbc
-        self._connection = url.partition("://")[2]
-        if re.search(r"(?i)\b(pwd|password)\s*=", self._connection):
+        known = url.partition("://")[2]
+        if re.search(r"(?i)\b(pwd|password)\s*=", known):
             raise Refused("the address holds a password; give it in the environment as STICTION_SQL_PASSWORD")
+        self._error: type[Exception] = arrow_odbc.Error
         self._password = os.environ.get("STICTION_SQL_PASSWORD")
         self.name = table
         self._table = ".".join(self.quoted(part) for part in table.split("."))
+        try:
+            # The password is appended to it.
+            self._connection = arrow_odbc.connect(known.rstrip(";") + ";", password=self._password, autocommit=False)
+        except self._error as error:
+            raise Refused(f"{redacted(url)}: {self._told(error)}") from None
         self.columns = [field.name for field in self._batches(f"SELECT * FROM {self._table} WHERE 1 = 0", []).schema]
+
+    def _told(self, error: Exception) -> str:
+        """The message of a driver in one line, without the password."""
+        text = " ".join(str(error).split())
+        return text.replace(self._password, "...") if self._password else text
 
     def _batches(self, query: str, values: Sequence[Any]) -> Any:
         try:
-            return self._read(
-                query, connection_string=self._connection, password=self._password, batch_size=ROWS, max_text_size=4096,
-                parameters=[str(value) for value in values],
-            )  # fmt: skip
-        except Exception as error:
-            raise Refused(f"table {self.name}: {str(error).splitlines()[0]}") from None
+            # Drivers state the longest text that a column may hold, and a batch has room for it in every row.
+            return self._connection.read_arrow_batches(
+                query, batch_size=ROWS, max_bytes_per_batch=1 << 24, max_text_size=4096, parameters=list(values), map_schema=_in_full
+            )
+        except self._error as error:
+            raise Refused(f"table {self.name}: {self._told(error)}") from None
 
-    def value(self, at: datetime) -> Any:
-        return at.strftime("%Y-%m-%d %H:%M:%S")
+    def time(self, at: datetime, column: str) -> str:
+        # The driver turns this into what its database understands. Some databases know no parts of a second.
+        return f"{{ts '{at:%Y-%m-%d %H:%M:%S}'}}"
 
     def select(self, columns: Sequence[str], where: str, values: Sequence[Any], order: str = "") -> Iterator[Sequence[Any]]:
-        for batch in self._batches(f"SELECT {', '.join(columns)} FROM {self._table} {where} {order}", values):
-            yield from zip(*(column.to_pylist() for column in batch.columns))
+        batches = self._batches(f"SELECT {', '.join(columns)} FROM {self._table} {where} {order}", values)
+        try:
+            for batch in batches:
+                yield from zip(*(column.to_pylist() for column in batch.columns))
+        except self._error as error:
+            raise Refused(f"table {self.name}: {self._told(error)}{LATER}") from None
 
     def close(self) -> None:
-        pass
+        # Without a reference to it, the connection is closed.
+        del self._connection
+
+
+def _in_full(schema: Any) -> Any:
+    """The columns as Arrow reads them, but with all digits: drivers state the digits of a number in two ways."""
+    import pyarrow as pa
+
+    return pa.schema([each.with_type(pa.float64()) if pa.types.is_floating(each.type) else each for each in schema])
 
 
 def redacted(url: str) -> str:
@@ -205,7 +227,6 @@ class Table:
                 "time, tag, value and quality"
             )
         self.time = source.columns[shape[0]]
-        source.time = self.time
         self.modes = mode_words(file.text)
         if shape[1] is not None:
             self.tag: str | None = source.columns[shape[1][0]]
@@ -266,18 +287,17 @@ class Table:
         """The rows of tags of a loop from one time up to another."""
         source, quoted = self.source, self.source.quoted
         time = quoted(self.time)
-        limits = [source.value(self._at(at)) for at in (begin, end)]
-        mark = source.mark
-        within = f"{time} >= {mark} AND {time} < {mark}"
+        first, last = (source.time(self._at(at), self.time) for at in (begin, end))
+        within = f"{time} >= {first} AND {time} < {last}"
         found: dict[str, list[tuple[int, float, int]]] = {tag: [] for tag in tags}
         if self.tag is not None:
             columns = [time, quoted(self.tag), quoted(self.value)] + ([quoted(self.quality)] if self.quality else [])
-            marks = ", ".join([mark] * len(tags))
+            marks = ", ".join([source.mark] * len(tags))
             where = f"WHERE {quoted(self.tag)} IN ({marks}) AND {within}"
-            for at, tag, value, *quality in source.select(columns, where, [*tags, *limits]):
+            for at, tag, value, *quality in source.select(columns, where, tags):
                 self._add(found[tag], at, value, self._status(quality[0]) if quality else hours.GOOD)
         else:
-            for at, *values in source.select([time, *map(quoted, tags)], f"WHERE {within}", limits):
+            for at, *values in source.select([time, *map(quoted, tags)], f"WHERE {within}", []):
                 for tag, value in zip(tags, values):
                     self._add(found[tag], at, value, hours.GOOD)
         for tag, own in found.items():
@@ -376,6 +396,6 @@ def samples(url: str, path: Path, table: str | None = None) -> None:
         span = of.span()
         if span is None:
             raise Refused(f"{of.name} has no rows")
-        hours.written(path, _tables(of, span[1] - DAY, span[1] + 1))
+        hours.written(path, _tables(of, span[1] - DAY, span[1] + 1_000_000))
     finally:
         of.close()

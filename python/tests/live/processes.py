@@ -2,11 +2,14 @@
 
 import contextlib
 import json
+import os
+import shutil
 import socket
 import subprocess
 import sys
 import threading
 import time
+from glob import glob
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -86,3 +89,30 @@ class Process:
             with contextlib.suppress(BrokenPipeError):
                 stream.close()
         return code
+
+
+def postgres_programs():
+    """The folder of PostgreSQL's programs; empty if it is not installed."""
+    return next(iter(sorted(glob("/usr/lib/postgresql/*/bin"), reverse=True)), None) or os.path.dirname(shutil.which("initdb") or "")
+
+
+@contextlib.contextmanager
+def postgres(folder):
+    """A cluster of PostgreSQL of its own, on 127.0.0.1: its address."""
+    programs, port, user = postgres_programs(), free_port(), []
+    if os.geteuid() == 0:
+        # PostgreSQL refuses to run as root.
+        user = ["runuser", "-u", "postgres", "--"]
+        shutil.chown(folder, "postgres")
+        for parent in [folder, *folder.parents]:
+            if parent.stat().st_uid == 0 and str(parent) != "/":
+                parent.chmod(parent.stat().st_mode | 0o011)
+    run = lambda *words: subprocess.run([*user, *map(str, words)], check=True, capture_output=True, timeout=60, cwd="/")  # noqa: E731
+    data = folder / "data"
+    run(f"{programs}/initdb", "-D", data, "-A", "trust", "-U", "owner", "--no-sync")
+    options = f"-p {port} -c listen_addresses=127.0.0.1 -k {folder} -c fsync=off"
+    run(f"{programs}/pg_ctl", "-D", data, "-w", "-l", folder / "log", "-o", options, "start")
+    try:
+        yield f"postgres://owner@127.0.0.1:{port}/postgres"
+    finally:
+        run(f"{programs}/pg_ctl", "-D", data, "-m", "immediate", "stop")

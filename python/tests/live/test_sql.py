@@ -1,48 +1,30 @@
-"""Samples from PostgreSQL: the rows are those of the table, in memory for a day of a loop, in transactions that cannot write."""
+"""Samples from PostgreSQL, with its own client and with an ODBC driver: the rows are those of the table, in memory for a day of a loop,
+in transactions that cannot write."""
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 from glob import glob
+from urllib.parse import urlsplit
 
+import numpy as np
 import pytest
 
 psycopg = pytest.importorskip("psycopg")
 
 import stiction.plant
-from processes import free_port
+from processes import HERE, postgres, postgres_programs
 from server import at, played
 from stiction.live import first, hours, sql
 from stiction.live.errors import Refused
 
-BIN = next(iter(sorted(glob("/usr/lib/postgresql/*/bin"), reverse=True)), None) or os.path.dirname(shutil.which("initdb") or "")
-
-
 @pytest.fixture(scope="module")
 def database(tmp_path_factory):
-    """A cluster of its own, on 127.0.0.1."""
-    if not BIN:
+    if not postgres_programs():
         pytest.skip("PostgreSQL is not installed")
-    folder, port = tmp_path_factory.mktemp("cluster"), free_port()
-    user = []
-    if os.geteuid() == 0:
-        # PostgreSQL refuses to run as root.
-        user = ["runuser", "-u", "postgres", "--"]
-        shutil.chown(folder, "postgres")
-        for parent in [folder, *folder.parents]:
-            if parent.stat().st_uid == 0 and str(parent) != "/":
-                parent.chmod(parent.stat().st_mode | 0o011)
-    run = lambda *words: subprocess.run([*user, *map(str, words)], check=True, capture_output=True, timeout=60, cwd="/")  # noqa: E731
-    data = folder / "data"
-    run(f"{BIN}/initdb", "-D", data, "-A", "trust", "-U", "owner", "--no-sync")
-    options = f"-p {port} -c listen_addresses=127.0.0.1 -k {folder} -c fsync=off"
-    run(f"{BIN}/pg_ctl", "-D", data, "-w", "-l", folder / "log", "-o", options, "start")
-    try:
-        yield f"postgres://owner@127.0.0.1:{port}/postgres"
-    finally:
-        run(f"{BIN}/pg_ctl", "-D", data, "-m", "immediate", "stop")
+    with postgres(tmp_path_factory.mktemp("cluster")) as url:
+        yield url
 
 
 @pytest.fixture(scope="module")
@@ -93,6 +75,16 @@ def test_rows_and_verdicts_are_those_of_the_table(filled, plant, fetched):
     again = sql.fetch(f"{filled}?table=samples", fetched)
     assert again["rows"] > 0 and stored(fetched) == expected
     assert stiction.plant.scan(fetched).windows == 0
+
+
+def test_the_trial_of_many_loops_and_days_compares_every_row():
+    # With --loops 200 --days 7 it gives the figures of docs/live.md.
+    if not postgres_programs():
+        pytest.skip("PostgreSQL is not installed")
+    words = [sys.executable, HERE.parents[1] / "benchmarks/live.py", "sql", "--loops", "3", "--days", "3"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "and 3 days" in done.stdout and "rows compared, other rows on no day" in done.stdout
 
 
 def test_a_wide_table_is_read(filled, plant, fetched):
@@ -187,6 +179,91 @@ def test_a_failed_fetch_leaves_the_files_as_they_were(filled, fetched, monkeypat
     assert path.read_bytes() == before and [each.name for each in path.parent.iterdir()] == [path.name]
 
 
+@pytest.fixture
+def odbc(filled):
+    """The address of the same database through Debian's ODBC driver."""
+    pytest.importorskip("arrow_odbc")
+    driver = next(iter(glob("/usr/lib/*/odbc/psqlodbcw.so")), None)
+    if driver is None:
+        pytest.skip("the ODBC driver of PostgreSQL (odbc-postgresql) is not installed")
+    parts = urlsplit(filled)
+    return f"odbc://Driver={driver};Server={parts.hostname};Port={parts.port};Database=postgres;UID={parts.username}"
+
+
+def test_an_odbc_driver_gives_the_rows_of_the_table(odbc, filled, plant, fetched):
+    done = sql.fetch(f"{odbc}?table=samples", fetched)
+    expected = {tag: list(zip(times.tolist(), values.tolist())) for tag, (times, values) in played(plant, None).items()}
+    assert stored(fetched) == expected and done["loops"] == 6
+    # Row by row as with PostgreSQL's own client, the bad value, too.
+    one, *more = [path.read_bytes() for path in (fetched / "data/sql").iterdir()]
+    sql.fetch(f"{filled}?table=samples", fetched)
+    assert not more and [one] == [path.read_bytes() for path in (fetched / "data/sql").iterdir()]
+
+
+def test_an_odbc_driver_gives_a_wide_table_and_single_precision(odbc, filled, plant, fetched):
+    with psycopg.connect(filled) as connection:
+        connection.execute(
+            'CREATE TABLE mixed AS SELECT time, a.value AS "FIC1002.OP", b.value::real AS "FIC1002.PV", round(c.value)::numeric(9, 2) AS "FIC1002.SP" '
+            "FROM samples a JOIN samples b USING (time) JOIN samples c USING (time) "
+            "WHERE a.tag = 'FIC1002.OP' AND b.tag = 'FIC1002.PV' AND c.tag = 'FIC1002.SP' AND a.value IS NOT NULL"
+        )
+    sql.fetch(odbc, fetched, table="mixed")
+    found = stored(fetched)
+    data = played(plant, None)
+    for name, of in [("OP", np.float64), ("PV", np.float32), ("SP", np.round)]:
+        assert np.array_equal(of([value for _, value in found[f"FIC1002.{name}"]]), of(data[f"FIC1002.{name}"][1]))
+    sql.fetch(filled, fetched, table="mixed")
+    assert stored(fetched) == found
+
+
+def test_the_last_day_of_an_odbc_table_has_its_last_row(odbc, filled, plant, tmp_path):
+    found = []
+    for url in (odbc, filled):
+        sql.samples(url, tmp_path / "day.parquet", "samples")
+        found.append({tag: rows.time.tolist() for tag, rows in hours.tables_by_tag(tmp_path / "day.parquet")})
+    # The last row is among them.
+    last = max(times[-1] for times, _ in played(plant, None).values())
+    assert found[0] == found[1] and max(times[-1] for times in found[0].values()) == last
+
+
+def test_times_of_an_odbc_session_are_those_of_the_plant(odbc, filled, fetched):
+    with psycopg.connect(filled, autocommit=True) as connection:
+        connection.execute("ALTER ROLE owner SET TimeZone = 'America/New_York'")
+    try:
+        sql.fetch(f"{odbc};ConnSettings=SET TimeZone='UTC'?table=wide", fetched)
+        wanted = stored(fetched)
+        path = fetched / "plant.toml"
+        path.write_text(path.read_text().replace('zone = "UTC"', 'zone = "America/New_York"'))
+        sql.fetch(f"{odbc}?table=wide", fetched)
+        assert stored(fetched) == wanted
+    finally:
+        with psycopg.connect(filled, autocommit=True) as connection:
+            connection.execute("ALTER ROLE owner RESET TimeZone")
+
+
+def test_nothing_sent_to_an_odbc_driver_is_committed(odbc, filled):
+    source = sql.opened(odbc, "samples")
+    # What an account that may write could do at worst.
+    list(source._batches("WITH gone AS (DELETE FROM samples RETURNING tag) SELECT count(*) FROM gone", []))
+    source.close()
+    with psycopg.connect(filled) as connection:
+        assert connection.execute("SELECT count(*) FROM samples").fetchone()[0] > 1000
+
+
+def test_faults_of_an_odbc_driver_are_named(odbc, fetched, monkeypatch):
+    monkeypatch.setenv("STICTION_SQL_PASSWORD", "Pa55")
+    for url, words in [
+        (odbc, "names no table"),
+        (f"{odbc}?table=none_such", 'relation "none_such" does not exist'),
+        (f"{odbc};Port=1?table=samples", "port 1 failed: Connection refused"),
+        ("odbc://DSN=none_such?table=samples", "Data source name not found"),
+        (f"{odbc};PWD=Pa55?table=samples", "STICTION_SQL_PASSWORD"),
+    ]:
+        with pytest.raises(Refused) as refused:
+            sql.fetch(url, fetched)
+        assert words in str(refused.value) and "Pa55" not in str(refused.value) and "\n" not in str(refused.value)
+
+
 @pytest.mark.parametrize(
     ("quality", "status"),
     [(None, 0), ("Good", 0), ("BAD, device failure", hours.BAD), ("uncertain", 0x4000_0000), (192, 0), (64, 0x4000_0000), (0, hours.BAD), (-2147483648, hours.BAD)],
@@ -206,9 +283,11 @@ def test_a_table_of_any_size_takes_memory_for_a_day_of_a_loop(filled, fetched, t
         connection.execute("CREATE INDEX ON many (tag, time)")
     most = []
     for table in ("wide", "many"):
+        # Not with `resource`, whose figure begins with that of the process that started this one.
         code = (
-            "import resource, sys; from pathlib import Path; from stiction.live import sql; "
-            f"sql.fetch({filled!r}, Path({str(fetched)!r}), table={table!r}); print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+            "from pathlib import Path; from stiction.live import sql; "
+            f"sql.fetch({filled!r}, Path({str(fetched)!r}), table={table!r}); "
+            "print(Path('/proc/self/status').read_text().split('VmHWM:')[1].split()[0])"
         )
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
         most.append(int(done.stdout))
