@@ -2,12 +2,13 @@
 
     python python/benchmarks/live.py soak --loops 50 --minutes 120
     python python/benchmarks/live.py cpu --loops 1000 --minutes 2
-    python python/benchmarks/live.py flood --rate 10000 --seconds 30
+    python python/benchmarks/live.py play --loops 200 --speed 100 --minutes 120
     python python/benchmarks/live.py sql --loops 200 --days 7
 
 `soak` plays at a hundred times the speed, and prints the memory of the collector every minute. It fails if the memory grew by more
 than 5 % after the first quarter. It also fails if a service was requested that is not listed, or if a value is missing or wrong.
-`cpu` writes a value per second to each tag of 1,000 loops. `flood` writes values at any rate. `sql` fetches a plant from a table of
+`cpu` writes a value per second to each tag of 1,000 loops. `play` has the server of node-opcua, which is faster, play minutes of loops
+with four tags at any speed. It compares all values with those played, and all windows with those of `plant scan`. `sql` fetches a plant from a table of
 PostgreSQL, and compares every time and value of all days with those of the plant.
 """
 
@@ -31,9 +32,10 @@ from pyarrow import csv
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "live"))
 
 import stiction.plant
-from processes import Process, free_port, postgres
+from processes import Process, free_port, postgres, wait_for
 from server import played
 from stiction.live import hours, opcua
+from trial import judged_otherwise, node_modules, node_server, of_plant, unequal
 
 SERVER = Path(__file__).resolve().parents[1] / "tests" / "live" / "server.py"
 
@@ -105,18 +107,43 @@ def soak(folder: Path, loops: int, minutes: float) -> int:
     return int(bool(wrong or missing or set(asked) - services or growth > 5 or code))
 
 
-def flood(folder: Path, rate: int, seconds: float) -> int:
-    server, watch, watched = begun(folder, 20, 1, "--speed", 1)
-    before = cpu(watch.process.pid)
-    server.tell(f"flood {rate} {seconds}")
-    sent = server.answer("flooded", 20 * seconds + 60)
-    time.sleep(3)
-    state = json.loads((watched / ".stiction/live/status.json").read_text())
-    used = cpu(watch.process.pid) - before
-    print(f"{sent['flooded']} values in {sent['seconds']} s: {state['values']} stored, {used:.1f} s of CPU, {memory(watch.process.pid):.0f} MB")
-    watch.end()
+def play(folder: Path, loops: int, speed: float, minutes: float) -> int:
+    modules, why = node_modules(folder)
+    if modules is None:
+        raise SystemExit(why)
+    plant, watched, port = folder / "played", folder / "watched", free_port()
+    stiction.plant.demo(plant, loops=loops, days=1 + int(minutes / 1440))
+    watched.mkdir()
+    (watched / "plant.toml").write_text((plant / "plant.toml").read_text().replace("data/*", "data/**/*"))
+    data = of_plant(plant, 60 * minutes, modes=True)
+    server = node_server(modules, port, folder, data, speed)
+    end = server.answer("listening", 120)["end"]
+    watch = Process(
+        "-m", "stiction.live", "watch", f"opc.tcp://127.0.0.1:{port}", "-C", watched, "--security", "none", "--publish", "100ms", "--sample", "0s",
+        "--queue", "5000",
+    )  # fmt: skip
+    print(watch.says("connected to", 120), flush=True)
+    before = [cpu(each.process.pid) for each in (watch, server)]
+    server.tell("play")
+    sent = server.answer("played", 3 * 60 * minutes / speed + 60)
+    # The last hour ends two minutes later.
+    state = lambda: json.loads((watched / ".stiction/live/status.json").read_text())  # noqa: E731
+    wait_for(lambda: (state()["known_until"] or 0) > 1e-6 * end + 1, 60, "the end")
+    used = [cpu(each.process.pid) - start for each, start in zip((watch, server), before)]
+    most = memory(watch.process.pid)
+    wait_for(lambda: state()["last_hour"] == hours.shown(hours.hour_of(end)), 120, "the judgement of the last hour")
+    server.tell("requests")
+    asked = server.answer("requests")["requests"]
+    code = watch.end()
     server.end(kill=True)
-    return int(state["values"] < sent["flooded"])
+    wrong, otherwise = unequal(watched, data), judged_otherwise(watched, data, folder / "other")
+    print(
+        f"{sent['played']} values of {len(data)} tags in {sent['seconds']:.1f} s, {sent['played'] / sent['seconds']:.0f} a second: "
+        f"{1e6 * used[0] / sent['played']:.1f} us of CPU per value, {most:.0f} MB (the server {1e6 * used[1] / sent['played']:.1f} us); "
+        f"tags that differ: {len(wrong)}; columns of windows that differ: {', '.join(otherwise) or 'none'}; exit code {code}"
+    )
+    print(json.dumps(asked))
+    return int(bool(wrong or otherwise or set(asked) - {kind.__name__ for kind in opcua.SERVICES} or code))
 
 
 def load(folder: Path, loops: int, minutes: float) -> int:
@@ -187,19 +214,18 @@ def sql(folder: Path, loops: int, days: int) -> int:
 
 def main() -> int:
     whole = argparse.ArgumentParser()
-    whole.add_argument("what", choices=["soak", "cpu", "flood", "sql"])
+    whole.add_argument("what", choices=["soak", "cpu", "play", "sql"])
     whole.add_argument("--loops", type=int, default=50)
     whole.add_argument("--minutes", type=float, default=120)
-    whole.add_argument("--rate", type=int, default=10_000)
-    whole.add_argument("--seconds", type=float, default=30)
+    whole.add_argument("--speed", type=float, default=100)
     whole.add_argument("--days", type=int, default=7)
     known = whole.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="stiction-live-"))
     try:
         if known.what == "soak":
             return soak(folder, known.loops, known.minutes)
-        if known.what == "flood":
-            return flood(folder, known.rate, known.seconds)
+        if known.what == "play":
+            return play(folder, known.loops, known.speed, known.minutes)
         if known.what == "sql":
             return sql(folder, known.loops, known.days)
         return load(folder, known.loops, known.minutes)

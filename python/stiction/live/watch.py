@@ -104,6 +104,10 @@ class Watcher:
         self.clock = 0
         self.until = self.stored = 0
         self.fill_from: int | None = None
+        # What the server dropped of a tag: after a time, and before another. And the first of these times.
+        self.dropped: dict[int, tuple[int, int]] = {}
+        self.dropped_from: int | None = None
+        self.filling: asyncio.Task[None] | None = None
         self.began = time.time()
         self.connected_since: float | None = None
         self.full = False
@@ -206,7 +210,7 @@ class Watcher:
         for k in range(len(names)):
             if k not in nodes:
                 self.say_once(f"space {names[k]}", f"{names[k]}: the server has no namespace of {self.tags[names[k]]}")
-        gap = min(filter(None, (self.until, self.fill_from)), default=0)
+        gap = min(filter(None, (self.until, self._filled())), default=0)
         self._first = set(nodes)
         self._floor = gap or self.clock - FRESH
         self._ticked = 0
@@ -234,13 +238,12 @@ class Watcher:
             self.counts["gaps"] += 1
             self.say(f"gap of {span(self.clock - gap)}, from {hours.shown(gap)} to {hours.shown(self.clock)} by the server's clock")
         self.fill_from = begin if begin < self.clock else None
-        filling = asyncio.create_task(self._fill(server, nodes, present, last, (gap, begin, self.clock)))
+        self.filling = asyncio.create_task(self._fill(server, nodes, present, last, (gap, begin, self.clock)))
         try:
-            await self._ticks(server, nodes, filling)
+            await self._ticks(server, nodes)
         finally:
-            if not filling.done():
-                filling.cancel()
-            await asyncio.gather(filling, return_exceptions=True)
+            self.filling.cancel()
+            await asyncio.gather(self.filling, return_exceptions=True)
 
     async def _begin(self, server: opcua.Server) -> None:
         """Finds the tags, and what earlier runs left."""
@@ -296,9 +299,11 @@ class Watcher:
                 "not stored. Correct the clock of the source",
             )
             return
-        if status & opcua.OVERFLOW == opcua.OVERFLOW and live and self.last[index] > 0:
-            self.say_once(f"overflow {index}", f"{self.names[index]}: the server dropped values, because its queue was full")
-            self.recorder.add(index, self.last[index] + 1, math.nan, hours.LOST)
+        if status & opcua.OVERFLOW == opcua.OVERFLOW:
+            if live:
+                self._drop(index, moment)
+            # It is not about this value.
+            status &= ~(opcua.OVERFLOW if status & 0x3FF == 0x80 else 0x80)
         number = self._number(index, value, status)
         if math.isnan(number) and status < hours.BAD:
             status = 0x8074_0000  # BadTypeMismatch
@@ -341,6 +346,49 @@ class Watcher:
                 self.recorder.mark(self.until)
 
     # Gaps.
+
+    def _filled(self) -> int | None:
+        """The time from which on values may still come from the server's history; None if nothing is to be filled in."""
+        return min(filter(None, (self.fill_from, self.dropped_from)), default=None)
+
+    def _drop(self, index: int, before: int) -> None:
+        """Notes that the server dropped values of a tag between the last one and this time."""
+        after = self.last[index] if self.last[index] > 0 else self._floor
+        after = self.dropped.get(index, (after, 0))[0]
+        if before <= after:
+            return  # They came from the history already.
+        self.dropped[index] = (after, before)
+        if self.dropped_from is None or after < self.dropped_from:
+            self.dropped_from = after
+            # A start after kill -9 finds it there.
+            self._write_status()
+
+    async def _refill(self, server: opcua.Server, nodes: Mapping[int, Any]) -> None:
+        """Reads what the server dropped from its history, and marks what stays missing."""
+        dropped, found = dict(self.dropped), dict.fromkeys(self.dropped, 0)
+        begin, end = min(after for after, _ in dropped.values()), max(before for _, before in dropped.values())
+        async for index, values in server.history({k: nodes[k] for k in dropped if k in nodes}, begin, end):
+            after, before = dropped[index]
+            for value in [] if isinstance(values, int) else values:
+                at = after - 1 if value.SourceTimestamp is None else opcua.microseconds(value.SourceTimestamp)
+                if after <= at < before:
+                    self._value(index, value, live=False)
+                    found[index] += at > after
+            await asyncio.sleep(0)
+        lost = [index for index, count in found.items() if not count]
+        for index in lost:
+            self.recorder.add(index, dropped[index][0] + 1, math.nan, hours.LOST)
+        self.recorder.flush()
+        for index, (_, before) in dropped.items():
+            if self.dropped[index][1] == before:
+                del self.dropped[index]
+            else:
+                # More was dropped meanwhile.
+                self.dropped[index] = (before, self.dropped[index][1])
+        self.dropped_from = min((after for after, _ in self.dropped.values()), default=None)
+        came = "they are not in its history" if len(lost) == len(dropped) else f"{sum(found.values())} values came from its history"
+        stays = f", and the gap stays one in {self._some(lost)}" if lost else ""
+        self.say_once("dropped", f"the server dropped values of {self._some(list(dropped))}, because its queue was full; {came}{stays}", 60.0)
 
     async def _fill(
         self,
@@ -414,7 +462,7 @@ class Watcher:
 
     # The clock.
 
-    async def _ticks(self, server: opcua.Server, nodes: Mapping[int, Any], filling: asyncio.Task[None]) -> None:
+    async def _ticks(self, server: opcua.Server, nodes: Mapping[int, Any]) -> None:
         self._steps.clear()
         self._compared = 0.0
         checked = time.monotonic()
@@ -424,8 +472,11 @@ class Watcher:
                 await asyncio.wait_for(self.stopping.wait(), min(1.0, self.options.publish_s))
             if (why := server.failed()) is not None:
                 raise why
-            if filling.done() and not filling.cancelled() and (problem := filling.exception()) is not None:
-                raise problem
+            if self.filling is not None and self.filling.done():
+                # Its exception ends the connection.
+                self.filling.result()
+                if self.dropped:
+                    self.filling = asyncio.create_task(self._refill(server, nodes))
             now = await server.clock()
             self._compare(now)
             self.clock = self._ticked = now
@@ -445,8 +496,8 @@ class Watcher:
                 raise ConnectionError("values were missing while the disk was full")
             if not self.full:
                 limit = now - int(self.options.grace_s * US)
-                if self.fill_from is not None:
-                    limit = min(limit, self.fill_from)
+                if (filled := self._filled()) is not None:
+                    limit = min(limit, filled)
                 with contextlib.suppress(OSError):
                     if self.recorder.release(limit):
                         self.judging.set()
@@ -460,10 +511,14 @@ class Watcher:
     def _say_turned(self) -> None:
         """Names the tags whose quality changed, in a line for each change."""
         for what, places in self._turned.items():
-            some = ", ".join(self.names[k] for k in places[:3]) + (", ..." if len(places) > 3 else "")
-            many = f"{len(places)} tags ({some})" if len(places) > 1 else some
-            self.say_once(f"{what} {some}", f"{many}: {what}", 60.0)
+            some = self._some(places)
+            self.say_once(f"{what} {some}", f"{some}: {what}", 60.0)
         self._turned.clear()
+
+    def _some(self, places: Sequence[int]) -> str:
+        """Names tags, the first of many."""
+        first = ", ".join(self.names[k] for k in places[:3])
+        return f"{len(places)} tags ({first}{', ...' if len(places) > 3 else ''})" if len(places) > 1 else first
 
     async def _check(self, server: opcua.Server, nodes: Mapping[int, Any]) -> None:
         """Finds tags that the server no longer knows."""
@@ -587,7 +642,7 @@ class Watcher:
             "gaps": self.counts["gaps"],
             "misdated": self.counts["misdated"],
             "disk_full": self.full,
-            "fill_from": self.fill_from,
+            "fill_from": self._filled(),
             "scans": self.counts["scans"],
             "windows": self.counts["windows"],
             "scan_s": self.result.get("scan_s"),

@@ -8,6 +8,7 @@ It listens on 127.0.0.1 only. Its clock is that of the recording, and runs faste
     jump SECONDS      moves the clock
     remove TAG        removes a node
     type TAG          makes the tag a text
+    skip              leaves out the next notification
     flood N SECONDS   writes N values a second to the tags in turn
     requests          prints the number of requests by service, as JSON
     quit
@@ -32,6 +33,7 @@ from asyncua import Server, ua
 from asyncua.crypto import cert_gen, security_policies
 from asyncua.server import uaprocessor
 from asyncua.server.history import HistoryStorageInterface
+from asyncua.server.internal_subscription import InternalSubscription
 from cryptography import x509
 from cryptography.hazmat.primitives.serialization import Encoding
 from cryptography.x509.oid import ExtendedKeyUsageOID
@@ -117,6 +119,19 @@ class Played:
             return await process(own, typeid, requesthdr, seqhdr, body)
 
         uaprocessor.UaProcessor._process_message = counted
+
+    def leave_out(self) -> None:
+        """Has the next notification lost once."""
+        pop = InternalSubscription._pop_publish_result
+
+        def popped(own):
+            result = pop(own)
+            if result.NotificationMessage.NotificationData and own.pub_request_callback:
+                InternalSubscription._pop_publish_result = pop
+                return pop(own)
+            return result
+
+        InternalSubscription._pop_publish_result = popped
 
     async def run(self) -> None:
         self.record()
@@ -224,6 +239,8 @@ class Played:
                 case ["type", tag]:
                     stamp = at(self.clock + self.shift)
                     await self.put(server, tag, ua.DataValue(ua.Variant("out of order", ua.VariantType.String), SourceTimestamp=stamp, ServerTimestamp=stamp))
+                case ["skip"]:
+                    self.leave_out()
                 case ["flood", rate, seconds]:
                     await self.flood(server, int(rate), float(seconds))
                 case ["requests"]:

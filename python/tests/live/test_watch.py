@@ -22,19 +22,10 @@ from processes import free_port, wait_for
 from server import played
 from stiction.live import hours, opcua
 from stiction.live.events import KINDS
+from trial import judged_otherwise, recorded
 
 SECOND = 1_000_000
 TWO_HOURS = ["--speed", "900", "--last", "7200"]
-
-
-def recorded(folder, held=False):
-    """The good values of each tag."""
-    found = {}
-    for path in sorted((folder / "data").glob("*/*.parquet")):
-        for tag, rows in hours.tables_by_tag(path):
-            own = (rows.status < hours.BAD) if held else (rows.status == 0)
-            found.setdefault(tag, []).extend(zip(rows.time[own].tolist(), rows.value[own].tolist()))
-    return found
 
 
 def of_plant(plant, first, last):
@@ -80,25 +71,8 @@ def test_what_is_recorded_was_played_and_judged_as_by_a_scan(live, tmp_path):
     begin, end = server.info["begin"], server.info["end"]
     assert recorded(live.watched) == of_plant(live.plant, begin, end)
     assert not any(gaps(live.watched).values())
-    # The same data as one file, judged by a scan.
-    import pyarrow as pa
-
-    other = tmp_path / "other"
-    other.mkdir()
-    (other / "plant.toml").write_text((live.plant / "plant.toml").read_text())
-    data = of_plant(live.plant, begin, end)
-    rows = [
-        hours.table_of(tag, hours.Rows(np.array([t for t, _ in own]), np.array([v for _, v in own]), np.zeros(len(own), np.uint32)))
-        for tag, own in data.items()
-        if own
-    ]
-    hours.written(other / "data" / "all.parquet", iter(rows))
-    assert isinstance(rows[0], pa.Table)
-    stiction.plant.scan(other)
-    expected, found = (stiction.plant.windows(folder).to_dict() for folder in (other, live.watched))
-    for column in expected:
-        if not column.endswith("_fingerprint"):
-            assert found[column] == expected[column], column
+    data = {tag: (times[times < end], values[times < end]) for tag, (times, values) in played(live.plant, None).items()}
+    assert judged_otherwise(live.watched, data, tmp_path / "other") == []
     # Events are lines of JSON, and what the ranking says.
     events = [json.loads(line) for line in watch.out]
     assert all(event["event"] in KINDS and event["text"] for event in events)
@@ -221,6 +195,74 @@ def test_a_misdated_value_is_not_stored(watched):
     watcher._values([(0, of(ahead))])
     assert watcher.recorder.values == 2
     watcher.recorder.close()
+
+
+class Past:
+    """A server with a history of the values of one tag, or without one."""
+
+    def __init__(self, values):
+        self.values, self.asked = values, []
+
+    async def history(self, nodes, begin, end):
+        self.asked.append((sorted(nodes), begin, end))
+        for index in nodes:
+            yield index, 0x8072_0000 if self.values is None else [value for value in self.values if begin <= opcua.microseconds(value.SourceTimestamp) <= end]
+
+
+@pytest.mark.parametrize("kept", [True, False], ids=["history", "no history"])
+def test_dropped_values_come_from_the_history_or_leave_a_gap(watched, kept):
+    from asyncua import ua
+    from stiction.live.watch import Options, Watcher, read_status
+
+    start = 1_772_409_600_000_000
+
+    def of(second, status=0):
+        time = opcua.EPOCH + timedelta(microseconds=start + second * SECOND)
+        return ua.DataValue(ua.Variant(float(second), ua.VariantType.Double), ua.StatusCode(status), SourceTimestamp=time)
+
+    said = []
+    watcher = Watcher(Options("opc.tcp://127.0.0.1:1", watched, opcua.Security(), say=said.append))
+    watcher.names, watcher.last, watcher.types, watcher.bad, watcher.clock = ["A.PV"], [-(1 << 62)], {}, set(), start + 60 * SECOND
+    watcher.recorder, watcher._first, watcher._floor = hours.Recorder(watched, watcher.names), set(), start
+    server = Past([of(second) for second in range(30)] if kept else None)
+    watcher._values([(0, of(1)), (0, of(2)), (0, of(5, opcua.OVERFLOW)), (0, of(6)), (0, of(9, opcua.OVERFLOW | 0x4000_0000))])
+    # No hour ends before they were asked for, and a start after a kill asks for them.
+    assert watcher._filled() == start + 2 * SECOND == read_status(watched)["fill_from"]
+
+    async def refill():
+        task = asyncio.create_task(watcher._refill(server, {0: None}))
+        await asyncio.sleep(0)
+        # Meanwhile the queue is full again.
+        watcher._values([(0, of(12, opcua.OVERFLOW))])
+        await task
+
+    asyncio.run(refill())
+    assert watcher._filled() == start + 9 * SECOND and "the server dropped values of A.PV, because its queue was full" in said[-1]
+    asyncio.run(watcher._refill(server, {0: None}))
+    assert watcher._filled() is None
+    assert server.asked == [([0], start + 2 * SECOND, start + 9 * SECOND), ([0], start + 9 * SECOND, start + 12 * SECOND)]
+    watcher.recorder.release(1 << 62)
+    hours.fold(watched, watched / "data")
+    [(_, rows)] = hours.tables_by_tag(hours.hour_file(watched / "data", start))
+    found = [((int(time) - start) / SECOND, int(status)) for time, status in zip(rows.time, rows.status)]
+    if kept:
+        assert [(t, s) for t, s in found if s < 0x4000_0000] == [(second, 0) for second in range(1, 13)]
+    else:
+        assert found == [(1, 0), (2, 0), (2 + 1e-6, hours.LOST), (5, 0), (6, 0), (9, 0x4000_0000), (9 + 1e-6, hours.LOST), (12, 0)]
+
+
+def test_a_notification_left_out_is_filled_from_the_history(live):
+    server = live.serve(*TWO_HOURS)
+    watch = live.watch("--security", "none")
+    watch.says("connected to")
+    server.tell("play")
+    wait_for(lambda: state(live).get("values", 0) > 1000, 30, "values")
+    server.tell("skip")
+    watch.says("the server left out a notification")
+    watch.says("came from the server's history")
+    wait_for(judged(watch, 1), 60, "the second hour")
+    assert watch.end() == 0
+    assert recorded(live.watched) == of_plant(live.plant, server.info["begin"], server.info["end"])
 
 
 class Cable:

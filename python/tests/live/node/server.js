@@ -1,14 +1,17 @@
-// An OPC UA server of node-opcua that plays a recording: node server.js PORT FILE SPEED FOLDER
+// An OPC UA server of node-opcua that plays a recording: node server.js PORT FILE SPEED FOLDER [HISTORY]
 // FILE is JSON: {"TAG": [[ms since 1970, value], ...]}. It listens on 127.0.0.1 only, and plays after the line "play" on
-// standard input. Keys are kept in FOLDER.
+// standard input. Keys are kept in FOLDER. HISTORY is the number of values of each tag that it keeps for HistoryRead.
 import { readFileSync } from "node:fs";
 import { createInterface } from "node:readline";
 import { DataType, DataValue, MessageSecurityMode, OPCUACertificateManager, OPCUAServer, SecurityPolicy, StatusCodes, Variant } from "node-opcua";
 
-const [port, file, speed, folder] = process.argv.slice(2);
+const [port, file, speed, folder, history] = process.argv.slice(2);
 const data = JSON.parse(readFileSync(file, "utf8"));
-const begin = Math.min(...Object.values(data).map((own) => own[0][0]));
-const end = Math.max(...Object.values(data).map((own) => own.at(-1)[0]));
+const tags = Object.keys(data);
+// All values in order of time.
+const values = tags.flatMap((tag) => data[tag].map(([at, value]) => ({ tag, at, value }))).sort((a, b) => a.at - b.at);
+const begin = values[0].at;
+const end = values.at(-1).at;
 let clock = begin;
 const requests = {};
 
@@ -23,6 +26,8 @@ const server = new OPCUAServer({
   securityPolicies: [SecurityPolicy.None, SecurityPolicy.Basic256Sha256],
   securityModes: [MessageSecurityMode.None, MessageSecurityMode.SignAndEncrypt],
   serverInfo: { applicationUri: "urn:stiction:node" },
+  // Each change is reported.
+  serverCapabilities: { minSupportedSampleRate: 0 },
 });
 server.on("request", (request) => {
   const name = request.schema?.name ?? request.constructor.name;
@@ -33,7 +38,7 @@ const space = server.engine.addressSpace;
 const own = space.getOwnNamespace();
 const plant = own.addObject({ organizedBy: space.rootFolder.objects, browseName: "Plant" });
 const nodes = {};
-for (const tag of Object.keys(data)) {
+for (const tag of tags) {
   nodes[tag] = own.addVariable({
     componentOf: plant,
     browseName: tag,
@@ -41,7 +46,8 @@ for (const tag of Object.keys(data)) {
     dataType: DataType.Double,
     minimumSamplingInterval: 0,
   });
-  nodes[tag].setValueFromSource({ dataType: DataType.Double, value: data[tag][0][1] }, StatusCodes.BadWaitingForInitialData, new Date(begin - 1000));
+  nodes[tag].setValueFromSource({ dataType: DataType.Double, value: data[tag][0][1] }, StatusCodes.BadWaitingForInitialData, new Date(begin));
+  if (history) space.installHistoricalDataNode(nodes[tag], { maxOnlineValues: Number(history) });
 }
 // The clock of the recording.
 const time = space.findNode("ns=0;i=2258");
@@ -52,20 +58,18 @@ time.readValue = () =>
     statusCode: StatusCodes.Good,
   });
 await server.start();
-console.log(JSON.stringify({ listening: Number(port), tags: Object.keys(data).length, begin: 1000 * begin, end: 1000 * end }));
+console.log(JSON.stringify({ listening: Number(port), tags: tags.length, begin: 1000 * begin, end: 1000 * end }));
 
-const next = Object.fromEntries(Object.keys(data).map((tag) => [tag, 0]));
+let next = 0;
 const play = () => {
   const started = performance.now();
   setInterval(() => {
     const now = begin + (performance.now() - started) * Number(speed);
-    // One value of each tag at a time, in order of time.
-    for (const [tag, values] of Object.entries(data)) {
-      while (next[tag] < values.length && values[next[tag]][0] <= now) {
-        const [at, value] = values[next[tag]++];
-        nodes[tag].setValueFromSource({ dataType: DataType.Double, value }, StatusCodes.Good, new Date(at));
-      }
+    for (; next < values.length && values[next].at <= now; next++) {
+      const { tag, at, value } = values[next];
+      nodes[tag].setValueFromSource({ dataType: DataType.Double, value }, StatusCodes.Good, new Date(at));
     }
+    if (next === values.length && clock <= end) console.log(JSON.stringify({ played: next, seconds: (performance.now() - started) / 1000 }));
     clock = now;
   }, 5);
 };
