@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from stiction.live.errors import Refused
+from stiction.live.words import counted
 
 __all__: list[str] = []
 
@@ -162,7 +163,7 @@ def _init(known: argparse.Namespace) -> int:
         from stiction.live import sql
 
         made = first.of_samples(known.folder, lambda path: sql.samples(known.url, path, known.table), force=known.force)
-        print(f"{made[0]} loops, {made[1]} doubts; see {known.folder / 'plant.toml'}")
+        print(f"{counted(made[0], 'loop')}, {counted(made[1], 'doubt')}; see {known.folder / 'plant.toml'}")
         return 0
     print(asyncio.run(first.of_server(known.folder, known.url, _security(known), _note, force=known.force)))
     return 0
@@ -175,7 +176,8 @@ def _fetch(known: argparse.Namespace) -> int:
         sql.samples(known.url, known.output, known.table)
         return 0
     done = sql.fetch(known.url, known.folder, table=known.table, since=known.since, say=_note if sys.stderr.isatty() else lambda _: None)
-    print(f"{done['rows']} rows of {done['loops']} loops, {done['days']} days; see {known.folder / 'data' / 'sql'}")
+    rows, loops, days = (counted(done[f"{what}s"], what) for what in ("row", "loop", "day"))
+    print(f"{rows} of {loops}, {days}; see {known.folder / 'data' / 'sql'}")
     return 0
 
 
@@ -239,8 +241,9 @@ def _status(plant: Path, as_json: bool) -> int:
         state = f"connected since {at(status['connected_since'])}"
     print(f"{status['url']}: {state}")
     bad = status["bad_tags"]
-    print(f"{status['tags']} tags, {len(bad)} of them bad" + (f" ({', '.join(bad[:5])})" if bad else ""))
-    print(f"{status['values']} values, {status['values_per_s']} a second; {status['connections']} connections, {status['gaps']} gaps")
+    print(f"{counted(status['tags'], 'tag')}, {len(bad)} of them bad" + (f" ({', '.join(bad[:5])})" if bad else ""))
+    connections, gaps = counted(status["connections"], "connection"), counted(status["gaps"], "gap")
+    print(f"{counted(status['values'], 'value')}, {status['values_per_s']} a second; {connections}, {gaps}")
     if status["newest_value"] is not None and status["server_clock"] is not None:
         age_us = int(1e6 * max(0.0, status["server_clock"] - status["newest_value"]))
         print(f"newest value: {at(status['newest_value'])}, {span(age_us)} old by the server's clock")

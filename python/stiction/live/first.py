@@ -13,6 +13,7 @@ import stiction.plant
 from stiction import _core
 from stiction.live import hours
 from stiction.live.errors import Refused
+from stiction.live.words import counted
 
 __all__: list[str] = []
 
@@ -70,4 +71,4 @@ async def of_server(plant: Path, url: str, security: object, say: Callable[[str]
 
     loops, doubts = of_samples(plant, samples, force=force)
     (plant / tags.NAME).write_text(tags.text_of(found, url), encoding="utf-8")
-    return f"{loops} loops, {doubts} doubts; see {plant / 'plant.toml'} and {plant / tags.NAME}"
+    return f"{counted(loops, 'loop')}, {counted(doubts, 'doubt')}; see {plant / 'plant.toml'} and {plant / tags.NAME}"

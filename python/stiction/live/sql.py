@@ -340,7 +340,7 @@ def fetch(
     try:
         file = _core.Plant(path.read_text(encoding="utf-8"), str(path))
     except OSError as error:
-        raise Refused(f"{path}: {error.strerror}; write it, or have it proposed: stiction plant init {redacted(url)}") from None
+        raise Refused(f"{path}: {error.strerror}; write it, or have it proposed: stiction plant -C {plant} init {redacted(url)}") from None
     except ValueError as error:
         raise Refused(str(error)) from None
     from stiction.live.watch import matches
@@ -360,16 +360,24 @@ def fetch(
             raise Refused(f"{of.name} has no rows")
         first, last = span[0] - span[0] % DAY, span[1]
         if since is not None:
-            first = int(datetime.strptime(since, "%Y-%m-%d").replace(tzinfo=timezone.utc).timestamp()) * 1_000_000
+            try:
+                asked = int(datetime.strptime(since, "%Y-%m-%d").replace(tzinfo=timezone.utc).timestamp()) * 1_000_000
+            except ValueError:
+                raise Refused(f'"{since}" is no day, such as 2026-03-01') from None
+            # A table has nothing before its first row.
+            first = max(first, asked) if isinstance(of, Table) else asked
         elif key in known:
             first = max(first, known[key] - AGAIN * DAY)
         counts = {"days": 0, "rows": 0, "loops": len(of.loops)}
         for day in range(first, last + 1, DAY):
-            name = f"{hours.moment(day):%Y-%m-%d}.parquet"
-            rows = hours.written(plant / "data" / "sql" / name, _tables(of, day, day + DAY))
+            to = plant / "data" / "sql" / f"{hours.moment(day):%Y-%m-%d}.parquet"
+            rows = hours.written(to, _tables(of, day, day + DAY))
+            if rows == 0:
+                to.unlink()
+                continue
             counts["days"] += 1
             counts["rows"] += rows
-            say(f"{name}: {rows} rows")
+            say(f"{to.name}: {rows} rows")
         stored.parent.mkdir(parents=True, exist_ok=True)
         part = stored.with_suffix(".part")
         part.write_text(json.dumps(known | {key: last - last % DAY}), encoding="utf-8")

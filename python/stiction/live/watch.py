@@ -79,12 +79,13 @@ class Watcher:
     def __init__(self, options: Options) -> None:
         self.options = options
         self._said: dict[str, float] = {}
-        path = options.plant / "plant.toml"
+        folder = options.plant
+        path = folder / "plant.toml"
         try:
             text = path.read_text(encoding="utf-8")
         except OSError as error:
-            url = options.url
-            raise Refused(f"{path}: {error.strerror}; write it, or have it proposed: stiction plant init {url}") from None
+            proposal = f"stiction plant -C {folder} init {options.url}"
+            raise Refused(f"{path}: {error.strerror}; write it, or have it proposed: {proposal}") from None
         try:
             self.file = _core.Plant(text, str(path))
         except ValueError as error:

@@ -1,4 +1,4 @@
-"""Values of servers and databases as numbers."""
+"""Values of servers and databases as numbers, and numbers in words."""
 
 from __future__ import annotations
 
@@ -38,3 +38,8 @@ def number_of(content: Any, modes: Mapping[str, float]) -> float:
     except (TypeError, ValueError):
         return math.nan
     return number if math.isfinite(number) else math.nan
+
+
+def counted(count: int, what: str) -> str:
+    """A number of things, such as "1 day" or "2 days"."""
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"

@@ -77,6 +77,20 @@ def test_rows_and_verdicts_are_those_of_the_table(filled, plant, fetched):
     assert stiction.plant.scan(fetched).windows == 0
 
 
+def test_days_without_rows_have_no_files(filled, fetched):
+    done = sql.fetch(filled, fetched, table="wide", since="2026-01-01")
+    assert done["days"] == 1 and [path.name for path in (fetched / "data/sql").iterdir()] == ["2026-03-02.parquet"]
+    # A table whose first days were removed: a day that is asked for again has no rows, and no file.
+    with psycopg.connect(filled) as connection:
+        connection.execute("CREATE TABLE apart AS SELECT time, \"FIC1002.OP\", \"FIC1002.PV\" FROM wide LIMIT 10")
+        connection.execute("INSERT INTO apart SELECT time + interval '3 days', 1, 2 FROM apart")
+    done = sql.fetch(filled, fetched, table="apart")
+    assert done == {"days": 2, "rows": 40, "loops": 1}
+    assert sorted(path.name for path in (fetched / "data/sql").iterdir()) == ["2026-03-02.parquet", "2026-03-05.parquet"]
+    with pytest.raises(Refused, match='"yesterday" is no day'):
+        sql.fetch(filled, fetched, table="apart", since="yesterday")
+
+
 def test_the_trial_of_many_loops_and_days_compares_every_row():
     # With --loops 200 --days 7 it gives the figures of docs/live.md.
     if not postgres_programs():
