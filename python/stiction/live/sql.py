@@ -130,13 +130,24 @@ class Odbc(Source):
         self._error: type[Exception] = arrow_odbc.Error
         self._password = os.environ.get("STICTION_SQL_PASSWORD")
         self.name = table
-        self._table = ".".join(self.quoted(part) for part in table.split("."))
         try:
             # The password is appended to it.
             self._connection = arrow_odbc.connect(known.rstrip(";") + ";", password=self._password, autocommit=False)
         except self._error as error:
             raise Refused(f"{redacted(url)}: {self._told(error)}") from None
-        self.columns = [field.name for field in self._batches(f"SELECT * FROM {self._table} WHERE 1 = 0", []).schema]
+        for self._quote in ('"', "`"):
+            self._table = ".".join(self.quoted(part) for part in table.split("."))
+            try:
+                self.columns = [field.name for field in self._batches(f"SELECT * FROM {self._table} WHERE 1 = 0", []).schema]
+                return
+            except Refused as error:
+                # MySQL and MariaDB quote names in their own way. The state is that of an error of syntax.
+                if self._quote == "`" or "State: 42000" not in str(error):
+                    raise
+                self._connection.rollback()
+
+    def quoted(self, column: str) -> str:
+        return self._quote + column.replace(self._quote, 2 * self._quote) + self._quote
 
     def _told(self, error: Exception) -> str:
         """The message of a driver in one line, without the password."""

@@ -96,17 +96,21 @@ def postgres_programs():
     return next(iter(sorted(glob("/usr/lib/postgresql/*/bin"), reverse=True)), None) or os.path.dirname(shutil.which("initdb") or "")
 
 
+def owned(folder, name):
+    """How a program is run as the owner of a folder. Databases refuse to run as root."""
+    if os.geteuid() != 0:
+        return []
+    shutil.chown(folder, name)
+    for parent in [folder, *folder.parents]:
+        if parent.stat().st_uid == 0 and str(parent) != "/":
+            parent.chmod(parent.stat().st_mode | 0o011)
+    return ["runuser", "-u", name, "--"]
+
+
 @contextlib.contextmanager
 def postgres(folder):
     """A cluster of PostgreSQL of its own, on 127.0.0.1: its address."""
-    programs, port, user = postgres_programs(), free_port(), []
-    if os.geteuid() == 0:
-        # PostgreSQL refuses to run as root.
-        user = ["runuser", "-u", "postgres", "--"]
-        shutil.chown(folder, "postgres")
-        for parent in [folder, *folder.parents]:
-            if parent.stat().st_uid == 0 and str(parent) != "/":
-                parent.chmod(parent.stat().st_mode | 0o011)
+    programs, port, user = postgres_programs(), free_port(), owned(folder, "postgres")
     run = lambda *words: subprocess.run([*user, *map(str, words)], check=True, capture_output=True, timeout=60, cwd="/")  # noqa: E731
     data = folder / "data"
     run(f"{programs}/initdb", "-D", data, "-A", "trust", "-U", "owner", "--no-sync")
@@ -116,3 +120,27 @@ def postgres(folder):
         yield f"postgres://owner@127.0.0.1:{port}/postgres"
     finally:
         run(f"{programs}/pg_ctl", "-D", data, "-m", "immediate", "stop")
+
+
+@contextlib.contextmanager
+def mariadb(folder):
+    """A server of MariaDB of its own, on 127.0.0.1: its port, and a function that runs orders as its owner."""
+    port, user = free_port(), owned(folder, "mysql")
+    data, way = folder / "data", folder / "way"
+    words = ["mariadb-install-db", "--no-defaults", f"--datadir={data}", "--auth-root-authentication-method=normal", "--skip-test-db"]
+    subprocess.run([*user, *words], check=True, capture_output=True, timeout=120, cwd="/")
+    words = ["mariadbd", "--no-defaults", f"--datadir={data}", f"--socket={way}", "--bind-address=127.0.0.1", f"--port={port}"]
+    server = subprocess.Popen([*user, *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd="/")
+    try:
+        wait_for(way.exists, 60, "MariaDB")
+
+        def run(orders):
+            words = ["mariadb", "--no-defaults", "--local-infile=1", "-uroot", "-S", way]
+            return subprocess.run(words, input=orders, text=True, check=True, capture_output=True, timeout=60).stdout
+
+        yield port, run
+        run("SHUTDOWN")
+        server.wait(60)
+    finally:
+        server.kill()
+        server.wait(60)

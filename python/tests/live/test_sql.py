@@ -3,6 +3,7 @@ in transactions that cannot write."""
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from glob import glob
@@ -14,7 +15,7 @@ import pytest
 psycopg = pytest.importorskip("psycopg")
 
 import stiction.plant
-from processes import HERE, postgres, postgres_programs
+from processes import HERE, mariadb, postgres, postgres_programs
 from server import at, played
 from stiction.live import first, hours, sql
 from stiction.live.errors import Refused
@@ -208,7 +209,7 @@ def test_an_odbc_driver_gives_the_rows_of_the_table(odbc, filled, plant, fetched
     done = sql.fetch(f"{odbc}?table=samples", fetched)
     expected = {tag: list(zip(times.tolist(), values.tolist())) for tag, (times, values) in played(plant, None).items()}
     assert stored(fetched) == expected and done["loops"] == 6
-    # Row by row as with PostgreSQL's own client, the bad value, too.
+    # Row by row as with PostgreSQL's own client, and the bad value as well.
     one, *more = [path.read_bytes() for path in (fetched / "data/sql").iterdir()]
     sql.fetch(f"{filled}?table=samples", fetched)
     assert not more and [one] == [path.read_bytes() for path in (fetched / "data/sql").iterdir()]
@@ -255,6 +256,34 @@ def test_times_of_an_odbc_session_are_those_of_the_plant(odbc, filled, fetched):
             connection.execute("ALTER ROLE owner RESET TimeZone")
 
 
+@pytest.mark.skipif(shutil.which("mariadbd") is None, reason="MariaDB is not installed")
+def test_another_database_quotes_names_in_its_own_way(plant, fetched, tmp_path, tmp_path_factory, monkeypatch):
+    pytest.importorskip("arrow_odbc")
+    driver = next(iter(glob("/usr/lib/*/odbc/libmaodbc.so")), None)
+    if driver is None:
+        pytest.skip("the ODBC driver of MariaDB (odbc-mariadb) is not installed")
+    data = played(plant, None)
+    with open(tmp_path / "rows", "w") as file:
+        for tag, (times, values) in data.items():
+            file.writelines(f"{at(time):%Y-%m-%d %H:%M:%S.%f}\t{tag}\t{float(value)!r}\n" for time, value in zip(times, values))
+    with mariadb(tmp_path_factory.mktemp("mariadb")) as (port, run):
+        run(
+            "CREATE DATABASE plant; USE plant; CREATE TABLE `two words` (`time` datetime(6), `tag` varchar(60), `value` double); "
+            f"LOAD DATA LOCAL INFILE '{tmp_path / 'rows'}' INTO TABLE `two words`; CREATE INDEX one ON `two words` (tag, time); "
+            "CREATE USER reader IDENTIFIED BY 'Pa55'; GRANT SELECT ON plant.* TO reader"
+        )
+        monkeypatch.setenv("STICTION_SQL_PASSWORD", "Pa55")
+        url = f"odbc://Driver={driver};Server=127.0.0.1;Port={port};Database=plant;UID=reader"
+        sql.fetch(f"{url}?table=two words", fetched)
+        assert stored(fetched) == {tag: list(zip(times.tolist(), values.tolist())) for tag, (times, values) in data.items()}
+        with pytest.raises(Refused, match="Table 'plant.none_such' doesn't exist"):
+            sql.fetch(f"{url}?table=none_such", fetched)
+        monkeypatch.setenv("STICTION_SQL_PASSWORD", "wr0ng")
+        with pytest.raises(Refused, match="Access denied for user 'reader'") as refused:
+            sql.fetch(f"{url}?table=two words", fetched)
+        assert "wr0ng" not in str(refused.value)
+
+
 def test_nothing_sent_to_an_odbc_driver_is_committed(odbc, filled):
     source = sql.opened(odbc, "samples")
     # What an account that may write could do at worst.
@@ -288,19 +317,21 @@ def test_qualities_are_status_codes(quality, status):
     assert table._status(quality) == status
 
 
-def test_a_table_of_any_size_takes_memory_for_a_day_of_a_loop(filled, fetched, tmp_path):
+@pytest.mark.parametrize("through", ["filled", "odbc"])
+def test_a_table_of_any_size_takes_memory_for_a_day_of_a_loop(through, request, filled, fetched):
+    url = request.getfixturevalue(through)
     # Fifty more loops make the table larger, and not the process.
     with psycopg.connect(filled) as connection:
         connection.execute(
-            "CREATE TABLE many AS SELECT replace(tag, '.', '-' || k || '.') AS tag, time, value FROM samples, generate_series(1, 8) k WHERE tag LIKE 'FIC1002.%' OR tag LIKE 'FIC1005.%'"
+            "CREATE TABLE IF NOT EXISTS many AS SELECT replace(tag, '.', '-' || k || '.') AS tag, time, value FROM samples, generate_series(1, 8) k WHERE tag LIKE 'FIC1002.%' OR tag LIKE 'FIC1005.%'"
         )
-        connection.execute("CREATE INDEX ON many (tag, time)")
+        connection.execute("CREATE INDEX IF NOT EXISTS many_tag ON many (tag, time)")
     most = []
     for table in ("wide", "many"):
         # Not with `resource`, whose figure begins with that of the process that started this one.
         code = (
             "from pathlib import Path; from stiction.live import sql; "
-            f"sql.fetch({filled!r}, Path({str(fetched)!r}), table={table!r}); "
+            f"sql.fetch({url!r}, Path({str(fetched)!r}), table={table!r}); "
             "print(Path('/proc/self/status').read_text().split('VmHWM:')[1].split()[0])"
         )
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
