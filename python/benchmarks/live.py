@@ -107,7 +107,7 @@ def soak(folder: Path, loops: int, minutes: float) -> int:
     return int(bool(wrong or missing or set(asked) - services or growth > 5 or code))
 
 
-def play(folder: Path, loops: int, speed: float, minutes: float) -> int:
+def play(folder: Path, loops: int, speed: float, minutes: float, encrypted: bool) -> int:
     modules, why = node_modules(folder)
     if modules is None:
         raise SystemExit(why)
@@ -118,10 +118,11 @@ def play(folder: Path, loops: int, speed: float, minutes: float) -> int:
     data = of_plant(plant, 60 * minutes, modes=True)
     server = node_server(modules, port, folder, data, speed)
     end = server.answer("listening", 120)["end"]
-    watch = Process(
-        "-m", "stiction.live", "watch", f"opc.tcp://127.0.0.1:{port}", "-C", watched, "--security", "none", "--publish", "100ms", "--sample", "0s",
-        "--queue", "5000",
-    )  # fmt: skip
+    watch = ["-m", "stiction.live", "watch", "-C", watched]
+    if encrypted:
+        Process(*watch, "--make-certificate").process.wait(60)
+    security = ["--trust-first"] if encrypted else ["--security", "none"]
+    watch = Process(*watch, f"opc.tcp://127.0.0.1:{port}", *security, "--publish", "100ms", "--sample", "0s", "--queue", "5000")
     print(watch.says("connected to", 120), flush=True)
     before = [cpu(each.process.pid) for each in (watch, server)]
     server.tell("play")
@@ -218,6 +219,7 @@ def main() -> int:
     whole.add_argument("--loops", type=int, default=50)
     whole.add_argument("--minutes", type=float, default=120)
     whole.add_argument("--speed", type=float, default=100)
+    whole.add_argument("--encrypted", action="store_true", help="of play")
     whole.add_argument("--days", type=int, default=7)
     known = whole.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="stiction-live-"))
@@ -225,7 +227,7 @@ def main() -> int:
         if known.what == "soak":
             return soak(folder, known.loops, known.minutes)
         if known.what == "play":
-            return play(folder, known.loops, known.speed, known.minutes)
+            return play(folder, known.loops, known.speed, known.minutes, known.encrypted)
         if known.what == "sql":
             return sql(folder, known.loops, known.days)
         return load(folder, known.loops, known.minutes)

@@ -122,8 +122,9 @@ class Odbc(Source):
     def __init__(self, url: str, table: str) -> None:
         try:
             import arrow_odbc
-        except ImportError as error:
-            raise ImportError(f'ODBC needs arrow-odbc ({error}): pip install "stiction[odbc]"') from None
+        except (ImportError, OSError) as error:
+            needed = 'pip install "stiction[odbc]", and the system\'s manager of drivers, such as unixodbc of Debian'
+            raise ImportError(f"ODBC needs arrow-odbc ({error}): {needed}") from None
         known = url.partition("://")[2]
         if re.search(r"(?i)\b(pwd|password)\s*=", known):
             raise Refused("the address holds a password; give it in the environment as STICTION_SQL_PASSWORD")

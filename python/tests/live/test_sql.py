@@ -197,10 +197,10 @@ def test_a_failed_fetch_leaves_the_files_as_they_were(filled, fetched, monkeypat
 @pytest.fixture
 def odbc(filled):
     """The address of the same database through Debian's ODBC driver."""
-    pytest.importorskip("arrow_odbc")
     driver = next(iter(glob("/usr/lib/*/odbc/psqlodbcw.so")), None)
     if driver is None:
         pytest.skip("the ODBC driver of PostgreSQL (odbc-postgresql) is not installed")
+    pytest.importorskip("arrow_odbc")
     parts = urlsplit(filled)
     return f"odbc://Driver={driver};Server={parts.hostname};Port={parts.port};Database=postgres;UID={parts.username}"
 
@@ -258,10 +258,10 @@ def test_times_of_an_odbc_session_are_those_of_the_plant(odbc, filled, fetched):
 
 @pytest.mark.skipif(shutil.which("mariadbd") is None, reason="MariaDB is not installed")
 def test_another_database_quotes_names_in_its_own_way(plant, fetched, tmp_path, tmp_path_factory, monkeypatch):
-    pytest.importorskip("arrow_odbc")
     driver = next(iter(glob("/usr/lib/*/odbc/libmaodbc.so")), None)
     if driver is None:
         pytest.skip("the ODBC driver of MariaDB (odbc-mariadb) is not installed")
+    pytest.importorskip("arrow_odbc")
     data = played(plant, None)
     with open(tmp_path / "rows", "w") as file:
         for tag, (times, values) in data.items():
