@@ -331,8 +331,8 @@ class Server:
         certificate, key = own.folder / "client.der", own.folder / "client.pem"
         if not (certificate.exists() and key.exists()):
             raise Refused(
-                f"{certificate} or {key} is missing; make them with: stiction watch --make-certificate, and trust client.der on the "
-                "server"
+                f"{certificate} or {key} is missing; make them with: stiction watch --make-certificate --certificates {own.folder}, and "
+                "trust client.der on the server"
             )
         data = _first_certificate(endpoint.ServerCertificate or b"")
         note = check_certificate(data, endpoint.Server, own)
