@@ -376,7 +376,8 @@ class Watcher:
                     self._value(index, value, live=False)
                     found[index] += at > after
             await asyncio.sleep(0)
-        lost = [index for index, count in found.items() if not count]
+        # Without a value before them, none is held.
+        lost = [index for index, count in found.items() if not count and dropped[index][0] != self._floor]
         for index in lost:
             self.recorder.add(index, dropped[index][0] + 1, math.nan, hours.LOST)
         self.recorder.flush()
@@ -387,7 +388,8 @@ class Watcher:
                 # More was dropped meanwhile.
                 self.dropped[index] = (before, self.dropped[index][1])
         self.dropped_from = min((after for after, _ in self.dropped.values()), default=None)
-        came = "they are not in its history" if len(lost) == len(dropped) else f"{sum(found.values())} values came from its history"
+        count = sum(found.values())
+        came = f"{count} values came from its history" if count else "they are not in its history"
         stays = f", and the gap stays one in {self._some(lost)}" if lost else ""
         self.say_once("dropped", f"the server dropped values of {self._some(list(dropped))}, because its queue was full; {came}{stays}", 60.0)
 

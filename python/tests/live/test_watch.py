@@ -240,15 +240,21 @@ def test_dropped_values_come_from_the_history_or_leave_a_gap(watched, kept):
     assert watcher._filled() == start + 9 * SECOND and "the server dropped values of A.PV, because its queue was full" in said[-1]
     asyncio.run(watcher._refill(server, {0: None}))
     assert watcher._filled() is None
+    # Before the first value of a tag none is held, so there is no gap.
+    watcher.last[0] = -(1 << 62)
+    watcher._values([(0, of(20, opcua.OVERFLOW))])
+    assert watcher._filled() == watcher._floor
+    asyncio.run(watcher._refill(Past(None), {0: None}))
+    assert watcher._filled() is None
     assert server.asked == [([0], start + 2 * SECOND, start + 9 * SECOND), ([0], start + 9 * SECOND, start + 12 * SECOND)]
     watcher.recorder.release(1 << 62)
     hours.fold(watched, watched / "data")
     [(_, rows)] = hours.tables_by_tag(hours.hour_file(watched / "data", start))
     found = [((int(time) - start) / SECOND, int(status)) for time, status in zip(rows.time, rows.status)]
     if kept:
-        assert [(t, s) for t, s in found if s < 0x4000_0000] == [(second, 0) for second in range(1, 13)]
+        assert [(t, s) for t, s in found if s < 0x4000_0000] == [(second, 0) for second in [*range(1, 13), 20]]
     else:
-        assert found == [(1, 0), (2, 0), (2 + 1e-6, hours.LOST), (5, 0), (6, 0), (9, 0x4000_0000), (9 + 1e-6, hours.LOST), (12, 0)]
+        assert found == [(1, 0), (2, 0), (2 + 1e-6, hours.LOST), (5, 0), (6, 0), (9, 0x4000_0000), (9 + 1e-6, hours.LOST), (12, 0), (20, 0)]
 
 
 def test_a_notification_left_out_is_filled_from_the_history(live):
