@@ -18,37 +18,8 @@ import sys
 from collections.abc import Iterator
 from typing import Any
 
-# Run by both Pythons. Prints each public name with its parameters: name, kind, and whether it may be left out.
-SIGNATURES = """
-import importlib, inspect, json, pkgutil, stiction
-
-def of(name, what):
-    yield name, None
-    if inspect.isclass(what):
-        for own, member in inspect.getmembers(what):
-            if not own.startswith("_"):
-                yield from called(f"{name}.{own}", member)
-    yield from called(name, what)
-
-def called(name, what):
-    try:
-        parameters = inspect.signature(what).parameters.values() if callable(what) else None
-    except (TypeError, ValueError):
-        parameters = None
-    optional = lambda p: p.default is not p.empty or p.kind.name.startswith("VAR")
-    yield name, None if parameters is None else [[p.name, p.kind.name, optional(p)] for p in parameters]
-
-names = ["stiction"] + [f"stiction.{module.name}" for module in pkgutil.iter_modules(stiction.__path__) if module.name[0] != "_"]
-found = {}
-for module in names:
-    try:
-        loaded = importlib.import_module(module)
-    except ImportError:
-        continue
-    for own in getattr(loaded, "__all__", []):
-        found.update(of(f"{module}.{own}", getattr(loaded, own)))
-print(json.dumps(found))
-"""
+# Run by both Pythons.
+SIGNATURES = pathlib.Path(__file__).with_name("signatures.py")
 
 
 def printed(*words: object) -> str:
@@ -166,7 +137,7 @@ def main() -> int:
         broken += broken_keys(name, before[name], now[name])
     broken += [f"stiction {words} is gone" for words in options(given.old) - options(given.new)]
     if given.python:
-        old, new = (json.loads(printed(python, "-c", SIGNATURES)) for python in given.python)
+        old, new = (json.loads(printed(python, SIGNATURES)) for python in given.python)
         broken += broken_calls(old, new)
     print("\n".join(sorted(broken)) or "nothing is broken")
     return int(bool(broken))

@@ -131,7 +131,7 @@ def test_parameters_that_go_or_change_break_the_promise(now, broken):
 
 
 def test_a_promise_covers_the_names_of_the_package():
-    found = json.loads(promise.printed(sys.executable, "-c", promise.SIGNATURES))
+    found = json.loads(promise.printed(sys.executable, promise.SIGNATURES))
     assert {"stiction.diagnose", "stiction.valve_test.read", "stiction.fmu.export"} <= found.keys()
     assert ["recording", "POSITIONAL_OR_KEYWORD", False] in found["stiction.valve_test.read"]
 
