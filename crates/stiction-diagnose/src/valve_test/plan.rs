@@ -411,7 +411,7 @@ fn instructions(plan: &TestPlan) -> Vec<String> {
             plan.ends_after
         ),
         format!(
-            "Keep the OP between {} %. If a turn would leave this range, shift u0 first.",
+            "Keep the OP within {} %. If a turn would leave this range, shift u0 first.",
             range(plan.op_low, plan.op_high)
         ),
         format!(
