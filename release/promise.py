@@ -30,7 +30,9 @@ def printed(*words: object) -> str:
 def schemas(program: pathlib.Path) -> dict[str, Any]:
     """The schema of each document that a program prints."""
     values = re.search(r"\[possible values: ([^\]]*)\]", printed(program, "schema", "--help"))
-    names = re.split(r",\s*", values[1]) if values else []
+    if values is None:
+        sys.exit(f"{program}: the documents are not listed by schema --help")
+    names = re.split(r",\s*", values[1])
     return {name: json.loads(printed(program, "schema", name)) for name in names}
 
 
@@ -82,7 +84,12 @@ def keys(whole: dict[str, Any]) -> dict[str, tuple[set[str], bool]]:
             for part in of.get(word, []):
                 yield from walk(part, path, above)
 
-    return dict(walk(whole, "", ()))
+    found: dict[str, tuple[set[str], bool]] = {}
+    for path, (types, always) in walk(whole, "", ()):
+        # A key of several variants has the types of all, and is there if all have it.
+        known, before = found.get(path, (set(), True))
+        found[path] = known | types, before and always
+    return found
 
 
 def broken_keys(document: str, old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:

@@ -110,6 +110,23 @@ def test_keys_that_go_or_change_break_the_promise(change, broken):
     assert list(promise.broken_keys("d", OLD, new)) == broken
 
 
+def test_a_key_of_several_variants_has_the_types_of_all():
+    variant = lambda kind: {"type": "object", "properties": {"at": {"type": kind}}, "required": ["at"]}
+    both = {"anyOf": [variant("number"), variant("string")]}
+    assert list(promise.broken_keys("d", both, {"anyOf": [variant("string")]})) == []
+    assert list(promise.broken_keys("d", {"anyOf": [variant("string")]}, both)) == ["d: at may be number now"]
+    free = {"anyOf": [variant("number"), {"properties": {"at": {"type": "string"}}}]}
+    assert list(promise.broken_keys("d", both, free)) == ["d: at may be missing now"]
+
+
+def test_a_program_without_documents_is_not_taken_for_one_that_breaks_nothing(tmp_path):
+    program = tmp_path / "stiction"
+    program.write_text("#!/bin/sh\necho nothing\n")
+    program.chmod(0o755)
+    with pytest.raises(SystemExit, match="the documents are not listed"):
+        promise.schemas(program)
+
+
 @pytest.mark.parametrize(
     ("now", "broken"),
     [
