@@ -59,6 +59,7 @@ def read(
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
     bad_text: Sequence[str] = (),
+    bad_value: Sequence[float] = (),
 ) -> list[Recording]:
     """Read the recordings in a CSV, Parquet or MATLAB file.
 
@@ -87,6 +88,8 @@ def read(
         Type of the loops, see `loop_types`.
     bad_text : sequence of str, optional
         Words that mark a bad value instead of a number.
+    bad_value : sequence of float, optional
+        Numbers that are no measurements, such as -1. -9999 and others like it are recognised.
 
     Returns
     -------
@@ -118,6 +121,7 @@ def read(
         vp_range=vp_range,
         loop_type=loop_type,
         bad_text=bad_text,
+        bad_value=bad_value,
     )
     return _core.read_recordings(_path("path", path), told)
 
@@ -213,6 +217,7 @@ def recordings_from(
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
     bad_text: Sequence[str] = (),
+    bad_value: Sequence[float] = (),
 ) -> list[Recording]:
     """Make recordings from a table with the columns of one loop, of several, or of tags in rows.
 
@@ -223,7 +228,7 @@ def recordings_from(
     table : table
         A table of pandas, polars, pyarrow or any other library with the Arrow capsule interface, or a mapping of columns by name.
         Null and NaN are missing, and timestamps may have any unit. A pandas index of times is used as the column of times.
-    columns, mapping, zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type, bad_text : optional
+    columns, mapping, zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type, bad_text, bad_value : optional
         As in `read`.
 
     Returns
@@ -249,6 +254,7 @@ def recordings_from(
         vp_range=vp_range,
         loop_type=loop_type,
         bad_text=bad_text,
+        bad_value=bad_value,
     )
     return _of_table(table, told)
 
@@ -445,6 +451,7 @@ def _told(
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
     bad_text: Sequence[str] = (),
+    bad_value: Sequence[float] = (),
 ) -> dict[str, Any]:
     """Check the information on a file or table."""
     if columns is not None and not isinstance(columns, Mapping):
@@ -463,6 +470,7 @@ def _told(
         "vp_range": _range("vp_range", vp_range),
         "loop_type": None if loop_type is None else text("loop_type", loop_type),
         "bad_text": [text("bad_text", word) for word in ([bad_text] if isinstance(bad_text, str) else bad_text)],
+        "bad_value": [number("bad_value", value) for value in np.atleast_1d(bad_value).tolist()],
     }
 
 

@@ -9,6 +9,7 @@ use clap::Parser;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write as _;
+use stiction::spoken::counted;
 use stiction_io::summary::{Column, Summary};
 
 /// Show how files of recordings are interpreted: format, times, columns, loops, bad samples, ranges.
@@ -25,6 +26,7 @@ A mapping file:
   zone = \"Europe/Berlin\"
   pattern = \"{loop}.{signal}\"       # how tags are built
   bad_text = [\"Kaputt\"]
+  bad_value = [-1, 4095]           # more numbers that are no measurements
   [columns]                        # a column's role, as of --map
   \"10FC102.OP\" = \"FIC102.op\"
   spare = \"ignore\"
@@ -158,6 +160,15 @@ fn write_text(summary: &Summary, out: &mut String) -> std::fmt::Result {
             });
             let name = name.to_uppercase();
             writeln!(out, "  {name:4}  {}{values}{unit}{range}", list(&signal.quality))?;
+            for masked in &signal.masked {
+                writeln!(
+                    out,
+                    "        masked: {} in {}, {}",
+                    masked.written(),
+                    counted(masked.count, "sample"),
+                    masked.kind.name()
+                )?;
+            }
         }
         if let Some(modes) = &each.modes {
             writeln!(out, "  mode  {}", list(modes))?;

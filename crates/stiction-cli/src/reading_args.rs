@@ -47,8 +47,12 @@ pub struct Reading {
     #[arg(long = "type", value_name = "TYPE", value_parser = LoopType::by_name)]
     loop_type: Option<LoopType>,
     /// A word that marks a bad value instead of a number; may be given several times
-    #[arg(long, value_name = "WORD")]
+    #[arg(long, value_name = "WORD", allow_hyphen_values = true)]
     bad_text: Vec<String>,
+    /// A number that is no measurement, such as -1; may be given several times. -9999 and others like it are
+    /// recognised
+    #[arg(long, value_name = "NUMBER", value_parser = finite, allow_hyphen_values = true)]
+    bad_value: Vec<f64>,
 }
 
 impl Reading {
@@ -96,6 +100,7 @@ impl Reading {
         let mut options = mapping.map_or_else(|| Ok(ReadOptions::default()), input::mapping)?;
         options.map.extend(given.map);
         options.bad_text.extend(given.bad_text);
+        options.bad_value.extend(given.bad_value);
         options.zone = given.zone.or(options.zone);
         options.time_format = given.time_format.or(options.time_format);
         options.sample_time = given.sample_time.or(options.sample_time);
@@ -157,6 +162,11 @@ fn above_zero(text: &str) -> Result<f64, String> {
         Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
         _ => Err("must be a number above 0".to_owned()),
     }
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    number.ok_or_else(|| "must be a number, such as -9999".to_owned())
 }
 
 fn range(text: &str) -> Result<(f64, f64), String> {

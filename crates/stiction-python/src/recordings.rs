@@ -14,7 +14,8 @@ use pyo3_arrow::input::AnyRecordBatch;
 use std::path::PathBuf;
 use std::sync::Arc;
 use stiction::recording::{
-    self, Channel, GridOptions, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource,
+    self, Channel, GridOptions, LoopType, MaskedKind, MaskedSample, Mode, Modes, PlantTime,
+    Quality, Range, RangeSource,
 };
 use stiction_io::sheet::{Cells, Column};
 use stiction_io::{ReadOptions, Reading, Sheet};
@@ -199,8 +200,11 @@ impl Recording {
     }
 }
 
-/// A channel as plain values: times, values, qualities, unit, range.
-type KeptChannel = (Vec<f64>, Vec<f64>, Vec<u8>, Option<String>, Option<(f64, f64, u8)>);
+/// A masked sample: time, value, quality before, kind.
+type KeptMasked = (f64, f64, u8, u8);
+/// A channel as plain values: times, values, qualities, unit, range, masked samples.
+type KeptChannel =
+    (Vec<f64>, Vec<f64>, Vec<u8>, Option<String>, Option<(f64, f64, u8)>, Vec<KeptMasked>);
 /// Name, type, start, clock of the plant, notes, file and its hash.
 type KeptAbout = (String, String, Option<f64>, (String, i32), Vec<String>, String, String);
 /// A recording as plain values.
@@ -223,17 +227,31 @@ fn keep_channel(channel: &Channel) -> KeptChannel {
         channel.quality.iter().map(|quality| place(&QUALITIES, quality)).collect(),
         channel.unit.clone(),
         channel.range.map(|range| (range.low, range.high, place(&SOURCES, &range.source))),
+        channel
+            .masked
+            .iter()
+            .map(|m| {
+                (m.time, m.value, place(&QUALITIES, &m.quality), place(&MaskedKind::ALL, &m.kind))
+            })
+            .collect(),
     )
 }
 
 fn kept_channel(name: &'static str, kept: KeptChannel) -> stiction::Result<Channel> {
-    let (time, values, quality, unit, range) = kept;
+    let (time, values, quality, unit, range, masked) = kept;
     let quality = quality.into_iter().map(|place| QUALITIES[usize::from(place) % 4]).collect();
     let mut channel = Channel::with_quality(name, time, values, quality)?;
     channel.unit = unit;
     let range =
         range.map(|(low, high, place)| Range::new(low, high, SOURCES[usize::from(place) % 3]));
     channel.range = range.transpose()?;
+    let masked = masked.into_iter().map(|(time, value, quality, kind)| MaskedSample {
+        time,
+        value,
+        quality: QUALITIES[usize::from(quality) % 4],
+        kind: MaskedKind::ALL[usize::from(kind) % 5],
+    });
+    channel.masked = masked.collect();
     Ok(channel)
 }
 
@@ -315,6 +333,7 @@ struct Told {
     vp_range: Option<(f64, f64)>,
     loop_type: Option<String>,
     bad_text: Vec<String>,
+    bad_value: Vec<f64>,
 }
 
 impl Told {
@@ -340,6 +359,7 @@ impl Told {
         }
         options.wording = KEYWORDS;
         options.bad_text.extend(self.bad_text);
+        options.bad_value.extend(self.bad_value);
         options.sample_time = self.sample_time.or(options.sample_time);
         options.all.op_range = self.op_range.or(options.all.op_range);
         options.all.pv_range = self.pv_range.or(options.all.pv_range);

@@ -46,7 +46,7 @@ impl Cells {
 }
 
 /// All columns, in order.
-pub const COLUMNS: [LoopColumn; 27] = {
+pub const COLUMNS: [LoopColumn; 29] = {
     use Cells::{Counts, Flags, Numbers, Texts};
     const fn column(name: &'static str, cells: Cells) -> LoopColumn {
         LoopColumn { name, cells }
@@ -77,6 +77,8 @@ pub const COLUMNS: [LoopColumn; 27] = {
         column("S_below", Numbers(|l| Some(l.diagnosis.verdict.s_below?.value))),
         column("alternative", Texts(|l| name(likeliest(l)?.cause.name()))),
         column("alternative_likelihood", Numbers(|l| Some(likeliest(l)?.likelihood))),
+        column("masked", Counts(|l| Some(l.diagnosis.masked_count()))),
+        column("masked_values", Texts(|l| l.diagnosis.masked_words())),
         column("override", Texts(|l| name(overruled(l)?.verdict.name()))),
         column("override_reason", Texts(|l| Some(overruled(l)?.reason.clone()))),
     ]

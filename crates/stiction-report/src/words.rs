@@ -322,6 +322,7 @@ impl Better {
             MeasureId::SetPoint => Some(Self::AtRest),
             MeasureId::Samples | MeasureId::Cycles | MeasureId::SamplesPerCycle => None,
             MeasureId::GoodValues
+            | MeasureId::MaskedValues
             | MeasureId::BridgedSamples
             | MeasureId::DoubtfulSamples
             | MeasureId::InCommand

@@ -7,7 +7,7 @@ use anyhow::Result;
 use std::fmt::Write;
 use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, Grade, VerdictClass, Votes};
 use stiction::finding::{Decision, Finding};
-use stiction::recording::fitness::Class;
+use stiction::recording::fitness::{Class, MeasureId};
 use stiction::spoken;
 use stiction_report::document::Loop;
 use stiction_report::table::{COLUMNS, Cells};
@@ -36,6 +36,14 @@ pub fn one(loop_: &Diagnosed) -> String {
     out += &field("data", &data(diagnosis));
     for reason in diagnosis.fitness.reasons.iter().take(REASONS) {
         out += &field("", &format!("- {reason}"));
+    }
+    let caveat = diagnosis
+        .fitness
+        .measures
+        .iter()
+        .any(|measure| measure.id == MeasureId::MaskedValues && measure.class != Class::Fit);
+    if let Some(masked) = diagnosis.masked_words().filter(|_| !caveat) {
+        out += &field("", &format!("- {masked} masked: no measurement"));
     }
     let more = diagnosis.fitness.reasons.len().saturating_sub(REASONS);
     if more > 0 {
@@ -77,6 +85,9 @@ fn line(diagnosis: &Diagnosis) -> String {
         (None, Some(limit)) => write!(out, "; S below {} %", words::rough(limit.value)),
         (None, None) => Ok(()),
     };
+    if let Some(masked) = diagnosis.masked_words() {
+        let _ = write!(out, "; masked {masked}");
+    }
     out
 }
 

@@ -82,6 +82,7 @@ pub fn subject(segment: &Segment, loop_type: LoopType) -> Subject<'_> {
 /// # Errors
 /// As for [`Grid::of`].
 pub fn fitness(recording: &Recording, options: &GridOptions) -> Result<Fitness> {
+    let recording = &*recording.masked();
     let grid = Grid::of(recording, options)?;
     let period = grid.longest().and_then(|s| subject(s, recording.loop_type).period);
     Ok(assessed(recording, &grid, period, &|| false).1)
@@ -135,6 +136,7 @@ pub fn diagnose_with_progress(
     if let Some(dead_time) = options.kpis.dead_time {
         non_negative("the dead time", dead_time)?;
     }
+    let recording = &*recording.masked();
     let grid = Grid::of(recording, &options.grid)?;
     let loop_type = options.loop_type.unwrap_or(recording.loop_type);
     let segment = grid.longest();
@@ -206,6 +208,7 @@ pub fn diagnose_with_progress(
         mode: recording.mode.clone(),
         pv_unit: recording.pv.as_ref().and_then(|pv| pv.unit.clone()),
         judged: Judged::of(&grid),
+        masked: recording.masked_values(),
         fitness,
         oscillations,
         findings,

@@ -1,5 +1,6 @@
 //! One signal of a recording.
 
+use super::MaskedSample;
 use crate::error::{Error, Result};
 
 /// Quality of a sample, from the historian.
@@ -75,6 +76,8 @@ pub struct Channel {
     pub unit: Option<String>,
     /// Instrument range, where it is known.
     pub range: Option<Range>,
+    /// The samples that are bad because their values are no measurements, in any order.
+    pub masked: Vec<MaskedSample>,
 }
 
 impl Channel {
@@ -117,7 +120,7 @@ impl Channel {
                 return Err(Error::NonFinite { signal, index, value: *value });
             }
         }
-        Ok(Self { time, values, quality, unit: None, range: None })
+        Ok(Self { time, values, quality, unit: None, range: None, masked: vec![] })
     }
 
     /// Share of the samples with a usable value.

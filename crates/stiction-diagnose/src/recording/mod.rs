@@ -1,6 +1,7 @@
 //! OP, PV, SP, VP and mode of a loop over time, as recorded by a plant, and their processing.
 //!
 //! * [`Recording`]: the signals as they were exported, each with its own times and qualities;
+//! * [`Masked`]: values that are no measurements, such as -9999;
 //! * [`ByHand`]: times in which an operator set the OP;
 //! * [`Grid`]: its automatic segments on a regular grid, with all repairs;
 //! * [`fitness`]: whether the data can answer.
@@ -10,6 +11,7 @@ mod channel;
 pub mod fitness;
 pub mod grid;
 mod loop_type;
+mod masked;
 mod plant_time;
 mod split;
 
@@ -18,6 +20,7 @@ pub use channel::{Channel, Quality, Range, RangeSource};
 pub use fitness::Fitness;
 pub use grid::{Grid, GridOptions, GridRepair, Interpolation, RepairKind, Segment};
 pub use loop_type::{Dynamics, LoopType};
+pub use masked::{Masked, MaskedKind, MaskedSample};
 pub use plant_time::PlantTime;
 
 use crate::error::{Error, Result};

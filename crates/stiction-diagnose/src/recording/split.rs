@@ -83,6 +83,7 @@ fn cut(channel: &Channel, from: f64, to: f64, earliest: f64) -> Option<Channel> 
         quality: chosen.iter().map(|(k, _)| channel.quality[*k]).collect(),
         unit: channel.unit.clone(),
         range: channel.range,
+        masked: channel.masked.iter().filter(|m| m.time >= from && m.time < to).copied().collect(),
     })
 }
 

@@ -144,6 +144,7 @@ struct Operation {
 /// # Errors
 /// If it has no test, or too little of one. The message names the fault and the remedy.
 pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading, Abstention> {
+    let recording = &*recording.masked();
     let by_hand = match &options.by_hand {
         Some(by_hand) => by_hand.clone(),
         None => ByHand::of(recording).ok_or_else(|| Abstention(NO_TEST.to_owned()))?,

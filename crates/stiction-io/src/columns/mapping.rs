@@ -17,6 +17,7 @@ const TOP: &[&str] = &[
     "sample_time",
     "pattern",
     "bad_text",
+    "bad_value",
     "columns",
     "signals",
     "modes",
@@ -86,6 +87,7 @@ fn build(fields: Fields<'_, '_>) -> Built<ReadOptions> {
         return Err(fields.wrong("sample_time", "must be above 0 s"));
     }
     options.bad_text = fields.texts("bad_text")?.unwrap_or_default();
+    options.bad_value = fields.numbers("bad_value")?.unwrap_or_default();
     if let Some(table) = fields.table("signals", SIGNAL_KEYS)? {
         for (key, signal) in SIGNALS {
             if let Some(words) = table.texts(key)? {
@@ -157,6 +159,7 @@ zone = "Europe/Berlin"
 time_format = "day-first"
 pattern = "{loop}.{signal}"
 bad_text = ["Kaputt"]
+bad_value = [-9999, 327.67]
 op_range = [0, 100]
 [columns]
 "10FC102.OP" = "FIC102.op"
@@ -179,6 +182,7 @@ pv_range = [0, 120.5]
         let options = ReadOptions::parse(ALL, "map.toml").unwrap();
         assert_eq!(options.zone.as_ref().unwrap().name(), "Europe/Berlin");
         assert_eq!(options.signals, [(Signal::Pv, vec!["MEAS".to_owned()])]);
+        assert_eq!(options.bad_value, [-9999.0, 327.67]);
         assert_eq!((options.modes.len(), options.qualities.len(), options.map.len()), (1, 1, 4));
         assert_eq!(options.map[0], "FIC102.op=10FC102.OP".parse().unwrap());
         assert_eq!(options.map[1], "ignore=spare".parse().unwrap());

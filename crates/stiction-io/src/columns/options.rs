@@ -23,6 +23,8 @@ pub struct ReadOptions {
     pub qualities: Vec<(String, Quality)>,
     /// Additional words for bad values instead of numbers.
     pub bad_text: Vec<String>,
+    /// Numbers that are no measurements, in every signal.
+    pub bad_value: Vec<f64>,
     /// Time zone of local times.
     pub zone: Option<Zone>,
     /// Format of times.
@@ -50,6 +52,7 @@ impl ReadOptions {
             modes: self.modes.clone(),
             qualities: self.qualities.clone(),
             bad_text: self.bad_text.clone(),
+            bad_value: self.bad_value.clone(),
             zone: self.zone.clone(),
             time_format: self.time_format.clone(),
             sample_time: self.sample_time,

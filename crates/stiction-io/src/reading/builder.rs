@@ -24,6 +24,8 @@ pub struct Builder<'a> {
     options: &'a ReadOptions,
     settings: SettingsByName<'a>,
     mark: DecimalMark,
+    /// Numbers that the user declares as bad, also those among the words.
+    bad_values: Vec<f64>,
     pub times: Times,
 }
 
@@ -43,7 +45,13 @@ impl<'a> Builder<'a> {
         mark: DecimalMark,
     ) -> Result<Self> {
         let times = times(sheet, plan, options, mark)?;
-        Ok(Self { sheet, plan, options, settings: SettingsByName::of(options), mark, times })
+        let of_words = options.bad_text.iter().filter_map(|word| {
+            let word = word.trim();
+            number::parse(word, mark).or_else(|| number::parse(word, DecimalMark::Point))
+        });
+        let bad_values = options.bad_value.iter().copied().chain(of_words).collect();
+        let settings = SettingsByName::of(options);
+        Ok(Self { sheet, plan, options, settings, mark, bad_values, times })
     }
 
     /// The cells of the signal or quality with the plan's `name`.
@@ -93,17 +101,46 @@ impl<'a> Builder<'a> {
         let mode = mode.transpose()?;
 
         let told_range = |key: &str| told(self.sheet, &[key]).and_then(range::of_text);
+        if let Some(pv) = &mut pv {
+            let given = settings.pv_range.map(|ends| (ends, RangeSource::Given));
+            let told = told_range("pv_range").map(|ends| (ends, RangeSource::Metadata));
+            let range = given.or(told).map(|((low, high), source)| Range::new(low, high, source));
+            pv.range = range.transpose().map_err(refused)?;
+        }
+        // Ranges are estimated from measurements alone.
+        let known = |given: Option<(f64, f64)>, key: &str| {
+            let (low, high) = given.or(told_range(key))?;
+            Range::new(low, high, RangeSource::Given).ok()
+        };
+        op.range = known(settings.op_range, "op_range");
+        if let Some(vp) = &mut vp {
+            vp.range = known(settings.vp_range, "vp_range");
+        }
+        let mut recording = Recording {
+            name: name.clone(),
+            loop_type: LoopType::Unknown,
+            start: self.times.start,
+            plant_time: PlantTime::default(),
+            op,
+            pv,
+            sp,
+            vp,
+            mode,
+            notes: vec![],
+        };
+        recording.mask();
+
         let (op_range, op_note) = range::of_valve_signal(
             "OP",
-            &op,
+            &recording.op,
             settings.op_range,
             told_range("op_range"),
             self.options.wording,
         )
         .map_err(refused)?;
-        op.range = op_range;
+        recording.op.range = op_range;
         notes.extend(op_note);
-        if let Some(vp) = &mut vp {
+        if let Some(vp) = &mut recording.vp {
             let (vp_range, vp_note) = range::of_valve_signal(
                 "VP",
                 vp,
@@ -115,33 +152,17 @@ impl<'a> Builder<'a> {
             vp.range = vp_range;
             notes.extend(vp_note);
         }
-        if let Some(pv) = &mut pv {
-            let given = settings.pv_range.map(|ends| (ends, RangeSource::Given));
-            let told = told_range("pv_range").map(|ends| (ends, RangeSource::Metadata));
-            let range = given.or(told).map(|((low, high), source)| Range::new(low, high, source));
-            pv.range = range.transpose().map_err(refused)?;
-        }
-        let loop_type = match settings.loop_type {
+        recording.loop_type = match settings.loop_type {
             Some(given) => given,
             None => self.told_type(&mut notes).unwrap_or_else(|| role::loop_type(&name)),
         };
-        let plant_time = match (&self.options.zone, self.times.start, &self.times.clock) {
+        recording.plant_time = match (&self.options.zone, self.times.start, &self.times.clock) {
             (Some(zone), Some(start), _) => zone.plant_time(start),
             (None, _, Clock::Local) => PlantTime::unnamed(),
             _ => PlantTime::default(),
         };
-        Ok(Recording {
-            name,
-            loop_type,
-            start: self.times.start,
-            plant_time,
-            op,
-            pv,
-            sp,
-            vp,
-            mode,
-            notes,
-        })
+        recording.notes = notes;
+        Ok(recording)
     }
 
     /// The type in the file, as a name or as a flag for an integrating loop.
@@ -196,6 +217,7 @@ impl<'a> Builder<'a> {
             origin: self.sheet.origin.clone(),
             message: format!("\"{}\": {e}", source.name),
         })?;
+        channel.mask_named(&self.bad_values);
         let in_name = || role::without_unit(source.name).1.map(str::to_owned);
         channel.unit = source.column.unit.clone().or_else(in_name);
         Ok(channel)

@@ -4,7 +4,7 @@ use crate::columns::layout::Recognised;
 use crate::reading::{Format, Reading};
 use crate::timestamp::Clock;
 use std::collections::BTreeMap;
-use stiction_diagnose::recording::{Channel, Mode, Modes, Quality, RangeSource, Recording};
+use stiction_diagnose::recording::{Channel, Masked, Mode, Modes, Quality, RangeSource, Recording};
 
 #[cfg(feature = "serde")]
 use {schemars::JsonSchema, serde::Serialize};
@@ -107,6 +107,8 @@ pub struct Signal {
     #[cfg_attr(feature = "serde", serde(serialize_with = "counts_as_map"))]
     #[cfg_attr(feature = "serde", schemars(with = "BTreeMap<String, usize>"))]
     pub quality: Counts,
+    /// The values among the bad ones that are no measurements, such as -9999.
+    pub masked: Vec<Masked>,
     /// Its smallest value; `None` without values.
     pub lowest: Option<f64>,
     /// Its largest value; `None` without values.
@@ -193,7 +195,8 @@ impl Loop {
             ("sp", recording.sp.as_ref()),
             ("vp", recording.vp.as_ref()),
         ];
-        let signals = signals.into_iter().filter_map(|(name, of)| Some((name, of?.into())));
+        let signals =
+            signals.into_iter().filter_map(|(name, of)| Some((name, Signal::of(name, of?))));
         Self {
             name: recording.name.clone(),
             loop_type: recording.loop_type.name(),
@@ -208,8 +211,8 @@ impl Loop {
     }
 }
 
-impl From<&Channel> for Signal {
-    fn from(channel: &Channel) -> Self {
+impl Signal {
+    fn of(name: &'static str, channel: &Channel) -> Self {
         let (low, high) = ends(&channel.values);
         let range = channel.range.map(|range| Span {
             low: range.low,
@@ -223,6 +226,7 @@ impl From<&Channel> for Signal {
         Self {
             samples: channel.values.len(),
             quality: qualities(channel),
+            masked: channel.masked_values(name),
             lowest: low.is_finite().then_some(low),
             highest: high.is_finite().then_some(high),
             unit: channel.unit.clone(),

@@ -429,6 +429,23 @@ fn data(section: Section, diagnosis: &Diagnosis, source: &Source) -> Section {
     for note in &diagnosis.notes {
         section = section.with(Block::Paragraph(sentence(note)));
     }
+    if !diagnosis.masked.is_empty() {
+        let table = Table::new("Values that are no measurements. They count as missing.")
+            .words("signal")
+            .words("value")
+            .numbers("samples", "")
+            .words("first")
+            .words("why");
+        section = section.with(shortened(diagnosis.masked.iter().fold(table, |table, masked| {
+            table.row([
+                masked.signal.to_owned(),
+                masked.written(),
+                masked.count.to_string(),
+                moment(diagnosis, masked.first_s),
+                sentence(masked.kind.name()),
+            ])
+        })));
+    }
     if grid.repairs.is_empty() {
         return section.with(Block::Paragraph("No sample needed a repair.".to_owned()));
     }
