@@ -892,7 +892,7 @@ mod tests {
                 all(pv, &|v| (40000.0 * (v - 60.0) / 2.0).clamp(-32768.0, 32767.0).round());
                 sp.fill(0.0);
             }),
-            ("two levels", &|[_, pv, _]| all(pv, &|v| if v > 61.9 { 999.0 } else { 0.0 })),
+            ("two levels", &|[_, pv, _]| all(pv, &|v| if v > 61.9 { 80.0 } else { 40.0 })),
             ("hardly a movement", &|[_, pv, _]| {
                 pv.fill(60.0);
                 pv[77] = 61.0;
