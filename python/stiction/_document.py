@@ -22,6 +22,7 @@ __all__ = [
     "Judged",
     "Kpi",
     "Limit",
+    "Masked",
     "Mended",
     "NoResponse",
     "PlantTime",
@@ -50,6 +51,7 @@ class Found(Result):
     judged: Judged | None = about("The judged segment, the longest of the grid; None if there is none.")
     plant_time: PlantTime = about("The clock of the plant, in which its times are shown.")
     repairs: list[Mended] = about("Repairs of the data.")
+    masked: list[Masked] = about("Values that are no measurements and count as missing, of the whole recording.")
     fitness: Fitness = about("Fitness of the data.")
     findings: dict[str, Finding] = about("The finding of each method that was run, in the order of the registry.")
     kpis: dict[str, Kpi] = about("Key figures of the loop.")
@@ -99,6 +101,17 @@ class Mended(Result):
     count: int = about("Number of samples, or of steps of the clock.")
     first_s: float = about("The first time, s on the recording's clock.")
     done: str = about("The repair, a sentence.")
+
+
+@result
+class Masked(Result):
+    """All masked samples of one signal with one value."""
+
+    signal: str = about("The signal, such as `PV`.")
+    value: float = about("The recorded value.")
+    count: int = about("Number of samples.")
+    first_s: float = about("Time of the first of them, s on the recording's clock.")
+    kind: str = about("Why it is no measurement.")
 
 
 @result
