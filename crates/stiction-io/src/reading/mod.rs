@@ -273,6 +273,59 @@ mod tests {
         assert_eq!(of(false, Some("Europe/Berlin")), Some(1_704_063_600.0));
     }
 
+    /// A loop of 60 samples, in which sample 30 of the OP and of the PV have these texts.
+    fn with(op: &str, pv: &str) -> String {
+        let row = |k: usize| {
+            let wave = (k as f64 * 0.4).sin();
+            let at = |text: &str, value: f64| match k {
+                30 => text.to_owned(),
+                _ => format!("{value:.3}"),
+            };
+            format!("{k},{},{}\n", at(op, 45.0 + 3.0 * wave), at(pv, 60.0 - 2.0 * wave))
+        };
+        format!("t,op,pv\n{}", (0..60).map(row).collect::<String>())
+    }
+
+    fn masked(text: &str, options: &ReadOptions) -> Vec<(&'static str, f64)> {
+        let [one] = &parse(text.as_bytes(), "a.csv", options).unwrap().recordings[..] else {
+            panic!("one loop")
+        };
+        assert!(one.op.range.is_none() && one.notes.is_empty(), "{:?}", one.notes);
+        one.masked_values().iter().map(|m| (m.signal, m.value)).collect()
+    }
+
+    #[test]
+    fn values_that_are_no_measurements_are_masked_before_the_range_is_estimated() {
+        let found = masked(&with("-9999", "1e38"), &ReadOptions::default());
+        assert_eq!(found, [("OP", -9999.0), ("PV", 1e38)]);
+        assert_eq!(masked(&with("46", "61"), &ReadOptions::default()), []);
+    }
+
+    #[test]
+    fn numbers_that_the_user_names_are_masked() {
+        let value = ReadOptions { bad_value: vec![61.0], ..ReadOptions::default() };
+        let text = ReadOptions { bad_text: vec!["61.0".to_owned()], ..ReadOptions::default() };
+        for options in [value, text] {
+            assert_eq!(masked(&with("46", "61"), &options), [("PV", 61.0)]);
+        }
+    }
+
+    #[test]
+    fn joined_files_are_masked_as_one() {
+        // The first file alone shows nothing of the loop.
+        let outage = "t,op,pv\n-3,-9999,-9999\n-2,-9999,-9999\n-1,-9999,-9999\n0,45.000,60.000\n";
+        let read = |text: &str, name: &str| {
+            let options = ReadOptions { bad_value: vec![61.0], ..ReadOptions::default() };
+            parse(text.as_bytes(), name, &options).unwrap().recordings.remove(0)
+        };
+        let (first, second) = (read(outage, "a.csv"), read(&with("46", "61"), "b.csv"));
+        assert_eq!(first.pv.as_ref().unwrap().masked, []);
+        let whole = join::join(&[("a.csv", &first), ("b.csv", &second)]).unwrap();
+        let counts: Vec<_> =
+            whole.masked_values().iter().map(|m| (m.signal, m.value, m.count)).collect();
+        assert_eq!(counts, [("OP", -9999.0, 3), ("PV", -9999.0, 3), ("PV", 61.0, 1)]);
+    }
+
     #[test]
     fn numbers_that_cannot_be_are_refused() {
         let op = Cells::Numbers(vec![50.0, f64::INFINITY]);
