@@ -273,7 +273,7 @@ fn of_masked(recording: &Recording) -> Measure {
     let share = |of: &Channel| 100.0 * of.masked.len() as f64 / of.values.len().max(1) as f64;
     let value = channels.map(share).fold(0.0, f64::max);
     let reason = match Masked::words(&recording.masked_values()) {
-        Some(words) => format!("{words} cannot be measured and count as missing"),
+        Some(words) => format!("no measurements, which count as missing: {words}"),
         None => "every value may be a measurement".to_owned(),
     };
     MASKED.measure(Some(value), reason)
