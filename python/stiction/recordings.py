@@ -59,6 +59,9 @@ def read(
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
     bad_text: Sequence[str] = (),
+    decimal_mark: str | None = None,
+    modes: Mapping[str, str] | None = None,
+    qualities: Mapping[str, str] | None = None,
 ) -> list[Recording]:
     """Read the recordings in a CSV, Parquet or MATLAB file.
 
@@ -87,6 +90,12 @@ def read(
         Type of the loops, see `loop_types`.
     bad_text : sequence of str, optional
         Words that mark a bad value instead of a number.
+    decimal_mark : str, optional
+        The decimal mark of numbers in text, ``"point"`` or ``"comma"``, if the file leaves it open.
+    modes : mapping, optional
+        Words and codes for a mode, such as ``{"16": "auto"}``. Modes are auto, manual, cascade and other.
+    qualities : mapping, optional
+        Words and codes for a quality, such as ``{"0": "good"}``. Qualities are good, uncertain and bad.
 
     Returns
     -------
@@ -118,6 +127,9 @@ def read(
         vp_range=vp_range,
         loop_type=loop_type,
         bad_text=bad_text,
+        decimal_mark=decimal_mark,
+        modes=modes,
+        qualities=qualities,
     )
     return _core.read_recordings(_path("path", path), told)
 
@@ -213,6 +225,9 @@ def recordings_from(
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
     bad_text: Sequence[str] = (),
+    decimal_mark: str | None = None,
+    modes: Mapping[str, str] | None = None,
+    qualities: Mapping[str, str] | None = None,
 ) -> list[Recording]:
     """Make recordings from a table with the columns of one loop, of several, or of tags in rows.
 
@@ -223,7 +238,7 @@ def recordings_from(
     table : table
         A table of pandas, polars, pyarrow or any other library with the Arrow capsule interface, or a mapping of columns by name.
         Null and NaN are missing, and timestamps may have any unit. A pandas index of times is used as the column of times.
-    columns, mapping, zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type, bad_text : optional
+    columns, mapping, zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type, bad_text, decimal_mark, modes, qualities : optional
         As in `read`.
 
     Returns
@@ -249,6 +264,9 @@ def recordings_from(
         vp_range=vp_range,
         loop_type=loop_type,
         bad_text=bad_text,
+        decimal_mark=decimal_mark,
+        modes=modes,
+        qualities=qualities,
     )
     return _of_table(table, told)
 
@@ -270,6 +288,9 @@ def recording_from(
     pv_range: tuple[float, float] | None = None,
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
+    decimal_mark: str | None = None,
+    modes: Mapping[str, str] | None = None,
+    qualities: Mapping[str, str] | None = None,
 ) -> Recording:
     """Make a recording from a table with the columns of one loop.
 
@@ -281,7 +302,7 @@ def recording_from(
         Names of columns. The others are recognised by their names as in files.
     name : str, optional
         Tag of the loop; by default from the columns.
-    zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type : optional
+    zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type, decimal_mark, modes, qualities : optional
         As in `read`.
 
     Raises
@@ -309,6 +330,9 @@ def recording_from(
         pv_range=pv_range,
         vp_range=vp_range,
         loop_type=loop_type,
+        decimal_mark=decimal_mark,
+        modes=modes,
+        qualities=qualities,
     )
     made = _of_table(table, told)
     if len(made) != 1:
@@ -445,6 +469,9 @@ def _told(
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
     bad_text: Sequence[str] = (),
+    decimal_mark: str | None = None,
+    modes: Mapping[str, str] | None = None,
+    qualities: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """Check the information on a file or table."""
     if columns is not None and not isinstance(columns, Mapping):
@@ -463,6 +490,9 @@ def _told(
         "vp_range": _range("vp_range", vp_range),
         "loop_type": None if loop_type is None else text("loop_type", loop_type),
         "bad_text": [text("bad_text", word) for word in ([bad_text] if isinstance(bad_text, str) else bad_text)],
+        "decimal_mark": None if decimal_mark is None else text("decimal_mark", decimal_mark),
+        "modes": [f"{word}={text('modes', mode)}" for word, mode in (modes or {}).items()],
+        "qualities": [f"{word}={text('qualities', quality)}" for word, quality in (qualities or {}).items()],
     }
 
 

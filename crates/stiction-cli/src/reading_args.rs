@@ -6,10 +6,11 @@ use anyhow::Result;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use stiction::recording::LoopType;
+use stiction::recording::{LoopType, Mode, Quality};
+use stiction_io::number::DecimalMark;
 use stiction_io::options::Mapped;
 use stiction_io::timestamp::{TimeFormat, Zone};
-use stiction_io::{ReadOptions, Remedy, Wording};
+use stiction_io::{ReadOptions, Remedy, Wording, mode, quality};
 
 /// The user's information on the files. All of it is optional.
 #[derive(Debug, Clone, clap::Args)]
@@ -49,6 +50,17 @@ pub struct Reading {
     /// A word that marks a bad value instead of a number; may be given several times
     #[arg(long, value_name = "WORD")]
     bad_text: Vec<String>,
+    /// The decimal mark of numbers, if the file leaves it open: point or comma
+    #[arg(long, value_name = "MARK")]
+    decimal_mark: Option<DecimalMark>,
+    /// The meaning of a word or code for a mode: auto, manual, cascade or other; may be given several times
+    #[arg(long = "mode", value_name = "WORD=MODE", value_parser = mode::of_option,
+          allow_hyphen_values = true)]
+    modes: Vec<(String, Mode)>,
+    /// The meaning of a word or code for a quality: good, uncertain or bad; may be given several times
+    #[arg(long = "quality", value_name = "WORD=QUALITY", value_parser = quality::of_option,
+          allow_hyphen_values = true)]
+    qualities: Vec<(String, Quality)>,
 }
 
 impl Reading {
@@ -96,6 +108,10 @@ impl Reading {
         let mut options = mapping.map_or_else(|| Ok(ReadOptions::default()), input::mapping)?;
         options.map.extend(given.map);
         options.bad_text.extend(given.bad_text);
+        options.decimal_mark = given.decimal_mark.or(options.decimal_mark);
+        // The first meaning of a word counts.
+        options.modes.splice(0..0, given.modes);
+        options.qualities.splice(0..0, given.qualities);
         options.zone = given.zone.or(options.zone);
         options.time_format = given.time_format.or(options.time_format);
         options.sample_time = given.sample_time.or(options.sample_time);
@@ -138,6 +154,12 @@ fn settings() -> Option<PathBuf> {
 /// Remedies as options of the command: `--map op=COLUMN`.
 const FLAGS: Wording = Wording(|remedy| {
     let (option, value) = (remedy.option().replace('_', "-"), remedy.value());
+    if let Remedy::Mode { word, modes: meanings } | Remedy::Quality { word, qualities: meanings } =
+        remedy
+    {
+        let each = meanings.iter().map(|meaning| format!("--{option} \"{word}={meaning}\""));
+        return each.collect::<Vec<_>>().join(" or ");
+    }
     // A value from the file may contain spaces. A placeholder for the user has none.
     let quoted = match remedy {
         Remedy::Map { column, .. } => column.is_some(),

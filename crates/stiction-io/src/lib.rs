@@ -26,7 +26,7 @@ pub mod table;
 pub mod timestamp;
 pub mod whole;
 
-pub use cells::number;
+pub use cells::{mode, number, quality};
 pub use columns::options::ReadOptions;
 pub use columns::{layout, options, role};
 pub use error::{Error, Result};

@@ -1,5 +1,6 @@
 //! Remedies for a reader that cannot recognise something by itself.
 
+use crate::cells::number::DecimalMark;
 use std::fmt;
 
 /// A request of the reader, with an example if possible. Every front end has its own wording, see [`Wording`].
@@ -21,6 +22,22 @@ pub enum Remedy {
     Zone(Option<String>),
     /// Declare this word as a bad value.
     BadText(String),
+    /// Give the decimal mark.
+    DecimalMark(DecimalMark),
+    /// Give the mode that this word or code means, such as one of these.
+    Mode {
+        /// The word or code.
+        word: String,
+        /// The possible modes.
+        modes: Vec<&'static str>,
+    },
+    /// Give the quality that this word or code means, such as one of these.
+    Quality {
+        /// The word or code.
+        word: String,
+        /// The possible qualities.
+        qualities: Vec<&'static str>,
+    },
     /// Give the values of a signal at 0 % and 100 %.
     Range {
         /// The signal, `OP` or `VP`.
@@ -49,6 +66,9 @@ impl Remedy {
             Self::TimeFormat(_) => "time_format",
             Self::Zone(_) => "zone",
             Self::BadText(_) => "bad_text",
+            Self::DecimalMark(_) => "decimal_mark",
+            Self::Mode { .. } => "mode",
+            Self::Quality { .. } => "quality",
             Self::Range { signal: "VP", .. } => "vp_range",
             Self::Range { .. } => "op_range",
         }
@@ -64,6 +84,10 @@ impl Remedy {
             Self::TimeFormat(ways) => ways.join(" or "),
             Self::Zone(zone) => zone.clone().unwrap_or_default(),
             Self::BadText(word) => word.clone(),
+            Self::DecimalMark(mark) => mark.name().to_owned(),
+            Self::Mode { word, modes: meanings } | Self::Quality { word, qualities: meanings } => {
+                format!("{word}={}", meanings.join(" or "))
+            }
             Self::Range { ends: Some((low, high)), .. } => format!("{low},{high}"),
             Self::Range { ends: None, .. } => "LOW,HIGH".to_owned(),
         }

@@ -6,6 +6,7 @@ mod docs;
 mod level5;
 mod matlab;
 mod naming;
+mod numbers;
 mod parquet;
 mod reading;
 mod real_recordings;

@@ -200,7 +200,9 @@ impl Recording {
 }
 
 /// A channel as plain values: times, values, qualities, unit, range.
-type KeptChannel = (Vec<f64>, Vec<f64>, Vec<u8>, Option<String>, Option<(f64, f64, u8)>);
+type KeptChannel = (Vec<f64>, Vec<f64>, Vec<u8>, Option<String>, Option<KeptRange>);
+/// A range as plain values: ends, source, narrowest and widest span.
+type KeptRange = (f64, f64, u8, [f64; 2]);
 /// Name, type, start, clock of the plant, notes, file and its hash.
 type KeptAbout = (String, String, Option<f64>, (String, i32), Vec<String>, String, String);
 /// A recording as plain values.
@@ -208,8 +210,6 @@ type Kept = (KeptAbout, Vec<Option<KeptChannel>>, Option<(Vec<f64>, Vec<u8>)>);
 
 const QUALITIES: [Quality; 4] = [Quality::Good, Quality::Uncertain, Quality::Bad, Quality::Missing];
 const MODES: [Mode; 4] = [Mode::Automatic, Mode::Cascade, Mode::Manual, Mode::Other];
-const SOURCES: [RangeSource; 3] =
-    [RangeSource::Given, RangeSource::Metadata, RangeSource::Estimated];
 
 /// The index of `item` in `all`, which contains all values.
 fn place<T: PartialEq>(all: &[T], item: &T) -> u8 {
@@ -222,7 +222,9 @@ fn keep_channel(channel: &Channel) -> KeptChannel {
         channel.values.clone(),
         channel.quality.iter().map(|quality| place(&QUALITIES, quality)).collect(),
         channel.unit.clone(),
-        channel.range.map(|range| (range.low, range.high, place(&SOURCES, &range.source))),
+        channel.range.map(|range| {
+            (range.low, range.high, place(&RangeSource::ALL, &range.source), range.spans)
+        }),
     )
 }
 
@@ -231,8 +233,9 @@ fn kept_channel(name: &'static str, kept: KeptChannel) -> stiction::Result<Chann
     let quality = quality.into_iter().map(|place| QUALITIES[usize::from(place) % 4]).collect();
     let mut channel = Channel::with_quality(name, time, values, quality)?;
     channel.unit = unit;
-    let range =
-        range.map(|(low, high, place)| Range::new(low, high, SOURCES[usize::from(place) % 3]));
+    let range = range.map(|(low, high, place, spans)| {
+        Range::among(low, high, RangeSource::ALL[usize::from(place) % 4], (spans[0], spans[1]))
+    });
     channel.range = range.transpose()?;
     Ok(channel)
 }
@@ -315,6 +318,11 @@ struct Told {
     vp_range: Option<(f64, f64)>,
     loop_type: Option<String>,
     bad_text: Vec<String>,
+    decimal_mark: Option<String>,
+    /// `WORD=MODE`.
+    modes: Vec<String>,
+    /// `WORD=QUALITY`.
+    qualities: Vec<String>,
 }
 
 impl Told {
@@ -334,6 +342,21 @@ impl Told {
         if let Some(format) = &self.time_format {
             options.time_format =
                 Some(format.parse().map_err(|words| wrong("time_format", words))?);
+        }
+        if let Some(mark) = &self.decimal_mark {
+            options.decimal_mark =
+                Some(mark.parse().map_err(|words| wrong("decimal_mark", words))?);
+        }
+        // The first meaning of a word counts.
+        for word in self.modes.iter().rev() {
+            let meaning =
+                stiction_io::mode::of_option(word).map_err(|words| wrong("modes", words))?;
+            options.modes.insert(0, meaning);
+        }
+        for word in self.qualities.iter().rev() {
+            let meaning =
+                stiction_io::quality::of_option(word).map_err(|words| wrong("qualities", words))?;
+            options.qualities.insert(0, meaning);
         }
         if let Some(name) = &self.loop_type {
             options.all.loop_type = Some(LoopType::by_name(name).map_err(refused)?);

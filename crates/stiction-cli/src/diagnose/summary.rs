@@ -16,6 +16,9 @@ use stiction_report::words;
 /// Number of reasons of each kind on a screen.
 const REASONS: usize = 3;
 
+/// Mark of an S whose range of the OP is guessed.
+const GUESSED: &str = "*";
+
 /// One loop on one screen.
 pub fn one(loop_: &Diagnosed) -> String {
     let Diagnosed { source, diagnosis } = loop_;
@@ -75,8 +78,11 @@ fn line(diagnosis: &Diagnosis) -> String {
     let _ = match (diagnosis.stiction.s, verdict.s_below) {
         (Some(s), _) => write!(out, "; S {}", words::interval(s)),
         (None, Some(limit)) => write!(out, "; S below {} %", words::rough(limit.value)),
-        (None, None) => Ok(()),
+        (None, None) => return out,
     };
+    if let Some(of) = words::guessed_range(diagnosis) {
+        out += &format!(" {of}");
+    }
     out
 }
 
@@ -206,7 +212,8 @@ fn stiction(diagnosis: &Diagnosis) -> Option<String> {
     let parts: Vec<String> =
         [say("S", stiction.s), say("J", stiction.j)].into_iter().flatten().collect();
     let by = stiction.model.as_ref().map_or(String::new(), |model| format!(", by {model}"));
-    (!parts.is_empty()).then(|| format!("{}{by}", parts.join(", ")))
+    let of = words::guessed_range(diagnosis).map_or(String::new(), |of| format!(", {of}"));
+    (!parts.is_empty()).then(|| format!("{}{of}{by}", parts.join(", ")))
 }
 
 fn methods(findings: &[Finding]) -> String {
@@ -316,14 +323,18 @@ pub fn several(loops: &[Diagnosed]) -> String {
         loops.len(),
         parts.join(", ")
     );
+    if rows.iter().any(|row| row[5].ends_with(GUESSED)) {
+        out += "* The OP range is estimated or assumed, so S may be different. The diagnosis of each loop shows it.\n";
+    }
     out
 }
 
 /// S, or its detection limit.
 fn band(diagnosis: &Diagnosis) -> String {
+    let mark = if words::guessed_range(diagnosis).is_some() { GUESSED } else { "" };
     match (diagnosis.stiction.s, diagnosis.verdict.s_below) {
-        (Some(s), _) => words::rough(s.value),
-        (None, Some(limit)) => format!("<{}", words::rough(limit.value)),
+        (Some(s), _) => format!("{}{mark}", words::rough(s.value)),
+        (None, Some(limit)) => format!("<{}{mark}", words::rough(limit.value)),
         (None, None) => "-".to_owned(),
     }
 }

@@ -21,6 +21,7 @@ mod lab_ends;
 mod limit_cycle;
 mod malformed;
 mod nothing_lost;
+mod numbers;
 mod outputs;
 mod overrule;
 mod plant;

@@ -22,7 +22,7 @@ use crate::identify::slips::Motion;
 use crate::methods::Subject;
 use crate::oscillation::Oscillation;
 use crate::recording::fitness::Fitness;
-use crate::recording::{Grid, LoopType, Modes, PlantTime, Segment};
+use crate::recording::{Grid, LoopType, Modes, PlantTime, Range, Segment};
 use crate::valve::{Start, Valve};
 
 /// The diagnosis of one loop.
@@ -52,6 +52,8 @@ pub struct Diagnosis {
     /// The controller's mode over time, where it is recorded.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub mode: Option<Modes>,
+    /// The values of OP at 0 % and 100 %, with all plausible spans; null if the OP is in percent.
+    pub op_range: Option<Range>,
     /// Unit of the PV, where the file names one.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub pv_unit: Option<String>,

@@ -7,6 +7,7 @@
 
 mod by_hand;
 mod channel;
+mod doubt;
 pub mod fitness;
 pub mod grid;
 mod loop_type;
@@ -15,6 +16,7 @@ mod split;
 
 pub use by_hand::{ByHand, FEWEST_TURNS, KnownBy, Set};
 pub use channel::{Channel, Quality, Range, RangeSource};
+pub use doubt::Doubt;
 pub use fitness::Fitness;
 pub use grid::{Grid, GridOptions, GridRepair, Interpolation, RepairKind, Segment};
 pub use loop_type::{Dynamics, LoopType};

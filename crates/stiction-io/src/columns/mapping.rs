@@ -17,6 +17,7 @@ const TOP: &[&str] = &[
     "sample_time",
     "pattern",
     "bad_text",
+    "decimal_mark",
     "columns",
     "signals",
     "modes",
@@ -81,6 +82,7 @@ fn build(fields: Fields<'_, '_>) -> Built<ReadOptions> {
     options.zone = parsed(&fields, "zone")?;
     options.time_format = parsed(&fields, "time_format")?;
     options.pattern = parsed(&fields, "pattern")?;
+    options.decimal_mark = parsed(&fields, "decimal_mark")?;
     options.sample_time = fields.number("sample_time")?;
     if options.sample_time.is_some_and(|seconds| !(seconds > 0.0)) {
         return Err(fields.wrong("sample_time", "must be above 0 s"));
@@ -157,6 +159,7 @@ zone = "Europe/Berlin"
 time_format = "day-first"
 pattern = "{loop}.{signal}"
 bad_text = ["Kaputt"]
+decimal_mark = ","
 op_range = [0, 100]
 [columns]
 "10FC102.OP" = "FIC102.op"
@@ -178,6 +181,7 @@ pv_range = [0, 120.5]
     fn everything_is_read() {
         let options = ReadOptions::parse(ALL, "map.toml").unwrap();
         assert_eq!(options.zone.as_ref().unwrap().name(), "Europe/Berlin");
+        assert_eq!(options.decimal_mark, Some(crate::cells::number::DecimalMark::Comma));
         assert_eq!(options.signals, [(Signal::Pv, vec!["MEAS".to_owned()])]);
         assert_eq!((options.modes.len(), options.qualities.len(), options.map.len()), (1, 1, 4));
         assert_eq!(options.map[0], "FIC102.op=10FC102.OP".parse().unwrap());
@@ -204,6 +208,10 @@ pv_range = [0, 120.5]
             ),
             ("[modes]\n\"3\" = 1", "line 2: modes.3: must be one of \"auto\""),
             ("bad_text = \"x\"", "line 1: bad_text: must be a list of texts"),
+            (
+                "decimal_mark = \";\"",
+                "line 1: decimal_mark: \";\" is not a decimal mark; give point or comma",
+            ),
             ("sample_time = 0", "line 1: sample_time: must be above 0 s"),
             ("pattern = \"{loop}\"", "line 1: pattern"),
             ("time_format = \"iso\"", "line 1: time_format: \"iso\" is not a time format"),

@@ -1,5 +1,6 @@
 //! The user's information on a file of recordings.
 
+use crate::cells::number::DecimalMark;
 use crate::columns::role::{Pattern, Role, Signal};
 use crate::remedy::Wording;
 use crate::timestamp::{TimeFormat, Zone};
@@ -23,6 +24,8 @@ pub struct ReadOptions {
     pub qualities: Vec<(String, Quality)>,
     /// Additional words for bad values instead of numbers.
     pub bad_text: Vec<String>,
+    /// The decimal mark of numbers in text.
+    pub decimal_mark: Option<DecimalMark>,
     /// Time zone of local times.
     pub zone: Option<Zone>,
     /// Format of times.
@@ -50,6 +53,7 @@ impl ReadOptions {
             modes: self.modes.clone(),
             qualities: self.qualities.clone(),
             bad_text: self.bad_text.clone(),
+            decimal_mark: self.decimal_mark,
             zone: self.zone.clone(),
             time_format: self.time_format.clone(),
             sample_time: self.sample_time,

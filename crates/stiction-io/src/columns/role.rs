@@ -259,7 +259,7 @@ const DATES: [&str; 2] = ["date", "datum"];
 const TAGS: [&str; 9] =
     ["tag", "tagname", "tagid", "point", "pointname", "item", "itemid", "name", "signal"];
 const VALUES: [&str; 5] = ["value", "val", "tagvalue", "eventvalue", "wert"];
-const QUALITIES: [&str; 9] = [
+const QUALITIES: [&str; 12] = [
     "quality",
     "status",
     "statuscode",
@@ -269,6 +269,9 @@ const QUALITIES: [&str; 9] = [
     "opcquality",
     "sts",
     "qualitystatus",
+    "qualitydetail",
+    "validity",
+    "conf",
 ];
 /// Ends of tags that name the value of a parameter, not another signal.
 const VALUE_ENDS: [&str; 7] = ["cv", "value", "val", "pct", "percent", "daca", "fcv"];

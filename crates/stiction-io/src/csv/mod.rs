@@ -21,6 +21,8 @@ pub struct Dialect {
     pub delimiter: char,
     /// The decimal mark.
     pub decimal_mark: DecimalMark,
+    /// Whether some cell is a number only with this mark.
+    pub mark_is_sure: bool,
 }
 
 /// A CSV file with its cells, its notation, and notes for the user.
@@ -115,7 +117,7 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
         })
         .collect();
     let columns = named(columns, origin)?;
-    let decimal_mark = number::decimal_mark(&columns);
+    let found = number::decimal_mark(&columns);
     let sample_time = sample_time(&attributes, origin)?;
     let sheet = Sheet {
         origin: origin.to_owned(),
@@ -126,7 +128,12 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
         rows,
         ..Sheet::default()
     };
-    let dialect = Dialect { encoding: decoded.encoding, delimiter: delimiter.into(), decimal_mark };
+    let dialect = Dialect {
+        encoding: decoded.encoding,
+        delimiter: delimiter.into(),
+        decimal_mark: found.mark,
+        mark_is_sure: found.is_sure,
+    };
     Ok(CsvSheet { sheet, dialect, notes })
 }
 
@@ -400,7 +407,9 @@ fn sample_time(attributes: &[(String, String)], origin: &str) -> Result<Option<f
     };
     let Some((key, value)) = attributes.iter().find(|(key, _)| is_it(key)) else { return Ok(None) };
     let number = value.trim_end_matches(" s").trim_end_matches('s').trim();
-    match number::parse(number, DecimalMark::Point) {
+    // Without neighbours, 1,500 may be 1.5 or 1500.
+    let number = Some(number).filter(|number| !number.contains(','));
+    match number.and_then(|number| number::parse(number, DecimalMark::Point)) {
         Some(seconds) if seconds > 0.0 => Ok(Some(seconds)),
         _ => Err(Error::Table {
             origin: origin.to_owned(),

@@ -287,6 +287,11 @@ impl<'a> Builder<'a> {
         let said = self.qualities(plan, Signal::Mode, &source, notes)?;
         let switch = self.switch(place, &source, notes);
         let (mut modes, mut codes, mut nothing) = (Vec::with_capacity(source.rows.len()), false, 0);
+        let numbers = source.rows.iter().filter_map(|row| match &source.column.cells {
+            Cells::Text(cells) => number::parse(&cells[*row], self.mark),
+            Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => Some(numbers[*row]),
+        });
+        let kind = mode::Codes::of(source.name, numbers);
         for (k, row) in source.rows.iter().enumerate() {
             if said.as_ref().is_some_and(|said| !said[k].is_usable()) {
                 nothing += 1;
@@ -305,7 +310,7 @@ impl<'a> Builder<'a> {
                 modes.push(if is_on { mode } else { mode::switched_off(mode) });
                 continue;
             }
-            modes.push(match mode::of_cell(cell, &self.options.modes, mark) {
+            modes.push(match mode::of_cell(cell, &self.options.modes, kind, mark) {
                 Some(mode::Said::Mode(mode)) => mode,
                 Some(mode::Said::Code(mode)) => {
                     codes = true;
@@ -318,8 +323,11 @@ impl<'a> Builder<'a> {
                 None => {
                     let cell = number::shown(cell);
                     let message = format!(
-                        "\"{cell}\" is not a known mode; define it in a mapping file, as in [modes] \"{cell}\" = \
-                         \"auto\", or leave it out, as in {}",
+                        "\"{cell}\" is not a known mode; give its meaning, as in {}, or leave the mode out, as in {}",
+                        self.options.wording.of(Remedy::Mode {
+                            word: cell.clone(),
+                            modes: vec!["auto", "manual", "cascade"],
+                        }),
                         self.options.wording.of(Remedy::map("ignore", source.name))
                     );
                     return Err(self.wrong(&source, *row, message));
@@ -327,11 +335,11 @@ impl<'a> Builder<'a> {
             });
         }
         if codes {
-            notes.push(
-                "mode codes are interpreted as 0 manual, 1 automatic, 2 cascade; if they mean something else, define \
-                 them under [modes] in a mapping file"
-                    .to_owned(),
-            );
+            notes.push(format!(
+                "mode codes are interpreted as {}; if they mean something else, give their meaning, as in {}",
+                kind.words(),
+                self.options.wording.of(Remedy::Mode { word: "1".to_owned(), modes: vec!["manual"] })
+            ));
         }
         if nothing > 0 {
             notes.push(format!("{nothing} of {} modes are not recorded", modes.len()));

@@ -4,6 +4,7 @@ mod builder;
 mod format;
 pub mod join;
 mod naming;
+mod notation;
 #[cfg(feature = "parquet")]
 pub mod parted;
 pub mod summary;
@@ -12,9 +13,10 @@ mod times;
 pub use format::Format;
 
 use crate::bytes;
-use crate::cells::number::DecimalMark;
+use crate::cells::number;
 use crate::columns::layout::{self, Layout, MissingLoop, Plan, Recognised};
 use crate::columns::options::ReadOptions;
+use crate::csv::Dialect;
 use crate::error::{Error, Result};
 use crate::names::list;
 use crate::sheet::Sheet;
@@ -118,17 +120,13 @@ pub fn of_sheet(sheet: Sheet, options: &ReadOptions) -> Result<Reading> {
 
 /// Reads recordings from the sheets of a file.
 fn build(
-    format: Format,
+    mut format: Format,
     sheets: &[Sheet],
     mut notes: Vec<String>,
     sha256: String,
     origin: &str,
     options: &ReadOptions,
 ) -> Result<Reading> {
-    let mark = match format {
-        Format::Csv(dialect) => dialect.decimal_mark,
-        Format::Parquet | Format::Matlab | Format::Memory => DecimalMark::Point,
-    };
     let names = Names { origin, parts: common_start(sheets), several: sheets.len() > 1 };
     let (mut recordings, mut recognised, mut first) = (vec![], vec![], None);
     let (mut missing, mut untagged): (Vec<MissingLoop>, _) = (vec![], vec![]);
@@ -156,6 +154,17 @@ fn build(
         }
         if plan.loops.iter().all(|each| each.unread.is_some()) {
             continue;
+        }
+        let found = match format {
+            Format::Csv(Dialect { decimal_mark: mark, mark_is_sure: is_sure, .. }) => {
+                number::Found { mark, is_sure }
+            }
+            _ => number::decimal_mark(&sheet.columns),
+        };
+        let (mark, said) = notation::settle(sheet, &plan, options, found)?;
+        notes.extend(said.iter().map(about));
+        if let Format::Csv(dialect) = &mut format {
+            dialect.decimal_mark = mark;
         }
         let builder = Builder::new(sheet, &plan, options, mark)?;
         notes.extend(builder.times.notes.iter().map(about));

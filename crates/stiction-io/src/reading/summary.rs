@@ -4,7 +4,7 @@ use crate::columns::layout::Recognised;
 use crate::reading::{Format, Reading};
 use crate::timestamp::Clock;
 use std::collections::BTreeMap;
-use stiction_diagnose::recording::{Channel, Mode, Modes, Quality, RangeSource, Recording};
+use stiction_diagnose::recording::{Channel, Mode, Modes, Quality, Recording};
 
 #[cfg(feature = "serde")]
 use {schemars::JsonSchema, serde::Serialize};
@@ -214,11 +214,7 @@ impl From<&Channel> for Signal {
         let range = channel.range.map(|range| Span {
             low: range.low,
             high: range.high,
-            source: match range.source {
-                RangeSource::Given => "given",
-                RangeSource::Metadata => "from the file",
-                RangeSource::Estimated => "estimated",
-            },
+            source: range.source.name(),
         });
         Self {
             samples: channel.values.len(),

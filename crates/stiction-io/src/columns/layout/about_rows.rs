@@ -46,6 +46,20 @@ impl AboutRows {
         Ok(found)
     }
 
+    /// Keeps one of several columns of qualities, if one holds the plain codes of OPC. Wonderware writes them as
+    /// `OPCQuality`, beside its own codes in `Quality` and `QualityDetail`.
+    pub fn choose_quality(&mut self, sheet: &Sheet) {
+        let is_quality = |role: &Role| *role == Role::Quality(None);
+        let name =
+            |column: usize| sheet.columns[column].name.to_lowercase().replace(['_', ' '], "");
+        let mut columns = self.roles.iter().filter(|(_, role)| is_quality(role));
+        if let Some((chosen, _)) =
+            columns.find(|(column, _)| name(*column) == "opcquality").copied()
+        {
+            self.roles.retain(|(column, role)| !is_quality(role) || *column == chosen);
+        }
+    }
+
     /// Checks that only one column has `role`.
     pub fn check_single(&self, sheet: &Sheet, role: Role, wording: Wording) -> Result<()> {
         let mut columns = self.roles.iter().filter(|(_, each)| *each == role);

@@ -32,9 +32,9 @@ use left_out::name_left_out;
 /// If a column that was given for no particular loop is missing, or two columns are the same signal of the same loop.
 pub fn recognise(sheet: &Sheet, options: &ReadOptions) -> Result<Plan> {
     let given = Given::of(options);
-    let about_rows = AboutRows::find(sheet, &given)?;
+    let mut about_rows = AboutRows::find(sheet, &given)?;
     let mut plan = match (about_rows.of(Role::Tag), about_rows.of(Role::Value)) {
-        (Some(tag), Some(value)) => long(sheet, &given, &about_rows, tag, value)?,
+        (Some(tag), Some(value)) => long(sheet, &given, &mut about_rows, tag, value)?,
         _ => wide(sheet, &given, &about_rows)?,
     };
     plan.time = about_rows.of(Role::Time);
@@ -82,10 +82,11 @@ fn wide(sheet: &Sheet, given: &Given<'_>, about_rows: &AboutRows) -> Result<Plan
 fn long(
     sheet: &Sheet,
     given: &Given<'_>,
-    about_rows: &AboutRows,
+    about_rows: &mut AboutRows,
     tag: usize,
     value: usize,
 ) -> Result<Plan> {
+    about_rows.choose_quality(sheet);
     for role in [Role::Tag, Role::Value, Role::Quality(None)] {
         about_rows.check_single(sheet, role, given.options.wording)?;
     }
