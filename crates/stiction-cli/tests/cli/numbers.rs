@@ -54,7 +54,7 @@ fn a_guessed_range_is_beside_s_on_every_output_and_its_interval_holds_the_truth(
             let done = command(&folder).arg("diagnose").args(more).arg(&name).output();
             String::from_utf8(done.expect("the command ends").stdout).expect("UTF-8")
         };
-        for more in [&[][..], &["--brief"], &["--csv"]] {
+        for more in [&[][..], &["--brief"], &["--csv", "-"]] {
             assert!(out(more).contains("OP range ("), "{ends:?} {more:?}: {}", out(more));
         }
         let given = format!("{},{}", ends.0, ends.1);

@@ -207,7 +207,7 @@ impl Guess {
         let shown = |(low, high): &(f64, f64)| format!("{low} to {high}");
         let mut others: Vec<String> = self.others.iter().take(MOST).map(shown).collect();
         if self.others.len() > MOST {
-            others.push("others".to_owned());
+            others.push("and others".to_owned());
         }
         let others = match &others[..] {
             [] => String::new(),
