@@ -53,6 +53,7 @@ def read(
     mapping: str | PathLike[str] | None = None,
     zone: str | None = None,
     time_format: str | None = None,
+    date: str | None = None,
     sample_time: float | None = None,
     op_range: tuple[float, float] | None = None,
     pv_range: tuple[float, float] | None = None,
@@ -79,6 +80,8 @@ def read(
         Format of times: a pattern such as ``"%d/%m/%Y %H:%M:%S"``, or day-first, month-first, year-first, epoch-s, epoch-ms,
         epoch-us, epoch-ns, dotnet-ticks, filetime, labview, gps, excel, excel-1904, datenum, seconds, milliseconds, microseconds,
         nanoseconds, minutes, hours, days.
+    date : str, optional
+        Day of the first row, such as ``"2025-03-14"``, for times of day without a date.
     sample_time : float, optional
         Time between rows, s, instead of a column of times.
     op_range, pv_range, vp_range : tuple of float, optional
@@ -112,6 +115,7 @@ def read(
         mapping=mapping,
         zone=zone,
         time_format=time_format,
+        date=date,
         sample_time=sample_time,
         op_range=op_range,
         pv_range=pv_range,
@@ -207,6 +211,7 @@ def recordings_from(
     mapping: str | PathLike[str] | None = None,
     zone: str | None = None,
     time_format: str | None = None,
+    date: str | None = None,
     sample_time: float | None = None,
     op_range: tuple[float, float] | None = None,
     pv_range: tuple[float, float] | None = None,
@@ -223,7 +228,7 @@ def recordings_from(
     table : table
         A table of pandas, polars, pyarrow or any other library with the Arrow capsule interface, or a mapping of columns by name.
         Null and NaN are missing, and timestamps may have any unit. A pandas index of times is used as the column of times.
-    columns, mapping, zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type, bad_text : optional
+    columns, mapping, zone, time_format, date, sample_time, op_range, pv_range, vp_range, loop_type, bad_text : optional
         As in `read`.
 
     Returns
@@ -243,6 +248,7 @@ def recordings_from(
         mapping=mapping,
         zone=zone,
         time_format=time_format,
+        date=date,
         sample_time=sample_time,
         op_range=op_range,
         pv_range=pv_range,
@@ -439,6 +445,7 @@ def _told(
     mapping: str | PathLike[str] | None = None,
     zone: str | None = None,
     time_format: str | None = None,
+    date: str | None = None,
     sample_time: float | None = None,
     op_range: tuple[float, float] | None = None,
     pv_range: tuple[float, float] | None = None,
@@ -457,6 +464,7 @@ def _told(
         "columns": [f"{role}={text(f'columns[{role!r}]', name)}" for role, name in (columns or {}).items()],
         "zone": None if zone is None else text("zone", zone),
         "time_format": None if time_format is None else text("time_format", time_format),
+        "date": None if date is None else text("date", date),
         "sample_time": step,
         "op_range": _range("op_range", op_range),
         "pv_range": _range("pv_range", pv_range),

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stiction::recording::LoopType;
 use stiction_io::options::Mapped;
-use stiction_io::timestamp::{TimeFormat, Zone};
+use stiction_io::timestamp::{Day, TimeFormat, Zone};
 use stiction_io::{ReadOptions, Remedy, Wording};
 
 /// The user's information on the files. All of it is optional.
@@ -31,6 +31,9 @@ pub struct Reading {
     /// milliseconds, microseconds, nanoseconds, minutes, hours, days
     #[arg(long, value_name = "FORMAT")]
     time_format: Option<TimeFormat>,
+    /// Day of the first row, such as 2025-03-14, for times of day without a date
+    #[arg(long, value_name = "DAY")]
+    date: Option<Day>,
     /// Time between rows in s, instead of a column of times
     #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
     sample_time: Option<f64>,
@@ -98,6 +101,7 @@ impl Reading {
         options.bad_text.extend(given.bad_text);
         options.zone = given.zone.or(options.zone);
         options.time_format = given.time_format.or(options.time_format);
+        options.date = given.date.or(options.date);
         options.sample_time = given.sample_time.or(options.sample_time);
         options.wording = FLAGS;
         let all = &mut options.all;

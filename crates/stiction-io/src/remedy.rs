@@ -17,6 +17,8 @@ pub enum Remedy {
     SampleTime(f64),
     /// Give the format of times, such as one of these; any if empty.
     TimeFormat(Vec<String>),
+    /// Give the day of the first row, such as this one.
+    Date(Option<String>),
     /// Give the zone of local times, such as this one.
     Zone(Option<String>),
     /// Declare this word as a bad value.
@@ -47,6 +49,7 @@ impl Remedy {
             Self::Map { .. } => "map",
             Self::SampleTime(_) => "sample_time",
             Self::TimeFormat(_) => "time_format",
+            Self::Date(_) => "date",
             Self::Zone(_) => "zone",
             Self::BadText(_) => "bad_text",
             Self::Range { signal: "VP", .. } => "vp_range",
@@ -62,7 +65,7 @@ impl Remedy {
             }
             Self::SampleTime(seconds) => seconds.to_string(),
             Self::TimeFormat(ways) => ways.join(" or "),
-            Self::Zone(zone) => zone.clone().unwrap_or_default(),
+            Self::Date(text) | Self::Zone(text) => text.clone().unwrap_or_default(),
             Self::BadText(word) => word.clone(),
             Self::Range { ends: Some((low, high)), .. } => format!("{low},{high}"),
             Self::Range { ends: None, .. } => "LOW,HIGH".to_owned(),

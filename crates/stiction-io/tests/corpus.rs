@@ -176,8 +176,8 @@ const CASES: &[Case] = &[
     case!(
         "two-times.csv",
         "",
-        Err(()),
-        &["\"t\" and \"timestamp\" can both be the time", "map time=t"]
+        Ok("f op 0:50"),
+        &["\"t\" is used as the time, \"timestamp\" not", "map time=timestamp"]
     ),
     case!(
         "mv-alone.csv",

@@ -11,4 +11,5 @@ mod reading;
 mod real_recordings;
 mod scenario;
 mod table;
+mod times;
 mod wide;

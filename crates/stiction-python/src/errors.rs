@@ -39,6 +39,7 @@ pub const KEYWORDS: Wording = Wording(|remedy| {
             format!("time_format{between}{}", written.join(" or "))
         }
         Remedy::Zone(Some(zone)) => format!("zone={zone:?}"),
+        Remedy::Date(Some(day)) => format!("date={day:?}"),
         _ => remedy.option().to_owned(),
     }
 });

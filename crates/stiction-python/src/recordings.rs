@@ -309,6 +309,7 @@ struct Told {
     columns: Vec<String>,
     zone: Option<String>,
     time_format: Option<String>,
+    date: Option<String>,
     sample_time: Option<f64>,
     op_range: Option<(f64, f64)>,
     pv_range: Option<(f64, f64)>,
@@ -334,6 +335,9 @@ impl Told {
         if let Some(format) = &self.time_format {
             options.time_format =
                 Some(format.parse().map_err(|words| wrong("time_format", words))?);
+        }
+        if let Some(day) = &self.date {
+            options.date = Some(day.parse().map_err(|words| wrong("date", words))?);
         }
         if let Some(name) = &self.loop_type {
             options.all.loop_type = Some(LoopType::by_name(name).map_err(refused)?);

@@ -3,6 +3,7 @@
 //! * [`Recording`]: the signals as they were exported, each with its own times and qualities;
 //! * [`ByHand`]: times in which an operator set the OP;
 //! * [`Grid`]: its automatic segments on a regular grid, with all repairs;
+//! * [`restart`]: runs of a clock that begins again;
 //! * [`fitness`]: whether the data can answer.
 
 mod by_hand;
@@ -11,6 +12,7 @@ pub mod fitness;
 pub mod grid;
 mod loop_type;
 mod plant_time;
+pub mod restart;
 mod split;
 
 pub use by_hand::{ByHand, FEWEST_TURNS, KnownBy, Set};
@@ -19,6 +21,7 @@ pub use fitness::Fitness;
 pub use grid::{Grid, GridOptions, GridRepair, Interpolation, RepairKind, Segment};
 pub use loop_type::{Dynamics, LoopType};
 pub use plant_time::PlantTime;
+pub use restart::{Repeated, Restart, Rows, Runs};
 
 use crate::error::{Error, Result};
 

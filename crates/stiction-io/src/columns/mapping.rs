@@ -14,6 +14,7 @@ use toml::de::DeTable;
 const TOP: &[&str] = &[
     "zone",
     "time_format",
+    "date",
     "sample_time",
     "pattern",
     "bad_text",
@@ -80,6 +81,7 @@ fn build(fields: Fields<'_, '_>) -> Built<ReadOptions> {
     let mut options = ReadOptions { all: settings(&fields)?, ..ReadOptions::default() };
     options.zone = parsed(&fields, "zone")?;
     options.time_format = parsed(&fields, "time_format")?;
+    options.date = parsed(&fields, "date")?;
     options.pattern = parsed(&fields, "pattern")?;
     options.sample_time = fields.number("sample_time")?;
     if options.sample_time.is_some_and(|seconds| !(seconds > 0.0)) {

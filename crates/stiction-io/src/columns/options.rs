@@ -2,7 +2,7 @@
 
 use crate::columns::role::{Pattern, Role, Signal};
 use crate::remedy::Wording;
-use crate::timestamp::{TimeFormat, Zone};
+use crate::timestamp::{Day, TimeFormat, Zone};
 use std::collections::{HashMap, HashSet};
 use stiction_diagnose::recording::{LoopType, Mode, Quality};
 
@@ -27,6 +27,8 @@ pub struct ReadOptions {
     pub zone: Option<Zone>,
     /// Format of times.
     pub time_format: Option<TimeFormat>,
+    /// Day of the first row, for times of day without a date.
+    pub date: Option<Day>,
     /// Time between rows, s, instead of a column of times.
     pub sample_time: Option<f64>,
     /// Settings of every loop without its own in [`ReadOptions::loops`].
@@ -52,6 +54,7 @@ impl ReadOptions {
             bad_text: self.bad_text.clone(),
             zone: self.zone.clone(),
             time_format: self.time_format.clone(),
+            date: self.date,
             sample_time: self.sample_time,
             all: self.all,
             wording: self.wording,

@@ -227,35 +227,121 @@ const QUANTITIES: [&str; 10] = [
     "temperatur",
 ];
 
-const TIMES: [&str; 26] = [
+/// Names of columns of times in files of historians, loggers, simulators and data bases.
+const TIMES: &[&str] = &[
     "t",
     "ts",
     "time",
     "times",
     "timestamp",
     "timestamps",
+    "tstamp",
     "datetime",
+    "dateandtime",
+    "datetimestamp",
+    "datestamp",
+    "datestring",
+    "timestring",
     "eventtime",
+    "eventtimestamp",
     "sourcetime",
+    "sourcetimestamp",
     "servertime",
+    "servertimestamp",
+    "sourcetimeutc",
+    "picotime",
     "localtime",
+    "localtimestamp",
+    "timestamplocal",
+    "timestamputc",
+    "utctimestamp",
+    "timestamputcms",
+    "datetimeutc",
+    "datetimelocal",
     "sampletime",
+    "sampletimestamp",
+    "recordtime",
+    "recordtimestamp",
+    "recordedtime",
+    "recordedat",
+    "receivetime",
+    "receivedtime",
+    "acquisitiontime",
+    "measurementtime",
+    "readtime",
+    "logtime",
+    "logdate",
+    "logdatetime",
+    "trendtime",
+    "scantime",
+    "storetime",
+    "plctime",
+    "systemtime",
+    "wallclock",
+    "clock",
+    "iptrendtime",
+    "iptime",
+    "tstime",
+    "entrytime",
+    "createdat",
     "utc",
     "utctime",
     "timeutc",
     "timelocal",
     "unixtime",
+    "unixtimestamp",
     "epoch",
+    "epochtime",
     "s",
     "sec",
     "seconds",
     "elapsed",
     "elapsedtime",
+    "relativetime",
+    "reltime",
+    "timems",
+    "simtime",
+    "simulationtime",
+    "timesim",
+    "tout",
+    "tsim",
+    "tspan",
+    "tvec",
     "zeit",
+    "zeitpunkt",
     "zeitstempel",
+    "zeitmarke",
     "datumzeit",
+    "datumuhrzeit",
+    "datumundzeit",
+    "uhrzeit",
+    "heure",
+    "horodatage",
+    "horodate",
+    "dateheure",
+    "hora",
+    "dateethure",
+    "dateetheure",
+    "fechahora",
+    "fechayhora",
+    "marcadetiempo",
+    "estampadetiempo",
+    "tiempo",
+    "temps",
+    "tempo",
+    "ora",
+    "dataora",
+    "dataeora",
+    "datahora",
+    "dataehora",
+    "marcatemporale",
+    "carimbodetempo",
+    "tijd",
+    "tijdstip",
+    "datumtijd",
+    "tidpunkt",
 ];
-const DATES: [&str; 2] = ["date", "datum"];
+const DATES: &[&str] = &["date", "datum", "fecha", "data", "dato", "jour"];
 const TAGS: [&str; 9] =
     ["tag", "tagname", "tagid", "point", "pointname", "item", "itemid", "name", "signal"];
 const VALUES: [&str; 5] = ["value", "val", "tagvalue", "eventvalue", "wert"];
@@ -315,6 +401,30 @@ pub fn of_rows(name: &str) -> Option<Role> {
     .into_iter()
     .find(|(is, _)| *is)
     .map(|(_, role)| role)
+}
+
+/// Whether a column that is not known by its name may still hold times: the index of a table, or a longer name.
+pub fn may_be_time(name: &str) -> bool {
+    let word = plain(without_unit(name).0);
+    let index = ["index", "level0", "unnamed:0", "unnamed0", "indexlevel0"];
+    let parts = ["time", "stamp", "zeit", "heure", "hora", "date", "datum", "fecha", "clock"];
+    index.contains(&&*word) || parts.iter().any(|part| word.contains(part))
+}
+
+/// The rank of a name of times among several, the best first: the time at the source, then UTC, others, the time at a
+/// server, local time, the time of receipt or storage.
+pub fn rank_of_time(name: &str) -> usize {
+    let word = plain(without_unit(name).0);
+    let ranks: [&[&str]; 6] = [
+        &["source"],
+        &["utc", "gmt"],
+        &["server"],
+        &["local"],
+        &["receive", "record", "created", "store", "log", "entry"],
+        &["elapsed", "relative"],
+    ];
+    let rank = ranks.iter().position(|parts| parts.iter().any(|part| word.contains(part)));
+    rank.map_or(2, |rank| if rank < 2 { rank } else { rank + 1 })
 }
 
 /// A name split into its parts.

@@ -19,20 +19,20 @@ use stiction_diagnose::recording::{
 
 /// Makes recordings from a sheet.
 pub struct Builder<'a> {
-    sheet: &'a Sheet,
-    plan: &'a Plan,
-    options: &'a ReadOptions,
+    pub(super) sheet: &'a Sheet,
+    pub(super) plan: &'a Plan,
+    pub(super) options: &'a ReadOptions,
     settings: SettingsByName<'a>,
     mark: DecimalMark,
     pub times: Times,
 }
 
 /// The cells of one signal, as a column and its rows.
-struct Source<'a> {
+pub(super) struct Source<'a> {
     column: &'a Column,
     /// Its name, of the column or the tag.
     name: &'a str,
-    rows: Vec<usize>,
+    pub(super) rows: Vec<usize>,
 }
 
 impl<'a> Builder<'a> {
@@ -47,7 +47,7 @@ impl<'a> Builder<'a> {
     }
 
     /// The cells of the signal or quality with the plan's `name`.
-    fn source(&self, name: usize) -> Source<'a> {
+    pub(super) fn source(&self, name: usize) -> Source<'a> {
         match &self.plan.place {
             Place::Columns => {
                 let column = &self.sheet.columns[name];
@@ -59,6 +59,11 @@ impl<'a> Builder<'a> {
                 Source { column, name: &tag.name, rows: tag.rows.clone() }
             }
         }
+    }
+
+    /// Whether each row is a sample of a tag.
+    pub(super) fn is_long(&self) -> bool {
+        matches!(self.plan.place, Place::Rows { .. })
     }
 
     fn wrong(&self, source: &Source<'_>, row: usize, message: String) -> Error {
@@ -130,7 +135,7 @@ impl<'a> Builder<'a> {
             (None, _, Clock::Local) => PlantTime::unnamed(),
             _ => PlantTime::default(),
         };
-        Ok(Recording {
+        let mut recording = Recording {
             name,
             loop_type,
             start: self.times.start,
@@ -141,7 +146,9 @@ impl<'a> Builder<'a> {
             vp,
             mode,
             notes,
-        })
+        };
+        self.separate_runs(plan, &mut recording)?;
+        Ok(recording)
     }
 
     /// The type in the file, as a name or as a flag for an integrating loop.

@@ -6,6 +6,7 @@ pub mod join;
 mod naming;
 #[cfg(feature = "parquet")]
 pub mod parted;
+mod runs;
 pub mod summary;
 mod times;
 

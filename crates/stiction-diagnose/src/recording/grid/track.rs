@@ -1,6 +1,6 @@
 //! One channel in order of time, and its values between samples.
 
-use super::clock::{Clock, commonest_step, tolerance};
+use super::clock::{commonest_step, tolerance};
 use super::repair::{GridRepair, RepairKind};
 use super::{Interpolation, LONGEST_BRIDGE};
 use crate::error::{Error, Result};
@@ -33,11 +33,9 @@ impl Track {
     pub(super) fn of(
         channel: &Channel,
         signal: &'static str,
-        clock: &Clock,
         repairs: &mut Vec<GridRepair>,
     ) -> Self {
-        let moved = clock.unwound(&channel.time);
-        let time = moved.as_ref().unwrap_or(&channel.time);
+        let time = &channel.time;
         let mut repair = |kind, count, first_s, done: &str| {
             if count > 0 {
                 repairs.push(GridRepair { kind, signal, count, first_s, done: done.to_owned() });

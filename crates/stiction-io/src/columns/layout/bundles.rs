@@ -38,7 +38,8 @@ pub fn shape(columns: &[&str], options: &ReadOptions) -> Option<Shape> {
     };
     let sheet = Sheet { columns: columns.iter().map(column).collect(), ..Sheet::default() };
     let found = AboutRows::find(&sheet, &Given::of(options)).ok()?;
-    if options.sample_time.is_some() || found.of(Role::Date).is_some() {
+    // The cells decide between several columns of times.
+    if options.sample_time.is_some() || found.of(Role::Date).is_some() || found.is_open() {
         return None;
     }
     Some(Shape {

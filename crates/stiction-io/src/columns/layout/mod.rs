@@ -12,6 +12,7 @@ mod instrument;
 mod left_out;
 mod leftover;
 mod plan;
+mod time_column;
 
 pub use bundles::{Bundle, Shape, bundles, shape};
 pub use plan::{Layout, LoopPlan, MissingLoop, Place, Plan, Recognised, Tag};
@@ -42,6 +43,7 @@ pub fn recognise(sheet: &Sheet, options: &ReadOptions) -> Result<Plan> {
     if plan.time.is_none() {
         plan.time = plan.date.take();
     }
+    plan.notes.splice(0..0, about_rows.notes.iter().cloned());
     name_left_out(sheet, &given, &mut plan);
     for recognised in &mut plan.recognised {
         recognised.part.clone_from(&sheet.part);
@@ -56,13 +58,13 @@ fn wide(sheet: &Sheet, given: &Given<'_>, about_rows: &AboutRows) -> Result<Plan
     let rows: Vec<usize> = about_rows
         .roles
         .iter()
-        .filter(|(_, role)| matches!(role, Role::Time | Role::Date))
+        .filter(|(_, role)| matches!(role, Role::Time | Role::Date | Role::Ignored))
         .map(|(column, _)| *column)
         .collect();
     let mut assigned = assign(&content, &names, &rows, missing, given)?;
     for (column, role) in &about_rows.roles {
         // A column that only looks as if it described rows, by its name, may still be a signal or quality.
-        if matches!(role, Role::Time | Role::Date) {
+        if matches!(role, Role::Time | Role::Date | Role::Ignored) {
             assigned.recognised[*column] = about_rows.recognised(names[*column], *column);
         }
     }
