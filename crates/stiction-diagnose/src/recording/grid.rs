@@ -23,8 +23,10 @@ mod track;
 
 pub use repair::{GridRepair, RepairKind};
 
+use super::rhythm::is_multiple;
 use super::{Channel, Range, Recording};
 use crate::error::{Error, Result};
+pub(super) use clock::commonest_step;
 use clock::{Clock, SAME};
 use log::Log;
 use track::{Run, State, Track};
@@ -142,7 +144,8 @@ impl Grid {
         let tracks = Tracks::of(recording, options, &mut repairs)?;
         let (step, (signal, reference)) = (tracks.step, tracks.reference());
         let (first, last) = (reference.first(), reference.last());
-        let runs = reference.runs(step)?;
+        // An OP that nobody moves holds for any time.
+        let runs = reference.runs(step, tracks.pv.as_ref().map(|_| &tracks.op))?;
         // Between the runs the reference channel has a long gap.
         let mut log = Log::default();
         for pair in runs.windows(2) {
@@ -220,6 +223,15 @@ impl Tracks {
             (track(&recording.op, "OP", repairs), Some(reference))
         } else {
             (reference, None)
+        };
+        // Of a PV whose changes are rare, the OP may show the sample time.
+        let step = match (&pv, op.step) {
+            (Some(pv), Some(finer))
+                if options.sample_time.is_none() && pv.on_change && is_multiple(step, finer) =>
+            {
+                finer
+            }
+            _ => step,
         };
         let mut optional = |channel: &Option<Channel>, signal| {
             let channel = channel.as_ref().filter(|channel| channel.usable_share() > 0.0)?;

@@ -11,6 +11,7 @@ pub mod fitness;
 pub mod grid;
 mod loop_type;
 mod plant_time;
+pub mod rhythm;
 mod split;
 
 pub use by_hand::{ByHand, FEWEST_TURNS, KnownBy, Set};

@@ -14,7 +14,7 @@ use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column, Sheet};
 use crate::timestamp::{Clock, Times};
 use stiction_diagnose::recording::{
-    Channel, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource, Recording,
+    Channel, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource, Recording, rhythm,
 };
 
 /// Makes recordings from a sheet.
@@ -77,9 +77,10 @@ impl<'a> Builder<'a> {
             message: format!("loop {name}: {e}"),
         };
         let mut notes = plan.notes.clone();
+        let mut sparse = vec![];
         let mut channel = |signal: Signal| {
             plan.signal(signal)
-                .map(|place| self.channel(plan, signal, place, &mut notes))
+                .map(|place| self.channel(plan, signal, place, &mut notes, &mut sparse))
                 .transpose()
         };
         let op = channel(Signal::Op)?;
@@ -89,7 +90,16 @@ impl<'a> Builder<'a> {
             let recognised = &self.plan.recognised;
             return Err(no_op(&self.sheet.origin, recognised, self.options.wording));
         };
-        let mode = plan.signal(Signal::Mode).map(|place| self.modes(plan, place, &mut notes));
+        let is_sparse = !sparse.is_empty();
+        if is_sparse {
+            notes.push(format!(
+                "empty cells of {} are no missing samples, because its rhythm shows that they are rows of other \
+                 signals, or that only changes are stored",
+                list(&sparse)
+            ));
+        }
+        let mode = plan.signal(Signal::Mode);
+        let mode = mode.map(|place| self.modes(plan, place, is_sparse, &mut notes));
         let mode = mode.transpose()?;
 
         let told_range = |key: &str| told(self.sheet, &[key]).and_then(range::of_text);
@@ -159,12 +169,14 @@ impl<'a> Builder<'a> {
         found
     }
 
+    /// The samples of a signal. If empty cells of its column are no samples, its name is added to `sparse`.
     fn channel(
         &self,
         plan: &LoopPlan,
         signal: Signal,
         place: usize,
         notes: &mut Vec<String>,
+        sparse: &mut Vec<&'a str>,
     ) -> Result<Channel> {
         let source = self.source(place);
         let said = self.qualities(plan, signal, &source, notes)?;
@@ -190,7 +202,17 @@ impl<'a> Builder<'a> {
             values.push(value);
             qualities.push(if quality.is_usable() { said } else { quality });
         }
-        let time = source.rows.iter().map(|row| self.times.seconds[*row]).collect();
+        let mut time: Vec<f64> = source.rows.iter().map(|row| self.times.seconds[*row]).collect();
+        if qualities.contains(&Quality::Missing) && matches!(self.plan.place, Place::Columns) {
+            let empty: Vec<bool> =
+                source.rows.iter().map(|row| is_empty(source.column, *row)).collect();
+            if rhythm::are_other_rows(&time, &values, &empty) {
+                sparse.push(source.name);
+                keep(&mut time, &empty);
+                keep(&mut values, &empty);
+                keep(&mut qualities, &empty);
+            }
+        }
         let channel = Channel::with_quality(signal.name(), time, values, qualities);
         let mut channel = channel.map_err(|e| Error::Table {
             origin: self.sheet.origin.clone(),
@@ -282,8 +304,23 @@ impl<'a> Builder<'a> {
         Some(mode)
     }
 
-    fn modes(&self, plan: &LoopPlan, place: usize, notes: &mut Vec<String>) -> Result<Modes> {
-        let source = self.source(place);
+    /// The modes. If the table is `sparse`, or most of its modes are empty, an empty cell is no mode.
+    fn modes(
+        &self,
+        plan: &LoopPlan,
+        place: usize,
+        is_sparse: bool,
+        notes: &mut Vec<String>,
+    ) -> Result<Modes> {
+        let mut source = self.source(place);
+        if matches!(self.plan.place, Place::Columns) {
+            let full = |row: &usize| !is_empty(source.column, *row);
+            let full: Vec<usize> = source.rows.iter().copied().filter(full).collect();
+            let is_most = 2 * full.len() < source.rows.len();
+            if !full.is_empty() && (is_sparse || is_most) {
+                source.rows = full;
+            }
+        }
         let said = self.qualities(plan, Signal::Mode, &source, notes)?;
         let switch = self.switch(place, &source, notes);
         let (mut modes, mut codes, mut nothing) = (Vec::with_capacity(source.rows.len()), false, 0);
@@ -339,6 +376,20 @@ impl<'a> Builder<'a> {
         let time = source.rows.iter().map(|row| self.times.seconds[*row]).collect();
         Ok(Modes { time, modes })
     }
+}
+
+/// Whether nothing is written in a cell.
+fn is_empty(column: &Column, row: usize) -> bool {
+    match &column.cells {
+        Cells::Text(cells) => cells[row].is_empty(),
+        Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => numbers[row].is_nan(),
+    }
+}
+
+/// Keeps what is not empty.
+fn keep<T>(all: &mut Vec<T>, empty: &[bool]) {
+    let mut empty = empty.iter();
+    all.retain(|_| !empty.next().copied().unwrap_or(false));
 }
 
 /// The error for a file without an OP.
