@@ -145,10 +145,23 @@ const CASES: &[Case] = &[
         Err(()),
         &["row 1 must name the columns, but reads \"0,50\"; add a header such as \"time,pv,op\""]
     ),
-    case!("headerless-long.csv", "", Err(()), &["row 1 must name the columns"]),
+    case!(
+        "headerless-long.csv",
+        "",
+        Ok("FIC1(flow) @1704067200 op 0:50 1:51"),
+        &[
+            "the file has no header; by what they hold, its columns are \"tag\", \"time\", \"value\""
+        ]
+    ),
     case!("short-row.csv", "", Err(()), &["row 3 has 2 cells, but the header has 3 columns"]),
     case!("long-row.csv", "", Err(()), &["row 3 has 3 cells, but the header has 2 columns"]),
-    case!("same-names.csv", "", Err(()), &["has two columns named \"op\"; rename one"]),
+    case!(
+        "same-names.csv",
+        "",
+        Err(()),
+        &["\"op (column 2)\" and \"op (column 3)\" can both be the OP", "map op=op (column 2)"]
+    ),
+    case!("same-names.csv", "columns = { \"op (column 3)\" = \"op\" }", Ok("f op 0:1"), &[]),
     case!("zero-bytes.csv", "", Err(()), &["line 3 holds a zero byte"]),
     case!("comment-only.csv", "", Err(()), &["names no columns"]),
     case!("json.json", "", Err(()), &["f.csv: "]),

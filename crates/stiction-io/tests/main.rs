@@ -3,6 +3,7 @@
 mod corpus;
 mod damaged;
 mod docs;
+mod layouts;
 mod level5;
 mod matlab;
 mod naming;

@@ -1,6 +1,7 @@
 //! Recordings from files of any format.
 
 mod builder;
+pub mod file_per_tag;
 mod format;
 pub mod join;
 mod naming;
@@ -12,12 +13,13 @@ mod times;
 pub use format::Format;
 
 use crate::bytes;
-use crate::cells::number::DecimalMark;
-use crate::columns::layout::{self, Layout, MissingLoop, Plan, Recognised};
+use crate::cells::number::{self, DecimalMark};
+use crate::columns::layout::{self, Layout, MissingLoop, Plan, Recognised, side_by_side};
 use crate::columns::options::ReadOptions;
 use crate::error::{Error, Result};
 use crate::names::list;
-use crate::sheet::Sheet;
+use crate::remedy::{Remedy, Wording};
+use crate::sheet::{Cells, Column, Sheet};
 use crate::timestamp::{Clock, Times};
 use builder::{Builder, no_op};
 use format::sheets;
@@ -133,8 +135,16 @@ fn build(
     let (mut recordings, mut recognised, mut first) = (vec![], vec![], None);
     let (mut missing, mut untagged): (Vec<MissingLoop>, _) = (vec![], vec![]);
     let mut without_op: Vec<&str> = vec![];
-    for sheet in sheets {
-        let plan = layout::recognise(sheet, options)?;
+    for original in sheets {
+        let unfolded = side_by_side::unfold(original, options);
+        let (sheet, options) = match &unfolded {
+            Some(unfolded) => (&unfolded.sheet, &unfolded.options),
+            None => (original, options),
+        };
+        let mut plan = layout::recognise(sheet, options)?;
+        if let Some(unfolded) = &unfolded {
+            unfolded.describe(&mut plan);
+        }
         recognised.extend(plan.recognised.iter().cloned());
         missing.extend(plan.missing.iter().cloned());
         let about = |note: &String| match &*sheet.part {
@@ -143,7 +153,7 @@ fn build(
         };
         notes.extend(sheet.notes.iter().chain(&plan.notes).map(about));
         if plan.loops.is_empty() {
-            without_op.push(&*sheet.part);
+            without_op.push(&*original.part);
             continue;
         }
         for each in &plan.loops {
@@ -171,7 +181,8 @@ fn build(
     let Some((layout, time)) = first else {
         let lacking = missing.iter().max_by_key(|each| each.is_partly_here);
         let Some(lacking) = lacking else {
-            return Err(no_op(origin, &recognised, options.wording));
+            return Err(without_header(format, sheets, options.wording)
+                .unwrap_or_else(|| no_op(origin, &recognised, options.wording)));
         };
         let (origin, message) = (origin.to_owned(), lacking.reason.clone());
         return Err(match lacking.is_partly_here {
@@ -211,10 +222,36 @@ fn build(
     })
 }
 
+/// The error for a text without a header, whose columns are named by their places.
+fn without_header(format: Format, sheets: &[Sheet], wording: Wording) -> Option<Error> {
+    let (Format::Csv(dialect), [sheet]) = (format, sheets) else { return None };
+    let place = |(i, column): (usize, &Column)| column.name == format!("column {}", i + 1);
+    if !sheet.columns.iter().enumerate().all(place) {
+        return None;
+    }
+    let cells = sheet.columns.iter().map(|column| match &column.cells {
+        Cells::Text(cells) => cells.first().map_or("", |cell| cell),
+        _ => "",
+    });
+    let row = cells.collect::<Vec<_>>().join(&dialect.delimiter.to_string());
+    let of = |role: &str, place: usize| wording.of(Remedy::map(role, &format!("column {place}")));
+    Some(Error::Table {
+        origin: sheet.origin.clone(),
+        message: format!(
+            "row {} must name the columns, but reads \"{}\"; add a header such as {}, or name columns by their places, \
+             as in {} and {}",
+            sheet.row(0),
+            number::shown(&row),
+            ["\"time", "pv", "op\""].join(&dialect.delimiter.to_string()),
+            of("time", 1),
+            of("op", sheet.columns.len()),
+        ),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sheet::{Cells, Column};
     use stiction_diagnose::recording::{LoopType, Quality};
 
     fn sheet(part: &str, columns: Vec<(&str, Cells)>) -> Sheet {

@@ -9,6 +9,10 @@ use crate::sheet::{Cells, Sheet};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
+/// Names of writers that state one thing in several columns, such as WinCC and Wonderware: this one is used.
+const PREFERRED: [(&str, Role); 2] =
+    [("timestring", Role::Time), ("opcquality", Role::Quality(None))];
+
 /// The columns that describe whole rows: times, tags, values, a common quality.
 pub struct AboutRows {
     pub roles: Vec<(usize, Role)>,
@@ -39,6 +43,15 @@ impl AboutRows {
                 .filter(|role| roles.iter().any(|(i, each)| each == role && given.contains(i)))
                 .collect();
         roles.retain(|(i, role)| given.contains(i) || !replaced.contains(role));
+        for (word, role) in PREFERRED {
+            let is_it = |i: &usize| {
+                role::of_rows(&sheet.columns[*i].name) == Some(role)
+                    && role::plain(role::without_unit(&sheet.columns[*i].name).0) == word
+            };
+            if let Some(first) = roles.iter().map(|(i, _)| *i).find(is_it) {
+                roles.retain(|(i, each)| *each != role || *i == first || given.contains(i));
+            }
+        }
         let found = Self { roles, given };
         // Words for the other roles count only in a long table.
         found.check_single(sheet, Role::Time, told.options.wording)?;

@@ -12,6 +12,7 @@ mod instrument;
 mod left_out;
 mod leftover;
 mod plan;
+pub(crate) mod side_by_side;
 
 pub use bundles::{Bundle, Shape, bundles, shape};
 pub use plan::{Layout, LoopPlan, MissingLoop, Place, Plan, Recognised, Tag};
