@@ -1,9 +1,9 @@
 //! `stiction inspect`: shows how a file of recordings is interpreted.
 
 use crate::files::In;
-use crate::input;
 use crate::output::{self, name as shown};
 use crate::reading_args::Reading as ReadingArgs;
+use crate::together;
 use anyhow::Result;
 use clap::Parser;
 use schemars::JsonSchema;
@@ -62,12 +62,12 @@ pub struct Document {
 pub fn run(args: Args) -> Result<()> {
     let options = args.reading.options_of(&args.files)?;
     let mut shown = vec![];
-    for (file, options) in args.files.iter().zip(options) {
-        let summary = Summary::from(&input::recordings(file, &options?)?);
+    for (k, reading) in together::recordings(&args.files, options, || ()).into_iter().enumerate() {
+        let summary = Summary::from(&reading?);
         if args.json {
             shown.push(summary);
         } else {
-            let between = if file == &args.files[0] { "" } else { "\n" };
+            let between = if k == 0 { "" } else { "\n" };
             output::text(&format!("{between}{}", text(&summary)))?;
         }
     }

@@ -1,6 +1,7 @@
 //! The tests of `stiction-plant`, in one program: linking is what takes long.
 
 mod docs;
+mod forms;
 mod groups;
 mod kept;
 mod layouts;

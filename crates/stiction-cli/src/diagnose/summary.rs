@@ -32,6 +32,9 @@ pub fn one(loop_: &Diagnosed) -> String {
     if let Some(said) = &diagnosis.verdict.overruled {
         out += &field("override", &words::overruled(said));
     }
+    if lacks_pv(diagnosis) {
+        out += &field("", "It rests on the OP alone, because no PV was read; see the notes.");
+    }
     out += &weighed(diagnosis);
     out += &field("data", &data(diagnosis));
     for reason in diagnosis.fitness.reasons.iter().take(REASONS) {
@@ -77,7 +80,15 @@ fn line(diagnosis: &Diagnosis) -> String {
         (None, Some(limit)) => write!(out, "; S below {} %", words::rough(limit.value)),
         (None, None) => Ok(()),
     };
+    if lacks_pv(diagnosis) {
+        out += "; judged without a PV";
+    }
     out
+}
+
+/// Whether the recording has no PV, so that the verdict rests on the OP alone.
+fn lacks_pv(diagnosis: &Diagnosis) -> bool {
+    diagnosis.segment().is_some_and(|segment| segment.pv.is_none())
 }
 
 /// The loops, worst first.
