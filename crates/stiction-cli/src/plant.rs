@@ -188,7 +188,7 @@ struct By {
 
 #[derive(Parser)]
 struct Init {
-    /// Files or folders of CSV, Parquet or MATLAB, or the address of a server or database
+    /// Files or folders of CSV, Parquet, Excel or MATLAB, or the address of a server or database
     #[arg(required = true, value_name = "DATA")]
     data: Vec<String>,
     /// Options for an address, which "python -m stiction.live init --help" lists

@@ -34,6 +34,9 @@ pub struct Reading {
     /// Time between rows in s, instead of a column of times
     #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
     sample_time: Option<f64>,
+    /// Read only this sheet of a workbook, or this part of a MATLAB file
+    #[arg(long, value_name = "NAME")]
+    sheet: Option<String>,
     /// The values of OP at 0 % and 100 %
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     op_range: Option<(f64, f64)>,
@@ -99,6 +102,7 @@ impl Reading {
         options.zone = given.zone.or(options.zone);
         options.time_format = given.time_format.or(options.time_format);
         options.sample_time = given.sample_time.or(options.sample_time);
+        options.sheet = given.sheet.or(options.sheet);
         options.wording = FLAGS;
         let all = &mut options.all;
         all.op_range = given.op_range.or(all.op_range);
@@ -141,7 +145,7 @@ const FLAGS: Wording = Wording(|remedy| {
     // A value from the file may contain spaces. A placeholder for the user has none.
     let quoted = match remedy {
         Remedy::Map { column, .. } => column.is_some(),
-        Remedy::BadText(_) => true,
+        Remedy::BadText(_) | Remedy::Sheet(_) => true,
         Remedy::TimeFormat(ways) => ways.iter().any(|way| way.contains('%')),
         _ => false,
     };

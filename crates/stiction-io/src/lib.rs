@@ -25,6 +25,8 @@ pub mod sheet;
 pub mod table;
 pub mod timestamp;
 pub mod whole;
+#[cfg(feature = "spreadsheet")]
+pub mod workbook;
 
 pub use cells::number;
 pub use columns::options::ReadOptions;

@@ -19,6 +19,8 @@ pub enum Remedy {
     TimeFormat(Vec<String>),
     /// Give the zone of local times, such as this one.
     Zone(Option<String>),
+    /// Read only this sheet of the workbook, or this part of the file.
+    Sheet(String),
     /// Declare this word as a bad value.
     BadText(String),
     /// Give the values of a signal at 0 % and 100 %.
@@ -48,6 +50,7 @@ impl Remedy {
             Self::SampleTime(_) => "sample_time",
             Self::TimeFormat(_) => "time_format",
             Self::Zone(_) => "zone",
+            Self::Sheet(_) => "sheet",
             Self::BadText(_) => "bad_text",
             Self::Range { signal: "VP", .. } => "vp_range",
             Self::Range { .. } => "op_range",
@@ -63,7 +66,7 @@ impl Remedy {
             Self::SampleTime(seconds) => seconds.to_string(),
             Self::TimeFormat(ways) => ways.join(" or "),
             Self::Zone(zone) => zone.clone().unwrap_or_default(),
-            Self::BadText(word) => word.clone(),
+            Self::Sheet(word) | Self::BadText(word) => word.clone(),
             Self::Range { ends: Some((low, high)), .. } => format!("{low},{high}"),
             Self::Range { ends: None, .. } => "LOW,HIGH".to_owned(),
         }

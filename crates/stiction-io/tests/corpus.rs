@@ -152,8 +152,47 @@ const CASES: &[Case] = &[
     case!("zero-bytes.csv", "", Err(()), &["line 3 holds a zero byte"]),
     case!("comment-only.csv", "", Err(()), &["names no columns"]),
     case!("json.json", "", Err(()), &["f.csv: "]),
-    case!("zip.xlsx", "", Err(()), &["is a spreadsheet or ZIP archive; save the sheet as CSV"]),
-    case!("gzip.csv.gz", "", Err(()), &["is compressed with gzip; unpack it"]),
+    case!("zip.xlsx", "", Err(()), &["cannot be read as a workbook", "save it as .xlsx again"]),
+    case!("gzip.csv.gz", "", Err(()), &["cannot be unpacked with gzip"]),
+    case!(
+        "influx-annotated.csv",
+        "",
+        Ok(
+            "FIC101(flow) @1677916800 op 0:44.97 1:45.02 2:44.98 pv 0:60.06 1:59.96 2:60.03 sp 0:60 1:60 2:60"
+        ),
+        &["CSV of InfluxDB, of 3 tables; its signals are named by \"_measurement\", \"_field\""]
+    ),
+    case!(
+        "influx-tags.csv",
+        "",
+        Ok(
+            "FIC101(flow) @1677916800 op 0:45 1:46 pv 0:60 1:b | LIC2(level) @1677916800 op 0:50 1:51 pv 0:1 1:2"
+        ),
+        &["of 4 tables; its signals are named by \"id\""]
+    ),
+    case!(
+        "influx-pivoted.csv",
+        "",
+        Ok(
+            "FIC101(flow) @1677916800 op 0:45 1:46 pv 0:60 1:61 | FIC102(flow) @1677916800 op 0:50 1:51 pv 0:1 1:2"
+        ),
+        &["of 2 tables; its signals are named by \"loop\""]
+    ),
+    case!(
+        "influx-headers.csv",
+        "",
+        Ok("f @1677916800 op 0:45 1:46 2:47 pv 0:60 1:61 2:62 sp 0:60 1:60 2:60"),
+        &["of 2 tables"]
+    ),
+    case!(
+        "influx-error.csv",
+        "",
+        Err(()),
+        &[
+            "row 9 is an error of the query, not a sample: \"runtime error: out of memory\"",
+            "export it again"
+        ]
+    ),
     case!("broken-utf16.csv", "", Err(()), &["begins like UTF-16LE text"]),
     case!("bad-sample-time.csv", "", Err(()), &["has \"sample_time: soon\" above the table"]),
     case!(

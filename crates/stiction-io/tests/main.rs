@@ -12,3 +12,5 @@ mod real_recordings;
 mod scenario;
 mod table;
 mod wide;
+#[cfg(feature = "spreadsheet")]
+mod workbook;

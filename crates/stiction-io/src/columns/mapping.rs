@@ -15,6 +15,7 @@ const TOP: &[&str] = &[
     "zone",
     "time_format",
     "sample_time",
+    "sheet",
     "pattern",
     "bad_text",
     "columns",
@@ -85,6 +86,7 @@ fn build(fields: Fields<'_, '_>) -> Built<ReadOptions> {
     if options.sample_time.is_some_and(|seconds| !(seconds > 0.0)) {
         return Err(fields.wrong("sample_time", "must be above 0 s"));
     }
+    options.sheet = fields.text("sheet")?.map(str::to_owned);
     options.bad_text = fields.texts("bad_text")?.unwrap_or_default();
     if let Some(table) = fields.table("signals", SIGNAL_KEYS)? {
         for (key, signal) in SIGNALS {
@@ -157,6 +159,7 @@ zone = "Europe/Berlin"
 time_format = "day-first"
 pattern = "{loop}.{signal}"
 bad_text = ["Kaputt"]
+sheet = "Trend 2"
 op_range = [0, 100]
 [columns]
 "10FC102.OP" = "FIC102.op"
@@ -178,6 +181,7 @@ pv_range = [0, 120.5]
     fn everything_is_read() {
         let options = ReadOptions::parse(ALL, "map.toml").unwrap();
         assert_eq!(options.zone.as_ref().unwrap().name(), "Europe/Berlin");
+        assert_eq!(options.sheet.as_deref(), Some("Trend 2"));
         assert_eq!(options.signals, [(Signal::Pv, vec!["MEAS".to_owned()])]);
         assert_eq!((options.modes.len(), options.qualities.len(), options.map.len()), (1, 1, 4));
         assert_eq!(options.map[0], "FIC102.op=10FC102.OP".parse().unwrap());

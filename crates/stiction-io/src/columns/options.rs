@@ -29,6 +29,8 @@ pub struct ReadOptions {
     pub time_format: Option<TimeFormat>,
     /// Time between rows, s, instead of a column of times.
     pub sample_time: Option<f64>,
+    /// The only part of the file to read, such as a sheet of a workbook.
+    pub sheet: Option<String>,
     /// Settings of every loop without its own in [`ReadOptions::loops`].
     pub all: LoopSettings,
     /// Wording of remedies in messages and notes.
@@ -53,6 +55,7 @@ impl ReadOptions {
             zone: self.zone.clone(),
             time_format: self.time_format.clone(),
             sample_time: self.sample_time,
+            sheet: self.sheet.clone(),
             all: self.all,
             wording: self.wording,
             mapping: self.mapping.clone(),

@@ -1,5 +1,6 @@
 //! CSV as historians, control systems and spreadsheets export it, read into a [`Sheet`].
 
+mod annotated;
 mod encoding;
 
 use crate::budget::Budget;
@@ -40,7 +41,7 @@ const LOOKED_AT: usize = 200;
 /// Reads a CSV file from `bytes`; `origin` is its name in errors.
 ///
 /// The delimiter is the comma, semicolon, tab or bar that divides most lines alike. Lines above the header, and those
-/// that begin with `#`, are metadata; a row of units may follow the header.
+/// that begin with `#`, are metadata; a row of units may follow the header. The tables of InfluxDB become one.
 ///
 /// # Errors
 /// If it is not text, names no columns, or has a row with more or fewer cells than the header.
@@ -59,6 +60,16 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
         return Err(wrong("is empty; a header row and rows of samples are needed".to_owned()));
     }
     let mut notes: Vec<String> = decoded.note.into_iter().collect();
+    if annotated::is(text) {
+        let sheet = annotated::read(text, &mut budget).map_err(wrong)?;
+        let decimal_mark = number::decimal_mark(&sheet.columns);
+        let dialect = Dialect { encoding: decoded.encoding, delimiter: ',', decimal_mark };
+        return Ok(CsvSheet {
+            sheet: Sheet { origin: origin.to_owned(), ..sheet },
+            dialect,
+            notes,
+        });
+    }
     let delimiter = told_delimiter(text).unwrap_or_else(|| delimiter(text));
     let mut records = Records::new(text, delimiter);
     let top = Top::find(&mut records, width(text, delimiter), &mut notes).map_err(wrong)?;

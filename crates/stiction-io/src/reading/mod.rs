@@ -6,13 +6,13 @@ pub mod join;
 mod naming;
 #[cfg(feature = "parquet")]
 pub mod parted;
+mod parts;
 pub mod summary;
 mod times;
 
 pub use format::Format;
 
 use crate::bytes;
-use crate::cells::number::DecimalMark;
 use crate::columns::layout::{self, Layout, MissingLoop, Plan, Recognised};
 use crate::columns::options::ReadOptions;
 use crate::error::{Error, Result};
@@ -92,6 +92,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading> {
 /// column and is not a known word; or if the times cannot be read.
 pub fn parse(bytes: &[u8], origin: &str, options: &ReadOptions) -> Result<Reading> {
     let (format, sheets, notes) = sheets(bytes, origin)?;
+    let sheets = parts::chosen(sheets, origin, options)?;
     let sha256 = format!("{:x}", Sha256::digest(bytes));
     build(format, &sheets, notes, sha256, origin, options)
 }
@@ -125,11 +126,21 @@ fn build(
     origin: &str,
     options: &ReadOptions,
 ) -> Result<Reading> {
-    let mark = match format {
-        Format::Csv(dialect) => dialect.decimal_mark,
-        Format::Parquet | Format::Matlab | Format::Memory => DecimalMark::Point,
+    let mark = format.decimal_mark();
+    let mut names = Names { origin, parts: common_start(sheets), several: sheets.len() > 1 };
+    let understood;
+    let sheets = match format {
+        Format::Workbook(_) if sheets.len() > 1 => {
+            understood = parts::holding_loops(sheets, options, &mut notes)?;
+            names.several = understood.len() > 1;
+            &understood[..]
+        }
+        Format::Matlab if sheets.len() > 1 && !options.map.is_empty() => {
+            understood = parts::understood(sheets, options, &mut notes)?;
+            &understood[..]
+        }
+        _ => sheets,
     };
-    let names = Names { origin, parts: common_start(sheets), several: sheets.len() > 1 };
     let (mut recordings, mut recognised, mut first) = (vec![], vec![], None);
     let (mut missing, mut untagged): (Vec<MissingLoop>, _) = (vec![], vec![]);
     let mut without_op: Vec<&str> = vec![];
