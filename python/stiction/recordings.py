@@ -12,6 +12,7 @@ from stiction import _core
 from stiction._arguments import number, optional, text
 from stiction._arrays import Array, Samples, samples, unmasked
 from stiction._core import Recording
+from stiction._objects import plain_frame, plain_objects
 from stiction._result import Result, about, result, result_of
 from stiction._words import documented
 
@@ -59,8 +60,9 @@ def read(
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
     bad_text: Sequence[str] = (),
+    sheet: str | None = None,
 ) -> list[Recording]:
-    """Read the recordings in a CSV, Parquet or MATLAB file.
+    """Read the recordings in a CSV, Parquet or MATLAB file, or in a workbook of Excel or OpenDocument.
 
     Columns and tags are recognised by their names. Arguments take precedence.
 
@@ -87,6 +89,8 @@ def read(
         Type of the loops, see `loop_types`.
     bad_text : sequence of str, optional
         Words that mark a bad value instead of a number.
+    sheet : str, optional
+        The only sheet of a workbook, or part of a MATLAB file, to read.
 
     Returns
     -------
@@ -118,6 +122,7 @@ def read(
         vp_range=vp_range,
         loop_type=loop_type,
         bad_text=bad_text,
+        sheet=sheet,
     )
     return _core.read_recordings(_path("path", path), told)
 
@@ -222,7 +227,9 @@ def recordings_from(
     ----------
     table : table
         A table of pandas, polars, pyarrow or any other library with the Arrow capsule interface, or a mapping of columns by name.
-        Null and NaN are missing, and timestamps may have any unit. A pandas index of times is used as the column of times.
+        Null and NaN are missing, and timestamps may have any unit. A pandas index of times is used as the column of times, one of
+        differences of times as elapsed time. Objects may be numbers, decimals and words such as ``"Bad"`` in one column.
+        A polars ``LazyFrame`` is collected.
     columns, mapping, zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type, bad_text : optional
         As in `read`.
 
@@ -445,6 +452,7 @@ def _told(
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
     bad_text: Sequence[str] = (),
+    sheet: str | None = None,
 ) -> dict[str, Any]:
     """Check the information on a file or table."""
     if columns is not None and not isinstance(columns, Mapping):
@@ -463,6 +471,7 @@ def _told(
         "vp_range": _range("vp_range", vp_range),
         "loop_type": None if loop_type is None else text("loop_type", loop_type),
         "bad_text": [text("bad_text", word) for word in ([bad_text] if isinstance(bad_text, str) else bad_text)],
+        "sheet": None if sheet is None else text("sheet", sheet),
     }
 
 
@@ -506,16 +515,17 @@ def _times(name: str, values: Any) -> Array | tuple[Array, bool]:
 
 def _of_table(table: Any, told: dict[str, Any]) -> list[Recording]:
     """Make recordings from any table."""
-    index: Any = getattr(table, "index", None)
-    if getattr(getattr(index, "dtype", None), "kind", None) == "M" or hasattr(index, "tz"):
-        table = table.reset_index(names=index.name or "time")
+    if type(table).__name__ == "LazyFrame":
+        table = table.collect()
+    if hasattr(table, "iloc") and hasattr(table, "dtypes"):
+        table = plain_frame(table)
     if hasattr(table, "__arrow_c_stream__"):
         try:
             return _core.recordings_of_arrow("table", table, told)
-        except (TypeError, ValueError, OSError):
-            raise
-        except Exception:  # Older pandas exports with pyarrow only; others export some types wrongly.
-            pass
+        except Exception as error:  # Older pandas exports with pyarrow only; others export some types wrongly.
+            is_of_arrow = type(error).__module__.startswith("pyarrow")
+            if isinstance(error, (TypeError, ValueError, OSError)) and not is_of_arrow:
+                raise
     names = table.keys() if isinstance(table, Mapping) else getattr(table, "columns", None)
     if names is None:
         raise TypeError(f"table must be a table or a mapping of columns, but its type is {type(table).__name__}")
@@ -536,5 +546,5 @@ def _column(name: str, values: Any) -> Any:
     if array.dtype.kind == "M":
         return _times(name, array)
     if array.dtype.kind in "OUS":
-        return ["" if each is None or each != each else str(each) for each in array.tolist()]
+        return plain_objects(array.tolist())
     return samples(name, array.astype(np.float64) if array.dtype.kind == "b" else array)

@@ -31,6 +31,7 @@ pub const KEYWORDS: Wording = Wording(|remedy| {
             format!("columns={{{role:?}: {column:?}}}")
         }
         Remedy::BadText(word) => format!("bad_text=[{word:?}]"),
+        Remedy::Sheet(name) => format!("sheet={name:?}"),
         Remedy::SampleTime(_) => format!("sample_time={value}"),
         Remedy::Range { .. } => format!("{}=({})", remedy.option(), value.replace(',', ", ")),
         Remedy::TimeFormat(ways) if !ways.is_empty() => {

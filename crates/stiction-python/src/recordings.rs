@@ -315,6 +315,7 @@ struct Told {
     vp_range: Option<(f64, f64)>,
     loop_type: Option<String>,
     bad_text: Vec<String>,
+    sheet: Option<String>,
 }
 
 impl Told {
@@ -340,6 +341,7 @@ impl Told {
         }
         options.wording = KEYWORDS;
         options.bad_text.extend(self.bad_text);
+        options.sheet = self.sheet.or(options.sheet);
         options.sample_time = self.sample_time.or(options.sample_time);
         options.all.op_range = self.op_range.or(options.all.op_range);
         options.all.pv_range = self.pv_range.or(options.all.pv_range);
@@ -490,6 +492,12 @@ fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
         }
         DataType::Timestamp(unit, zone) => {
             Cells::Times { seconds: seconds(array, *unit), utc: zone.is_some() }
+        }
+        DataType::Decimal128(_, scale) => {
+            let unit = 10f64.powi(i32::from(*scale));
+            let whole = array.as_primitive::<arrow_array::types::Decimal128Type>();
+            let number = |value: Option<i128>| value.map_or(f64::NAN, |value| value as f64 / unit);
+            Cells::Numbers(whole.iter().map(number).collect())
         }
         DataType::Duration(unit) => Cells::Numbers(seconds(array, *unit)),
         DataType::Date32 => {
