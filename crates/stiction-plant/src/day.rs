@@ -87,6 +87,7 @@ pub fn slice(recording: &Recording, from: f64, to: f64) -> Option<Recording> {
         loop_type: recording.loop_type,
         start: recording.start,
         plant_time: recording.plant_time.clone(),
+        columns: recording.columns.clone(),
         op,
         pv: recording.pv.as_ref().map(channel),
         sp: recording.sp.as_ref().map(channel),

@@ -14,7 +14,8 @@ use pyo3_arrow::input::AnyRecordBatch;
 use std::path::PathBuf;
 use std::sync::Arc;
 use stiction::recording::{
-    self, Channel, GridOptions, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource,
+    self, Channel, Columns, GridOptions, LoopType, Mode, Modes, PlantTime, Quality, Range,
+    RangeSource,
 };
 use stiction_io::sheet::{Cells, Column};
 use stiction_io::{ReadOptions, Reading, Sheet};
@@ -201,8 +202,11 @@ impl Recording {
 
 /// A channel as plain values: times, values, qualities, unit, range.
 type KeptChannel = (Vec<f64>, Vec<f64>, Vec<u8>, Option<String>, Option<(f64, f64, u8)>);
-/// Name, type, start, clock of the plant, notes, file and its hash.
-type KeptAbout = (String, String, Option<f64>, (String, i32), Vec<String>, String, String);
+/// Notation and zone of the times, and the names of the columns of time, OP, PV, SP, VP and mode.
+type KeptColumns = (String, String, [Option<String>; 6]);
+/// Name, type, start, clock of the plant, columns, notes, file and its hash.
+type KeptAbout =
+    (String, String, Option<f64>, (String, i32), KeptColumns, Vec<String>, String, String);
 /// A recording as plain values.
 type Kept = (KeptAbout, Vec<Option<KeptChannel>>, Option<(Vec<f64>, Vec<u8>)>);
 
@@ -237,6 +241,11 @@ fn kept_channel(name: &'static str, kept: KeptChannel) -> stiction::Result<Chann
     Ok(channel)
 }
 
+fn keep_columns(columns: &Columns) -> KeptColumns {
+    let Columns { time, time_format, zone, op, pv, sp, vp, mode } = columns.clone();
+    (time_format, zone, [time, op, pv, sp, vp, mode])
+}
+
 impl Recording {
     pub fn new(recording: recording::Recording, source: Source) -> Self {
         Self { recording: Arc::new(recording), source }
@@ -259,6 +268,7 @@ impl Recording {
                 recording.loop_type.name().to_owned(),
                 recording.start,
                 (recording.plant_time.name.clone(), recording.plant_time.offset_s),
+                keep_columns(&recording.columns),
                 recording.notes.clone(),
                 self.source.file.clone(),
                 self.source.sha256.clone(),
@@ -276,7 +286,9 @@ fn recording_kept(
     channels: Vec<Option<KeptChannel>>,
     mode: Option<(Vec<f64>, Vec<u8>)>,
 ) -> PyResult<Recording> {
-    let (name, loop_type, start, plant_time, notes, file, sha256) = about;
+    let (name, loop_type, start, plant_time, columns, notes, file, sha256) = about;
+    let (time_format, zone, [time, op, pv, sp, vp, mode_column]) = columns;
+    let columns = Columns { time, time_format, zone, op, pv, sp, vp, mode: mode_column };
     let mut channels = channels.into_iter();
     let mut next = |name: &'static str| {
         channels.next().flatten().map(|kept| kept_channel(name, kept)).transpose().map_err(refused)
@@ -287,6 +299,7 @@ fn recording_kept(
         loop_type: LoopType::by_name(&loop_type).map_err(refused)?,
         start,
         plant_time: PlantTime { name: plant_time.0, offset_s: plant_time.1 },
+        columns,
         op,
         pv: next("PV")?,
         sp: next("SP")?,

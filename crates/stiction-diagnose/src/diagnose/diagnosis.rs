@@ -22,7 +22,7 @@ use crate::identify::slips::Motion;
 use crate::methods::Subject;
 use crate::oscillation::Oscillation;
 use crate::recording::fitness::Fitness;
-use crate::recording::{Grid, LoopType, Modes, PlantTime, Segment};
+use crate::recording::{Grid, LoopType, Modes, PlantTime, Segment, Understood};
 use crate::valve::{Start, Valve};
 
 /// The diagnosis of one loop.
@@ -49,6 +49,9 @@ pub struct Diagnosis {
         schemars(with = "Vec<crate::recording::GridRepair>", description = "Repairs of the data.")
     )]
     pub grid: Grid,
+    /// What was understood of the recording.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub understood: Understood,
     /// The controller's mode over time, where it is recorded.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub mode: Option<Modes>,

@@ -19,7 +19,7 @@ use crate::error::{Error, Result, non_negative};
 use crate::finding::{Abstention, Family, Finding};
 use crate::methods::{self, Detector, MethodId, Subject};
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
-use crate::recording::{ByHand, Grid, GridOptions, LoopType, Recording, Segment};
+use crate::recording::{ByHand, Grid, GridOptions, LoopType, Recording, Segment, Understood};
 use crate::spoken::time;
 use crate::valve_test::{self, PlanOptions};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -203,6 +203,7 @@ pub fn diagnose_with_progress(
         loop_type,
         start: recording.start,
         plant_time: recording.plant_time.clone(),
+        understood: Understood::of(recording, Some(&grid)),
         mode: recording.mode.clone(),
         pv_unit: recording.pv.as_ref().and_then(|pv| pv.unit.clone()),
         judged: Judged::of(&grid),

@@ -353,7 +353,7 @@ fn closed_share(modes: Option<&Vec<(f64, bool)>>, first: f64, last: f64) -> f64 
 
 #[cfg(test)]
 mod tests {
-    use super::super::{LoopType, Mode, Modes, PlantTime, RangeSource};
+    use super::super::{Columns, LoopType, Mode, Modes, PlantTime, RangeSource};
     use super::*;
 
     fn wave(n: usize) -> Vec<f64> {
@@ -366,6 +366,7 @@ mod tests {
             loop_type: LoopType::Flow,
             start: None,
             plant_time: PlantTime::default(),
+            columns: Columns::default(),
             op: Channel::new("OP", times.to_vec(), op.to_vec()).unwrap(),
             pv: Some(Channel::new("PV", times.to_vec(), pv.to_vec()).unwrap()),
             sp: None,

@@ -51,6 +51,7 @@ impl Recording {
             loop_type: self.loop_type,
             start: self.start,
             plant_time: self.plant_time.clone(),
+            columns: self.columns.clone(),
             op: slice(&self.op)?,
             pv: self.pv.as_ref().and_then(slice),
             sp: self.sp.as_ref().and_then(slice),

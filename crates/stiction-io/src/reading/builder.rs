@@ -14,7 +14,7 @@ use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column, Sheet};
 use crate::timestamp::{Clock, Times};
 use stiction_diagnose::recording::{
-    Channel, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource, Recording,
+    Channel, Columns, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource, Recording,
 };
 
 /// Makes recordings from a sheet.
@@ -135,6 +135,7 @@ impl<'a> Builder<'a> {
             loop_type,
             start: self.times.start,
             plant_time,
+            columns: self.columns(plan),
             op,
             pv,
             sp,
@@ -142,6 +143,30 @@ impl<'a> Builder<'a> {
             mode,
             notes,
         })
+    }
+
+    /// The columns of a loop.
+    fn columns(&self, plan: &LoopPlan) -> Columns {
+        let column = |place: usize| &*self.sheet.columns[place].name;
+        let name = |signal| {
+            plan.signal(signal).map(|place| match &self.plan.place {
+                Place::Columns => column(place).to_owned(),
+                Place::Rows { tags, .. } => tags[place].name.clone(),
+            })
+        };
+        let time = self.plan.date.into_iter().chain(self.plan.time);
+        let time = time.filter(|_| self.options.sample_time.is_none()).map(column);
+        let time = time.collect::<Vec<_>>();
+        Columns {
+            time: Some(time.join(" and ")).filter(|names| !names.is_empty()),
+            time_format: self.times.format.clone(),
+            zone: self.times.clock.name().to_owned(),
+            op: name(Signal::Op),
+            pv: name(Signal::Pv),
+            sp: name(Signal::Sp),
+            vp: name(Signal::Vp),
+            mode: name(Signal::Mode),
+        }
     }
 
     /// The type in the file, as a name or as a flag for an integrating loop.
