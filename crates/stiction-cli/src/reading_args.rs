@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stiction::recording::LoopType;
-use stiction_io::options::Mapped;
+use stiction_io::options::LoopSettings;
 use stiction_io::timestamp::{TimeFormat, Zone};
 use stiction_io::{ReadOptions, Remedy, Wording};
 
@@ -16,9 +16,10 @@ use stiction_io::{ReadOptions, Remedy, Wording};
 #[command(next_help_heading = "Interpretation of the files")]
 pub struct Reading {
     /// Set the role of a column or tag: op, pv, sp, vp, mode, time, date, tag, value, quality, op_quality and so on,
-    /// or ignore; FIC101.op is a role in one loop. May be given several times
-    #[arg(long, value_name = "ROLE=COLUMN")]
-    map: Vec<Mapped>,
+    /// or ignore; FIC101.op is a role in one loop. Or set a key of a mapping file, such as op_range=4,20,
+    /// FIC101.op_range=4,20, modes.16=auto, quality.0=good or type=level. May be given several times
+    #[arg(long, value_name = "KEY=VALUE")]
+    map: Vec<ReadOptions>,
     /// Read further settings on the files from this TOML file [default: the one beside each file, such as
     /// FIC101.csv.mapping.toml, else an existing stiction.toml]
     #[arg(long, value_name = "FILE")]
@@ -93,19 +94,23 @@ impl Reading {
     /// The options of the command line, completed from a mapping file.
     fn over(&self, mapping: Option<&In>) -> Result<ReadOptions> {
         let given = self.clone();
-        let mut options = mapping.map_or_else(|| Ok(ReadOptions::default()), input::mapping)?;
-        options.map.extend(given.map);
-        options.bad_text.extend(given.bad_text);
-        options.zone = given.zone.or(options.zone);
-        options.time_format = given.time_format.or(options.time_format);
-        options.sample_time = given.sample_time.or(options.sample_time);
-        options.wording = FLAGS;
-        let all = &mut options.all;
-        all.op_range = given.op_range.or(all.op_range);
-        all.pv_range = given.pv_range.or(all.pv_range);
-        all.vp_range = given.vp_range.or(all.vp_range);
-        all.loop_type = given.loop_type.or(all.loop_type);
-        Ok(options)
+        let below = mapping.map_or_else(|| Ok(ReadOptions::default()), input::mapping)?;
+        // The last of several counts.
+        let below = given.map.into_iter().fold(below, |below, each| each.over(below));
+        let flags = ReadOptions {
+            bad_text: given.bad_text,
+            zone: given.zone,
+            time_format: given.time_format,
+            sample_time: given.sample_time,
+            all: LoopSettings {
+                loop_type: given.loop_type,
+                op_range: given.op_range,
+                pv_range: given.pv_range,
+                vp_range: given.vp_range,
+            },
+            ..ReadOptions::default()
+        };
+        Ok(ReadOptions { wording: FLAGS, ..flags.over(below) })
     }
 }
 

@@ -7,12 +7,12 @@ use stiction_io::reading;
 
 /// A file of the folder `corpus`, a mapping file for it, what is read from it, if anything, and what the
 /// notes or the message must contain.
-struct Case {
-    file: &'static str,
-    bytes: &'static [u8],
-    mapping: &'static str,
-    read: Result<&'static str, ()>,
-    said: &'static [&'static str],
+pub struct Case {
+    pub file: &'static str,
+    pub bytes: &'static [u8],
+    pub mapping: &'static str,
+    pub read: Result<&'static str, ()>,
+    pub said: &'static [&'static str],
 }
 
 macro_rules! case {
@@ -30,7 +30,7 @@ macro_rules! case {
 /// The expected readings have the form
 /// `NAME(TYPE) @START op TIME:VALUE ... (LOW..HIGH) pv ... mode TIME:MODE ... | NEXT LOOP`, where `b` is a
 /// bad value, `m` a missing and `?` an uncertain one.
-const CASES: &[Case] = &[
+pub const CASES: &[Case] = &[
     case!("plain.csv", "", Ok("f op 0:50 1:51 pv 0:1.5 1:1.6"), &[]),
     case!("semicolon-comma.csv", "", Ok("f op 0:50 1:51 pv 0:1.5 1:1.6"), &[]),
     case!("tab.tsv", "", Ok("f op 0:50 1:51 pv 0:1.5 1:1.6"), &[]),

@@ -12,3 +12,4 @@ mod real_recordings;
 mod scenario;
 mod table;
 mod wide;
+mod written;

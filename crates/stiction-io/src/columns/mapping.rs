@@ -35,7 +35,7 @@ const SIGNALS: [(&str, Signal); 5] = [
     ("mode", Signal::Mode),
 ];
 const SIGNAL_KEYS: &[&str] = &["op", "pv", "sp", "vp", "mode"];
-const LOOP_KEYS: &[&str] =
+pub(super) const LOOP_KEYS: &[&str] =
     &["op", "pv", "sp", "vp", "mode", "type", "op_range", "pv_range", "vp_range"];
 
 /// The suffix of the mapping file of a single file.

@@ -60,6 +60,54 @@ impl ReadOptions {
     }
 }
 
+impl ReadOptions {
+    /// These options, completed from those `below`, which count where these give nothing.
+    #[must_use]
+    pub fn over(self, below: Self) -> Self {
+        let Self {
+            map,
+            loops,
+            pattern,
+            signals,
+            modes,
+            qualities,
+            bad_text,
+            zone,
+            time_format,
+            sample_time,
+            all,
+            wording: _,
+            mapping,
+        } = self;
+        fn both<T>(first: Vec<T>, then: Vec<T>) -> Vec<T> {
+            first.into_iter().chain(then).collect()
+        }
+        let mut own = loops;
+        for each in below.loops {
+            match own.iter_mut().find(|known| known.name.eq_ignore_ascii_case(&each.name)) {
+                Some(known) => known.settings = known.settings.over(each.settings),
+                None => own.push(each),
+            }
+        }
+        Self {
+            // The last role of a column counts, and the first meaning of a word.
+            map: both(below.map, map),
+            loops: own,
+            pattern: pattern.or(below.pattern),
+            signals: both(signals, below.signals),
+            modes: both(modes, below.modes),
+            qualities: both(qualities, below.qualities),
+            bad_text: both(below.bad_text, bad_text),
+            zone: zone.or(below.zone),
+            time_format: time_format.or(below.time_format),
+            sample_time: sample_time.or(below.sample_time),
+            all: all.over(below.all),
+            wording: below.wording,
+            mapping: mapping.or(below.mapping),
+        }
+    }
+}
+
 /// A column or tag with a given role.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mapped {
@@ -112,6 +160,18 @@ pub struct LoopSettings {
     pub vp_range: Option<(f64, f64)>,
 }
 
+impl LoopSettings {
+    /// These settings, completed from those `below`.
+    fn over(self, below: Self) -> Self {
+        Self {
+            loop_type: self.loop_type.or(below.loop_type),
+            op_range: self.op_range.or(below.op_range),
+            pv_range: self.pv_range.or(below.pv_range),
+            vp_range: self.vp_range.or(below.vp_range),
+        }
+    }
+}
+
 /// Settings of one loop.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoopOptions {
@@ -140,13 +200,6 @@ impl<'o> SettingsByName<'o> {
 
     /// The settings of the loop called `name`.
     pub(crate) fn of_loop(&self, name: &str) -> LoopSettings {
-        let own = self.own.get(&name.to_lowercase()).copied().copied().unwrap_or_default();
-        let all = self.all;
-        LoopSettings {
-            loop_type: own.loop_type.or(all.loop_type),
-            op_range: own.op_range.or(all.op_range),
-            pv_range: own.pv_range.or(all.pv_range),
-            vp_range: own.vp_range.or(all.vp_range),
-        }
+        self.own.get(&name.to_lowercase()).copied().copied().unwrap_or_default().over(self.all)
     }
 }

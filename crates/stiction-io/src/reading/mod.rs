@@ -8,8 +8,10 @@ mod naming;
 pub mod parted;
 pub mod summary;
 mod times;
+mod written;
 
 pub use format::Format;
+pub use written::{mapping_of, same};
 
 use crate::bytes;
 use crate::cells::number::DecimalMark;
