@@ -166,12 +166,12 @@ fn write_loop(each: &Loop, out: &mut String) -> std::fmt::Result {
     for row in times {
         let column = match &*row.column {
             "" => String::new(),
-            name => format!("\"{}\"", shown(name)),
+            name => format!("\"{name}\""),
         };
         let cells = [&column, &row.unit, &row.range, &row.values, &row.samples];
         let cells: Vec<&str> =
             cells.into_iter().map(|cell| &**cell).filter(|cell| !cell.is_empty()).collect();
-        writeln!(out, "  times   {}", cells.join(", "))?;
+        writeln!(out, "  times   {}", shown(&cells.join(", ")))?;
         for change in &row.changes {
             writeln!(out, "          {change}")?;
         }
@@ -188,7 +188,9 @@ fn write_loop(each: &Loop, out: &mut String) -> std::fmt::Result {
     for (k, line) in lines.iter().enumerate() {
         let padded = line.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
         writeln!(out, "  {}", padded.collect::<Vec<_>>().join("  ").trim_end())?;
-        for change in k.checked_sub(1).map_or(&[][..], |k| &signals[k].changes) {
+        // The first line has the titles.
+        let changes: &[String] = if k == 0 { &[] } else { &signals[k - 1].changes };
+        for change in changes {
             writeln!(out, "  {:indent$}  {}", "", shown(change), indent = widths[0])?;
         }
     }

@@ -21,7 +21,10 @@ fn check(bytes: &[u8], origin: &str, options: &ReadOptions) -> Option<(Reading, 
     let again = mapping_of(bytes, origin, &said).unwrap_or_else(|e| panic!("{origin}: {e}"));
     let lines = |text: &str| {
         let lines = text.lines().filter(|line| !line.starts_with('#'));
-        lines.filter_map(|line| line.split("  #").next().map(str::to_owned)).collect::<Vec<_>>()
+        let mut lines: Vec<_> = lines.filter_map(|line| line.split("  #").next()).collect();
+        // Tables of words may have another order.
+        lines.sort_unstable();
+        lines.into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
     assert_eq!(lines(&again), lines(&text), "{origin}");
     Some((before, after))
@@ -85,6 +88,7 @@ fn guesses_become_lines_with_their_reasons() {
 fn a_code_with_two_meanings_is_left_to_the_file() {
     let text = "t,A.OP,A.AUTO,B.OP,B.MAN\n0,50,1,50,1\n1,51,0,50,1\n2,52,1,51,0\n";
     let mapping = mapping_of(text.as_bytes(), "two.csv", &ReadOptions::default()).unwrap();
-    assert!(!mapping.contains("[modes]"), "{mapping}");
+    assert!(mapping.contains("# 1 has several meanings in this file"), "{mapping}");
+    assert!(!mapping.contains("= \"auto\""), "{mapping}");
     check(text.as_bytes(), "two.csv", &ReadOptions::default()).unwrap();
 }

@@ -74,7 +74,9 @@ fn what_is_taken_wrongly_can_be_said() {
     let given = ["inspect", "odd.csv", "--map", "FIC9.vp=stellung", "--map", "FIC9.pv=ist"];
     let more = ["--map", "FIC9.op=y", "--time-format", "day-first", "--bad-text", "weg"];
     let out = run(&folder, &[&given[..], &more[..]].concat()).quiet_success();
-    for part in ["loop FIC9, flow", "1 of 2\n             1 bad", "stellung  VP", "2024-06-05 00:01:00"] {
+    for part in
+        ["loop FIC9, flow", "1 of 2\n             1 bad", "stellung  VP", "2024-06-05 00:01:00"]
+    {
         assert!(out.contains(part), "{part}: {out}");
     }
     let mapping = "time_format = \"day-first\"\nbad_text = [\"weg\"]\n[loop.FIC9]\npv = \"ist\"\nop = \"y\"\n\
@@ -206,7 +208,10 @@ fn what_was_found_is_written_and_read_again() {
     let folder = folder("inspect-write-map");
     write(&folder, "wide.csv", WIDE);
     let wrote = run(&folder, &["inspect", "wide.csv", "--write-map", "map.toml"]);
-    assert_eq!((wrote.code, &*wrote.err), (0, "note: wrote map.toml; --mapping reads the file by it\n"));
+    assert_eq!(
+        (wrote.code, &*wrote.err),
+        (0, "note: wrote map.toml; --mapping reads the file by it\n")
+    );
     let mapping = crate::read(&folder, "map.toml");
     assert!(mapping.contains("op_range = [0, 100]  # taken as percent"), "{mapping}");
     let read = run(&folder, &["inspect", "wide.csv", "--mapping", "map.toml"]).quiet_success();
