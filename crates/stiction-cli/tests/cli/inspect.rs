@@ -20,11 +20,13 @@ fn inspect_shows_what_is_taken_for_what() {
   layout  one loop, one column per signal
 loop FIC1, flow
   times   \"Time\", date and time, day first, Europe/Berlin, 2024-10-27 02:30:00+02:00 to 2024-10-27 02:00:00+01:00, \
-every 900 s, 1 segment of 3
+every 900 s, no segment in automatic
+          1 from 2024-10-27 02:45:00+02:00 on: the recording is cut where the controller was not in command
   column          signal  unit  values                 range                       samples
   FIC1.OP         OP      –     50 to 52.5             0 to 100, taken as percent  3
   FIC1.PV [m3/h]  PV      m3/h  1.5 to 1.7             –                           2 of 3
                   1 bad
+                  1 from 2024-10-27 02:45:00+02:00 on: runs of up to 3 missing samples were bridged
   FIC1.MODE       mode    –     2 automatic, 1 manual  –                           3
 columns
   Time            time          its name is a word for time

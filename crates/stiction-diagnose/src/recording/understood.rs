@@ -128,8 +128,11 @@ impl Understood {
 
     fn times(&self, show: &dyn Fn(f64) -> String) -> Row {
         let samples = self.grid.map_or(String::new(), |(step, segments, samples)| {
-            let segments = counted(segments, "segment");
-            format!("every {} s, {segments} of {samples}", set(step))
+            let segments = match segments {
+                0 => "no segment in automatic".to_owned(),
+                number => format!("{} of {samples}", counted(number, "segment")),
+            };
+            format!("every {} s, {segments}", set(step))
         });
         let (first, last) = self.span;
         Row {

@@ -66,7 +66,9 @@ fn at(path: &[&str], text: &str) -> Result<ReadOptions, String> {
             .iter()
             .rev()
             .fold(value, |value, key| Value::Table(Table::from_iter([((*key).to_owned(), value)])));
-        match ReadOptions::parse(&nested.to_string(), "").map_err(message) {
+        // Texts, numbers and tables of them can always be written.
+        let document = toml::to_string(&nested).unwrap_or_default();
+        match ReadOptions::parse(&document, "").map_err(message) {
             Ok(options) => return Ok(ReadOptions { mapping: None, ..options }),
             Err(wrong) => first = first.or(Some(wrong)),
         }

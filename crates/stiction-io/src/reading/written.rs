@@ -29,15 +29,19 @@ pub fn mapping_of(bytes: &[u8], origin: &str, options: &ReadOptions) -> Result<S
     };
     let mut draft = Draft::of(&reading, options);
     let mut recordings = reading.recordings.iter();
-    for sheet in &sheets {
-        let plan = layout::recognise(sheet, options)?;
-        draft.columns(sheet, &plan);
+    let plan = |sheet| layout::recognise(sheet, options);
+    let plans = sheets.iter().map(plan).collect::<Result<Vec<_>>>()?;
+    let is_everywhere = |name: &str| {
+        plans.iter().all(|plan| plan.recognised.iter().any(|each| each.column == name))
+    };
+    for (sheet, plan) in sheets.iter().zip(&plans) {
+        draft.columns(sheet, plan, &is_everywhere);
         let read = || plan.loops.iter().filter(|each| each.unread.is_none());
         for (each, recording) in read().zip(&mut recordings) {
-            draft.codes((sheet, mark), &plan, each, recording, options);
+            draft.codes((sheet, mark), plan, each, recording, options);
             draft.of_loop(each, recording, &reading);
         }
-        if plan.time.is_none() && options.sample_time.is_none() {
+        if plans.iter().all(|plan| plan.time.is_none()) && options.sample_time.is_none() {
             draft.sample_time(sheet);
         }
     }
@@ -186,10 +190,11 @@ impl Draft {
         }
     }
 
-    /// The role of each column and tag.
-    fn columns(&mut self, sheet: &Sheet, plan: &Plan) {
+    /// The role of each column and tag. A column that only some parts of the file have would be missed in the others.
+    fn columns(&mut self, sheet: &Sheet, plan: &Plan, is_everywhere: &dyn Fn(&str) -> bool) {
         let is_left_out = |name: &str| sheet.left_out.iter().any(|each| each.name == name);
-        for each in plan.recognised.iter().filter(|each| !is_left_out(&each.column)) {
+        let is_written = |name: &str| !is_left_out(name) && is_everywhere(name);
+        for each in plan.recognised.iter().filter(|each| is_written(&each.column)) {
             let role = each.role.option_name();
             let role = match &each.loop_name {
                 Some(loop_name) if role != "ignore" => format!("{loop_name}.{role}"),
