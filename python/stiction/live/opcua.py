@@ -34,6 +34,7 @@ try:
 except ImportError as error:
     raise ImportError(f'OPC UA needs asyncua ({error}): pip install "stiction[live]"') from None
 
+from stiction.live import history
 from stiction.live.errors import Refused
 
 __all__: list[str] = []
@@ -97,6 +98,18 @@ NO_HISTORY = (
     ua.StatusCodes.BadNotSupported,
     ua.StatusCodes.BadServiceUnsupported,
     ua.StatusCodes.BadUserAccessDenied,
+)
+
+
+NO_BOUND = ua.StatusCodes.BadBoundNotFound
+"""The status of an answer that there is no value at a bound."""
+NO_DATA = (ua.StatusCodes.BadNoData, ua.StatusCodes.GoodNoData)
+TOO_LARGE = (
+    ua.StatusCodes.BadEncodingLimitsExceeded,
+    ua.StatusCodes.BadRequestTooLarge,
+    ua.StatusCodes.BadResponseTooLarge,
+    ua.StatusCodes.BadTcpMessageTooLarge,
+    ua.StatusCodes.BadTooManyOperations,
 )
 
 
@@ -287,6 +300,8 @@ class Server:
         self.client: ReadOnlyClient | None = None
         self.namespaces: list[str] = []
         self._publishing: asyncio.Task[None] | None = None
+        # Nodes of a request for history, values of a node in its answer, and whether values at its edges are asked for.
+        self._together, self._count, self._bounds = 20, 10_000, True
 
     async def connect(self) -> None:
         """Connect, open a session, and read the namespaces."""
@@ -458,11 +473,17 @@ class Server:
         all_: list[list[Any]] = []
         for result in results:
             own = list(result.References or [])
-            while result.ContinuationPoint:
+            known, idle = {each.NodeId for each in own}, 0
+            while result.ContinuationPoint and idle < history.IDLE and len(own) <= MOST_NODES:
                 more = ua.BrowseNextParameters()
                 more.ContinuationPoints = [result.ContinuationPoint]
                 [result] = await self.session.browse_next(more)
-                own += result.References or []
+                new = [each for each in result.References or [] if each.NodeId not in known]
+                known.update(each.NodeId for each in new)
+                idle = 0 if new else idle + 1
+                own += new
+            if result.ContinuationPoint:
+                self.say("the server lists the nodes of a folder without an end; the rest was not browsed")
             all_.append(own)
         return all_
 
@@ -577,44 +598,86 @@ class Server:
         """The present values of nodes by their index."""
         return dict(zip(nodes, await self._read(list(nodes.values()))))
 
-    async def history(self, nodes: Mapping[int, Any], begin: int, end: int) -> AsyncIterator[tuple[int, list[Any] | int]]:
+    async def history(
+        self, nodes: Mapping[int, Any], begin: int, end: int
+    ) -> AsyncIterator[tuple[int, list[Any] | int | history.Unread]]:
         """The recorded values of nodes, a part at a time, or a status code if the server has no history of a node."""
+        reading = history.Reading(
+            list(nodes), begin, end, together=self._together, time_of=_time_of, key_of=lambda value: (_status_of(value), repr(value.Value))
+        )
+        while spans := reading.next():
+            count = self._count
+            for span, answer in zip(spans, await self._history([(nodes[span.index], span.point) for span in spans], *spans[0].asked)):
+                for part in reading.take(span, answer, count):
+                    yield span.index, part
+            reading.together = self._together
+
+    async def _history(self, asked: Sequence[tuple[Any, bytes | None]], begin: int, end: int) -> list[history.Answer]:
+        """What the server answers about nodes and where it continues. It is asked for less if it refuses the size of an answer."""
         details = ua.ReadRawModifiedDetails()
         details.IsReadModified = False
         details.StartTime, details.EndTime = (EPOCH + timedelta(microseconds=at) for at in (begin, end))
-        details.NumValuesPerNode = 10_000
+        details.NumValuesPerNode = self._count
         # The last value before, which may still hold.
-        details.ReturnBounds = True
-        places = list(nodes)
-        for first in range(0, len(places), 20):
-            waiting: list[tuple[int, Any]] = [(index, None) for index in places[first : first + 20]]
-            while waiting:
-                parameters = ua.HistoryReadParameters()
-                parameters.HistoryReadDetails = details
-                parameters.TimestampsToReturn = ua.TimestampsToReturn.Both
-                parameters.ReleaseContinuationPoints = False
-                parameters.NodesToRead = [
-                    ua.HistoryReadValueId(NodeId=nodes[index], ContinuationPoint=point) for index, point in waiting
-                ]
-                try:
-                    results = await self.session.history_read(parameters)
-                except ua.UaStatusCodeError as error:
-                    if error.code not in NO_HISTORY:
-                        raise
-                    for index, _ in waiting:
-                        yield index, error.code
-                    break
-                more = []
-                for (index, _), result in zip(waiting, results):
-                    code = result.StatusCode.value
-                    if code >= 0x8000_0000:
-                        yield index, code
-                        continue
-                    values = getattr(result.HistoryData, "DataValues", None) or []
-                    yield index, list(values)
-                    if result.ContinuationPoint:
-                        more.append((index, result.ContinuationPoint))
-                waiting = more
+        details.ReturnBounds = self._bounds
+        parameters = ua.HistoryReadParameters()
+        parameters.HistoryReadDetails = details
+        parameters.TimestampsToReturn = ua.TimestampsToReturn.Both
+        parameters.ReleaseContinuationPoints = False
+        parameters.NodesToRead = [ua.HistoryReadValueId(NodeId=node, ContinuationPoint=point) for node, point in asked]
+        try:
+            results = await self.session.history_read(parameters)
+        except ua.UaStatusCodeError as error:
+            if error.code in TOO_LARGE and len(asked) > 1:
+                self._together = max(1, len(asked) // 2)
+                halves = asked[: self._together], asked[self._together :]
+                return [answer for half in halves for answer in await self._history(half, begin, end)]
+            if error.code in TOO_LARGE and self._fewer():
+                return await self._history(asked, begin, end)
+            if error.code == ua.StatusCodes.BadBoundNotSupported and self._bounds:
+                self._bounds = False
+                return await self._history(asked, begin, end)
+            if error.code not in NO_HISTORY:
+                raise
+            return [history.Answer(code=error.code) for _ in asked]
+        if len(results) != len(asked):
+            raise ConnectionError(f"the server answered about {len(results)} of {len(asked)} nodes")
+        answers = []
+        for (node, point), result in zip(asked, results):
+            code = result.StatusCode.value
+            if code == ua.StatusCodes.BadBoundNotSupported and self._bounds:
+                self._bounds = False
+                answers += await self._history([(node, point)], begin, end)
+            elif code in TOO_LARGE and len(asked) == 1 and self._fewer():
+                answers += await self._history([(node, point)], begin, end)
+            elif code in TOO_LARGE or code == ua.StatusCodes.BadNoContinuationPoints:
+                # The server may do it for fewer nodes at a time.
+                self._together = max(1, min(self._together, len(asked) // 2))
+                answers.append(history.Answer(code=code, retry=True))
+            elif code in NO_DATA or code == ua.StatusCodes.BadContinuationPointInvalid and point is not None:
+                answers.append(history.Answer())
+            elif code >= 0x8000_0000:
+                answers.append(history.Answer(code=code))
+            else:
+                values = getattr(result.HistoryData, "DataValues", None) or []
+                answers.append(history.Answer(list(values), result.ContinuationPoint or None))
+        return answers
+
+    def _fewer(self) -> bool:
+        """Asks for half the values in an answer from now on, if that is possible."""
+        if self._count <= 10:
+            return False
+        self._count //= 2
+        return True
+
+
+def _time_of(value: Any) -> int | None:
+    at = value.SourceTimestamp or value.ServerTimestamp
+    return None if at is None else microseconds(at)
+
+
+def _status_of(value: Any) -> int:
+    return 0 if value.StatusCode is None else int(value.StatusCode.value)
 
 
 def _is_property(reference: Any) -> bool:

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from stiction import _core
-from stiction.live import hours, opcua, push, tags
+from stiction.live import history, hours, opcua, push, tags
 from stiction.live.errors import Refused
 from stiction.live.words import number_of
 
@@ -370,6 +370,9 @@ class Watcher:
         begin, end = min(after for after, _ in dropped.values()), max(before for _, before in dropped.values())
         async for index, values in server.history({k: nodes[k] for k in dropped if k in nodes}, begin, end):
             after, before = dropped[index]
+            if isinstance(values, history.Unread):
+                self._unread(index, values)
+                continue
             for value in [] if isinstance(values, int) else values:
                 at = after - 1 if value.SourceTimestamp is None else opcua.microseconds(value.SourceTimestamp)
                 if after <= at < before:
@@ -414,9 +417,12 @@ class Watcher:
                     if isinstance(values, int):
                         without[index] = values
                         continue
+                    if isinstance(values, history.Unread):
+                        self._unread(index, values)
+                        continue
                     for value in values:
                         self._past(index, value, begin)
-                    found[index] = found.get(index, 0) + len(values)
+                    found[index] = found.get(index, 0) + sum(_is_value(value) for value in values)
                     await asyncio.sleep(0)
                 self.recorder.flush()
                 self.fill_from = at = until
@@ -447,10 +453,19 @@ class Watcher:
         self.recorder.flush()
         self.fill_from = None
 
+    def _unread(self, index: int, part: history.Unread) -> None:
+        """Reports a part of the history that did not come to its end, and marks it as a gap."""
+        self.say(
+            f"{self.names[index]}: the server's history from {hours.shown(part.begin)} to {hours.shown(part.end)} was not read to its end "
+            f"({part.why})"
+        )
+        if part.end > part.begin:
+            self.recorder.add(index, part.begin + 1, math.nan, hours.LOST)
+
     def _past(self, index: int, value: Any, begin: int) -> None:
         """Stores a value of the history. The last one before its beginning is held there."""
         status = value.StatusCode.value if value.StatusCode is not None else 0
-        if status == 0x80D7_0000:  # BadBoundNotFound
+        if status == opcua.NO_BOUND:
             return
         if value.SourceTimestamp is not None and opcua.microseconds(value.SourceTimestamp) < begin:
             self._hold(index, value, begin)
@@ -666,6 +681,11 @@ class Watcher:
     def metrics(self) -> str:
         """The state as Prometheus metrics."""
         return push.metrics(self.status())
+
+
+def _is_value(value: Any) -> bool:
+    """Whether it is more than the answer that there is no value at a bound."""
+    return value.StatusCode is None or value.StatusCode.value != opcua.NO_BOUND
 
 
 def read_status(plant: Path) -> dict[str, Any] | None:
