@@ -34,8 +34,8 @@ try:
 except ImportError as error:
     raise ImportError(f'OPC UA needs asyncua ({error}): pip install "stiction[live]"') from None
 
-from stiction.live import history
 from stiction.live.errors import Refused
+from stiction.live.history import IDLE, Answer, Reading, Unread
 
 __all__: list[str] = []
 
@@ -147,6 +147,7 @@ class ReadOnlyClient(Client):
         self.product_uri = APPLICATION
         # A session whose client was killed ends after this time, ms.
         self.session_timeout = 120_000
+        self.check_peer: Callable[[], None] = lambda: None
 
     def _add_user_auth(self, params: Any, username: str | None, password: str | None) -> None:
         policy = self.server_policy(ua.UserTokenType.UserName)
@@ -157,6 +158,9 @@ class ReadOnlyClient(Client):
                 "the server would receive the password unencrypted, so it was not sent; use a security policy, or a server that "
                 "encrypts passwords"
             )
+        if not plain and not encrypted:
+            # The server's certificate encrypts the password, so it must be a trusted one.
+            self.check_peer()
         super()._add_user_auth(params, username, password)
 
 
@@ -228,22 +232,26 @@ def check_certificate(data: bytes, server: Any, security: Security) -> str | Non
         uris = own.get_values_for_type(x509.UniformResourceIdentifier)
     except x509.ExtensionNotFound:
         uris = []
-    if server.ApplicationUri not in uris:
+    if server is not None and server.ApplicationUri not in uris:
         raise Refused(
             f"the certificate of the server ({name}) is for {', '.join(uris) or 'no application'}, but the server is "
             f"{server.ApplicationUri}; make a new certificate on the server"
         )
     trusted, rejected = security.folder / "trusted", security.folder / "rejected"
     known = [path for path in sorted(trusted.glob("*")) if path.suffix in {".der", ".pem", ".crt", ".cer"}]
+    aside = []
     for path in known:
-        each = _loaded(path)
+        try:
+            each = _loaded(path)
+        except ValueError:
+            aside.append(f"{path} is no certificate; remove it")
+            continue
         if each.public_bytes(Encoding.DER) == data:
             return None
-        try:
-            certificate.verify_directly_issued_by(each)
+        if (why := _no_issuer(each, certificate, now)) is None:
             return None
-        except Exception:  # Not its issuer; the next one may be.
-            continue
+        if why:
+            aside.append(f"{path} {why}")
     if security.trust_first and not known:
         trusted.mkdir(parents=True, exist_ok=True)
         (trusted / f"{mark[:16]}.der").write_bytes(data)
@@ -253,8 +261,25 @@ def check_certificate(data: bytes, server: Any, security: Security) -> str | Non
     path.write_bytes(data)
     raise Refused(
         f"the certificate of the server ({name}, SHA-256 {mark}) is not trusted; compare the SHA-256 with that on the server, and "
-        f"move {path} to {trusted}"
+        f"move {path} to {trusted}" + "".join(f". Also, {each}" for each in aside[:3])
     )
+
+
+def _no_issuer(issuer: x509.Certificate, certificate: x509.Certificate, now: datetime) -> str | None:
+    """Why a trusted certificate does not vouch for that of a server: empty if it did not sign it; None if it does."""
+    try:
+        certificate.verify_directly_issued_by(issuer)
+    except Exception:
+        return ""
+    try:
+        is_authority = issuer.extensions.get_extension_for_class(x509.BasicConstraints).value.ca
+    except x509.ExtensionNotFound:
+        is_authority = False
+    if not is_authority:
+        return "signed it, but is not the certificate of an authority (CA), so it does not count"
+    if not issuer.not_valid_before_utc <= now <= issuer.not_valid_after_utc:
+        return f"signed it, but is valid from {issuer.not_valid_before_utc:%Y-%m-%d} to {issuer.not_valid_after_utc:%Y-%m-%d} only"
+    return None
 
 
 @dataclass(frozen=True)
@@ -306,6 +331,7 @@ class Server:
     async def connect(self) -> None:
         """Connect, open a session, and read the namespaces."""
         client = ReadOnlyClient(self.url, self.timeout)
+        client.check_peer = lambda: self._check_peer(client)
         user = os.environ.get("STICTION_OPCUA_USER") or client._username
         password = os.environ.get("STICTION_OPCUA_PASSWORD")
         if user:
@@ -363,6 +389,16 @@ class Server:
         )
         self.say(f"the connection is encrypted by {name}")
         await self._user_certificate(client)
+
+    def _check_peer(self, client: ReadOnlyClient) -> None:
+        """Refuses to give a name and a password to a server whose certificate is not trusted."""
+        data = client.security_policy.peer_certificate or b""
+        try:
+            note = check_certificate(_first_certificate(data), None, self.security)
+        except Refused as error:
+            raise Refused(f"the user and the password were not sent, because {error}") from None
+        if note:
+            self.say(note)
 
     async def _user_certificate(self, client: ReadOnlyClient) -> None:
         own = self.security
@@ -474,7 +510,7 @@ class Server:
         for result in results:
             own = list(result.References or [])
             known, idle = {each.NodeId for each in own}, 0
-            while result.ContinuationPoint and idle < history.IDLE and len(own) <= MOST_NODES:
+            while result.ContinuationPoint and idle < IDLE and len(own) <= MOST_NODES:
                 more = ua.BrowseNextParameters()
                 more.ContinuationPoints = [result.ContinuationPoint]
                 [result] = await self.session.browse_next(more)
@@ -600,9 +636,9 @@ class Server:
 
     async def history(
         self, nodes: Mapping[int, Any], begin: int, end: int
-    ) -> AsyncIterator[tuple[int, list[Any] | int | history.Unread]]:
+    ) -> AsyncIterator[tuple[int, list[Any] | int | Unread]]:
         """The recorded values of nodes, a part at a time, or a status code if the server has no history of a node."""
-        reading = history.Reading(
+        reading = Reading(
             list(nodes), begin, end, together=self._together, time_of=_time_of, key_of=lambda value: (_status_of(value), repr(value.Value))
         )
         while spans := reading.next():
@@ -612,7 +648,7 @@ class Server:
                     yield span.index, part
             reading.together = self._together
 
-    async def _history(self, asked: Sequence[tuple[Any, bytes | None]], begin: int, end: int) -> list[history.Answer]:
+    async def _history(self, asked: Sequence[tuple[Any, bytes | None]], begin: int, end: int) -> list[Answer]:
         """What the server answers about nodes and where it continues. It is asked for less if it refuses the size of an answer."""
         details = ua.ReadRawModifiedDetails()
         details.IsReadModified = False
@@ -639,7 +675,7 @@ class Server:
                 return await self._history(asked, begin, end)
             if error.code not in NO_HISTORY:
                 raise
-            return [history.Answer(code=error.code) for _ in asked]
+            return [Answer(code=error.code) for _ in asked]
         if len(results) != len(asked):
             raise ConnectionError(f"the server answered about {len(results)} of {len(asked)} nodes")
         answers = []
@@ -653,14 +689,14 @@ class Server:
             elif code in TOO_LARGE or code == ua.StatusCodes.BadNoContinuationPoints:
                 # The server may do it for fewer nodes at a time.
                 self._together = max(1, min(self._together, len(asked) // 2))
-                answers.append(history.Answer(code=code, retry=True))
+                answers.append(Answer(code=code, retry=True))
             elif code in NO_DATA or code == ua.StatusCodes.BadContinuationPointInvalid and point is not None:
-                answers.append(history.Answer())
+                answers.append(Answer())
             elif code >= 0x8000_0000:
-                answers.append(history.Answer(code=code))
+                answers.append(Answer(code=code))
             else:
                 values = getattr(result.HistoryData, "DataValues", None) or []
-                answers.append(history.Answer(list(values), result.ContinuationPoint or None))
+                answers.append(Answer(list(values), result.ContinuationPoint or None))
         return answers
 
     def _fewer(self) -> bool:
