@@ -25,6 +25,7 @@ mod outputs;
 mod overrule;
 mod plant;
 mod population;
+mod reading;
 mod schema;
 mod screens;
 mod session;
