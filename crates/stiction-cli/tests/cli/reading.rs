@@ -107,6 +107,8 @@ struct Seen {
     duration_s: f64,
     /// Number of samples of each signal, good or not, of `inspect`; empty for several files.
     samples: Vec<(String, usize, usize)>,
+    /// The least and the largest PV.
+    pv: (f64, f64),
     /// All words beside the verdict and in `inspect`.
     said: String,
     /// The one line of `--brief`.
@@ -128,9 +130,13 @@ fn look(folder: &Path, files: &[&str], options: &[String]) -> Result<Seen, Strin
     };
     let diagnosed = of(&["diagnose", "--json"])?;
     let brief = of(&["diagnose", "--brief"])?;
-    let inspected = of(&["inspect", "--json"])?;
+    // Parts of a loop may be no recordings of their own.
+    let inspected = match of(&["inspect", "--json"]) {
+        Err(_) if files.len() > 1 => None,
+        done => Some(done?),
+    };
     let json = |done: &Done| serde_json::from_str::<Value>(&done.out).expect("JSON");
-    let (document, summary) = (json(&diagnosed), json(&inspected));
+    let (document, summary) = (json(&diagnosed), inspected.as_ref().map(json));
     let loops = document["loops"].as_array().expect("loops");
     let [found] = &loops[..] else {
         let names: Vec<_> = loops.iter().map(|each| each["loop"].to_string()).collect();
@@ -139,12 +145,12 @@ fn look(folder: &Path, files: &[&str], options: &[String]) -> Result<Seen, Strin
     let s = &found["stiction"]["S"];
     let verdict = &found["verdict"];
     let mut said = String::new();
-    for what in ["notes", "repairs"] {
+    for what in ["notes", "repairs", "masked"] {
         let _ = writeln!(said, "{what}: {}", found[what]);
     }
     let _ = writeln!(said, "fitness: {}", found["fitness"]["reasons"]);
-    let mut samples = vec![];
-    for file in summary["files"].as_array().expect("files") {
+    let (mut samples, mut pv) = (vec![], (f64::NAN, f64::NAN));
+    for file in summary.iter().flat_map(|summary| summary["files"].as_array().expect("files")) {
         let _ = writeln!(said, "inspect: {}", file["notes"]);
         for each in file["loops"].as_array().expect("loops") {
             let _ = writeln!(said, "inspect: {}", each["notes"]);
@@ -152,6 +158,11 @@ fn look(folder: &Path, files: &[&str], options: &[String]) -> Result<Seen, Strin
                 let all = signal["samples"].as_u64().unwrap_or(0) as usize;
                 let good = signal["quality"]["good"].as_u64().unwrap_or(0) as usize;
                 samples.push((name.clone(), all, good));
+                let _ = writeln!(said, "inspect: {}", signal["masked"]);
+                if name == "pv" {
+                    let end = |end: &str| signal[end].as_f64().unwrap_or(f64::NAN);
+                    pv = (pv.0.min(end("lowest")), pv.1.max(end("highest")));
+                }
             }
         }
     }
@@ -167,6 +178,7 @@ fn look(folder: &Path, files: &[&str], options: &[String]) -> Result<Seen, Strin
         judged: found["judged"]["samples"].as_u64().unwrap_or(0) as usize,
         duration_s: found["judged"]["duration_s"].as_f64().unwrap_or(0.0),
         samples,
+        pv,
         said,
         brief: brief.out + &brief.err,
     })
@@ -174,12 +186,12 @@ fn look(folder: &Path, files: &[&str], options: &[String]) -> Result<Seen, Strin
 
 impl std::fmt::Display for Seen {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { grade, probability, s, judged, duration_s, samples, .. } = self;
+        let Self { grade, probability, s, judged, duration_s, samples, pv, .. } = self;
         let s = s.map_or("none".to_owned(), |[s, a, b]| format!("{s:.2} ({a:.2} to {b:.2})"));
         let p = probability.map_or("none".to_owned(), |p| format!("{:.0} %", 100.0 * p));
         write!(
             f,
-            "{grade}, {p}, S {s}, {judged} samples judged, {duration_s} s; {samples:?}\n{}",
+            "{grade}, {p}, S {s}, {judged} samples judged, {duration_s} s; PV {pv:?}; {samples:?}\n{}",
             self.said
         )
     }
@@ -200,6 +212,8 @@ struct Right {
     s: Option<(f64, f64)>,
     /// Words of which one must stand in the notes of `diagnose`, `inspect` or the line of `--brief`.
     said: &'static [&'static str],
+    /// Ends between which the PV must be.
+    pv: (f64, f64),
     /// Files with a range that is guessed: words beside S, or no S; its interval must hold this.
     holds: Option<f64>,
 }
@@ -212,6 +226,7 @@ const STICKS: Right = Right {
     step: 1.0,
     s: Some((3.3, 4.6)),
     said: &[],
+    pv: (f64::NEG_INFINITY, f64::INFINITY),
     holds: None,
 };
 
@@ -259,6 +274,9 @@ impl Right {
                 faults.push(format!("S is {s:.2}, and --brief does not name the range"));
             }
             _ => {}
+        }
+        if seen.pv.0 < self.pv.0 || seen.pv.1 > self.pv.1 {
+            faults.push(format!("the PV is {:?}, expected {:?}", seen.pv, self.pv));
         }
         let words = format!("{} {}", seen.said, seen.brief).to_lowercase();
         if !self.said.is_empty() && !self.said.iter().any(|word| words.contains(word)) {
@@ -318,6 +336,12 @@ impl Case {
         self.may_refuse = true;
         self.message = message;
         self.known = known;
+        self
+    }
+
+    /// A refusal need not name an option, because none can help.
+    fn unadvised(mut self) -> Self {
+        self.advised = false;
         self
     }
 
@@ -450,7 +474,7 @@ fn advised(
                 }
                 Err(other) => {
                     seen.push(format!("{more:?}: {}", other.trim()));
-                    if more.len() < 2 * 5 && tried < 30 {
+                    if more.len() < 2 * 5 && tried < 30 && !other.contains("Usage:") {
                         open.push((more, other));
                     }
                 }
@@ -473,7 +497,7 @@ fn advice_is_found_in_messages() {
         "name it, as in --map time=COLUMN, or give the time between rows, as in --sample-time 1";
     assert_eq!(of(message), "--map|time=COLUMN --sample-time|1");
     assert_eq!(
-        of("as in --time-format excel or seconds, or give"),
+        of("as in --time-format excel or seconds, or give the time"),
         "--time-format|excel --time-format|seconds"
     );
     assert_eq!(of("as in --map \"mode=Time 3\"; else"), "--map|mode=Time 3");

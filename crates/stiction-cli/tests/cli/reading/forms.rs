@@ -8,7 +8,7 @@ const SEED: u64 = 4803;
 
 /// A long table in the order of time; `late` is how much later OP is sampled, s. `changes` leaves out equal samples.
 fn long(of: &Sampled, late: f64, changes: bool) -> String {
-    let mut text = "Tag,Time,Value\n".to_owned();
+    let mut text = "Tag,Time (s),Value\n".to_owned();
     let mut last = [f64::NAN; 3];
     for k in 0..of.len() {
         let t = k as f64 * of.step;
@@ -28,7 +28,7 @@ fn long(of: &Sampled, late: f64, changes: bool) -> String {
 
 /// A wide table; equal samples are left empty.
 fn wide_changes(of: &Sampled) -> String {
-    let mut text = "Time,F1.PV,F1.SP,F1.OP\n".to_owned();
+    let mut text = "Time (s),F1.PV,F1.SP,F1.OP\n".to_owned();
     let mut last = [f64::NAN; 3];
     for k in 0..of.len() {
         text += &shown(k as f64 * of.step);
@@ -44,7 +44,7 @@ fn wide_changes(of: &Sampled) -> String {
 
 /// A row for each time of a tag, with the other cells empty.
 fn joined(of: &Sampled, late: f64, none: &str) -> String {
-    let mut text = "Time,F1.PV,F1.SP,F1.OP\n".to_owned();
+    let mut text = "Time (s),F1.PV,F1.SP,F1.OP\n".to_owned();
     for k in 0..of.len() {
         let t = k as f64 * of.step;
         let _ = writeln!(text, "{},{},{},{none}", shown(t), shown(of.pv[k]), shown(of.sp[k]));
@@ -55,7 +55,7 @@ fn joined(of: &Sampled, late: f64, none: &str) -> String {
 
 /// Time and value of each tag side by side.
 fn beside(of: &Sampled, late: f64) -> String {
-    let mut text = "Time,F1.PV,Time2,F1.SP,Time3,F1.OP\n".to_owned();
+    let mut text = "Time (s),F1.PV,Time 2 (s),F1.SP,Time 3 (s),F1.OP\n".to_owned();
     for k in 0..of.len() {
         let t = k as f64 * of.step;
         let (now, later) = (shown(t), shown(t + late));

@@ -140,6 +140,11 @@ pub fn judged(bytes: &[u8], name: &str) -> Result<Judged, String> {
     said.extend(found.notes.iter().cloned());
     said.extend(found.grid.repairs.iter().map(|repair| repair.done.clone()));
     said.extend(found.fitness.reasons.iter().cloned());
+    let masked = found.fitness.measures.iter().filter(|measure| {
+        format!("{:?}", measure.id).contains("Masked")
+            && measure.value.is_some_and(|share| share > 0.0)
+    });
+    said.extend(masked.map(|measure| format!("masked: {}", measure.reason)));
     said.extend(read.missing.iter().map(|missing| missing.reason.clone()));
     Ok(Judged {
         grade: found.verdict.grade,
@@ -152,6 +157,6 @@ pub fn judged(bytes: &[u8], name: &str) -> Result<Judged, String> {
 }
 
 /// Does it for each number below `count`, on all threads, in order.
-pub fn for_each<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+pub fn for_each<T: Send>(count: usize, of: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
     (0..count).into_par_iter().map(of).collect()
 }
