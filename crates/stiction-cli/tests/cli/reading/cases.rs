@@ -20,6 +20,13 @@ fn c01_a_clock_that_begins_again() {
         .right(|right| *right = sticks(1500, (3.6, 4.4)))
         .said(&["restart", "again", "went back", "goes back", "fell back", "falls back"]);
     examine("c01", vec![case.or_refused(&[], &[])]);
+    let folder = super::folder("reading-c01-inspect");
+    super::write(&folder, "c01.csv", kept("c01-restart-offset.csv").files.remove(0).1);
+    let shown = super::run(&folder, &["inspect", "c01.csv"]);
+    let notes: Vec<&str> = shown.out.lines().filter(|line| line.contains("note:")).collect();
+    // Rows 502 and 1002 are the first of the second and the third run.
+    let named = notes.iter().any(|note| note.contains("502") || note.contains('2'));
+    assert!(named, "c01: inspect names no restarts: {notes:?} {}", shown.err);
 }
 
 #[test]

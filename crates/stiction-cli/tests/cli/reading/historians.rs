@@ -53,7 +53,10 @@ fn files() -> Vec<Case> {
         text
     });
     let phd = lines(
-        "Honeywell Uniformance PHD,Excel Companion,,,\nStart Time,14/03/2025 06:00:00,,,\nSample Interval,1s,,,\n,,,,\nTime,FC2103.DACA.PV,Conf,FC2103.PIDA.OP,Conf,FC2103.PIDA.SP,Conf,FC2103.PIDA.MODE\n",
+        "Honeywell Uniformance PHD,Excel Companion,,,\nStart Time,\
+            14/03/2025 06:00:00,,,\nSample Interval,1s,,,\n,,,,\nTime,\
+            FC2103.DACA.PV,Conf,FC2103.PIDA.OP,Conf,FC2103.PIDA.SP,Conf,\
+            FC2103.PIDA.MODE\n",
         |k| {
             let [pv, sp, op] = at(k);
             let (pv, conf) = if rare(k) { (-9999.0, 0) } else { (pv, 100) };
@@ -65,7 +68,8 @@ fn files() -> Vec<Case> {
     );
     let noon = jiff::civil::date(2025, 3, 14).at(11, 50, 0, 0);
     let deltav = lines(
-        "\"Date/Time\",\"FIC-2104/PID1/PV.CV\",\"FIC-2104/PID1/SP.CV\",\"FIC-2104/PID1/OUT.CV\",\"FIC-2104/PID1/MODE.ACTUAL\"\n",
+        "\"Date/Time\",\"FIC-2104/PID1/PV.CV\",\"FIC-2104/PID1/SP.CV\",\
+            \"FIC-2104/PID1/OUT.CV\",\"FIC-2104/PID1/MODE.ACTUAL\"\n",
         |k| {
             let [pv, sp, op] = at(k);
             let time = super::clock_from(noon, "%m/%d/%Y %I:%M:%S %p", k as f64);
@@ -88,7 +92,9 @@ fn files() -> Vec<Case> {
             tags.map(row).collect()
         });
     let seeq = lines(
-        "\u{feff}Date-Time,\"Area A: FIC2106 Flow PV (m3/h)\",\"Area A: FIC2106 Flow SP (m3/h)\",\"Area A: FIC2106 Valve Output (%)\"\n",
+        "\u{feff}Date-Time,\"Area A: FIC2106 Flow PV (m3/h)\",\
+            \"Area A: FIC2106 Flow SP (m3/h)\",\
+            \"Area A: FIC2106 Valve Output (%)\"\n",
         |k| {
             let [pv, sp, op] = at(k);
             let pv = if rare(k) { String::new() } else { format!("{pv:.5}") };
@@ -120,7 +126,8 @@ fn files() -> Vec<Case> {
         .collect()
     });
     let german = lines(
-        "Zeitpunkt;Durchfluss Istwert [m³/h];Durchfluss Sollwert [m³/h];Stellgröße [%];Betriebsart\n",
+        "Zeitpunkt;Durchfluss Istwert [m³/h];Durchfluss Sollwert [m³/h];\
+            Stellgröße [%];Betriebsart\n",
         |k| {
             let [pv, sp, op] = at(k);
             format!(
@@ -159,7 +166,8 @@ fn files() -> Vec<Case> {
         }
     });
     let yokogawa = lines(
-        "Exaquantum/Explorer\nDate,Time,FIC2111.PV,FIC2111.SV,FIC2111.MV,FIC2111.MODE\n,,M3/H,M3/H,%,\n",
+        "Exaquantum/Explorer\nDate,Time,FIC2111.PV,FIC2111.SV,FIC2111.MV,\
+            FIC2111.MODE\n,,M3/H,M3/H,%,\n",
         |k| {
             let [pv, sp, op] = at(k);
             let pv = if rare(k) { "-------".to_owned() } else { format!("{pv:.2}") };

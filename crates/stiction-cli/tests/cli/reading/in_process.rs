@@ -144,6 +144,9 @@ pub fn judged(bytes: &[u8], name: &str) -> Result<Judged, String> {
         format!("{:?}", measure.id).contains("Masked")
             && measure.value.is_some_and(|share| share > 0.0)
     });
+    // The conclusion of mistaken columns names them.
+    let mistaken = found.mistaken().and(found.relation.as_ref());
+    said.extend(mistaken.map(|relation| format!("mistaken columns: {}", relation.because)));
     said.extend(masked.map(|measure| format!("masked: {}", measure.reason)));
     said.extend(read.missing.iter().map(|missing| missing.reason.clone()));
     Ok(Judged {

@@ -154,11 +154,36 @@ fn beside(
 fn a_clock_for_each_channel() {
     let seconds = |s: f64| s.to_string();
     let dated = |s: f64| clock(ISO, s);
-    examine("clocks", vec![
-        case("clocks named after their tags", "a.csv", beside("FIC1.PV.Time;FIC1.PV.Value;FIC1.SP.Time;FIC1.SP.Value;FIC1.OP.Time;FIC1.OP.Value\n", ";", &seconds, 0.2, 0)).right(nearly),
-        case("clocks of one name", "a.csv", beside("Time,FIC1.PV,Time,FIC1.SP,Time,FIC1.OP\n", ",", &dated, 0.0, 0)).right(nearly),
-        case("numbered clocks", "a.csv", beside("Time,FIC1.PV,Time 2,FIC1.SP,Time 3,FIC1.OP\n", ",", &dated, 0.0, 7)).right(|right| right.judged = (N - 9, N)),
-    ]);
+    examine(
+        "clocks",
+        vec![
+            case(
+                "clocks named after their tags",
+                "a.csv",
+                beside(
+                    "FIC1.PV.Time;FIC1.PV.Value;FIC1.SP.Time;FIC1.SP.Value;FIC1.OP.Time;\
+            FIC1.OP.Value\n",
+                    ";",
+                    &seconds,
+                    0.2,
+                    0,
+                ),
+            )
+            .right(nearly),
+            case(
+                "clocks of one name",
+                "a.csv",
+                beside("Time,FIC1.PV,Time,FIC1.SP,Time,FIC1.OP\n", ",", &dated, 0.0, 0),
+            )
+            .right(nearly),
+            case(
+                "numbered clocks",
+                "a.csv",
+                beside("Time,FIC1.PV,Time 2,FIC1.SP,Time 3,FIC1.OP\n", ",", &dated, 0.0, 7),
+            )
+            .right(|right| right.judged = (N - 9, N)),
+        ],
+    );
 }
 
 /// A row for each time of any tag; `none` in the other cells.
@@ -428,10 +453,14 @@ fn annotated_tables() {
         text.replace('\n', end)
     };
     let z = |k: usize| clock("%Y-%m-%dT%H:%M:%SZ", k as f64);
-    let whole = "#datatype,string,long,dateTime:RFC3339,double,string,string\n#group,false,false,false,false,true,true\n#default,_result,,,,,\n,result,table,_time,_value,_field,_measurement\n";
+    let whole = "#datatype,string,long,dateTime:RFC3339,double,string,string\n#group,\
+            false,false,false,false,true,true\n#default,_result,,,,,\n,result,\
+            table,_time,_value,_field,_measurement\n";
     let merely_named = ",result,table,_time,_value,_field,loop\n";
     let pivoted = lines(
-        "#datatype,string,long,dateTime:RFC3339,string,double,double,double\n#group,false,false,false,true,false,false,false\n#default,_result,,,,,,\n,result,table,_time,_measurement,op,pv,sp\n",
+        "#datatype,string,long,dateTime:RFC3339,string,double,double,double\n\
+            #group,false,false,false,true,false,false,false\n#default,_result,,,,,\
+            ,\n,result,table,_time,_measurement,op,pv,sp\n",
         |k| {
             let [pv, sp, op] = at(k);
             format!(",,0,{},FIC101,{op},{pv},{sp}\n", z(k))
@@ -530,9 +559,8 @@ fn several_rows_above_the_numbers() {
             case(
                 "names, units, descriptions",
                 "a.csv",
-                of(
-                    "Time,FIC1.PV,FIC1.SP,FIC1.OP\n,m3/h,m3/h,%\n,Feed to K1,Feed to K1,Feed to K1\n",
-                ),
+                of("Time,FIC1.PV,FIC1.SP,FIC1.OP\n,m3/h,m3/h,%\n,Feed to K1,Feed to K1,\
+            Feed to K1\n"),
             ),
             case(
                 "descriptions, names",
@@ -740,23 +768,21 @@ fn names_in_words() {
             case(
                 "an area before it",
                 "a.csv",
-                of(
-                    "Date-Time,Area A: FIC2106 Flow PV (m3/h),Area A: FIC2106 Flow SP (m3/h),Area A: FIC2106 Valve Output (%)\n",
-                ),
+                of("Date-Time,Area A: FIC2106 Flow PV (m3/h),\
+            Area A: FIC2106 Flow SP (m3/h),Area A: FIC2106 Valve Output (%)\n"),
             ),
             case(
                 "a reactor",
                 "a.csv",
-                of(
-                    "Date-Time,Unit 2: TIC 300 Reactor Temperature PV (degC),Unit 2: TIC 300 Reactor Temperature SP (degC),Unit 2: TIC 300 Valve Output (%)\n",
-                ),
+                of("Date-Time,Unit 2: TIC 300 Reactor Temperature PV (degC),\
+            Unit 2: TIC 300 Reactor Temperature SP (degC),\
+            Unit 2: TIC 300 Valve Output (%)\n"),
             ),
             case(
                 "a level",
                 "a.csv",
-                of(
-                    "Date-Time,LIC07 Drum Level PV,LIC07 Drum Level Setpoint,LIC07 Controller Output (%)\n",
-                ),
+                of("Date-Time,LIC07 Drum Level PV,LIC07 Drum Level Setpoint,\
+            LIC07 Controller Output (%)\n"),
             ),
         ],
     );

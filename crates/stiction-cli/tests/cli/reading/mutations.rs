@@ -639,7 +639,10 @@ fn spoil(index: usize) -> Spoilt {
         Ok(Err(message)) => (Outcome::Refused, format!("{at}: {message}"), Some(message)),
         Ok(Ok(found)) => {
             let named = names_it(&found, &right, &chosen);
-            let outcome = match (found.grade == right.grade, found.is_opposite(&right), named) {
+            // Rows that vanish without a word are a silent change, too.
+            let lost = !named && 10 * found.samples < 6 * right.samples;
+            let same = found.grade == right.grade && !lost;
+            let outcome = match (same, found.is_opposite(&right), named) {
                 (true, ..) => Outcome::Same,
                 (_, true, true) => Outcome::OppositeNamed,
                 (_, true, false) => Outcome::OppositeSilent,
