@@ -146,7 +146,9 @@ fn look(folder: &Path, files: &[&str], options: &[String]) -> Result<Seen, Strin
     let verdict = &found["verdict"];
     let mut said = String::new();
     for what in ["notes", "repairs", "masked"] {
-        let _ = writeln!(said, "{what}: {}", found[what]);
+        if !found[what].is_null() && found[what] != serde_json::json!([]) {
+            let _ = writeln!(said, "{what}: {}", found[what]);
+        }
     }
     let _ = writeln!(said, "fitness: {}", found["fitness"]["reasons"]);
     let (mut samples, mut pv) = (vec![], (f64::NAN, f64::NAN));
@@ -158,7 +160,9 @@ fn look(folder: &Path, files: &[&str], options: &[String]) -> Result<Seen, Strin
                 let all = signal["samples"].as_u64().unwrap_or(0) as usize;
                 let good = signal["quality"]["good"].as_u64().unwrap_or(0) as usize;
                 samples.push((name.clone(), all, good));
-                let _ = writeln!(said, "inspect: {}", signal["masked"]);
+                if signal["masked"].as_array().is_some_and(|masked| !masked.is_empty()) {
+                    let _ = writeln!(said, "inspect: masked {}", signal["masked"]);
+                }
                 if name == "pv" {
                     let end = |end: &str| signal[end].as_f64().unwrap_or(f64::NAN);
                     pv = (pv.0.min(end("lowest")), pv.1.max(end("highest")));
