@@ -402,7 +402,6 @@ fn words_of_quality() {
                 "a.csv",
                 with_quality(|k, tag| if rare(k, tag) { "BadNoCommunication" } else { "Good" }),
             )
-            .said(&["bad"])
             .right(nearly),
             case(
                 "words with codes",
