@@ -224,7 +224,8 @@ fn twelve_historians_and_two_spreadsheets() {
     let all = files.len();
     let found = format!("{unaided} of {all} unaided, by advice {by_advice:?}");
     println!("historians: {found}");
-    // The long table of Ignition has numbers as tags.
     assert!(wrong.is_empty(), "historians: {found}; {} wrong\n{}\n", wrong.len(), wrong.join("\n"));
-    assert!(by_advice.len() <= 3, "historians: {found}");
+    // Of the twelve systems one may need its advice. The second files of PI and Ignition do not count.
+    let aided = by_advice.iter().filter(|name| !name.contains("long")).count();
+    assert!(aided <= 1, "historians: {found}");
 }
