@@ -202,7 +202,7 @@ def sql(folder: Path, loops: int, days: int) -> int:
         done = json.loads(subprocess.run(words, check=True, stdout=subprocess.PIPE, text=True).stdout)
     compared, wrong = 0, []
     for path in files:
-        own, other = rows_of(path), rows_of(fetched / "data/sql" / path.name)
+        own, other = rows_of(path), rows_of(fetched / "data/sql/samples" / path.name)
         compared += len(other)
         if not own.equals(other):
             wrong.append(path.name)

@@ -22,11 +22,13 @@ __all__ = [
     "Judged",
     "Kpi",
     "Limit",
+    "Masked",
     "Mended",
     "NoResponse",
     "PlantTime",
     "Relation",
     "Rest",
+    "SignalRange",
     "Stiction",
     "TestPlan",
     "Turn",
@@ -50,6 +52,10 @@ class Found(Result):
     judged: Judged | None = about("The judged segment, the longest of the grid; None if there is none.")
     plant_time: PlantTime = about("The clock of the plant, in which its times are shown.")
     repairs: list[Mended] = about("Repairs of the data.")
+    masked: list[Masked] = about("Values that are no measurements and count as missing, of the whole recording.")
+    op_range: SignalRange | None = about(
+        "The values of OP at 0 % and 100 %, with all plausible spans; None if the OP is in percent."
+    )
     fitness: Fitness = about("Fitness of the data.")
     findings: dict[str, Finding] = about("The finding of each method that was run, in the order of the registry.")
     kpis: dict[str, Kpi] = about("Key figures of the loop.")
@@ -99,6 +105,30 @@ class Mended(Result):
     count: int = about("Number of samples, or of steps of the clock.")
     first_s: float = about("The first time, s on the recording's clock.")
     done: str = about("The repair, a sentence.")
+
+
+@result
+class Masked(Result):
+    """All masked samples of one signal with one value."""
+
+    signal: str = about("The signal, such as `PV`.")
+    value: float = about("The recorded value.")
+    count: int = about("Number of samples.")
+    first_s: float = about("Time of the first of them, s on the recording's clock.")
+    kind: str = about("Why it is no measurement.")
+
+
+@result
+class SignalRange(Result):
+    """The instrument range of a signal: which values are 0 % and 100 %."""
+
+    low: float = about("The value at 0 %.")
+    high: float = about("The value at 100 %.")
+    source: str = about("Its source.")
+    spans: list[float] = about(
+        "The narrowest and the widest plausible span, in the unit of the signal; both that of the range if it is "
+        "known."
+    )
 
 
 @result

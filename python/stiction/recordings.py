@@ -12,6 +12,7 @@ from stiction import _core
 from stiction._arguments import number, optional, text
 from stiction._arrays import Array, Samples, samples, unmasked
 from stiction._core import Recording
+from stiction._objects import plain_frame, plain_objects
 from stiction._result import Result, about, result, result_of
 from stiction._words import documented
 
@@ -53,14 +54,20 @@ def read(
     mapping: str | PathLike[str] | None = None,
     zone: str | None = None,
     time_format: str | None = None,
+    date: str | None = None,
     sample_time: float | None = None,
     op_range: tuple[float, float] | None = None,
     pv_range: tuple[float, float] | None = None,
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
     bad_text: Sequence[str] = (),
+    part: str | None = None,
+    decimal_mark: str | None = None,
+    modes: Mapping[str, str] | None = None,
+    qualities: Mapping[str, str] | None = None,
+    bad_value: Sequence[float] = (),
 ) -> list[Recording]:
-    """Read the recordings in a CSV, Parquet or MATLAB file.
+    """Read the recordings in a CSV, Parquet or MATLAB file, or in a workbook of Excel or OpenDocument.
 
     Columns and tags are recognised by their names. Arguments take precedence.
 
@@ -79,6 +86,8 @@ def read(
         Format of times: a pattern such as ``"%d/%m/%Y %H:%M:%S"``, or day-first, month-first, year-first, epoch-s, epoch-ms,
         epoch-us, epoch-ns, dotnet-ticks, filetime, labview, gps, excel, excel-1904, datenum, seconds, milliseconds, microseconds,
         nanoseconds, minutes, hours, days.
+    date : str, optional
+        Day of the first row, such as ``"2025-03-14"``, for times of day without a date.
     sample_time : float, optional
         Time between rows, s, instead of a column of times.
     op_range, pv_range, vp_range : tuple of float, optional
@@ -87,6 +96,16 @@ def read(
         Type of the loops, see `loop_types`.
     bad_text : sequence of str, optional
         Words that mark a bad value instead of a number.
+    part : str, optional
+        The only sheet of a workbook, or part of a MATLAB file, to read.
+    decimal_mark : str, optional
+        The decimal mark of numbers in text, ``"point"`` or ``"comma"``, if the file leaves it open.
+    modes : mapping, optional
+        Words and codes for a mode, such as ``{"16": "auto"}``. Modes are auto, manual, cascade and other.
+    qualities : mapping, optional
+        Words and codes for a quality, such as ``{"0": "good"}``. Qualities are good, uncertain and bad.
+    bad_value : sequence of float, optional
+        Numbers that are no measurements, such as -1. -9999 and others like it are recognised.
 
     Returns
     -------
@@ -112,12 +131,18 @@ def read(
         mapping=mapping,
         zone=zone,
         time_format=time_format,
+        date=date,
         sample_time=sample_time,
         op_range=op_range,
         pv_range=pv_range,
         vp_range=vp_range,
         loop_type=loop_type,
         bad_text=bad_text,
+        part=part,
+        decimal_mark=decimal_mark,
+        modes=modes,
+        qualities=qualities,
+        bad_value=bad_value,
     )
     return _core.read_recordings(_path("path", path), told)
 
@@ -207,12 +232,17 @@ def recordings_from(
     mapping: str | PathLike[str] | None = None,
     zone: str | None = None,
     time_format: str | None = None,
+    date: str | None = None,
     sample_time: float | None = None,
     op_range: tuple[float, float] | None = None,
     pv_range: tuple[float, float] | None = None,
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
     bad_text: Sequence[str] = (),
+    decimal_mark: str | None = None,
+    modes: Mapping[str, str] | None = None,
+    qualities: Mapping[str, str] | None = None,
+    bad_value: Sequence[float] = (),
 ) -> list[Recording]:
     """Make recordings from a table with the columns of one loop, of several, or of tags in rows.
 
@@ -222,8 +252,10 @@ def recordings_from(
     ----------
     table : table
         A table of pandas, polars, pyarrow or any other library with the Arrow capsule interface, or a mapping of columns by name.
-        Null and NaN are missing, and timestamps may have any unit. A pandas index of times is used as the column of times.
-    columns, mapping, zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type, bad_text : optional
+        Null and NaN are missing, and timestamps may have any unit. A pandas index of times is used as the column of times, one of
+        differences of times as elapsed time. Objects may be numbers, decimals and words such as ``"Bad"`` in one column.
+        A polars ``LazyFrame`` is collected.
+    columns, mapping, zone, time_format, date, sample_time, op_range, pv_range, vp_range, loop_type, bad_text, bad_value, decimal_mark, modes, qualities : optional
         As in `read`.
 
     Returns
@@ -243,12 +275,17 @@ def recordings_from(
         mapping=mapping,
         zone=zone,
         time_format=time_format,
+        date=date,
         sample_time=sample_time,
         op_range=op_range,
         pv_range=pv_range,
         vp_range=vp_range,
         loop_type=loop_type,
         bad_text=bad_text,
+        decimal_mark=decimal_mark,
+        modes=modes,
+        qualities=qualities,
+        bad_value=bad_value,
     )
     return _of_table(table, told)
 
@@ -270,6 +307,9 @@ def recording_from(
     pv_range: tuple[float, float] | None = None,
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
+    decimal_mark: str | None = None,
+    modes: Mapping[str, str] | None = None,
+    qualities: Mapping[str, str] | None = None,
 ) -> Recording:
     """Make a recording from a table with the columns of one loop.
 
@@ -281,7 +321,7 @@ def recording_from(
         Names of columns. The others are recognised by their names as in files.
     name : str, optional
         Tag of the loop; by default from the columns.
-    zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type : optional
+    zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type, decimal_mark, modes, qualities : optional
         As in `read`.
 
     Raises
@@ -309,6 +349,9 @@ def recording_from(
         pv_range=pv_range,
         vp_range=vp_range,
         loop_type=loop_type,
+        decimal_mark=decimal_mark,
+        modes=modes,
+        qualities=qualities,
     )
     made = _of_table(table, told)
     if len(made) != 1:
@@ -439,12 +482,18 @@ def _told(
     mapping: str | PathLike[str] | None = None,
     zone: str | None = None,
     time_format: str | None = None,
+    date: str | None = None,
     sample_time: float | None = None,
     op_range: tuple[float, float] | None = None,
     pv_range: tuple[float, float] | None = None,
     vp_range: tuple[float, float] | None = None,
     loop_type: str | None = None,
     bad_text: Sequence[str] = (),
+    part: str | None = None,
+    decimal_mark: str | None = None,
+    modes: Mapping[str, str] | None = None,
+    qualities: Mapping[str, str] | None = None,
+    bad_value: Sequence[float] = (),
 ) -> dict[str, Any]:
     """Check the information on a file or table."""
     if columns is not None and not isinstance(columns, Mapping):
@@ -457,12 +506,18 @@ def _told(
         "columns": [f"{role}={text(f'columns[{role!r}]', name)}" for role, name in (columns or {}).items()],
         "zone": None if zone is None else text("zone", zone),
         "time_format": None if time_format is None else text("time_format", time_format),
+        "date": None if date is None else text("date", date),
         "sample_time": step,
         "op_range": _range("op_range", op_range),
         "pv_range": _range("pv_range", pv_range),
         "vp_range": _range("vp_range", vp_range),
         "loop_type": None if loop_type is None else text("loop_type", loop_type),
         "bad_text": [text("bad_text", word) for word in ([bad_text] if isinstance(bad_text, str) else bad_text)],
+        "part": None if part is None else text("part", part),
+        "decimal_mark": None if decimal_mark is None else text("decimal_mark", decimal_mark),
+        "modes": [f"{word}={text('modes', mode)}" for word, mode in (modes or {}).items()],
+        "qualities": [f"{word}={text('qualities', quality)}" for word, quality in (qualities or {}).items()],
+        "bad_value": [number("bad_value", value) for value in np.atleast_1d(bad_value).tolist()],
     }
 
 
@@ -506,16 +561,17 @@ def _times(name: str, values: Any) -> Array | tuple[Array, bool]:
 
 def _of_table(table: Any, told: dict[str, Any]) -> list[Recording]:
     """Make recordings from any table."""
-    index: Any = getattr(table, "index", None)
-    if getattr(getattr(index, "dtype", None), "kind", None) == "M" or hasattr(index, "tz"):
-        table = table.reset_index(names=index.name or "time")
+    if type(table).__name__ == "LazyFrame":
+        table = table.collect()
+    if hasattr(table, "iloc") and hasattr(table, "dtypes"):
+        table = plain_frame(table)
     if hasattr(table, "__arrow_c_stream__"):
         try:
             return _core.recordings_of_arrow("table", table, told)
-        except (TypeError, ValueError, OSError):
-            raise
-        except Exception:  # Older pandas exports with pyarrow only; others export some types wrongly.
-            pass
+        except Exception as error:  # Older pandas exports with pyarrow only; others export some types wrongly.
+            is_of_arrow = type(error).__module__.startswith("pyarrow")
+            if isinstance(error, (TypeError, ValueError, OSError)) and not is_of_arrow:
+                raise
     names = table.keys() if isinstance(table, Mapping) else getattr(table, "columns", None)
     if names is None:
         raise TypeError(f"table must be a table or a mapping of columns, but its type is {type(table).__name__}")
@@ -536,5 +592,5 @@ def _column(name: str, values: Any) -> Any:
     if array.dtype.kind == "M":
         return _times(name, array)
     if array.dtype.kind in "OUS":
-        return ["" if each is None or each != each else str(each) for each in array.tolist()]
+        return plain_objects(array.tolist())
     return samples(name, array.astype(np.float64) if array.dtype.kind == "b" else array)

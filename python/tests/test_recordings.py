@@ -3,6 +3,7 @@
 import datetime
 import pickle
 import sys
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -295,3 +296,69 @@ def test_days_in_a_column_called_t_are_asked_about():
     told = stiction.recording_from(table, time_format="excel")
     assert np.allclose(np.diff(told.time_s), 1, atol=0.01)
     assert stiction.recording_from(table, sample_time=1).time_s[-1] == 49
+
+
+def _frame():
+    times = pd.date_range("2025-03-14 06:00", periods=50, freq="s", tz="UTC")
+    return pd.DataFrame({"sp": np.full(50, 1.5), "pv": PV, "op": OP}, index=times)
+
+
+def _with_bad():
+    frame = _frame().astype(object)
+    frame.iloc[7, 1] = "Bad"
+    frame.iloc[8, 1] = None
+    return frame
+
+
+def _as_decimals():
+    return _frame().assign(pv=[Decimal(repr(float(value))) for value in PV])
+
+
+OBJECTS = {
+    "one word among numbers": _with_bad,
+    "decimals": _as_decimals,
+    "index of differences": lambda: _frame().set_axis(pd.to_timedelta(np.arange(50), unit="s")),
+    "reset index": lambda: _frame().reset_index(),
+    "nullable numbers": lambda: _frame().convert_dtypes(),
+    "periods": lambda: _frame().tz_localize(None).to_period("s"),
+    "text as index": lambda: _frame().set_axis([str(time) for time in _frame().index]),
+    "two levels of names": lambda: _frame().set_axis(pd.MultiIndex.from_product([["FIC1"], ["sp", "pv", "op"]]), axis=1),
+    "lazy": lambda: pl.LazyFrame({"t": np.arange(50.0), "sp": np.full(50, 1.5), "pv": PV, "op": OP}),
+}
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_objects_of_data_bases_are_read(name):
+    table = OBJECTS[name]()
+    [made] = stiction.recordings_from(table)
+    assert np.array_equal(made.op, OP) and np.array_equal(made.time_s, np.arange(50.0))
+    missing = [7, 8] if name == "one word among numbers" else []
+    assert np.flatnonzero(np.isnan(made.pv)).tolist() == missing
+    assert np.array_equal(np.delete(made.pv, missing), np.delete(PV, missing))
+
+
+def test_decimals_of_arrow_are_numbers():
+    columns = {"t": list(range(50)), "op": [Decimal(f"{value:.3f}") for value in OP]}
+    [made] = stiction.recordings_from(pa.table(columns))
+    assert np.array_equal(made.op, [float(f"{value:.3f}") for value in OP])
+
+
+def test_frames_that_cannot_be_read_are_refused_in_words():
+    with pytest.raises(ValueError, match="2 columns named 'pv'; rename them"):
+        stiction.recordings_from(pd.concat([_frame(), _frame()[["pv"]]], axis=1))
+    with pytest.raises(ValueError, match="a column and an index named 'time'; rename one"):
+        stiction.recordings_from(_frame().assign(time=1.0))
+    frame = _with_bad()
+    frame.iloc[7, 1] = "Kaputt"
+    with pytest.raises(ValueError, match="Kaputt"):
+        stiction.recordings_from(frame)
+    [made] = stiction.recordings_from(frame, bad_text=["Kaputt"])
+    assert np.isnan(made.pv[7])
+    assert frame.iloc[7, 1] == "Kaputt"
+
+
+def test_a_sheet_of_a_workbook_is_chosen():
+    both = stiction.read(FIXTURES / "days.xlsx")
+    assert [each.name for each in both] == ["Monday.FIC101", "Tuesday.FIC101"]
+    [one] = stiction.read(FIXTURES / "days.xlsx", part="Tuesday")
+    assert one.name == "FIC101" and one.start == both[1].start

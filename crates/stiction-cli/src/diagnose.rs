@@ -20,7 +20,7 @@ use stiction_report::report;
 
 /// Diagnose recorded loops: check the data, look for a limit cycle, and judge whether the valve sticks.
 ///
-/// Reads SP, PV, OP and, where recorded, valve position and mode from CSV, Parquet or MATLAB files. `stiction
+/// Reads SP, PV, OP and, where recorded, valve position and mode from CSV, Parquet, Excel or MATLAB files. `stiction
 /// inspect` shows how the files are interpreted. The longest segment in automatic of each loop is judged. Recordings
 /// of one tag with dates are joined across files. A person's verdict, kept by `stiction override`, is shown beside
 /// the computed one.
@@ -36,7 +36,7 @@ use stiction_report::report;
   stiction diagnose plant/*.csv --brief
   stiction diagnose plant/*.csv --fail-on sticks,does-not-respond")]
 pub struct Args {
-    /// CSV, Parquet or MATLAB files; - is standard input
+    /// CSV, Parquet, Excel or MATLAB files; - is standard input
     #[arg(required_unless_present_any = ["schema", "methods"], value_name = "FILE")]
     files: Vec<In>,
     /// Diagnose only this loop; may be given several times

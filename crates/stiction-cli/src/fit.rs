@@ -32,7 +32,7 @@ use stiction_report::document::Source;
   stiction fit samples/FIC101-sticky.csv -o loop.toml --plot fit.svg
   stiction fit export.csv --loop FIC101 --json")]
 pub struct Args {
-    /// CSV, Parquet or MATLAB files; - is standard input
+    /// CSV, Parquet, Excel or MATLAB files; - is standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<In>,
     /// Fit only this loop; may be given several times

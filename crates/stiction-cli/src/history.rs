@@ -34,7 +34,7 @@ const CYCLES: f64 = 10.0;
   stiction history export.parquet --loop FIC101 --window 8h --repair 2026-03-01T08:00
   stiction history plant/*.csv --csv windows.csv")]
 pub struct Args {
-    /// CSV, Parquet or MATLAB files; - is standard input
+    /// CSV, Parquet, Excel or MATLAB files; - is standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<In>,
     /// Show only the valve of this loop; may be given several times

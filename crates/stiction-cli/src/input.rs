@@ -11,6 +11,13 @@ pub fn recordings(file: &In, options: &ReadOptions) -> Result<Reading> {
     reading::parse(&all(file)?, &file.origin(), options)
 }
 
+/// The recordings in a file, and the mapping file by which they are read again.
+pub fn with_mapping(file: &In, options: &ReadOptions) -> Result<(Reading, String)> {
+    let (bytes, origin) = (all(file)?, file.origin());
+    let mapping = reading::mapping_of(&bytes, &origin, options)?;
+    Ok((reading::parse(&bytes, &origin, options)?, mapping))
+}
+
 /// A table of signals or an index.
 pub fn table(file: &In) -> Result<Table> {
     Table::parse(&all(file)?, &file.origin())

@@ -1,30 +1,38 @@
 //! `stiction inspect`: shows how a file of recordings is interpreted.
 
-use crate::files::In;
+use crate::files::{In, Out};
 use crate::input;
 use crate::output::{self, name as shown};
 use crate::reading_args::Reading as ReadingArgs;
-use anyhow::Result;
+use crate::replaced;
+use crate::together;
+use anyhow::{Result, bail};
 use clap::Parser;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt::Write as _;
-use stiction_io::summary::{Column, Summary};
+use stiction::recording::understood::Row;
+use stiction_io::summary::{Column, Loop, Summary};
+use stiction_io::{ReadOptions, Reading};
 
-/// Show how files of recordings are interpreted: format, times, columns, loops, bad samples, ranges.
+/// Show how files of recordings are interpreted: columns, units, ranges, zone, samples, repairs.
 ///
-/// Every column is listed with its role and the reason. Correct wrong roles with options, or for many files with a
-/// mapping file.
+/// A table for each loop shows its columns as signals, with unit, values and range, and what was left out or repaired.
+/// A second table lists the reason for the role of every column. Correct what is wrong with options, or for many files
+/// with a mapping file. --write-map writes one with everything that was found.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction inspect FIC101.csv
   stiction inspect export.csv --zone Europe/Berlin --map op=OUT --map vp=ZT
+  stiction inspect export.csv --map op_range=4,20 --map FIC101.type=level --map modes.16=auto
+  stiction inspect export.csv --write-map export.toml
   stiction inspect week.csv --mapping plant.toml --json
 
-A mapping file:
+A mapping file, each line of which --map can give too, as in --map zone=Europe/Berlin --map FIC101.pv_range=0,120:
   zone = \"Europe/Berlin\"
   pattern = \"{loop}.{signal}\"       # how tags are built
   bad_text = [\"Kaputt\"]
+  bad_value = [-1, 4095]           # more numbers that are no measurements
   [columns]                        # a column's role, as of --map
   \"10FC102.OP\" = \"FIC102.op\"
   spare = \"ignore\"
@@ -46,6 +54,9 @@ pub struct Args {
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
+    /// Write a mapping file that reads FILE in the same way without any guess; correct its lines and give it to --mapping
+    #[arg(long, value_name = "TOML")]
+    write_map: Option<Out>,
     #[command(flatten)]
     reading: ReadingArgs,
 }
@@ -60,14 +71,25 @@ pub struct Document {
 }
 
 pub fn run(args: Args) -> Result<()> {
-    let options = args.reading.options_of(&args.files)?;
+    let mut options = args.reading.options_of(&args.files)?;
     let mut shown = vec![];
-    for (file, options) in args.files.iter().zip(options) {
-        let summary = Summary::from(&input::recordings(file, &options?)?);
+    let readings = match (&args.write_map, &args.files[..], &mut options[..]) {
+        (None, ..) => together::recordings(&args.files, options, || ()),
+        (Some(path), [file], [own]) => {
+            let own = std::mem::replace(own, Ok(ReadOptions::default()))?;
+            vec![Ok(written(file, &own, path)?)]
+        }
+        (Some(_), ..) => bail!("--write-map writes the mapping of one file; name only one"),
+    };
+    if args.write_map.as_ref().is_some_and(Out::is_standard) {
+        return Ok(());
+    }
+    for (k, reading) in readings.into_iter().enumerate() {
+        let summary = Summary::from(&reading?);
         if args.json {
             shown.push(summary);
         } else {
-            let between = if file == &args.files[0] { "" } else { "\n" };
+            let between = if k == 0 { "" } else { "\n" };
             output::text(&format!("{between}{}", text(&summary)))?;
         }
     }
@@ -77,8 +99,17 @@ pub fn run(args: Args) -> Result<()> {
     Ok(())
 }
 
-fn list(counts: &[(&str, usize)]) -> String {
-    counts.iter().map(|(name, count)| format!("{count} {name}")).collect::<Vec<_>>().join(", ")
+/// Reads a file, and writes its mapping.
+fn written(file: &In, options: &ReadOptions, path: &Out) -> Result<Reading> {
+    if !path.is_standard() {
+        replaced::check_absent(path)?;
+    }
+    let (reading, mapping) = input::with_mapping(file, options)?;
+    output::write(Some(path), mapping.as_bytes())?;
+    if !path.is_standard() {
+        output::note(format!("wrote {}; --mapping reads the file by it", path.display()));
+    }
+    Ok(reading)
 }
 
 fn delimiter(delimiter: char) -> String {
@@ -87,19 +118,6 @@ fn delimiter(delimiter: char) -> String {
         ',' => "comma".to_owned(),
         ';' => "semicolon".to_owned(),
         other => other.to_string(),
-    }
-}
-
-/// A number with at most six digits. The JSON has all digits.
-fn short(number: f64) -> String {
-    let decade = number.abs().log10().floor();
-    match decade {
-        -4.0..9.0 => {
-            let unit = 10f64.powi(5 - decade as i32);
-            ((number * unit).round() / unit).to_string()
-        }
-        _ if number == 0.0 => "0".to_owned(),
-        _ => format!("{number:.5e}"),
     }
 }
 
@@ -118,15 +136,12 @@ fn write_text(summary: &Summary, out: &mut String) -> std::fmt::Result {
         }
         _ => summary.format.to_owned(),
     };
-    let times = &summary.times;
-    let column = times
-        .column
-        .as_ref()
-        .map_or(String::new(), |column| format!("column \"{}\", ", shown(column)));
     writeln!(out, "  format  {format}")?;
     writeln!(out, "  sha256  {}", summary.sha256)?;
-    writeln!(out, "  times   {column}{}, {}", times.format, times.zone)?;
     writeln!(out, "  layout  {}", summary.layout)?;
+    for each in &summary.loops {
+        write_loop(each, out)?;
+    }
     writeln!(out, "columns")?;
     let name = |each: &Column| match &*each.part {
         "" => shown(&each.column).into_owned(),
@@ -143,31 +158,50 @@ fn write_text(summary: &Summary, out: &mut String) -> std::fmt::Result {
     for each in &summary.columns {
         writeln!(out, "  {:wide$}  {:wider$}  {}", name(each), role(each), shown(&each.why))?;
     }
-    for each in &summary.loops {
-        writeln!(out, "loop {}, {}", shown(&each.name), each.loop_type)?;
-        writeln!(out, "  from {} to {}, {} s", each.first, each.last, each.duration_s)?;
-        for (name, signal) in &each.signals {
-            let values = match (signal.lowest, signal.highest) {
-                (Some(low), Some(high)) => format!(", {} to {}", short(low), short(high)),
-                _ => String::new(),
-            };
-            let unit =
-                signal.unit.as_ref().map_or(String::new(), |unit| format!(" {}", shown(unit)));
-            let range = signal.range.map_or(String::new(), |range| {
-                format!(", range {} to {} ({})", range.low, range.high, range.source)
-            });
-            let name = name.to_uppercase();
-            writeln!(out, "  {name:4}  {}{values}{unit}{range}", list(&signal.quality))?;
-        }
-        if let Some(modes) = &each.modes {
-            writeln!(out, "  mode  {}", list(modes))?;
-        }
-        for note in &each.notes {
-            writeln!(out, "  note: {}", shown(note))?;
-        }
-    }
     for note in &summary.notes {
         writeln!(out, "note: {}", shown(note))?;
+    }
+    Ok(())
+}
+
+/// The table of a loop. Its times are a line of their own, because their cells are long.
+fn write_loop(each: &Loop, out: &mut String) -> std::fmt::Result {
+    writeln!(out, "loop {}, {}", shown(&each.name), each.loop_type)?;
+    let (times, signals): (Vec<&Row>, Vec<&Row>) =
+        each.understood.iter().partition(|row| row.signal == "time");
+    for row in times {
+        let column = match &*row.column {
+            "" => String::new(),
+            name => format!("\"{name}\""),
+        };
+        let cells = [&column, &row.unit, &row.range, &row.values, &row.samples];
+        let cells: Vec<&str> =
+            cells.into_iter().map(|cell| &**cell).filter(|cell| !cell.is_empty()).collect();
+        writeln!(out, "  times   {}", shown(&cells.join(", ")))?;
+        for change in &row.changes {
+            writeln!(out, "          {change}")?;
+        }
+    }
+    let [titles @ .., _] = Row::TITLES;
+    let cells = signals.iter().map(|row| {
+        let [cells @ .., _] = row.cells();
+        cells.map(|cell| shown(&cell).into_owned())
+    });
+    let lines: Vec<[String; 6]> =
+        std::iter::once(titles.map(|title| title.replace(" or zone", ""))).chain(cells).collect();
+    let wide = |k: usize| lines.iter().map(|line| line[k].chars().count()).max().unwrap_or(0);
+    let widths: [usize; 6] = std::array::from_fn(wide);
+    for (k, line) in lines.iter().enumerate() {
+        let padded = line.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
+        writeln!(out, "  {}", padded.collect::<Vec<_>>().join("  ").trim_end())?;
+        // The first line has the titles.
+        let changes: &[String] = if k == 0 { &[] } else { &signals[k - 1].changes };
+        for change in changes {
+            writeln!(out, "  {:indent$}  {}", "", shown(change), indent = widths[0])?;
+        }
+    }
+    for note in &each.notes {
+        writeln!(out, "  note: {}", shown(note))?;
     }
     Ok(())
 }

@@ -24,7 +24,7 @@ use stiction_lab::{Options, bind};
   stiction lab --plant north
   stiction lab --no-open --port 8787")]
 pub struct Args {
-    /// Recordings to open: CSV, Parquet or MATLAB files, or folders of them
+    /// Recordings to open: CSV, Parquet, Excel or MATLAB files, or folders of them
     #[arg(value_name = "FILE|FOLDER")]
     files: Vec<In>,
     /// The folder of a plant, with its plant.toml

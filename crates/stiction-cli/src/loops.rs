@@ -3,7 +3,7 @@
 use crate::diagnose::joined::Found;
 use crate::files::In;
 use crate::reading_args::Reading;
-use crate::{input, progress};
+use crate::{progress, together};
 use anyhow::{Result, anyhow, bail};
 use rayon::prelude::*;
 use stiction::diagnose::{DiagnoseOptions, Diagnosis, VerdictClass, diagnose};
@@ -54,15 +54,7 @@ pub fn find_all(
         In::also(Overrides::path_beside(file))?;
     }
     let progress = progress::bar("reading", files.len());
-    let readings: Vec<_> = files
-        .par_iter()
-        .zip(options)
-        .map(|(file, options)| {
-            let reading = options.and_then(|own| Ok(input::recordings(file, &own)?));
-            progress.inc(1);
-            reading
-        })
-        .collect();
+    let readings = together::recordings(files, options, || progress.inc(1));
     progress.finish_and_clear();
     let is_wanted =
         |name: &str| loops.is_empty() || loops.iter().any(|tag| tag.eq_ignore_ascii_case(name));

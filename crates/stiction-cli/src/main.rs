@@ -34,6 +34,7 @@ mod shown;
 mod simulate;
 mod stem;
 mod text;
+mod together;
 mod valve;
 mod valve_test;
 mod watch;

@@ -188,7 +188,7 @@ struct By {
 
 #[derive(Parser)]
 struct Init {
-    /// Files or folders of CSV, Parquet or MATLAB, or the address of a server or database
+    /// Files or folders of CSV, Parquet, Excel or MATLAB, or the address of a server or database
     #[arg(required = true, value_name = "DATA")]
     data: Vec<String>,
     /// Options for an address, which "python -m stiction.live init --help" lists
@@ -284,9 +284,7 @@ fn init(folder: &Path, of: &Init) -> Result<ExitCode> {
         );
     }
     let path = folder.join(plant_file::NAME);
-    if path.exists() && !replaced::is_forced() {
-        bail!("{} exists already; --force overwrites it", path.display());
-    }
+    replaced::check_absent(&path)?;
     let whole = std::fs::canonicalize(folder).with_context(|| folder.display().to_string())?;
     let name =
         whole.file_name().map_or("plant".to_owned(), |name| name.to_string_lossy().into_owned());

@@ -6,19 +6,21 @@ use anyhow::Result;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use stiction::recording::LoopType;
-use stiction_io::options::Mapped;
-use stiction_io::timestamp::{TimeFormat, Zone};
-use stiction_io::{ReadOptions, Remedy, Wording};
+use stiction::recording::{LoopType, Mode, Quality};
+use stiction_io::number::DecimalMark;
+use stiction_io::options::LoopSettings;
+use stiction_io::timestamp::{Day, TimeFormat, Zone};
+use stiction_io::{ReadOptions, Remedy, Wording, mode, quality};
 
 /// The user's information on the files. All of it is optional.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Interpretation of the files")]
 pub struct Reading {
     /// Set the role of a column or tag: op, pv, sp, vp, mode, time, date, tag, value, quality, op_quality and so on,
-    /// or ignore; FIC101.op is a role in one loop. May be given several times
-    #[arg(long, value_name = "ROLE=COLUMN")]
-    map: Vec<Mapped>,
+    /// or ignore; FIC101.op is a role in one loop. Or set a key of a mapping file, such as op_range=4,20,
+    /// FIC101.op_range=4,20, modes.16=auto, quality.0=good or type=level. May be given several times
+    #[arg(long, value_name = "KEY=VALUE")]
+    map: Vec<ReadOptions>,
     /// Read further settings on the files from this TOML file [default: the one beside each file, such as
     /// FIC101.csv.mapping.toml, else an existing stiction.toml]
     #[arg(long, value_name = "FILE")]
@@ -31,9 +33,15 @@ pub struct Reading {
     /// milliseconds, microseconds, nanoseconds, minutes, hours, days
     #[arg(long, value_name = "FORMAT")]
     time_format: Option<TimeFormat>,
+    /// Day of the first row, such as 2025-03-14, for times of day without a date
+    #[arg(long, value_name = "DAY")]
+    date: Option<Day>,
     /// Time between rows in s, instead of a column of times
     #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
     sample_time: Option<f64>,
+    /// Read only this sheet of a workbook, or this part of a MATLAB file
+    #[arg(long, value_name = "NAME")]
+    part: Option<String>,
     /// The values of OP at 0 % and 100 %
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     op_range: Option<(f64, f64)>,
@@ -47,8 +55,23 @@ pub struct Reading {
     #[arg(long = "type", value_name = "TYPE", value_parser = LoopType::by_name)]
     loop_type: Option<LoopType>,
     /// A word that marks a bad value instead of a number; may be given several times
-    #[arg(long, value_name = "WORD")]
+    #[arg(long, value_name = "WORD", allow_hyphen_values = true)]
     bad_text: Vec<String>,
+    /// The decimal mark of numbers, if the file leaves it open: point or comma
+    #[arg(long, value_name = "MARK")]
+    decimal_mark: Option<DecimalMark>,
+    /// The meaning of a word or code for a mode: auto, manual, cascade or other; may be given several times
+    #[arg(long = "mode", value_name = "WORD=MODE", value_parser = mode::of_option,
+          allow_hyphen_values = true)]
+    modes: Vec<(String, Mode)>,
+    /// The meaning of a word or code for a quality: good, uncertain or bad; may be given several times
+    #[arg(long = "quality", value_name = "WORD=QUALITY", value_parser = quality::of_option,
+          allow_hyphen_values = true)]
+    qualities: Vec<(String, Quality)>,
+    /// A number that is no measurement, such as -1; may be given several times. -9999 and others like it are
+    /// recognised
+    #[arg(long, value_name = "NUMBER", value_parser = finite, allow_hyphen_values = true)]
+    bad_value: Vec<f64>,
 }
 
 impl Reading {
@@ -93,19 +116,29 @@ impl Reading {
     /// The options of the command line, completed from a mapping file.
     fn over(&self, mapping: Option<&In>) -> Result<ReadOptions> {
         let given = self.clone();
-        let mut options = mapping.map_or_else(|| Ok(ReadOptions::default()), input::mapping)?;
-        options.map.extend(given.map);
-        options.bad_text.extend(given.bad_text);
-        options.zone = given.zone.or(options.zone);
-        options.time_format = given.time_format.or(options.time_format);
-        options.sample_time = given.sample_time.or(options.sample_time);
-        options.wording = FLAGS;
-        let all = &mut options.all;
-        all.op_range = given.op_range.or(all.op_range);
-        all.pv_range = given.pv_range.or(all.pv_range);
-        all.vp_range = given.vp_range.or(all.vp_range);
-        all.loop_type = given.loop_type.or(all.loop_type);
-        Ok(options)
+        let below = mapping.map_or_else(|| Ok(ReadOptions::default()), input::mapping)?;
+        // The last of several counts.
+        let below = given.map.into_iter().fold(below, |below, each| each.over(below));
+        let flags = ReadOptions {
+            bad_text: given.bad_text,
+            bad_value: given.bad_value,
+            zone: given.zone,
+            time_format: given.time_format,
+            date: given.date,
+            sample_time: given.sample_time,
+            part: given.part,
+            decimal_mark: given.decimal_mark,
+            modes: given.modes,
+            qualities: given.qualities,
+            all: LoopSettings {
+                loop_type: given.loop_type,
+                op_range: given.op_range,
+                pv_range: given.pv_range,
+                vp_range: given.vp_range,
+            },
+            ..ReadOptions::default()
+        };
+        Ok(ReadOptions { wording: FLAGS, ..flags.over(below) })
     }
 }
 
@@ -138,10 +171,16 @@ fn settings() -> Option<PathBuf> {
 /// Remedies as options of the command: `--map op=COLUMN`.
 const FLAGS: Wording = Wording(|remedy| {
     let (option, value) = (remedy.option().replace('_', "-"), remedy.value());
+    if let Remedy::Mode { word, modes: meanings } | Remedy::Quality { word, qualities: meanings } =
+        remedy
+    {
+        let each = meanings.iter().map(|meaning| format!("--{option} \"{word}={meaning}\""));
+        return each.collect::<Vec<_>>().join(" or ");
+    }
     // A value from the file may contain spaces. A placeholder for the user has none.
     let quoted = match remedy {
         Remedy::Map { column, .. } => column.is_some(),
-        Remedy::BadText(_) => true,
+        Remedy::BadText(_) | Remedy::Part(_) => true,
         Remedy::TimeFormat(ways) => ways.iter().any(|way| way.contains('%')),
         _ => false,
     };
@@ -157,6 +196,11 @@ fn above_zero(text: &str) -> Result<f64, String> {
         Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
         _ => Err("must be a number above 0".to_owned()),
     }
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    number.ok_or_else(|| "must be a number, such as -9999".to_owned())
 }
 
 fn range(text: &str) -> Result<(f64, f64), String> {

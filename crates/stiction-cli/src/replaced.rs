@@ -45,6 +45,14 @@ pub fn check(path: &Path, new: &[u8]) -> Result<()> {
     );
 }
 
+/// Refuses to replace a file that a person may have changed by hand, unless it is to be overwritten.
+pub fn check_absent(path: &Path) -> Result<()> {
+    if path.exists() && !is_forced() {
+        bail!("{} exists already; --force overwrites it", path.display());
+    }
+    Ok(())
+}
+
 /// Whether a file that begins with `old` may be replaced by `new`.
 fn may_replace(old: &[u8], new: &[u8]) -> bool {
     if old.contains(&0) {

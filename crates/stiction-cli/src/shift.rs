@@ -23,7 +23,7 @@ use stiction::spoken;
   stiction shift plant/*.csv
   stiction shift export.parquet --csv shift.csv")]
 pub struct Args {
-    /// CSV, Parquet or MATLAB files; - is standard input
+    /// CSV, Parquet, Excel or MATLAB files; - is standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<In>,
     /// Show only this many features

@@ -75,7 +75,7 @@ columns are ignored.")]
 /// The loop and the sign of its gain.
 #[derive(clap::Args)]
 struct Of {
-    /// A CSV, Parquet or MATLAB file; - is standard input
+    /// A CSV, Parquet, Excel or MATLAB file; - is standard input
     #[arg(value_name = "FILE")]
     file: In,
     /// Tag of the loop, if the file has several

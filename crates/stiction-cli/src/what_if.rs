@@ -30,7 +30,7 @@ use stiction_report::document::Source;
   stiction what-if samples/FIC101-sticky.csv
   stiction what-if before.csv --after after.csv --action repair")]
 pub struct Args {
-    /// Name of a built-in scenario, a TOML file, or a recording (CSV, Parquet, MATLAB); a single control loop
+    /// Name of a built-in scenario, a TOML file, or a recording (CSV, Parquet, Excel, MATLAB); a single control loop
     #[arg(value_name = "SCENARIO|FILE")]
     scenario: String,
     /// Loop of a recording with several loops

@@ -80,6 +80,8 @@ stiction_model::written_by_name!(
     oscillation::OscillationBasis,
     recording::KnownBy,
     recording::LoopType,
+    recording::MaskedKind,
+    recording::RangeSource,
     recording::fitness::Class,
     recording::fitness::MeasureId,
     valve_test::Effect,

@@ -1,6 +1,6 @@
 //! Limits the memory that a file may take, and catches panics of decoders.
 
-#[cfg(any(feature = "matlab73", feature = "parquet"))]
+#[cfg(any(feature = "matlab73", feature = "parquet", feature = "spreadsheet"))]
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Cells that are compressed or run-length encoded are larger in memory than in the file. Every file may take this
@@ -37,7 +37,7 @@ impl Budget {
     }
 
     /// Bytes that are left.
-    #[cfg(feature = "matlab")]
+    #[cfg(any(feature = "matlab", feature = "parquet", feature = "spreadsheet"))]
     pub(crate) fn left(&self) -> usize {
         self.left
     }
@@ -59,9 +59,10 @@ impl Budget {
 /// The result of `decode`; none if it panics.
 ///
 /// The parquet crate asserts and indexes where a damaged page contradicts itself, which random damage triggers within
-/// thousands of files. hdf5-pure has never panicked, but is as large. Catching the panic is the last resort, because
-/// there is no other way to continue. Nothing that `decode` touches is used afterwards.
-#[cfg(any(feature = "matlab73", feature = "parquet"))]
+/// thousands of files. calamine slices records without a check, and so panics as often on damaged `.xls` files.
+/// hdf5-pure has never panicked, but is as large. Catching the panic is the last resort, because there is no other way
+/// to continue. Nothing that `decode` touches is used afterwards.
+#[cfg(any(feature = "matlab73", feature = "parquet", feature = "spreadsheet"))]
 pub(crate) fn guarded<T>(decode: impl FnOnce() -> T) -> Option<T> {
     catch_unwind(AssertUnwindSafe(decode)).ok()
 }

@@ -25,8 +25,10 @@ pub mod sheet;
 pub mod table;
 pub mod timestamp;
 pub mod whole;
+#[cfg(feature = "spreadsheet")]
+pub mod workbook;
 
-pub use cells::number;
+pub use cells::{mode, number, quality};
 pub use columns::options::ReadOptions;
 pub use columns::{layout, options, role};
 pub use error::{Error, Result};

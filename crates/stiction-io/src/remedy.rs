@@ -1,5 +1,6 @@
 //! Remedies for a reader that cannot recognise something by itself.
 
+use crate::cells::number::DecimalMark;
 use std::fmt;
 
 /// A request of the reader, with an example if possible. Every front end has its own wording, see [`Wording`].
@@ -17,10 +18,30 @@ pub enum Remedy {
     SampleTime(f64),
     /// Give the format of times, such as one of these; any if empty.
     TimeFormat(Vec<String>),
+    /// Give the day of the first row, such as this one.
+    Date(Option<String>),
     /// Give the zone of local times, such as this one.
     Zone(Option<String>),
+    /// Read only this sheet of the workbook, or this part of the file.
+    Part(String),
     /// Declare this word as a bad value.
     BadText(String),
+    /// Give the decimal mark.
+    DecimalMark(DecimalMark),
+    /// Give the mode that this word or code means, such as one of these.
+    Mode {
+        /// The word or code.
+        word: String,
+        /// The possible modes.
+        modes: Vec<&'static str>,
+    },
+    /// Give the quality that this word or code means, such as one of these.
+    Quality {
+        /// The word or code.
+        word: String,
+        /// The possible qualities.
+        qualities: Vec<&'static str>,
+    },
     /// Give the values of a signal at 0 % and 100 %.
     Range {
         /// The signal, `OP` or `VP`.
@@ -47,8 +68,13 @@ impl Remedy {
             Self::Map { .. } => "map",
             Self::SampleTime(_) => "sample_time",
             Self::TimeFormat(_) => "time_format",
+            Self::Date(_) => "date",
             Self::Zone(_) => "zone",
+            Self::Part(_) => "part",
             Self::BadText(_) => "bad_text",
+            Self::DecimalMark(_) => "decimal_mark",
+            Self::Mode { .. } => "mode",
+            Self::Quality { .. } => "quality",
             Self::Range { signal: "VP", .. } => "vp_range",
             Self::Range { .. } => "op_range",
         }
@@ -62,8 +88,12 @@ impl Remedy {
             }
             Self::SampleTime(seconds) => seconds.to_string(),
             Self::TimeFormat(ways) => ways.join(" or "),
-            Self::Zone(zone) => zone.clone().unwrap_or_default(),
-            Self::BadText(word) => word.clone(),
+            Self::Date(text) | Self::Zone(text) => text.clone().unwrap_or_default(),
+            Self::Part(word) | Self::BadText(word) => word.clone(),
+            Self::DecimalMark(mark) => mark.name().to_owned(),
+            Self::Mode { word, modes: meanings } | Self::Quality { word, qualities: meanings } => {
+                format!("{word}={}", meanings.join(" or "))
+            }
             Self::Range { ends: Some((low, high)), .. } => format!("{low},{high}"),
             Self::Range { ends: None, .. } => "LOW,HIGH".to_owned(),
         }

@@ -280,3 +280,140 @@ fn a_link_to_another_file_is_named() {
     assert!(message.contains("\"PV\"") && message.contains("a link to another file"), "{message}");
     assert!(parsed(&bytes, &["PV"]).is_ok());
 }
+
+/// A struct that Simulink logs: its times, and for each signal dimensions and values, its label, and its block.
+fn simulink(w: Writer, times: &[f64], signals: &[(&[u32], &[f64], &str, &str)]) -> Vec<u8> {
+    let each = |(dims, values, label, block): &(&[u32], &[f64], &str, &str)| {
+        let data: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let values = w.array(6, dims, "", &[w.element(9, &data)]);
+        [values, w.text("", label), w.text("", block)].concat()
+    };
+    let fields: Vec<Vec<u8>> = signals.iter().map(each).collect();
+    let signals = w.structures("", &["values", "label", "blockName"], &fields);
+    let names = ["time", "signals", "blockName"];
+    w.structure("ScopeData", &names, &[w.doubles("", times), signals, w.text("", "model/Scope")])
+}
+
+fn ramp(from: f64) -> Vec<f64> {
+    (0..10).map(|k| from + f64::from(k)).collect()
+}
+
+#[test]
+fn simulink_names_its_signals_by_labels_or_blocks() {
+    let w = LITTLE;
+    let both: Vec<f64> = (0..10).flat_map(|k| [f64::from(k), 100.0 - f64::from(k)]).collect();
+    let file = simulink(
+        w,
+        &ramp(0.0),
+        &[
+            (&[10, 1], &ramp(50.0), "<OP>", "model/Controller"),
+            (&[1, 1, 10], &ramp(1.0), "", "model/Flow\nPV"),
+            // Time is the last dimension.
+            (&[2, 1, 10], &both, "x", ""),
+            (&[10, 1], &ramp(2.0), "x(:,1)", ""),
+            (&[3, 1], &[1.0, 2.0, 3.0], "short", ""),
+        ],
+    );
+    let sheets = matlab_sheets(&w.file(&[file]), "f.mat").expect("a log");
+    let [sheet] = &sheets[..] else { panic!("one sheet") };
+    assert_eq!(names(sheet), ["time", "OP", "Flow PV", "x(:,1)", "x(:,2)", "x(:,1)(2)"]);
+    assert_eq!(numbers(sheet, "Flow PV"), ramp(1.0));
+    assert_eq!(numbers(sheet, "x(:,2)")[..2], [100.0, 99.0]);
+    assert_eq!(numbers(sheet, "x(:,1)(2)"), ramp(2.0));
+    assert_eq!(left_out(sheet), [("short", "has 3 values where 10 times are")]);
+}
+
+/// The format "Structure" has no times of its own.
+#[test]
+fn simulink_without_times_uses_those_of_the_simulation() {
+    let w = LITTLE;
+    let log =
+        simulink(w, &[], &[(&[10, 1], &ramp(50.0), "OP", ""), (&[10, 1], &ramp(1.0), "PV", "")]);
+    let sheets = matlab_sheets(&w.file(std::slice::from_ref(&log)), "f.mat").expect("a log");
+    assert_eq!(names(&sheets[0]), ["OP", "PV"]);
+    let sheets =
+        matlab_sheets(&w.file(&[w.doubles("tout", &ramp(5.0)), log]), "f.mat").expect("a log");
+    let log = sheets.iter().find(|sheet| sheet.part == "ScopeData").expect("the log");
+    assert_eq!((names(log), numbers(log, "tout")), (vec!["tout", "OP", "PV"], &ramp(5.0)[..]));
+}
+
+#[test]
+fn objects_of_simulink_are_refused_with_the_command_that_converts_them() {
+    for (class, expected) in [
+        ("timeseries", "t = x.Time; pv = x.Data; save(..., 't', 'pv', '-v7')"),
+        ("Simulink.SimulationData.Dataset", "\"Structure With Time\""),
+        ("Simulink.SimulationOutput", "x{1}.Values.Data"),
+    ] {
+        let file = LITTLE.file(&[LITTLE.object("logsout", class)]);
+        let message = matlab_sheets(&file, "f.mat").unwrap_err().to_string();
+        assert!(message.contains(class) && message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn a_refused_file_of_many_variables_has_a_short_message() {
+    let all: Vec<Vec<u8>> =
+        (0..34).map(|k| LITTLE.object(&format!("loop_{k}"), "timetable")).collect();
+    let message = matlab_sheets(&LITTLE.file(&all), "f.mat").unwrap_err().to_string();
+    assert!(message.len() < 600, "{} characters: {message}", message.len());
+    assert!(
+        message.contains("\"loop_4\" and 29 more: is a timetable, which only MATLAB reads"),
+        "{message}"
+    );
+}
+
+/// A column of one part is found there, even if another part has none of that name.
+#[test]
+fn a_named_column_may_be_in_one_part_only() {
+    let w = LITTLE;
+    let of = |names: [&str; 2]| {
+        let fields = names.map(|_| w.doubles("", &ramp(50.0)));
+        w.structure(names[1], &names, &fields)
+    };
+    let file = w.file(&[of(["t", "y"]), of(["t", "z"])]);
+    let map: Vec<Mapped> = vec!["op=z".parse().unwrap()];
+    let options = ReadOptions { map, ..ReadOptions::default() };
+    let reading = reading::parse(&file, "f.mat", &options).expect("z is there");
+    assert_eq!(reading.recordings[0].op.values, ramp(50.0));
+    assert!(
+        reading.notes.iter().any(|note| note.starts_with("y is not read: ")),
+        "{:?}",
+        reading.notes
+    );
+}
+
+/// A matrix of version 4: the type, then rows, columns, whether complex, the name, the bytes.
+fn version_4(kind: u32, (rows, cols): (u32, u32), name: &str, big: bool, data: &[u8]) -> Vec<u8> {
+    let words = [kind, rows, cols, 0, name.len() as u32 + 1];
+    let word = |word: &u32| if big { word.to_be_bytes() } else { word.to_le_bytes() };
+    [&words.iter().flat_map(word).collect::<Vec<u8>>(), name.as_bytes(), &[0], data].concat()
+}
+
+#[test]
+fn version_4_in_either_byte_order_and_precision() {
+    let op: Vec<u8> = ramp(50.0).iter().flat_map(|v| v.to_le_bytes()).collect();
+    let pv: Vec<u8> = (0..10i16).flat_map(|v| (v - 3).to_le_bytes()).collect();
+    let little = [
+        version_4(0, (10, 1), "op", false, &op),
+        version_4(30, (1, 10), "pv", false, &pv),
+        version_4(51, (1, 3), "tag", false, b"FC7"),
+    ];
+    let reading = parsed(
+        &[little.concat(), version_4(0, (1, 1), "Ts", false, &2f64.to_le_bytes())].concat(),
+        &[],
+    );
+    let recording = &reading.expect("a workspace").recordings[0];
+    assert_eq!((&*recording.name, recording.op.time[9]), ("FC7", 18.0));
+    assert_eq!(recording.op.values, ramp(50.0));
+    assert_eq!(recording.pv.as_ref().unwrap().values, ramp(-3.0));
+    let single: Vec<u8> = ramp(50.0).iter().flat_map(|v| (*v as f32).to_be_bytes()).collect();
+    let sheets = matlab_sheets(&version_4(1010, (10, 1), "op", true, &single), "f.mat").unwrap();
+    assert_eq!(numbers(&sheets[0], "op"), ramp(50.0));
+    let sparse = matlab_sheets(&version_4(2, (10, 1), "op", false, &op), "f.mat").unwrap_err();
+    assert!(sparse.to_string().contains("a sparse array"), "{sparse}");
+    let huge = version_4(0, (u32::MAX, u32::MAX), "op", false, &op);
+    assert!(matlab_sheets(&huge, "f.mat").unwrap_err().to_string().contains("cut short"));
+    for cut in 1..little[0].len() {
+        assert!(parsed(&little[0][..cut], &[]).is_err(), "{cut}");
+    }
+}

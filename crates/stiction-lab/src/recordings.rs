@@ -29,7 +29,7 @@ use stiction_io::overrides::{self, Date, Override, Overrides, Scope};
 use stiction_io::summary::Summary;
 use stiction_io::{Reading, role::Role, scenario};
 use stiction_report::document::{Loop, Source};
-use stiction_report::report::{self, Folds, Told, told::Piece};
+use stiction_report::report::{self, Folds, Table, Told, told::Piece};
 
 /// The open files.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -69,6 +69,9 @@ pub struct Which {
     file: String,
 }
 
+/// Number of loops whose table is shown, as with their settings.
+const MOST_TABLES: usize = 12;
+
 /// How a file was read.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Opened {
@@ -76,6 +79,8 @@ pub struct Opened {
     id: String,
     /// Its content, as `stiction inspect --json` prints it; null if it could not be read.
     summary: Option<Summary>,
+    /// What was understood of each of its first loops, as a table.
+    understood: Vec<Table>,
     /// Why it could not be read, with the remedy.
     failure: Option<String>,
     /// The role of each column of the summary.
@@ -114,8 +119,12 @@ pub fn open(lab: &Lab, which: Which) -> Answer<Opened> {
 
 /// A file that was read.
 fn opened(file: &File, reading: &Reading) -> Opened {
+    let summary = Summary::from(reading);
+    let of_loop =
+        |each: &stiction_io::summary::Loop| Table::understood(&each.name, &each.understood);
     Opened {
-        summary: Some(Summary::from(reading)),
+        understood: summary.loops.iter().take(MOST_TABLES).map(of_loop).collect(),
+        summary: Some(summary),
         roles: reading.recognised.iter().map(|each| each.role.option_name()).collect(),
         columns: reading.recognised.iter().map(|each| each.column.clone()).collect(),
         ..told(file)
@@ -135,6 +144,7 @@ fn told(file: &File) -> Opened {
     Opened {
         id: file.id.clone(),
         summary: None,
+        understood: vec![],
         failure: None,
         roles: vec![],
         columns: vec![],

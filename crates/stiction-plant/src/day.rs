@@ -2,7 +2,7 @@
 
 use jiff::civil::Date;
 use jiff::{ToSpan, Unit};
-use stiction_diagnose::recording::{Channel, Modes, Recording};
+use stiction_diagnose::recording::{Channel, MaskedSample, Modes, Recording};
 use stiction_io::timestamp::{Zone, instant};
 
 /// A value stored on change holds into a window for at most this long, s. With this bound a window does not depend on the
@@ -74,6 +74,7 @@ pub fn slice(recording: &Recording, from: f64, to: f64) -> Option<Recording> {
             quality: chosen.iter().map(|k| channel.quality[*k]).collect(),
             unit: channel.unit.clone(),
             range: channel.range,
+            masked: channel.masked.iter().filter(|masked| within(masked.time)).copied().collect(),
         }
     };
     let modes = |modes: &Modes| {
@@ -87,6 +88,7 @@ pub fn slice(recording: &Recording, from: f64, to: f64) -> Option<Recording> {
         loop_type: recording.loop_type,
         start: recording.start,
         plant_time: recording.plant_time.clone(),
+        columns: recording.columns.clone(),
         op,
         pv: recording.pv.as_ref().map(channel),
         sp: recording.sp.as_ref().map(channel),
@@ -105,6 +107,11 @@ pub fn cut(recording: &Recording, from: f64, to: f64) -> Option<Recording> {
     let clock = |t: f64| ((start + t - from) * 1e6).round() / 1e6;
     let channel = |channel: &Channel| Channel {
         time: channel.time.iter().map(|t| clock(*t)).collect(),
+        masked: channel
+            .masked
+            .iter()
+            .map(|masked| MaskedSample { time: clock(masked.time), ..*masked })
+            .collect(),
         ..channel.clone()
     };
     let shifted = Recording {

@@ -5,6 +5,7 @@ mod few_slips;
 mod fit;
 mod grades;
 mod long_records;
+mod masked;
 mod measured_position;
 mod monotone;
 mod relation;

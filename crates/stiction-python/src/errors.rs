@@ -22,6 +22,12 @@ pub fn unread(error: stiction_io::Error) -> PyErr {
     }
 }
 
+/// A keyword with the meaning of a word, once for each possible meaning.
+fn spoken(keyword: &str, word: &str, meanings: &[&str]) -> String {
+    let each = meanings.iter().map(|meaning| format!("{keyword}={{{word:?}: {meaning:?}}}"));
+    each.collect::<Vec<_>>().join(" or ")
+}
+
 /// Remedies as keywords of the package's functions, such as `columns={"op": "COLUMN"}`.
 pub const KEYWORDS: Wording = Wording(|remedy| {
     let value = remedy.value();
@@ -31,6 +37,10 @@ pub const KEYWORDS: Wording = Wording(|remedy| {
             format!("columns={{{role:?}: {column:?}}}")
         }
         Remedy::BadText(word) => format!("bad_text=[{word:?}]"),
+        Remedy::Part(name) => format!("part={name:?}"),
+        Remedy::DecimalMark(_) => format!("decimal_mark={value:?}"),
+        Remedy::Mode { word, modes: meanings } => spoken("modes", word, meanings),
+        Remedy::Quality { word, qualities: meanings } => spoken("qualities", word, meanings),
         Remedy::SampleTime(_) => format!("sample_time={value}"),
         Remedy::Range { .. } => format!("{}=({})", remedy.option(), value.replace(',', ", ")),
         Remedy::TimeFormat(ways) if !ways.is_empty() => {
@@ -39,6 +49,7 @@ pub const KEYWORDS: Wording = Wording(|remedy| {
             format!("time_format{between}{}", written.join(" or "))
         }
         Remedy::Zone(Some(zone)) => format!("zone={zone:?}"),
+        Remedy::Date(Some(day)) => format!("date={day:?}"),
         _ => remedy.option().to_owned(),
     }
 });

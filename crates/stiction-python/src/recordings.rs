@@ -14,7 +14,8 @@ use pyo3_arrow::input::AnyRecordBatch;
 use std::path::PathBuf;
 use std::sync::Arc;
 use stiction::recording::{
-    self, Channel, GridOptions, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource,
+    self, Channel, Columns, GridOptions, LoopType, MaskedKind, MaskedSample, Mode, Modes,
+    PlantTime, Quality, Range, RangeSource,
 };
 use stiction_io::sheet::{Cells, Column};
 use stiction_io::{ReadOptions, Reading, Sheet};
@@ -199,17 +200,23 @@ impl Recording {
     }
 }
 
-/// A channel as plain values: times, values, qualities, unit, range.
-type KeptChannel = (Vec<f64>, Vec<f64>, Vec<u8>, Option<String>, Option<(f64, f64, u8)>);
-/// Name, type, start, clock of the plant, notes, file and its hash.
-type KeptAbout = (String, String, Option<f64>, (String, i32), Vec<String>, String, String);
+/// A masked sample: time, value, quality before, kind.
+type KeptMasked = (f64, f64, u8, u8);
+/// A channel as plain values: times, values, qualities, unit, range, masked samples.
+type KeptChannel =
+    (Vec<f64>, Vec<f64>, Vec<u8>, Option<String>, Option<KeptRange>, Vec<KeptMasked>);
+/// A range as plain values: ends, source, narrowest and widest span.
+type KeptRange = (f64, f64, u8, [f64; 2]);
+/// Notation and zone of the times, and the names of the columns of time, OP, PV, SP, VP and mode.
+type KeptColumns = (String, String, [Option<String>; 6]);
+/// Name, type, start, clock of the plant, columns, notes, file and its hash.
+type KeptAbout =
+    (String, String, Option<f64>, (String, i32), KeptColumns, Vec<String>, String, String);
 /// A recording as plain values.
 type Kept = (KeptAbout, Vec<Option<KeptChannel>>, Option<(Vec<f64>, Vec<u8>)>);
 
 const QUALITIES: [Quality; 4] = [Quality::Good, Quality::Uncertain, Quality::Bad, Quality::Missing];
 const MODES: [Mode; 4] = [Mode::Automatic, Mode::Cascade, Mode::Manual, Mode::Other];
-const SOURCES: [RangeSource; 3] =
-    [RangeSource::Given, RangeSource::Metadata, RangeSource::Estimated];
 
 /// The index of `item` in `all`, which contains all values.
 fn place<T: PartialEq>(all: &[T], item: &T) -> u8 {
@@ -222,19 +229,41 @@ fn keep_channel(channel: &Channel) -> KeptChannel {
         channel.values.clone(),
         channel.quality.iter().map(|quality| place(&QUALITIES, quality)).collect(),
         channel.unit.clone(),
-        channel.range.map(|range| (range.low, range.high, place(&SOURCES, &range.source))),
+        channel.range.map(|range| {
+            (range.low, range.high, place(&RangeSource::ALL, &range.source), range.spans)
+        }),
+        channel
+            .masked
+            .iter()
+            .map(|m| {
+                (m.time, m.value, place(&QUALITIES, &m.quality), place(&MaskedKind::ALL, &m.kind))
+            })
+            .collect(),
     )
 }
 
 fn kept_channel(name: &'static str, kept: KeptChannel) -> stiction::Result<Channel> {
-    let (time, values, quality, unit, range) = kept;
+    let (time, values, quality, unit, range, masked) = kept;
     let quality = quality.into_iter().map(|place| QUALITIES[usize::from(place) % 4]).collect();
     let mut channel = Channel::with_quality(name, time, values, quality)?;
     channel.unit = unit;
-    let range =
-        range.map(|(low, high, place)| Range::new(low, high, SOURCES[usize::from(place) % 3]));
+    let range = range.map(|(low, high, place, spans)| {
+        Range::among(low, high, RangeSource::ALL[usize::from(place) % 4], (spans[0], spans[1]))
+    });
     channel.range = range.transpose()?;
+    let masked = masked.into_iter().map(|(time, value, quality, kind)| MaskedSample {
+        time,
+        value,
+        quality: QUALITIES[usize::from(quality) % 4],
+        kind: MaskedKind::ALL[usize::from(kind) % 5],
+    });
+    channel.masked = masked.collect();
     Ok(channel)
+}
+
+fn keep_columns(columns: &Columns) -> KeptColumns {
+    let Columns { time, time_format, zone, op, pv, sp, vp, mode } = columns.clone();
+    (time_format, zone, [time, op, pv, sp, vp, mode])
 }
 
 impl Recording {
@@ -259,6 +288,7 @@ impl Recording {
                 recording.loop_type.name().to_owned(),
                 recording.start,
                 (recording.plant_time.name.clone(), recording.plant_time.offset_s),
+                keep_columns(&recording.columns),
                 recording.notes.clone(),
                 self.source.file.clone(),
                 self.source.sha256.clone(),
@@ -276,7 +306,9 @@ fn recording_kept(
     channels: Vec<Option<KeptChannel>>,
     mode: Option<(Vec<f64>, Vec<u8>)>,
 ) -> PyResult<Recording> {
-    let (name, loop_type, start, plant_time, notes, file, sha256) = about;
+    let (name, loop_type, start, plant_time, columns, notes, file, sha256) = about;
+    let (time_format, zone, [time, op, pv, sp, vp, mode_column]) = columns;
+    let columns = Columns { time, time_format, zone, op, pv, sp, vp, mode: mode_column };
     let mut channels = channels.into_iter();
     let mut next = |name: &'static str| {
         channels.next().flatten().map(|kept| kept_channel(name, kept)).transpose().map_err(refused)
@@ -287,6 +319,7 @@ fn recording_kept(
         loop_type: LoopType::by_name(&loop_type).map_err(refused)?,
         start,
         plant_time: PlantTime { name: plant_time.0, offset_s: plant_time.1 },
+        columns,
         op,
         pv: next("PV")?,
         sp: next("SP")?,
@@ -309,12 +342,20 @@ struct Told {
     columns: Vec<String>,
     zone: Option<String>,
     time_format: Option<String>,
+    date: Option<String>,
     sample_time: Option<f64>,
     op_range: Option<(f64, f64)>,
     pv_range: Option<(f64, f64)>,
     vp_range: Option<(f64, f64)>,
     loop_type: Option<String>,
     bad_text: Vec<String>,
+    part: Option<String>,
+    decimal_mark: Option<String>,
+    /// `WORD=MODE`.
+    modes: Vec<String>,
+    /// `WORD=QUALITY`.
+    qualities: Vec<String>,
+    bad_value: Vec<f64>,
 }
 
 impl Told {
@@ -335,11 +376,31 @@ impl Told {
             options.time_format =
                 Some(format.parse().map_err(|words| wrong("time_format", words))?);
         }
+        if let Some(mark) = &self.decimal_mark {
+            options.decimal_mark =
+                Some(mark.parse().map_err(|words| wrong("decimal_mark", words))?);
+        }
+        // The first meaning of a word counts.
+        for word in self.modes.iter().rev() {
+            let meaning =
+                stiction_io::mode::of_option(word).map_err(|words| wrong("modes", words))?;
+            options.modes.insert(0, meaning);
+        }
+        for word in self.qualities.iter().rev() {
+            let meaning =
+                stiction_io::quality::of_option(word).map_err(|words| wrong("qualities", words))?;
+            options.qualities.insert(0, meaning);
+        }
+        if let Some(day) = &self.date {
+            options.date = Some(day.parse().map_err(|words| wrong("date", words))?);
+        }
         if let Some(name) = &self.loop_type {
             options.all.loop_type = Some(LoopType::by_name(name).map_err(refused)?);
         }
         options.wording = KEYWORDS;
         options.bad_text.extend(self.bad_text);
+        options.part = self.part.or(options.part);
+        options.bad_value.extend(self.bad_value);
         options.sample_time = self.sample_time.or(options.sample_time);
         options.all.op_range = self.op_range.or(options.all.op_range);
         options.all.pv_range = self.pv_range.or(options.all.pv_range);
@@ -490,6 +551,12 @@ fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
         }
         DataType::Timestamp(unit, zone) => {
             Cells::Times { seconds: seconds(array, *unit), utc: zone.is_some() }
+        }
+        DataType::Decimal128(_, scale) => {
+            let unit = 10f64.powi(i32::from(*scale));
+            let whole = array.as_primitive::<arrow_array::types::Decimal128Type>();
+            let number = |value: Option<i128>| value.map_or(f64::NAN, |value| value as f64 / unit);
+            Cells::Numbers(whole.iter().map(number).collect())
         }
         DataType::Duration(unit) => Cells::Numbers(seconds(array, *unit)),
         DataType::Date32 => {

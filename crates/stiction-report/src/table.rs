@@ -1,6 +1,7 @@
 //! Diagnoses as a table with one row per loop, and the same columns for CSV, Arrow and Parquet.
 
 use crate::document::Loop;
+use crate::words;
 use stiction_diagnose::diagnose::{Alternative, Estimate, Override};
 use stiction_diagnose::oscillation::Oscillation;
 use stiction_diagnose::spoken;
@@ -46,7 +47,7 @@ impl Cells {
 }
 
 /// All columns, in order.
-pub const COLUMNS: [LoopColumn; 27] = {
+pub const COLUMNS: [LoopColumn; 30] = {
     use Cells::{Counts, Flags, Numbers, Texts};
     const fn column(name: &'static str, cells: Cells) -> LoopColumn {
         LoopColumn { name, cells }
@@ -75,8 +76,11 @@ pub const COLUMNS: [LoopColumn; 27] = {
         column("J_low", Numbers(|l| Some(j(l)?.low))),
         column("J_high", Numbers(|l| Some(j(l)?.high))),
         column("S_below", Numbers(|l| Some(l.diagnosis.verdict.s_below?.value))),
+        column("guessed_range", Texts(|l| words::guessed_range(l.diagnosis))),
         column("alternative", Texts(|l| name(likeliest(l)?.cause.name()))),
         column("alternative_likelihood", Numbers(|l| Some(likeliest(l)?.likelihood))),
+        column("masked", Counts(|l| Some(l.diagnosis.masked_count()))),
+        column("masked_values", Texts(|l| l.diagnosis.masked_words())),
         column("override", Texts(|l| name(overruled(l)?.verdict.name()))),
         column("override_reason", Texts(|l| Some(overruled(l)?.reason.clone()))),
     ]

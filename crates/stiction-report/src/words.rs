@@ -5,8 +5,8 @@ use stiction_diagnose::diagnose::{
     Basis, Diagnosis, Estimate, Fault, FewSlips, Grade, Override, Ruling, Silence, VerdictClass,
     thresholds,
 };
-use stiction_diagnose::recording::Segment;
 use stiction_diagnose::recording::fitness::{Class, MeasureId};
+use stiction_diagnose::recording::{RangeSource, Segment};
 use stiction_diagnose::spoken::{self, number};
 
 pub use stiction_diagnose::spoken::{percent, unparted as spoken};
@@ -29,8 +29,40 @@ pub fn interval(estimate: Estimate) -> String {
     format!("{} % ({} to {})", rough(estimate.value), rough(estimate.low), rough(estimate.high))
 }
 
-/// The verdict in a sentence or two.
+/// The range of the OP, if neither the user nor the file states it, such as `of an estimated OP range (0 to 27648)`.
+/// S and all other amounts in percent depend on it.
+pub fn guessed_range(diagnosis: &Diagnosis) -> Option<String> {
+    let range = diagnosis.op_range.filter(|range| range.source.is_guess())?;
+    let source = if range.source == RangeSource::Assumed { "assumed" } else { "estimated" };
+    let ends = [range.low, range.high].map(|end| spoken::cell(end).replace('-', "\u{2212}"));
+    Some(format!("of an {source} OP range ({} to {})", ends[0], ends[1]))
+}
+
+/// The sentence on a guessed range beside S or its limit; empty if the range is known.
+fn span(diagnosis: &Diagnosis) -> String {
+    let amount = diagnosis.stiction.s.is_some() || diagnosis.verdict.s_below.is_some();
+    let Some((of, range)) = guessed_range(diagnosis).zip(diagnosis.op_range).filter(|_| amount)
+    else {
+        return String::new();
+    };
+    let span = range.high - range.low;
+    match range.spans {
+        [narrowest, widest] if narrowest < span || widest > span => format!(
+            "Percent are {of}. The interval allows for spans of {} to {}.",
+            rough(narrowest),
+            rough(widest)
+        ),
+        _ => format!("Percent are {of}."),
+    }
+}
+
+/// The verdict in a few sentences.
 pub fn verdict(diagnosis: &Diagnosis) -> String {
+    join([verdict_alone(diagnosis), span(diagnosis)])
+}
+
+/// The verdict without the doubt about the range of the OP.
+fn verdict_alone(diagnosis: &Diagnosis) -> String {
     let verdict = &diagnosis.verdict;
     let sure = verdict.probability.map(percent);
     match (verdict.class, verdict.basis) {
@@ -322,6 +354,7 @@ impl Better {
             MeasureId::SetPoint => Some(Self::AtRest),
             MeasureId::Samples | MeasureId::Cycles | MeasureId::SamplesPerCycle => None,
             MeasureId::GoodValues
+            | MeasureId::MaskedValues
             | MeasureId::BridgedSamples
             | MeasureId::DoubtfulSamples
             | MeasureId::InCommand

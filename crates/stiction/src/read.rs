@@ -6,7 +6,7 @@ use std::ops::Deref;
 use std::path::Path;
 use stiction_io::{ReadOptions, Reading, reading};
 
-/// The recordings in the CSV, Parquet or MATLAB file at `path`. Columns, time stamps and units are recognised.
+/// The recordings in the CSV, Parquet, Excel or MATLAB file at `path`. Columns, time stamps and units are recognised.
 ///
 /// # Errors
 /// If the file cannot be read or understood; the message names file, row, column and remedy.

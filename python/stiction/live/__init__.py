@@ -7,6 +7,7 @@ the same. The extra ``stiction[live]`` has what it needs. ``docs/live.md`` descr
 from __future__ import annotations
 
 import os
+import warnings
 from pathlib import Path
 
 from stiction.live.errors import Refused
@@ -35,6 +36,11 @@ def fetch(
     dict
         The numbers of ``days``, ``rows`` and ``loops``.
 
+    Warns
+    -----
+    UserWarning
+        About rows with wrong times, and about values that differ from those of an earlier call.
+
     Raises
     ------
     Refused
@@ -42,4 +48,4 @@ def fetch(
     """
     from stiction.live import sql
 
-    return sql.fetch(url, Path(folder), table=table, since=since)
+    return sql.fetch(url, Path(folder), table=table, since=since, note=lambda text: warnings.warn(text, stacklevel=2))

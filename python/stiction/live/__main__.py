@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import asyncio
 import json
+import os
 import re
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,8 @@ from stiction.live.words import counted
 __all__: list[str] = []
 
 UNITS = {"s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, "d": 86_400.0, "w": 604_800.0}
+PROGRESS_S = 50.0
+"""Seconds between two lines of progress that do not go to a terminal."""
 SIZES = {"MB": 1 << 20, "GB": 1 << 30, "TB": 1 << 40}
 
 
@@ -55,6 +58,7 @@ secrets, from the environment only:
   STICTION_OPCUA_KEY_PASSWORD, STICTION_OPCUA_USER_KEY_PASSWORD  the keys are encrypted with these
   STICTION_SQL_PASSWORD (or PGPASSWORD)  of a database
   STICTION_PI_USER, STICTION_PI_PASSWORD  of a PI Web API
+  STICTION_WEBHOOK  the address that events are sent to
   STICTION_WEBHOOK_SECRET  signs events"""
 
 
@@ -89,7 +93,7 @@ def parser(program: str = "python -m stiction.live") -> argparse.ArgumentParser:
     watch.add_argument("--keep", metavar="TIME", type=duration, default=400 * 86_400.0, help="remove files older than this "
                        "[default: 400d]")  # fmt: skip
     watch.add_argument("--disk", metavar="SIZE", type=size, help="remove the oldest files beyond this size, such as 20GB")
-    watch.add_argument("--webhook", metavar="URL", help="send events there")
+    watch.add_argument("--webhook", metavar="URL", help="send events there; or the address in the environment as STICTION_WEBHOOK")
     watch.add_argument("--metrics", metavar="ADDRESS", help="serve Prometheus metrics there, such as 127.0.0.1:9464")
     watch.add_argument("--status", action="store_true", help="print the state of the running watch, and end")
     watch.add_argument("--json", action="store_true", help="print the state as JSON")
@@ -156,13 +160,26 @@ def _note(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
+def _sparse(every_s: float) -> Callable[[str], None]:
+    """Notes of a long run, of which one in so many seconds is shown."""
+    shown = time.monotonic()
+
+    def say(text: str) -> None:
+        nonlocal shown
+        if time.monotonic() - shown >= every_s:
+            shown = time.monotonic()
+            _note(text)
+
+    return say
+
+
 def _init(known: argparse.Namespace) -> int:
     from stiction.live import first
 
     if not known.url.startswith("opc.tcp://"):
         from stiction.live import sql
 
-        made = first.of_samples(known.folder, lambda path: sql.samples(known.url, path, known.table), force=known.force)
+        made = first.of_samples(known.folder, lambda path: sql.samples(known.url, path, known.table, _note), force=known.force)
         print(f"{counted(made[0], 'loop')}, {counted(made[1], 'doubt')}; see {known.folder / 'plant.toml'}")
         return 0
     print(asyncio.run(first.of_server(known.folder, known.url, _security(known), _note, force=known.force)))
@@ -173,9 +190,10 @@ def _fetch(known: argparse.Namespace) -> int:
     from stiction.live import sql
 
     if known.output is not None:
-        sql.samples(known.url, known.output, known.table)
+        sql.samples(known.url, known.output, known.table, _note)
         return 0
-    done = sql.fetch(known.url, known.folder, table=known.table, since=known.since, say=_note if sys.stderr.isatty() else lambda _: None)
+    every = 0.0 if sys.stderr.isatty() else PROGRESS_S
+    done = sql.fetch(known.url, known.folder, table=known.table, since=known.since, say=_sparse(every), note=_note)
     rows, loops, days = (counted(done[f"{what}s"], what) for what in ("row", "loop", "day"))
     print(f"{rows} of {loops}, {days}; see {known.folder / 'data' / 'sql'}")
     return 0
@@ -207,7 +225,7 @@ def _watch(known: argparse.Namespace) -> int:
         most_bytes=known.disk,
         timeout_s=known.timeout,
         check_s=known.check,
-        webhook=known.webhook,
+        webhook=known.webhook or os.environ.get("STICTION_WEBHOOK") or None,
         metrics=known.metrics,
     )
 

@@ -15,10 +15,11 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import struct
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
@@ -41,7 +42,12 @@ LOST = 0x809D_0000
 NONE = 0x809B_0000
 """The status code of a tag that has no value in an hour (BadNoData)."""
 MARK = 0xFFFF_FFFF
-"""The tag of a record without a value, which states the time up to which all values are known."""
+"""The tag of a record without a value, which states the time up to which all values are known. Its value is the number of the record:
+of several, the one with the highest number counts, because a clock may go back."""
+VOID = 1
+"""The status of a record of the tag `MARK` that takes back the values before it in its journal which have its time or a later one."""
+LEAD = 600_000_000
+"""Values may be this much ahead of the server's clock, in microseconds."""
 MOST_ROWS = 2_000_000
 """Rows in memory while an hour is written."""
 MOST_BUFFERED = 1 << 20
@@ -111,6 +117,7 @@ class Recorder:
         self._waiting: dict[int, bytearray] = {}
         self._bytes = 0
         self.values = 0
+        self.sequence = 0
 
     def add(self, tag: int, time: int, value: float, status: int) -> None:
         """Append a value. `flush` writes it."""
@@ -126,8 +133,18 @@ class Recorder:
 
     def mark(self, time: int) -> None:
         """State that all values up to a time are known."""
-        self.add(MARK, time, float("nan"), 0)
+        self.sequence += 1
+        self.add(MARK, time, float(self.sequence), 0)
         self.values -= 1
+
+    def void(self, begin: int) -> None:
+        """Take back the values of a time and later ones, which a wrong clock dated."""
+        self.sequence += 1
+        for hour in sorted(self._files.keys() | self._waiting.keys()):
+            if hour + HOUR > begin:
+                self._waiting.setdefault(hour, bytearray()).extend(PACK(MARK, VOID, begin, float(self.sequence)))
+                self._bytes += RECORD.itemsize
+        self.flush()
 
     def flush(self, durable: bool = False) -> None:
         """Write the values that wait. After an error, such as a full disk, they are lost and the journals whole."""
@@ -205,6 +222,10 @@ class Recorder:
             self._lengths.clear()
 
 
+_JOURNAL = re.compile(r"[0-9]{4}-(0[1-9]|1[0-2])-([0-2][0-9]|3[01])T([01][0-9]|2[0-3])\.[0-9]{1,12}\.values")
+"""The names of journals. Other files in their folders are not ours."""
+
+
 def _write(file: BinaryIO, data: bytes | bytearray) -> None:
     """Writes all bytes. A disk that becomes full takes some of them first."""
     rest = memoryview(data)
@@ -213,7 +234,7 @@ def _write(file: BinaryIO, data: bytes | bytearray) -> None:
 
 
 def _journals(*folders: Path) -> list[Path]:
-    return sorted(path for folder in folders if folder.is_dir() for path in folder.glob("*.values"))
+    return sorted(path for folder in folders if folder.is_dir() for path in folder.glob("*.values") if _JOURNAL.fullmatch(path.name))
 
 
 def _read_head(path: Path) -> tuple[list[str], int]:
@@ -236,24 +257,44 @@ def _blocks(path: Path, begin: int, rows: int = 1 << 18) -> Iterator[Records]:
             yield np.frombuffer(data, RECORD, whole)
 
 
-def known_until(plant: Path) -> tuple[int | None, dict[str, int]]:
-    """The time up to which the journals hold all values, None without a journal, and the last time of each tag."""
+@dataclass
+class Known:
+    """What the journals hold."""
+
+    until: int | None = None
+    """The time up to which they hold all values; None without a journal."""
+    last: dict[str, int] = field(default_factory=dict)
+    """The last time of each tag."""
+    sequence: int = 0
+    """The highest number of a record that states a time."""
+
+
+def known(plant: Path, before: int = 1 << 62) -> Known:
+    """What the journals hold up to a time. A wrong clock may have dated values after it."""
     folder = live_folder(plant)
-    latest: int | None = None
-    last: dict[str, int] = {}
+    found = Known()
+    newest = (-1.0, -(1 << 62))
     for path in _journals(folder / "open", folder / "ready"):
         tags, begin = _read_head(path)
         if not tags:
             continue
         own = np.full(len(tags) + 1, -(1 << 62), np.int64)
         for block in _blocks(path, begin):
+            marks = block[(block["tag"] == MARK) & (block["status"] == 0)]
+            numbers = np.nan_to_num(marks["value"], nan=0.0)
+            found.sequence = max(found.sequence, int(numbers.max(initial=0.0)))
+            within = marks["time"] <= before
+            newest = max([newest, *zip(numbers[within].tolist(), marks["time"][within].tolist())])
+            block = block[block["time"] <= before]
             np.maximum.at(own, np.minimum(block["tag"], len(tags)), block["time"])
         for tag, time in zip(tags, own):
-            if time > last.get(tag, -(1 << 62)):
-                last[tag] = int(time)
-        if own[-1] > -(1 << 62):
-            latest = max(int(own[-1]), latest or 0)
-    return latest, last
+            if time > found.last.get(tag, -(1 << 62)):
+                found.last[tag] = int(time)
+    if newest[0] >= 0.0:
+        found.until = int(newest[1])
+        # What is later was dated by a clock that went back since.
+        found.last = {tag: min(at, found.until + LEAD) for tag, at in found.last.items()}
+    return found
 
 
 @dataclass
@@ -305,8 +346,11 @@ def table_of(tag: str, rows: Rows) -> Any:
     return pa.Table.from_arrays(columns, schema=_schema())
 
 
-def written(path: Path, tables: Iterator[Any], schema: Any = None) -> int:
-    """Write tables as one Parquet file, each as a row group, whole or not at all, and return the number of rows."""
+def written(path: Path, tables: Iterator[Any], is_new: Callable[[], bool] = lambda: True) -> int:
+    """Write tables as one Parquet file, each as a row group, whole or not at all, and return the number of rows.
+
+    A file stays as it is if `is_new` finds, after all tables, that they say nothing new.
+    """
     import pyarrow.parquet as pq
 
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -316,7 +360,7 @@ def written(path: Path, tables: Iterator[Any], schema: Any = None) -> int:
         with open(part, "wb") as file:
             with pq.ParquetWriter(
                 file,
-                schema or _schema(),
+                _schema(),
                 compression="zstd",
                 use_dictionary=["tag", "status_code"],
                 column_encoding={"time": "DELTA_BINARY_PACKED"},
@@ -327,6 +371,9 @@ def written(path: Path, tables: Iterator[Any], schema: Any = None) -> int:
                         rows += len(table)
             file.flush()
             os.fsync(file.fileno())
+        if not is_new():
+            part.unlink()
+            return rows
         os.replace(part, path)
     except BaseException:
         part.unlink(missing_ok=True)
@@ -354,7 +401,7 @@ def _rows(table: Any) -> Rows:
     return Rows(time, value, table["status_code"].to_numpy().astype(np.uint32))
 
 
-class _Stored:
+class Stored:
     """The rows of a file, by tag, each read when it is asked for."""
 
     def __init__(self, path: Path) -> None:
@@ -370,7 +417,7 @@ class _Stored:
                 # A row group holds one tag, so its statistics state it.
                 self.groups[self.file.metadata.row_group(group).column(place).statistics.min] = group
 
-    def __enter__(self) -> _Stored:
+    def __enter__(self) -> Stored:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -378,6 +425,7 @@ class _Stored:
             self.file.close()
 
     def rows(self, tag: str) -> Rows | None:
+        """The rows of a tag; None without any."""
         group = self.groups.get(tag)
         return None if group is None else _rows(self.file.read_row_group(group))
 
@@ -412,6 +460,9 @@ def joined(parts: Sequence[Rows]) -> Rows:
 
 def fold(plant: Path, data: Path) -> list[Folded]:
     """Write all journals that are ready to the files of their hours, the oldest first, and remove them."""
+    for part in data.glob("[0-9]*/.[0-9][0-9].parquet.part"):
+        # A run that was killed left it.
+        part.unlink(missing_ok=True)
     ready = live_folder(plant) / "ready"
     by_hour: dict[int, list[Path]] = {}
     for path in _journals(ready):
@@ -438,7 +489,7 @@ def _fold_hour(data: Path, hour: int, journals: Sequence[Path]) -> tuple[Folded,
         if not tags or rest:
             folded.problems.append(f"the journal {path.name} was cut in the middle of a record, which was left out")
     path = hour_file(data, hour)
-    with _Stored(path) as stored, _Stored(hour_file(data, hour - HOUR)) as before:
+    with Stored(path) as stored, Stored(hour_file(data, hour - HOUR)) as before:
         names = sorted({tag for tags, _ in heads for tag in tags} | stored.groups.keys() | before.groups.keys())
         if not names:
             return folded, False
@@ -450,7 +501,7 @@ def _fold_hour(data: Path, hour: int, journals: Sequence[Path]) -> tuple[Folded,
                 for tag in batch:
                     known = stored.rows(tag)
                     rows = _of_hour(hour, known, own.get(tag), lambda tag=tag: before.rows(tag))
-                    changed = changed or known is None or not _same(known, rows)
+                    changed = changed or known is None or not same(known, rows)
                     yield table_of(tag, rows)
 
         if not journals:
@@ -463,7 +514,8 @@ def _fold_hour(data: Path, hour: int, journals: Sequence[Path]) -> tuple[Folded,
     return folded, changed
 
 
-def _same(a: Rows, b: Rows) -> bool:
+def same(a: Rows, b: Rows) -> bool:
+    """Whether two series are equal."""
     return (
         len(a) == len(b)
         and bool(np.array_equal(a.time, b.time))
@@ -500,14 +552,29 @@ def _batches(
     maps = [np.array([place[tag] for tag in tags] + [len(names)], np.int64) for tags, _ in heads]
     counts = np.zeros(len(names) + 1, np.int64)
 
+    # Where a journal takes back what it holds, and from which time on.
+    voids: dict[Path, list[tuple[int, int]]] = {}
+
     def blocks() -> Iterator[tuple[npt.NDArray[np.int64], Records]]:
         for path, (tags, begin), to in zip(journals, heads, maps):
-            if tags:
-                for block in _blocks(path, begin):
-                    yield to[np.minimum(block["tag"], len(to) - 1)], block
+            position = 0
+            for block in _blocks(path, begin) if tags else ():
+                size = len(block)
+                if path in voids:
+                    gone = np.zeros(size, bool)
+                    for until, time in voids[path]:
+                        gone |= (position + np.arange(size) < until) & (block["time"] >= time)
+                    block = block[~gone]
+                position += size
+                yield to[np.minimum(block["tag"], len(to) - 1)], block
 
-    for own, _ in blocks():
-        counts += np.bincount(own, minlength=len(counts))
+    for path, (tags, begin), to in zip(journals, heads, maps):
+        position = 0
+        for block in _blocks(path, begin) if tags else ():
+            counts += np.bincount(to[np.minimum(block["tag"], len(to) - 1)], minlength=len(counts))
+            for k in np.flatnonzero((block["tag"] == MARK) & (block["status"] == VOID)).tolist():
+                voids.setdefault(path, []).append((position + k, int(block["time"][k])))
+            position += len(block)
     first = 0
     while first < len(names):
         until, rows = first, 0
@@ -534,14 +601,48 @@ def _batches(
         first = until
 
 
+def steady(plant: Path, server: int, computer: int) -> int:
+    """The time from which the age of files is counted, so that a clock that jumps removes none.
+
+    It is the server's clock, but never ahead of this computer's, and from call to call it goes on at most twice as fast as that.
+    """
+    path = live_folder(plant) / "retention.json"
+    try:
+        stored = json.loads(path.read_text(encoding="utf-8"))
+        newest, at = int(stored["now"]), int(stored["computer"])
+    except (OSError, ValueError, KeyError, TypeError):
+        ends = [hour + HOUR for hour in map(_file_hour, _hour_files(plant / "data")) if hour + HOUR <= min(server, computer)]
+        newest, at = max(ends, default=min(server, computer)), computer
+    allowed = newest + 2 * max(0, computer - at)
+    now = min(server, computer, allowed)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_suffix(".part")
+    part.write_text(json.dumps({"now": max(now, newest), "computer": computer}), encoding="utf-8")
+    part.replace(path)
+    return now
+
+
+def _hour_files(data: Path) -> list[Path]:
+    files = data.glob("[0-9][0-9][0-9][0-9]-[0-9][0-9]-[0-9][0-9]/[0-9][0-9].parquet")
+    return sorted(path for path in files if _HOUR_FILE.fullmatch(f"{path.parent.name}/{path.name}"))
+
+
+_HOUR_FILE = re.compile(r"[0-9]{4}-(0[1-9]|1[0-2])-([0-2][0-9]|3[01])/([01][0-9]|2[0-3])\.parquet")
+
+
+def _file_hour(path: Path) -> int:
+    """The start of the hour of a file."""
+    at = datetime.strptime(f"{path.parent.name}T{path.stem}", "%Y-%m-%dT%H").replace(tzinfo=timezone.utc)
+    return int(at.timestamp()) * 1_000_000
+
+
 def retain(data: Path, *, keep_s: float | None, most_bytes: float | None, now: int) -> list[Path]:
     """Remove the oldest files of hours, by age and by their total size, and return them."""
-    files = sorted(data.glob("[0-9][0-9][0-9][0-9]-[0-9][0-9]-[0-9][0-9]/[0-9][0-9].parquet"))
+    files = _hour_files(data)
     sizes = {path: path.stat().st_size for path in files}
     total, removed = sum(sizes.values()), []
     for path in files:
-        at = datetime.strptime(f"{path.parent.name}T{path.stem}", "%Y-%m-%dT%H").replace(tzinfo=timezone.utc)
-        age = now / 1e6 - at.timestamp() - 3600
+        age = (now - _file_hour(path) - HOUR) / 1e6
         if not ((keep_s is not None and age > keep_s) or (most_bytes is not None and total > most_bytes)):
             break
         path.unlink()

@@ -22,7 +22,8 @@ def judge(plant: Path, data: Path, *, keep_s: float | None, most_bytes: float | 
 
     begun = time.monotonic()
     folded = hours.fold(plant, data)
-    removed = hours.retain(data, keep_s=keep_s, most_bytes=most_bytes, now=now)
+    age_from = hours.steady(plant, now, time.time_ns() // 1000)
+    removed = hours.retain(data, keep_s=keep_s, most_bytes=most_bytes, now=age_from)
     written = time.monotonic()
     found: dict[str, Any] = {
         "hours": [hours.shown(each.hour) for each in folded],

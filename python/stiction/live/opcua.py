@@ -35,6 +35,7 @@ except ImportError as error:
     raise ImportError(f'OPC UA needs asyncua ({error}): pip install "stiction[live]"') from None
 
 from stiction.live.errors import Refused
+from stiction.live.history import IDLE, Answer, Reading, Unread
 
 __all__: list[str] = []
 
@@ -100,6 +101,18 @@ NO_HISTORY = (
 )
 
 
+NO_BOUND = ua.StatusCodes.BadBoundNotFound
+"""The status of an answer that there is no value at a bound."""
+NO_DATA = (ua.StatusCodes.BadNoData, ua.StatusCodes.GoodNoData)
+TOO_LARGE = (
+    ua.StatusCodes.BadEncodingLimitsExceeded,
+    ua.StatusCodes.BadRequestTooLarge,
+    ua.StatusCodes.BadResponseTooLarge,
+    ua.StatusCodes.BadTcpMessageTooLarge,
+    ua.StatusCodes.BadTooManyOperations,
+)
+
+
 class ReadOnlyProtocol(UASocketProtocol):
     """Sends the requests of `SERVICES` and refuses all others."""
 
@@ -134,6 +147,7 @@ class ReadOnlyClient(Client):
         self.product_uri = APPLICATION
         # A session whose client was killed ends after this time, ms.
         self.session_timeout = 120_000
+        self.check_peer: Callable[[], None] = lambda: None
 
     def _add_user_auth(self, params: Any, username: str | None, password: str | None) -> None:
         policy = self.server_policy(ua.UserTokenType.UserName)
@@ -144,6 +158,9 @@ class ReadOnlyClient(Client):
                 "the server would receive the password unencrypted, so it was not sent; use a security policy, or a server that "
                 "encrypts passwords"
             )
+        if not plain and not encrypted:
+            # The server's certificate encrypts the password, so it must be a trusted one.
+            self.check_peer()
         super()._add_user_auth(params, username, password)
 
 
@@ -215,22 +232,26 @@ def check_certificate(data: bytes, server: Any, security: Security) -> str | Non
         uris = own.get_values_for_type(x509.UniformResourceIdentifier)
     except x509.ExtensionNotFound:
         uris = []
-    if server.ApplicationUri not in uris:
+    if server is not None and server.ApplicationUri not in uris:
         raise Refused(
             f"the certificate of the server ({name}) is for {', '.join(uris) or 'no application'}, but the server is "
             f"{server.ApplicationUri}; make a new certificate on the server"
         )
     trusted, rejected = security.folder / "trusted", security.folder / "rejected"
     known = [path for path in sorted(trusted.glob("*")) if path.suffix in {".der", ".pem", ".crt", ".cer"}]
+    aside = []
     for path in known:
-        each = _loaded(path)
+        try:
+            each = _loaded(path)
+        except ValueError:
+            aside.append(f"{path} is no certificate; remove it")
+            continue
         if each.public_bytes(Encoding.DER) == data:
             return None
-        try:
-            certificate.verify_directly_issued_by(each)
+        if (why := _no_issuer(each, certificate, now)) is None:
             return None
-        except Exception:  # Not its issuer; the next one may be.
-            continue
+        if why:
+            aside.append(f"{path} {why}")
     if security.trust_first and not known:
         trusted.mkdir(parents=True, exist_ok=True)
         (trusted / f"{mark[:16]}.der").write_bytes(data)
@@ -240,8 +261,25 @@ def check_certificate(data: bytes, server: Any, security: Security) -> str | Non
     path.write_bytes(data)
     raise Refused(
         f"the certificate of the server ({name}, SHA-256 {mark}) is not trusted; compare the SHA-256 with that on the server, and "
-        f"move {path} to {trusted}"
+        f"move {path} to {trusted}" + "".join(f". Also, {each}" for each in aside[:3])
     )
+
+
+def _no_issuer(issuer: x509.Certificate, certificate: x509.Certificate, now: datetime) -> str | None:
+    """Why a trusted certificate does not vouch for that of a server: empty if it did not sign it; None if it does."""
+    try:
+        certificate.verify_directly_issued_by(issuer)
+    except Exception:
+        return ""
+    try:
+        is_authority = issuer.extensions.get_extension_for_class(x509.BasicConstraints).value.ca
+    except x509.ExtensionNotFound:
+        is_authority = False
+    if not is_authority:
+        return "signed it, but is not the certificate of an authority (CA), so it does not count"
+    if not issuer.not_valid_before_utc <= now <= issuer.not_valid_after_utc:
+        return f"signed it, but is valid from {issuer.not_valid_before_utc:%Y-%m-%d} to {issuer.not_valid_after_utc:%Y-%m-%d} only"
+    return None
 
 
 @dataclass(frozen=True)
@@ -287,10 +325,13 @@ class Server:
         self.client: ReadOnlyClient | None = None
         self.namespaces: list[str] = []
         self._publishing: asyncio.Task[None] | None = None
+        # Nodes of a request for history, values of a node in its answer, and whether values at its edges are asked for.
+        self._together, self._count, self._bounds = 20, 10_000, True
 
     async def connect(self) -> None:
         """Connect, open a session, and read the namespaces."""
         client = ReadOnlyClient(self.url, self.timeout)
+        client.check_peer = lambda: self._check_peer(client)
         user = os.environ.get("STICTION_OPCUA_USER") or client._username
         password = os.environ.get("STICTION_OPCUA_PASSWORD")
         if user:
@@ -348,6 +389,16 @@ class Server:
         )
         self.say(f"the connection is encrypted by {name}")
         await self._user_certificate(client)
+
+    def _check_peer(self, client: ReadOnlyClient) -> None:
+        """Refuses to give a name and a password to a server whose certificate is not trusted."""
+        data = client.security_policy.peer_certificate or b""
+        try:
+            note = check_certificate(_first_certificate(data), None, self.security)
+        except Refused as error:
+            raise Refused(f"the user and the password were not sent, because {error}") from None
+        if note:
+            self.say(note)
 
     async def _user_certificate(self, client: ReadOnlyClient) -> None:
         own = self.security
@@ -458,11 +509,17 @@ class Server:
         all_: list[list[Any]] = []
         for result in results:
             own = list(result.References or [])
-            while result.ContinuationPoint:
+            known, idle = {each.NodeId for each in own}, 0
+            while result.ContinuationPoint and idle < IDLE and len(own) <= MOST_NODES:
                 more = ua.BrowseNextParameters()
                 more.ContinuationPoints = [result.ContinuationPoint]
                 [result] = await self.session.browse_next(more)
-                own += result.References or []
+                new = [each for each in result.References or [] if each.NodeId not in known]
+                known.update(each.NodeId for each in new)
+                idle = 0 if new else idle + 1
+                own += new
+            if result.ContinuationPoint:
+                self.say("the server lists the nodes of a folder without an end; the rest was not browsed")
             all_.append(own)
         return all_
 
@@ -577,44 +634,86 @@ class Server:
         """The present values of nodes by their index."""
         return dict(zip(nodes, await self._read(list(nodes.values()))))
 
-    async def history(self, nodes: Mapping[int, Any], begin: int, end: int) -> AsyncIterator[tuple[int, list[Any] | int]]:
+    async def history(
+        self, nodes: Mapping[int, Any], begin: int, end: int
+    ) -> AsyncIterator[tuple[int, list[Any] | int | Unread]]:
         """The recorded values of nodes, a part at a time, or a status code if the server has no history of a node."""
+        reading = Reading(
+            list(nodes), begin, end, together=self._together, time_of=_time_of, key_of=lambda value: (_status_of(value), repr(value.Value))
+        )
+        while spans := reading.next():
+            count = self._count
+            for span, answer in zip(spans, await self._history([(nodes[span.index], span.point) for span in spans], *spans[0].asked)):
+                for part in reading.take(span, answer, count):
+                    yield span.index, part
+            reading.together = self._together
+
+    async def _history(self, asked: Sequence[tuple[Any, bytes | None]], begin: int, end: int) -> list[Answer]:
+        """What the server answers about nodes and where it continues. It is asked for less if it refuses the size of an answer."""
         details = ua.ReadRawModifiedDetails()
         details.IsReadModified = False
         details.StartTime, details.EndTime = (EPOCH + timedelta(microseconds=at) for at in (begin, end))
-        details.NumValuesPerNode = 10_000
+        details.NumValuesPerNode = self._count
         # The last value before, which may still hold.
-        details.ReturnBounds = True
-        places = list(nodes)
-        for first in range(0, len(places), 20):
-            waiting: list[tuple[int, Any]] = [(index, None) for index in places[first : first + 20]]
-            while waiting:
-                parameters = ua.HistoryReadParameters()
-                parameters.HistoryReadDetails = details
-                parameters.TimestampsToReturn = ua.TimestampsToReturn.Both
-                parameters.ReleaseContinuationPoints = False
-                parameters.NodesToRead = [
-                    ua.HistoryReadValueId(NodeId=nodes[index], ContinuationPoint=point) for index, point in waiting
-                ]
-                try:
-                    results = await self.session.history_read(parameters)
-                except ua.UaStatusCodeError as error:
-                    if error.code not in NO_HISTORY:
-                        raise
-                    for index, _ in waiting:
-                        yield index, error.code
-                    break
-                more = []
-                for (index, _), result in zip(waiting, results):
-                    code = result.StatusCode.value
-                    if code >= 0x8000_0000:
-                        yield index, code
-                        continue
-                    values = getattr(result.HistoryData, "DataValues", None) or []
-                    yield index, list(values)
-                    if result.ContinuationPoint:
-                        more.append((index, result.ContinuationPoint))
-                waiting = more
+        details.ReturnBounds = self._bounds
+        parameters = ua.HistoryReadParameters()
+        parameters.HistoryReadDetails = details
+        parameters.TimestampsToReturn = ua.TimestampsToReturn.Both
+        parameters.ReleaseContinuationPoints = False
+        parameters.NodesToRead = [ua.HistoryReadValueId(NodeId=node, ContinuationPoint=point) for node, point in asked]
+        try:
+            results = await self.session.history_read(parameters)
+        except ua.UaStatusCodeError as error:
+            if error.code in TOO_LARGE and len(asked) > 1:
+                self._together = max(1, len(asked) // 2)
+                halves = asked[: self._together], asked[self._together :]
+                return [answer for half in halves for answer in await self._history(half, begin, end)]
+            if error.code in TOO_LARGE and self._fewer():
+                return await self._history(asked, begin, end)
+            if error.code == ua.StatusCodes.BadBoundNotSupported and self._bounds:
+                self._bounds = False
+                return await self._history(asked, begin, end)
+            if error.code not in NO_HISTORY:
+                raise
+            return [Answer(code=error.code) for _ in asked]
+        if len(results) != len(asked):
+            raise ConnectionError(f"the server answered about {len(results)} of {len(asked)} nodes")
+        answers = []
+        for (node, point), result in zip(asked, results):
+            code = result.StatusCode.value
+            if code == ua.StatusCodes.BadBoundNotSupported and self._bounds:
+                self._bounds = False
+                answers += await self._history([(node, point)], begin, end)
+            elif code in TOO_LARGE and len(asked) == 1 and self._fewer():
+                answers += await self._history([(node, point)], begin, end)
+            elif code in TOO_LARGE or code == ua.StatusCodes.BadNoContinuationPoints:
+                # The server may do it for fewer nodes at a time.
+                self._together = max(1, min(self._together, len(asked) // 2))
+                answers.append(Answer(code=code, retry=True))
+            elif code in NO_DATA or code == ua.StatusCodes.BadContinuationPointInvalid and point is not None:
+                answers.append(Answer())
+            elif code >= 0x8000_0000:
+                answers.append(Answer(code=code))
+            else:
+                values = getattr(result.HistoryData, "DataValues", None) or []
+                answers.append(Answer(list(values), result.ContinuationPoint or None))
+        return answers
+
+    def _fewer(self) -> bool:
+        """Asks for half the values in an answer from now on, if that is possible."""
+        if self._count <= 10:
+            return False
+        self._count //= 2
+        return True
+
+
+def _time_of(value: Any) -> int | None:
+    at = value.SourceTimestamp or value.ServerTimestamp
+    return None if at is None else microseconds(at)
+
+
+def _status_of(value: Any) -> int:
+    return 0 if value.StatusCode is None else int(value.StatusCode.value)
 
 
 def _is_property(reference: Any) -> bool:

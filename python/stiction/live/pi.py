@@ -1,11 +1,14 @@
 """Samples from a PI Web API: ``streamsets/recorded``, written from its documentation and not tried on a real server.
 
-The address is ``pi://HOST/piwebapi/DATA-SERVER``. Only GET is sent. Points are those whose names belong to loops.
+The address is ``pi://HOST/piwebapi/DATA-SERVER``. Only GET is sent. Points are those whose names belong to loops. A server limits the
+values of an answer. ``?maxCount=N`` at the end of the address asks for N at a time. A limit that the server states is obeyed, and
+answers that are shorter than asked for are not taken as complete.
 """
 
 from __future__ import annotations
 
 import base64
+import http.client
 import json
 import os
 import re
@@ -14,12 +17,12 @@ import urllib.request
 from collections.abc import Iterator, Sequence
 from datetime import datetime, timedelta, timezone
 from typing import Any
-from urllib.parse import quote, urlencode, urlsplit
+from urllib.parse import parse_qsl, quote, urlencode, urlsplit
 
 import numpy as np
 
 from stiction import _core
-from stiction.live import hours
+from stiction.live import history, hours
 from stiction.live.errors import Refused
 from stiction.live.tags import mode_words
 from stiction.live.words import number_of
@@ -27,7 +30,7 @@ from stiction.live.words import number_of
 __all__: list[str] = []
 
 MOST = 10_000
-"""Values of a point in one answer."""
+"""Values of a point in one answer, unless the address states a number."""
 POINTS = 1_000
 """Points in one answer."""
 EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
@@ -40,8 +43,27 @@ def microseconds(text: str) -> int:
     match = re.fullmatch(r"(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d)(?:\.(\d+))?Z", text)
     if match is None:
         raise Refused(f'"{text}" is no time of a PI Web API')
-    at = datetime.strptime(match[1], "%Y-%m-%dT%H:%M:%S").replace(tzinfo=timezone.utc)
+    at = datetime.fromisoformat(match[1]).replace(tzinfo=timezone.utc)
     return int((at - EPOCH) // timedelta(microseconds=1)) + int((match[2] or "0").ljust(6, "0")[:6])
+
+
+class _TooMany(Refused):
+    """The server refused a request, perhaps because of the number of values."""
+
+
+def _reason(error: urllib.error.HTTPError) -> str:
+    """The reason of the server in one line."""
+    try:
+        text = error.read(65_536).decode(errors="replace")
+    except (OSError, http.client.HTTPException):
+        return ""
+    try:
+        found = json.loads(text)
+        errors = found.get("Errors") or found.get("Message") or ""
+        text = " ".join(map(str, errors)) if isinstance(errors, list) else str(errors)
+    except (ValueError, AttributeError):
+        text = re.sub(r"<[^>]*>", " ", text)
+    return " ".join(text.split())[:300]
 
 
 class _NoRedirect(urllib.request.HTTPRedirectHandler):
@@ -59,6 +81,11 @@ class Points:
         base, _, server = parts.path.strip("/").rpartition("/")
         if not (parts.hostname and base and server):
             raise Refused(f"{url} is not the address of a data server, such as pi://host/piwebapi/PISERVER")
+        query = dict(parse_qsl(parts.query, keep_blank_values=True))
+        count = query.pop("maxCount", str(MOST))
+        if query or not re.fullmatch(r"[1-9][0-9]{0,8}", count):
+            raise Refused(f"{parts.query} after {server} is not known; the number of values in an answer is given as ?maxCount=1000")
+        self.most, self.points = int(count), POINTS
         # A stand-in on this machine may do without encryption.
         scheme = "http" if parts.hostname == "127.0.0.1" else "https"
         self.base, self.name = f"{scheme}://{parts.netloc.rpartition('@')[2]}/{base}", server
@@ -69,11 +96,18 @@ class Points:
         web_id = self._get("dataservers", {"path": f"\\\\{server}"}).get("WebId")
         first = 0
         while True:
-            asked = {"nameFilter": "*", "startIndex": first, "maxCount": POINTS, "selectedFields": "Items.WebId;Items.Name"}
-            items = self._get(f"dataservers/{quote(str(web_id), safe='')}/points", asked).get("Items") or []
+            asked = {"nameFilter": "*", "startIndex": first, "maxCount": self.points, "selectedFields": "Items.WebId;Items.Name"}
+            path = f"dataservers/{quote(str(web_id), safe='')}/points"
+            try:
+                items = self._get(path, asked).get("Items") or []
+            except _TooMany as error:
+                self.points = self._fewer(self.points, error)
+                continue
+            known = len(self._ids)
             self._ids.update((item["Name"], item["WebId"]) for item in items)
             first += len(items)
-            if len(items) < POINTS:
+            # A page that is shorter than asked for may be a limit of the server.
+            if len(self._ids) == known:
                 break
         names = sorted(self._ids)
         loops = file.loops(names, [])
@@ -91,51 +125,82 @@ class Points:
                 found: dict[str, Any] = json.load(answer)
         except urllib.error.HTTPError as error:
             remedy = "; give STICTION_PI_USER and STICTION_PI_PASSWORD" if error.code == 401 else ""
-            raise Refused(f"{self.base}/{path} answered {error.code}{remedy}") from None
-        except (OSError, ValueError) as error:
+            reason = _reason(error) if error.code != 401 else ""
+            words = f"{self.base}/{path} answered {error.code}{f': {reason}' if reason else ''}{remedy}"
+            raise (_TooMany(words) if error.code in (400, 413) else Refused(words)) from None
+        except (OSError, ValueError, http.client.HTTPException) as error:
             raise Refused(f"{self.base}/{path}: {getattr(error, 'reason', error)}") from None
+        if not isinstance(found, dict):
+            raise Refused(f"{self.base}/{path} answered with no object of JSON; check that the address is that of a PI Web API")
         return found
 
-    def span(self) -> tuple[int, int]:
-        """The last days."""
+    @staticmethod
+    def _fewer(asked: int, error: _TooMany) -> int:
+        """The number of values or points to ask for after the server refused a number: the limit that it states, or half."""
+        about = re.search(r"(?i)max|count|exceed|limit|large|many", str(error).partition(" answered ")[2])
+        if about is None or asked <= 1:
+            raise Refused(f"{error}; if it is the number of values, give a lower one at the end of the address, as in ?maxCount=1000") from None
+        stated = [int(number.replace(",", "")) for number in re.findall(r"(?<![\w.])\d[\d,]*", str(error).partition(": ")[2])]
+        return max((number for number in stated if 10 <= number < asked), default=asked // 2)
+
+    def span(self, begin: int | None = None, end: int | None = None) -> tuple[int, int]:
+        """The last days; the server is not asked for its first value."""
         now = int((datetime.now(timezone.utc) - EPOCH) // timedelta(microseconds=1))
         return now - DAYS * 86_400_000_000, now
 
     def rows(self, tags: Sequence[str], begin: int, end: int) -> Iterator[tuple[str, hours.Rows]]:
         """The rows of tags of a loop from one time up to another."""
         found: dict[str, list[tuple[int, float, int]]] = {tag: [] for tag in tags}
-        open_ = {tag: begin for tag in tags}
-        names = {self._ids[tag]: tag for tag in tags}
-        while open_:
-            start = min(open_.values())
-            together = [tag for tag, at in open_.items() if at == start]
-            query = {
-                "webId": [self._ids[tag] for tag in together],
-                "startTime": hours.moment(start).isoformat().replace("+00:00", "Z"),
-                "endTime": hours.moment(end).isoformat().replace("+00:00", "Z"),
-                "boundaryType": "Inside",
-                "maxCount": MOST,
-            }
-            for stream in self._get("streamsets/recorded", query).get("Items") or []:
-                tag, items = names[stream["WebId"]], stream.get("Items") or []
-                own = found[tag]
-                for item in items:
-                    at = microseconds(item["Timestamp"])
-                    if at < end:
-                        own.append((at, *self._value(item)))
-                last = microseconds(items[-1]["Timestamp"]) if items else end
-                if len(items) >= MOST and last > open_[tag]:
-                    open_[tag] = last
-                else:
-                    open_.pop(tag, None)
-            for tag in together:
-                if open_.get(tag) == start:
-                    del open_[tag]
+        reading = history.Reading(
+            range(len(tags)), begin, end, together=len(tags), time_of=lambda item: microseconds(item["Timestamp"]), key_of=repr
+        )
+        while spans := reading.next():
+            streams, count = self._recorded([tags[span.index] for span in spans], *spans[0].asked)
+            for span in spans:
+                tag = tags[span.index]
+                for part in reading.take(span, history.Answer(streams[tag]), count):
+                    if isinstance(part, int):
+                        continue
+                    if isinstance(part, history.Unread):
+                        raise Refused(
+                            f"{tag}: its values from {hours.shown(part.begin)} to {hours.shown(part.end)} cannot be read to their end "
+                            f"({part.why}); give a number of values at the end of the address, as in ?maxCount={10 * count}"
+                        )
+                    for item in part:
+                        at = microseconds(item["Timestamp"])
+                        if begin <= at < end:
+                            found[tag].append((at, *self._value(item)))
         for tag, values in found.items():
             if values:
                 time, value, status = zip(*values)
                 rows = hours.Rows(np.array(time, np.int64), np.array(value, np.float64), np.array(status, np.uint32))
                 yield tag, hours.joined([rows])
+
+    def _recorded(self, tags: Sequence[str], begin: int, end: int) -> tuple[dict[str, list[Any]], int]:
+        """The answer about points, by their tags, and the number of values that were asked for."""
+        names = {self._ids[tag]: tag for tag in tags}
+        while True:
+            query = {
+                "webId": list(names),
+                "startTime": hours.moment(begin).isoformat().replace("+00:00", "Z"),
+                "endTime": hours.moment(end).isoformat().replace("+00:00", "Z"),
+                "boundaryType": "Inside",
+                "maxCount": self.most,
+            }
+            try:
+                streams = self._get("streamsets/recorded", query).get("Items") or []
+            except _TooMany as error:
+                self.most = self._fewer(self.most, error)
+                continue
+            found: dict[str, list[Any]] = {}
+            for stream in streams:
+                tag = names.get(stream.get("WebId"), "a point")
+                if errors := stream.get("Errors"):
+                    raise Refused(f"{tag}: {' '.join(map(str, errors))[:300]}")
+                found[tag] = stream.get("Items") or []
+            if missing := [tag for tag in tags if tag not in found]:
+                raise Refused(f"{self.base}/streamsets/recorded did not answer about {', '.join(missing[:5])}; check them on the server")
+            return found, self.most
 
     def _value(self, item: dict[str, Any]) -> tuple[float, int]:
         """The value and the status code. A digital state has a name, and those of the system are no values."""

@@ -12,9 +12,12 @@ import asyncio
 import contextlib
 import hashlib
 import hmac
+import http.client
 import json
 import os
 import random
+import re
+import threading
 import time
 import urllib.error
 import urllib.request
@@ -30,6 +33,10 @@ __all__: list[str] = []
 
 LONGEST_PAUSE = 300.0
 """Seconds between two attempts to send an event, at most."""
+LONGEST_ANSWER = 30.0
+"""Seconds that a receiver has for its whole answer."""
+MOST_OPEN = 10
+"""Answers that have not ended, at most."""
 
 
 def signature(secret: str, at: str, body: bytes) -> str:
@@ -46,13 +53,14 @@ class Pusher:
     """Sends the events of a plant in their order, and remembers how far it came."""
 
     def __init__(self, plant: Path, url: str | None, say: Callable[[str], None]) -> None:
-        if url is not None and (urlsplit(url).scheme not in ("http", "https") or urlsplit(url).password is not None):
-            raise Refused("a webhook is an address that begins with https:// or http://, without a password")
+        if url is not None and not _is_address(url):
+            raise Refused("a webhook is an address that begins with https:// or http:// and a host, without a password")
         self.url, self.say = url, say
         self.path = events.path_of(plant)
         self.stored = hours.live_folder(plant) / "pushed.json"
         self.secret = os.environ.get("STICTION_WEBHOOK_SECRET", "")
         self._wake = asyncio.Event()
+        self._open: list[threading.Thread] = []
         self.sent: int | None = None
 
     def wake(self) -> None:
@@ -82,7 +90,7 @@ class Pusher:
         pause, told = 1.0, ""
         while True:
             for line in self._lines()[self.sent :]:
-                problem = await asyncio.to_thread(self._post, line, self.sent + 1)
+                problem = await self._sent(line, self.sent + 1)
                 if problem:
                     break
                 self.sent += 1
@@ -105,6 +113,35 @@ class Pusher:
             part.write_text(json.dumps({"sent": self.sent}))
             part.replace(self.stored)
 
+    async def _sent(self, body: bytes, number: int) -> str:
+        """Sends an event in a thread that no end waits for, and returns the problem, if any."""
+        self._open = [each for each in self._open if each.is_alive()]
+        if len(self._open) >= MOST_OPEN:
+            return f"{MOST_OPEN} of its answers have not ended"
+        loop = asyncio.get_running_loop()
+        done: asyncio.Future[str] = loop.create_future()
+
+        def end(problem: str) -> None:
+            if not done.done():
+                done.set_result(problem)
+
+        def send() -> None:
+            try:
+                problem = self._post(body, number)
+            except Exception as error:
+                problem = f"{type(error).__name__}: {error}"
+            # The loop may have ended before.
+            with contextlib.suppress(RuntimeError):
+                loop.call_soon_threadsafe(end, problem)
+
+        thread = threading.Thread(target=send, daemon=True)
+        self._open.append(thread)
+        thread.start()
+        try:
+            return await asyncio.wait_for(done, LONGEST_ANSWER)
+        except asyncio.TimeoutError:
+            return f"its answer did not end in {LONGEST_ANSWER:.0f} s"
+
     def _post(self, body: bytes, number: int) -> str:
         """Sends an event, and returns the problem, if any."""
         at = str(int(time.time()))
@@ -117,8 +154,20 @@ class Pusher:
                 return ""
         except urllib.error.HTTPError as error:
             return f"it answered {error.code}"
+        except http.client.HTTPException as error:
+            return f"its answer is not HTTP ({type(error).__name__})"
         except (OSError, ValueError) as error:
             return str(getattr(error, "reason", error)) or type(error).__name__
+
+
+def _is_address(url: str) -> bool:
+    try:
+        parts = urlsplit(url)
+        port = parts.port
+    except ValueError:
+        return False
+    is_plain = not any(character.isspace() or ord(character) < 32 for character in url)
+    return is_plain and parts.scheme in ("http", "https") and bool(parts.hostname) and parts.password is None and port != 0
 
 
 GAUGES = (
@@ -164,7 +213,7 @@ def metrics(status: Mapping[str, Any]) -> str:
 async def serve(address: str, text: Callable[[], str], say: Callable[[str], None]) -> asyncio.Task[None]:
     """Serve metrics at an address such as ``127.0.0.1:9464``."""
     host, _, port = address.rpartition(":")
-    if not host or not port.isdigit():
+    if not host or not re.fullmatch(r"[0-9]{1,5}", port) or int(port) > 65535:
         raise Refused(f'"{address}" is not an address for metrics, such as 127.0.0.1:9464')
 
     async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -183,7 +232,7 @@ async def serve(address: str, text: Callable[[], str], say: Callable[[str], None
 
     try:
         server = await asyncio.start_server(answer, host.strip("[]"), int(port), limit=8192)
-    except OSError as error:
-        raise Refused(f"metrics cannot be served at {address}: {error.strerror}") from None
+    except (OSError, UnicodeError) as error:
+        raise Refused(f"metrics cannot be served at {address}: {getattr(error, 'strerror', None) or error}") from None
     say(f"metrics at http://{address}/metrics")
     return asyncio.create_task(server.serve_forever())

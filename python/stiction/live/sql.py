@@ -1,7 +1,7 @@
 """Tables of samples in SQL databases: PostgreSQL (TimescaleDB, too), and any database with an ODBC driver.
 
 A table is long (times, tags, values, perhaps qualities) or wide (times, and a column per tag), as docs/recordings.md describes. It is
-read in a read-only transaction, loop by loop and day by day, so that memory holds one day of one loop. Each day becomes a file, which
+read in a read-only transaction, loop by loop and day by day, so that memory holds one day of one loop. Each day is added to a file, which
 ``stiction plant scan`` reads.
 """
 
@@ -14,13 +14,14 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
+from time import time_ns
 from typing import Any
 from urllib.parse import parse_qsl, urlencode, urlsplit, urlunsplit
 
 import numpy as np
 
 from stiction import _core
-from stiction.live import hours
+from stiction.live import fetched, hours
 from stiction.live.errors import Refused
 from stiction.live.tags import mode_words
 from stiction.live.words import number_of
@@ -34,6 +35,16 @@ AGAIN = 2
 """Days before the last one that are read again, because late values may have come."""
 QUALITIES = {"good": hours.GOOD, "uncertain": 0x4000_0000, "bad": hours.BAD}
 EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
+FIRST = 315_532_800_000_000
+"""1980-01-01. Rows of an earlier day have a wrong time."""
+AHEAD = DAY
+"""Rows that are further ahead of this computer's clock have a wrong time."""
+CONNECT_S = 10
+"""Seconds until a server must have answered to a connection."""
+LOCK_S = 30
+"""Seconds that a query waits for a table that another connection has locked."""
+STATEMENT_S = 600
+"""Seconds that the database may take until the next rows."""
 LATER = "; what was fetched so far stays, and the rest comes next time"
 
 
@@ -74,13 +85,17 @@ class Postgres(Source):
         except ImportError as error:
             raise ImportError(f'PostgreSQL needs psycopg ({error}): pip install "stiction[live]"') from None
         self._sql, self._error = sql, psycopg.Error
-        own: dict[str, Any] = {"application_name": "stiction"}
+        # The client's encoding also gives text of a database without an encoding as text.
+        own: dict[str, Any] = {"application_name": "stiction", "client_encoding": "utf8", "connect_timeout": CONNECT_S}
         if password := os.environ.get("STICTION_SQL_PASSWORD"):
             own["password"] = password
         try:
-            self.connection = psycopg.connect(url, **own)
+            self.connection = psycopg.connect(url, autocommit=True, **own)
+            self.connection.execute(f"SET lock_timeout = '{LOCK_S}s'")
+            self.connection.execute(f"SET statement_timeout = '{STATEMENT_S}s'")
+            self.connection.autocommit = False
         except psycopg.Error as error:
-            raise Refused(f"{redacted(url)}: {str(error).strip()}") from None
+            raise Refused(f"{redacted(url)}: {' '.join(str(error).split())}") from None
         self.connection.read_only = True
         self.connection.isolation_level = psycopg.IsolationLevel.REPEATABLE_READ
         self.name = table
@@ -95,19 +110,26 @@ class Postgres(Source):
         self.columns = [column.name for column in described]
         self.zoned = {column.name: column.type_code == 1184 for column in described}
 
+    def quoted(self, column: str) -> str:
+        # A single % would mark a value.
+        return super().quoted(column).replace("%", "%%")
+
     def time(self, at: datetime, column: str) -> str:
         return f"timestamptz '{at}'" if self.zoned.get(column, True) else f"timestamp '{at.replace(tzinfo=None)}'"
 
     def select(self, columns: Sequence[str], where: str, values: Sequence[Any], order: str = "") -> Iterator[Sequence[Any]]:
         # The names of columns are quoted, and values are sent apart from the query.
-        query = self._sql.SQL("SELECT " + ", ".join(columns).replace("%", "%%") + " FROM {} " + where + " " + order).format(self._table)
+        text = self._sql.SQL
+        query = text("SELECT " + ", ".join(columns) + " FROM ") + self._table + text(f" {where} {order}")
         try:
             with self.connection.cursor(name="stiction") as cursor:
                 cursor.itersize = ROWS
                 cursor.execute(query, list(values))
                 yield from cursor
         except self._error as error:
-            raise Refused(f"table {self.name}: {str(error).strip()}{LATER}") from None
+            raise Refused(f"table {self.name}: {' '.join(str(error).split())}{LATER}") from None
+        except UnicodeDecodeError:
+            raise Refused(f"table {self.name}: has text that is not UTF-8; make a view that converts it, as in convert_from(tag, 'LATIN1')") from None
 
     def close(self) -> None:
         # The transaction only read, so nothing is lost without its end.
@@ -120,20 +142,20 @@ class Odbc(Source):
     mark = "?"
 
     def __init__(self, url: str, table: str) -> None:
+        known = url.partition("://")[2]
+        if re.search(r"(?i)(pwd|password)\s*=", known):
+            raise Refused("the address holds a password; give it in the environment as STICTION_SQL_PASSWORD")
         try:
             import arrow_odbc
         except (ImportError, OSError) as error:
             needed = 'pip install "stiction[odbc]", and the system\'s manager of drivers, such as unixodbc of Debian'
             raise ImportError(f"ODBC needs arrow-odbc ({error}): {needed}") from None
-        known = url.partition("://")[2]
-        if re.search(r"(?i)\b(pwd|password)\s*=", known):
-            raise Refused("the address holds a password; give it in the environment as STICTION_SQL_PASSWORD")
         self._error: type[Exception] = arrow_odbc.Error
         self._password = os.environ.get("STICTION_SQL_PASSWORD")
         self.name = table
         try:
             # The password is appended to it.
-            self._connection = arrow_odbc.connect(known.rstrip(";") + ";", password=self._password, autocommit=False)
+            self._connection = arrow_odbc.connect(known.rstrip(";") + ";", password=self._password, login_timeout_sec=CONNECT_S, autocommit=False)
         except self._error as error:
             raise Refused(f"{redacted(url)}: {self._told(error)}") from None
         for self._quote in ('"', "`"):
@@ -159,8 +181,9 @@ class Odbc(Source):
         try:
             # Drivers state the longest text that a column may hold, and a batch has room for it in every row.
             return self._connection.read_arrow_batches(
-                query, batch_size=ROWS, max_bytes_per_batch=1 << 24, max_text_size=4096, parameters=list(values), map_schema=_in_full
-            )
+                query, batch_size=ROWS, max_bytes_per_batch=1 << 24, max_text_size=4096, parameters=list(values), map_schema=_in_full,
+                query_timeout_sec=STATEMENT_S,
+            )  # fmt: skip
         except self._error as error:
             raise Refused(f"table {self.name}: {self._told(error)}") from None
 
@@ -190,7 +213,7 @@ def _in_full(schema: Any) -> Any:
 
 def redacted(url: str) -> str:
     """An address without a password."""
-    return re.sub(r"(?i)([?&;](?:password|pwd)=)[^&;]*", r"\1", re.sub(r"(://[^:/@]*):[^@/]*@", r"\1@", url))
+    return re.sub(r"(?i)([?&;][a-z_ ]*(?:password|pwd)\s*=)[^&;]*", r"\1", re.sub(r"(://[^:/@]*):.*@", r"\1@", url))
 
 
 def samples_of(url: str, table: str | None, file: _core.Plant) -> Any:
@@ -213,7 +236,8 @@ def opened(url: str, table: str | None = None) -> Source:
     if parts.password is not None:
         raise Refused("the address holds a password; give it in the environment as STICTION_SQL_PASSWORD")
     query = dict(parse_qsl(parts.query))
-    if "password" in query:
+    # A password with a slash is no part of the host any more.
+    if any("password" in key.lower() for key in query) or redacted(url) != url and parts.scheme.startswith("postgres"):
         raise Refused("the address holds a password; give it in the environment as STICTION_SQL_PASSWORD")
     table = table or query.pop("table", None)
     query.pop("table", None)
@@ -264,10 +288,12 @@ class Table:
         """End the connection."""
         self.source.close()
 
-    def span(self) -> tuple[int, int] | None:
-        """The first and the last time; None without rows."""
+    def span(self, begin: int | None = None, end: int | None = None) -> tuple[int, int] | None:
+        """The first and the last time, from one time up to another; None without rows."""
         time = self.source.quoted(self.time)
-        [[first, last]] = self.source.select([f"min({time})", f"max({time})"], "", [])
+        limits = [f"{time} {sign} {self.source.time(self._at(at), self.time)}" for sign, at in ((">=", begin), ("<", end)) if at is not None]
+        where = f"WHERE {' AND '.join(limits)}" if limits else ""
+        [[first, last]] = self.source.select([f"min({time})", f"max({time})"], where, [])
         return None if first is None else (self._us(first), self._us(last))
 
     def _us(self, at: Any) -> int:
@@ -284,13 +310,21 @@ class Table:
         """The status code of a quality: words, codes of OPC DA (192 good), or codes of OPC UA."""
         if quality is None:
             return hours.GOOD
+        if isinstance(quality, bool):
+            return hours.GOOD if quality else hours.BAD
         if isinstance(quality, str):
             word = quality.strip().lower()
             for begin, status in QUALITIES.items():
                 if word.startswith(begin):
                     return status
             raise Refused(f'table {self.source.name}, column {self.quality}: "{quality}" is no known quality; give good, uncertain or bad')
-        code = int(quality) & 0xFFFF_FFFF
+        try:
+            code = int(quality) & 0xFFFF_FFFF
+        except (TypeError, ValueError, OverflowError):
+            raise Refused(
+                f'table {self.source.name}, column {self.quality}: "{str(quality)[:40]}" is no known quality; make a view with words (good, '
+                "uncertain, bad), truth values or codes"
+            ) from None
         if self.quality is not None and "statuscode" in self.quality.lower().replace("_", "") or code >= 0x4000_0000:
             return code
         return {3: hours.GOOD, 1: 0x4000_0000}.get(code >> 6 & 3, hours.BAD)
@@ -306,8 +340,13 @@ class Table:
             columns = [time, quoted(self.tag), quoted(self.value)] + ([quoted(self.quality)] if self.quality else [])
             marks = ", ".join([source.mark] * len(tags))
             where = f"WHERE {quoted(self.tag)} IN ({marks}) AND {within}"
+            # Some databases do not distinguish the case of letters.
+            spelled = {tag.lower(): tag for tag in tags} | {tag: tag for tag in tags}
             for at, tag, value, *quality in source.select(columns, where, tags):
-                self._add(found[tag], at, value, self._status(quality[0]) if quality else hours.GOOD)
+                name = spelled.get(tag) or spelled.get(str(tag).lower())
+                if name is None:
+                    raise Refused(f'table {source.name}, column {self.tag}: "{tag}" came for {", ".join(tags[:3])}; make a view with one spelling')
+                self._add(found[name], at, value, self._status(quality[0]) if quality else hours.GOOD)
         else:
             for at, *values in source.select([time, *map(quoted, tags)], f"WHERE {within}", []):
                 for tag, value in zip(tags, values):
@@ -343,10 +382,12 @@ def fetch(
     table: str | None = None,
     since: str | None = None,
     say: Callable[[str], None] = lambda _: None,
+    note: Callable[[str], None] = lambda _: None,
 ) -> dict[str, int]:
-    """Write the rows of a table to a file a day below ``data/sql`` of a plant.
+    """Add the rows of a table to a file a day below ``data/sql`` of a plant.
 
-    Only new days, and the last two before them, are read again.
+    Only new days, and the last two before them, are read again. `say` is called as days are read, and `note` about what a person should
+    know.
     """
     path = plant / "plant.toml"
     try:
@@ -357,19 +398,19 @@ def fetch(
         raise Refused(str(error)) from None
     from stiction.live.watch import matches
 
-    if not any(matches(pattern, "data/sql/2026-03-02.parquet") for pattern in file.data):
-        raise Refused(f'{path}, data: does not name the fetched files, data/sql/2026-03-02.parquet; add "data/**/*.parquet"')
+    if not any(matches(pattern, "data/sql/samples/2026-03-02.parquet") for pattern in file.data):
+        raise Refused(
+            f'{path}, data: does not name the fetched files, data/sql/samples/2026-03-02.parquet; add "data/**/*.parquet"'
+        )
     stored = hours.live_folder(plant) / "fetched.json"
-    key = f"{redacted(url)} {table or ''}"
+    key = f"{redacted(url).partition('?maxCount=')[0]} {table or ''}"
     try:
         known = json.loads(stored.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         known = {}
     of = samples_of(url, table, file)
     try:
-        span = of.span()
-        if span is None:
-            raise Refused(f"{of.name} has no rows")
+        span = believed(of, note)
         first, last = span[0] - span[0] % DAY, span[1]
         if since is not None:
             try:
@@ -378,18 +419,24 @@ def fetch(
                 raise Refused(f'"{since}" is no day, such as 2026-03-01') from None
             # A table has nothing before its first row.
             first = max(first, asked) if isinstance(of, Table) else asked
-        elif key in known:
+        elif isinstance(known.get(key), int):
             first = max(first, known[key] - AGAIN * DAY)
         counts = {"days": 0, "rows": 0, "loops": len(of.loops)}
-        for day in range(first, last + 1, DAY):
-            to = plant / "data" / "sql" / f"{hours.moment(day):%Y-%m-%d}.parquet"
-            rows = hours.written(to, _tables(of, day, day + DAY))
-            if rows == 0:
-                to.unlink()
-                continue
-            counts["days"] += 1
-            counts["rows"] += rows
-            say(f"{to.name}: {rows} rows")
+        folder = fetched.folder_of(plant, of.name.removeprefix("table "))
+        fetched.begin(folder, [tag for _, tags in of.loops for tag in tags])
+        day = first
+        while day <= last:
+            name = f"{hours.moment(day):%Y-%m-%d}"
+            rows = fetched.add(folder / f"{name}.parquet", _rows(of, day, day + DAY), note)
+            if rows:
+                counts["days"] += 1
+                counts["rows"] += rows
+                say(f"{name}: {rows} rows")
+            day += DAY
+            if rows == 0 and isinstance(of, Table) and day <= last:
+                # Years may be empty.
+                later = of.span(day, last + 1_000_000)
+                day = last + 1 if later is None else max(day, later[0] - later[0] % DAY)
         stored.parent.mkdir(parents=True, exist_ok=True)
         part = stored.with_suffix(".part")
         part.write_text(json.dumps(known | {key: last - last % DAY}), encoding="utf-8")
@@ -399,23 +446,37 @@ def fetch(
         of.close()
 
 
-def _tables(of: Any, begin: int, end: int) -> Iterator[Any]:
+def believed(of: Any, note: Callable[[str], None]) -> tuple[int, int]:
+    """The first and the last time of the samples, without those that cannot be right, which are reported."""
+    span: tuple[int, int] | None = of.span()
+    if span is None:
+        raise Refused(f"{of.name} has no rows")
+    limit = time_ns() // 1000 + AHEAD
+    for stray, where in ((span[0], "before 1980") if span[0] < FIRST else (0, ""), (span[1], "in the future") if span[1] > limit else (0, "")):
+        if where:
+            note(f"{of.name} has rows {where}, such as of {hours.shown(stray)}; they are not read. Correct their times in the database")
+    if span[0] < FIRST or span[1] > limit:
+        span = of.span(FIRST, limit)
+        if span is None:
+            raise Refused(f"{of.name} has no rows between 1980 and now; correct their times in the database, or the clock of this computer")
+    return span
+
+
+def _rows(of: Any, begin: int, end: int) -> Iterator[tuple[str, hours.Rows]]:
     done: set[str] = set()
     for _, tags in of.loops:
         # A tag may belong to two loops, as in a cascade.
         own = [tag for tag in tags if tag not in done]
         done.update(own)
-        for tag, rows in of.rows(own, begin, end) if own else ():
-            yield hours.table_of(tag, rows)
+        if own:
+            yield from of.rows(own, begin, end)
 
 
-def samples(url: str, path: Path, table: str | None = None) -> None:
+def samples(url: str, path: Path, table: str | None = None, note: Callable[[str], None] = lambda _: None) -> None:
     """Write the last day of a table to a file, for a proposal."""
     of = samples_of(url, table, _core.Plant('name = "new"', "the database"))
     try:
-        span = of.span()
-        if span is None:
-            raise Refused(f"{of.name} has no rows")
-        hours.written(path, _tables(of, span[1] - DAY, span[1] + 1_000_000))
+        _, last = believed(of, note)
+        hours.written(path, (hours.table_of(tag, rows) for tag, rows in _rows(of, last - DAY, last + 1_000_000)))
     finally:
         of.close()

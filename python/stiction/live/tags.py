@@ -24,7 +24,7 @@ _MODE = re.compile(r'\s*"?([^"=]+?)"?\s*=\s*"(auto|manual|cascade)"\s*(?:#.*)?')
 def mode_words(text: str) -> dict[str, float]:
     """The numbers of the words of modes under ``[modes]`` of a plant's file. Codes stay as they are."""
     found, within = {}, False
-    for line in text.splitlines():
+    for line in text.split("\n"):
         if line.strip().startswith("["):
             within = line.strip().replace(" ", "") == "[modes]"
         elif within and (match := _MODE.fullmatch(line)):
@@ -38,7 +38,7 @@ def read(path: Path) -> dict[str, str]:
     """The nodes of the tags in a file."""
     found: dict[str, str] = {}
     within = False
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+    for number, line in enumerate(path.read_text(encoding="utf-8").split("\n"), 1):
         bare = line.strip()
         if not bare or bare.startswith("#"):
             continue

@@ -25,7 +25,8 @@ from pathlib import Path
 from typing import Any
 
 from stiction import _core
-from stiction.live import hours, opcua, push, tags
+from stiction.live import history, hours, opcua, push, tags
+from stiction.live.clocks import Belief, SourceClocks
 from stiction.live.errors import Refused
 from stiction.live.words import number_of
 
@@ -36,6 +37,8 @@ FRESH = 60 * US
 """A value older than this when a connection begins is stored as held, at the time of the connection."""
 AHEAD = 600 * US
 """A value whose time is this far ahead of the server's clock is not stored."""
+LATE = 600 * US
+"""A new value whose time is this far behind the server's clock is late, or its source has a wrong clock."""
 BEHIND = 7 * 86_400 * US
 """A new value whose time is this far behind the server's clock is not stored."""
 CHUNK = 6 * hours.HOUR
@@ -44,6 +47,14 @@ AGAIN_S = 30.0
 """Seconds until hours that could not be judged are judged again."""
 LONGEST_PAUSE = 60.0
 """Seconds between two attempts to connect, at most."""
+LASTING_S = 60.0
+"""A connection that lasted for so many seconds was a good one, and the next attempt comes soon."""
+DOUBT = hours.HOUR
+"""After a jump of the server's clock, no later hour is judged for this time of the clock, because it may go back."""
+LAST_WAIT_S = 5.0
+"""Seconds that the end waits for the judgement and the webhook."""
+
+
 @dataclass
 class Options:
     """The settings of a watch."""
@@ -121,6 +132,13 @@ class Watcher:
         self._speeds: deque[float] = deque(maxlen=20)
         self._told_difference: float | None = None
         self._turned: dict[str, list[int]] = {}
+        self.clocks, self.wall = SourceClocks(), time.monotonic
+        # Tags whose values are not stored because of their times.
+        self.misdating: set[int] = set()
+        # The server's clock before and after its last jump ahead.
+        self.jump: tuple[int, int] | None = None
+        # The server's clock before it went back, and when that was.
+        self.back: tuple[int, float] | None = None
 
     # What a person reads.
 
@@ -158,7 +176,7 @@ class Watcher:
                 self._write_status()
                 for helper in helpers:
                     helper.cancel()
-                await asyncio.gather(*helpers, return_exceptions=True)
+                await asyncio.wait(helpers, timeout=LAST_WAIT_S)
         self.say("stopped")
         return 0
 
@@ -181,7 +199,7 @@ class Watcher:
             else:
                 problem = ""
             finally:
-                if self.connected_since is not None:
+                if self.connected_since is not None and time.time() - self.connected_since > LASTING_S:
                     pause, last = 1.0, ""
                 self.connected_since = None
                 with contextlib.suppress(OSError):
@@ -211,7 +229,9 @@ class Watcher:
         for k in range(len(names)):
             if k not in nodes:
                 self.say_once(f"space {names[k]}", f"{names[k]}: the server has no namespace of {self.tags[names[k]]}")
+        self._believe(hours.known(self.options.plant, self.clock + AHEAD) if self.until > self.clock + AHEAD else None)
         gap = min(filter(None, (self.until, self._filled())), default=0)
+        gap = min(gap, self.clock)
         self._first = set(nodes)
         self._floor = gap or self.clock - FRESH
         self._ticked = 0
@@ -251,9 +271,10 @@ class Watcher:
         self.tags = await tags.of_plant(self.options.plant, self.file, server, self.say)
         self.names = list(self.tags)
         place = {name: k for k, name in enumerate(self.names)}
-        until, last = hours.known_until(self.options.plant)
+        known = hours.known(self.options.plant, self.clock + AHEAD)
+        until = known.until
         self.last = [-(1 << 62)] * len(self.names)
-        for name, at in last.items():
+        for name, at in known.last.items():
             if name in place:
                 self.last[place[name]] = at
         self.types: dict[int, Any] = {}
@@ -262,6 +283,18 @@ class Watcher:
         status = read_status(self.options.plant) or {}
         self.fill_from = status.get("fill_from") if until else None
         self.recorder = hours.Recorder(self.options.plant, self.names)
+        self.recorder.sequence = hours.known(self.options.plant).sequence
+
+    def _believe(self, known: hours.Known | None) -> None:
+        """Takes back times that a wrong clock of the server gave."""
+        if known is not None:
+            was, self.until = self.until, known.until or self.clock
+            self.stored = self.until
+            self.last = [min(at, self.until) for at in self.last]
+            self.say(
+                f"the server's clock is {hours.shown(self.clock)}, and was {hours.shown(was)} before; what is known reaches to "
+                f"{hours.shown(self.until)}"
+            )
 
     # Values.
 
@@ -269,7 +302,10 @@ class Watcher:
         """Stores what the server notifies."""
         try:
             for index, value in items:
-                self._value(index, value, live=True)
+                if 0 <= index < len(self.names):
+                    self._value(index, value, live=True)
+                else:
+                    self.say_once("handle", f"the server sent a value of a tag that was not asked for (handle {index}); it was not stored")
         except OSError as error:
             self._cannot_store(error)
 
@@ -300,6 +336,9 @@ class Watcher:
                 "not stored. Correct the clock of the source",
             )
             return
+        if live and not self._is_believed(index, moment):
+            self.counts["misdated"] += 1
+            return
         if status & opcua.OVERFLOW == opcua.OVERFLOW:
             if live:
                 self._drop(index, moment)
@@ -322,6 +361,27 @@ class Watcher:
         if moment > self.last[index]:
             self.last[index] = moment
 
+    def _is_believed(self, index: int, moment: int) -> bool:
+        """Whether a value's time can be right. What is not stored begins a gap."""
+        known = max(self.last[index], self._floor)
+        # A recording that is played runs fast, and has begun to a moment ago.
+        fastest = max(self._speeds, default=1.0)
+        belief = self.clocks.judge(index, moment, self.clock, known, int(LATE * max(self.speed, fastest)), self.wall())
+        if belief in (Belief.RIGHT, Belief.LATE):
+            if index in self.misdating and belief is Belief.RIGHT:
+                self.misdating.discard(index)
+                self._turned.setdefault("values with right times again", []).append(index)
+            return True
+        if index not in self.misdating:
+            self.misdating.add(index)
+            if self.last[index] > 0 and not self.full:
+                self.recorder.add(index, self.last[index] + 1, math.nan, hours.LOST)
+            what = (
+                f"values are dated {span(self.clock - moment)} behind the server's clock, and are not stored; correct the clock of the source"
+            )
+            self._turned.setdefault(what, []).append(index)
+        return False
+
     def _number(self, index: int, value: Any, status: int) -> float:
         """The value as a number; not a number for a bad or other value."""
         if status >= hours.BAD or value.Value is None:
@@ -330,7 +390,7 @@ class Watcher:
         known = self.types.setdefault(index, kind)
         if kind is not known:
             self.types[index] = kind
-            self.say(f"{self.names[index]}: its type changed from {known.name} to {kind.name}")
+            self.say_once(f"type {index}", f"{self.names[index]}: its type changed from {known.name} to {kind.name}")
         number = number_of(content, self.modes)
         if not math.isnan(number) or isinstance(content, float):
             return number
@@ -370,6 +430,9 @@ class Watcher:
         begin, end = min(after for after, _ in dropped.values()), max(before for _, before in dropped.values())
         async for index, values in server.history({k: nodes[k] for k in dropped if k in nodes}, begin, end):
             after, before = dropped[index]
+            if isinstance(values, history.Unread):
+                self._unread(index, values)
+                continue
             for value in [] if isinstance(values, int) else values:
                 at = after - 1 if value.SourceTimestamp is None else opcua.microseconds(value.SourceTimestamp)
                 if after <= at < before:
@@ -410,13 +473,17 @@ class Watcher:
             while at < now:
                 until = min(at - at % CHUNK + CHUNK, now)
                 asked = {k: node for k, node in nodes.items() if k not in without}
-                async for index, values in server.history(asked, at, until):
+                # The value at the seam comes with the next part.
+                async for index, values in server.history(asked, at, until - (until < now)):
                     if isinstance(values, int):
                         without[index] = values
                         continue
+                    if isinstance(values, history.Unread):
+                        self._unread(index, values)
+                        continue
                     for value in values:
                         self._past(index, value, begin)
-                    found[index] = found.get(index, 0) + len(values)
+                    found[index] = found.get(index, 0) + sum(_is_value(value) for value in values)
                     await asyncio.sleep(0)
                 self.recorder.flush()
                 self.fill_from = at = until
@@ -447,10 +514,19 @@ class Watcher:
         self.recorder.flush()
         self.fill_from = None
 
+    def _unread(self, index: int, part: history.Unread) -> None:
+        """Reports a part of the history that did not come to its end, and marks it as a gap."""
+        self.say(
+            f"{self.names[index]}: the server's history from {hours.shown(part.begin)} to {hours.shown(part.end)} was not read to its end "
+            f"({part.why})"
+        )
+        if part.end > part.begin:
+            self.recorder.add(index, part.begin + 1, math.nan, hours.LOST)
+
     def _past(self, index: int, value: Any, begin: int) -> None:
         """Stores a value of the history. The last one before its beginning is held there."""
         status = value.StatusCode.value if value.StatusCode is not None else 0
-        if status == 0x80D7_0000:  # BadBoundNotFound
+        if status == opcua.NO_BOUND:
             return
         if value.SourceTimestamp is not None and opcua.microseconds(value.SourceTimestamp) < begin:
             self._hold(index, value, begin)
@@ -501,6 +577,12 @@ class Watcher:
                 limit = now - int(self.options.grace_s * US)
                 if (filled := self._filled()) is not None:
                     limit = min(limit, filled)
+                if self.jump is not None:
+                    before, after = self.jump
+                    if now - after < DOUBT:
+                        limit = min(limit, before)
+                    else:
+                        self.jump = None
                 with contextlib.suppress(OSError):
                     if self.recorder.release(limit):
                         self.judging.set()
@@ -538,15 +620,20 @@ class Watcher:
     def _compare(self, now: int) -> None:
         """Reports how the server's clock differs from ours, and when it jumps."""
         step, wall = (now - self.clock) / US, time.monotonic()
+        passed = wall - self._compared if self._compared else math.inf
         if self._compared and wall > self._compared:
             self._speeds.append(step / (wall - self._compared))
             self.speed = max(1.0, statistics.median(self._speeds))
         self._compared = wall
         usual = statistics.median(self._steps) if len(self._steps) >= 5 else None
         if step < -1.0:
-            self.say(f"the server's clock went back by {span(self.clock - now)}, to {hours.shown(now)}")
+            self.say_once("back", f"the server's clock went back by {span(self.clock - now)}, to {hours.shown(now)}")
+            self._went_back(now)
         elif usual is not None and step - usual > max(60.0, 20.0 * usual):
             self.say_once("jump", f"the server's clock jumped ahead by {span(now - self.clock)}, to {hours.shown(now)}", 60.0)
+            # A pause of this process is no jump.
+            if step - self.speed * passed > 60.0:
+                self._jumped(now, wall)
         self._steps.append(step)
         difference = now / US - time.time()
         told = self._told_difference
@@ -554,6 +641,45 @@ class Watcher:
             ahead = "ahead of" if difference > 0 else "behind"
             self.say_once("clock", f"the server's clock is {span(int(abs(difference) * US))} {ahead} the clock of this computer")
             self._told_difference = difference
+
+    def _jumped(self, now: int, wall: float) -> None:
+        """The clock jumped ahead: for good, for a time, or back from a time when it was wrong."""
+        back, self.back = self.back, None
+        if back is None or now > back[0] + int((wall - back[1]) * self.speed * US) + AHEAD:
+            self.jump = self.clock, now
+            return
+        self.until = self.stored = back[0]
+        if not self.full:
+            with contextlib.suppress(OSError):
+                self.recorder.mark(self.until)
+                self.recorder.flush()
+        self.clock, self._ticked = now, 0
+        raise ConnectionError("the server's clock was wrong for a time; the values of this time are asked for again")
+
+    def _went_back(self, now: int) -> None:
+        """Takes back what a jump of the server's clock dated wrongly. A clock that goes back by more is not believed."""
+        if self.clock - now >= BEHIND and self.jump is None:
+            return
+        jump, self.jump = self.jump, None
+        if jump is None and self.back is None:
+            self.back = self.clock, time.monotonic()
+        is_undone = jump is not None and now < jump[1]
+        until = min(now, jump[0]) if jump is not None and is_undone else now
+        self.until = self.stored = min(self.until, until)
+        self.last = [min(at, until) for at in self.last]
+        if self.full:
+            return
+        try:
+            if jump is not None and is_undone:
+                # Values of the last moments before the jump are right.
+                self.recorder.void(jump[0] + (jump[1] - jump[0]) // 2)
+            self.recorder.mark(self.until)
+            self.recorder.flush()
+        except OSError as error:
+            self._cannot_store(error)
+        if is_undone:
+            self.clock, self._ticked = now, 0
+            raise ConnectionError("the server's clock was wrong for a time; the values of this time are asked for again")
 
     # Judgement.
 
@@ -644,6 +770,7 @@ class Watcher:
             "connections": self.counts["connections"],
             "gaps": self.counts["gaps"],
             "misdated": self.counts["misdated"],
+            "misdating_tags": sorted(self.names[k] for k in self.misdating)[:100],
             "disk_full": self.full,
             "fill_from": self._filled(),
             "scans": self.counts["scans"],
@@ -668,13 +795,18 @@ class Watcher:
         return push.metrics(self.status())
 
 
+def _is_value(value: Any) -> bool:
+    """Whether it is more than the answer that there is no value at a bound."""
+    return value.StatusCode is None or value.StatusCode.value != opcua.NO_BOUND
+
+
 def read_status(plant: Path) -> dict[str, Any] | None:
     """The last state of the watch of a plant; None if there was none."""
     try:
         found: dict[str, Any] = json.loads((hours.live_folder(plant) / "status.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return found
+    return found if isinstance(found, dict) and isinstance(found.get("written"), (int, float)) and "bad_tags" in found else None
 
 
 def span(us: int) -> str:

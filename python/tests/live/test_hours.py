@@ -91,7 +91,7 @@ def test_a_journal_cut_anywhere_is_read(tmp_path, length):
     recorded(tmp_path, [(0, START, 1.0, 0)])
     [journal] = (tmp_path / ".stiction/live/ready").iterdir()
     journal.write_bytes(journal.read_bytes()[:length])
-    hours.known_until(tmp_path)
+    hours.known(tmp_path)
     hours.fold(tmp_path, tmp_path / "data")
     assert not any((tmp_path / ".stiction/live/ready").iterdir())
     if hours.hour_file(tmp_path / "data", START).exists():
@@ -184,12 +184,12 @@ def test_a_full_disk_leaves_whole_records(tmp_path, monkeypatch, stuck):
 
 
 def test_what_is_known_comes_from_the_journals(tmp_path):
-    assert hours.known_until(tmp_path) == (None, {})
+    assert hours.known(tmp_path) == hours.Known()
     recorder = hours.Recorder(tmp_path, ["A.OP", "A.PV"])
     recorder.add(0, START + 7, 1.0, 0)
     recorder.mark(START + 5)
     recorder.flush()
-    assert hours.known_until(tmp_path) == (START + 5, {"A.OP": START + 7})
+    assert hours.known(tmp_path) == hours.Known(START + 5, {"A.OP": START + 7}, 1)
     recorder.close()
 
 
@@ -234,3 +234,94 @@ def test_verdicts_are_those_of_the_same_data_in_other_files(tmp_path):
 
 def test_the_file_of_an_hour_is_named_by_its_time():
     assert hours.hour_file(Path("data"), START + 5 * HOUR) == Path("data/2026-03-02/05.parquet")
+
+
+def test_a_mark_after_a_clock_that_went_back_counts_and_later_ones_do_not(tmp_path):
+    recorder = hours.Recorder(tmp_path, ["A.OP"])
+    recorder.add(0, START, 1.0, 0)
+    recorder.mark(START + 5 * SECOND)
+    recorder.add(0, START + 4 * HOUR, 2.0, 0)
+    recorder.mark(START + 4 * HOUR)
+    recorder.flush()
+    assert hours.known(tmp_path).until == START + 4 * HOUR
+    # A collector that starts when the clock is right again.
+    assert hours.known(tmp_path, START + HOUR) == hours.Known(START + 5 * SECOND, {"A.OP": START}, 2)
+    recorder.mark(START + 9 * SECOND)
+    recorder.flush()
+    found = hours.known(tmp_path, START + 9 * HOUR)
+    assert found.until == START + 9 * SECOND and found.sequence == 3 and found.last["A.OP"] <= found.until + hours.LEAD
+    recorder.close()
+
+
+def test_what_a_wrong_clock_dated_is_taken_back_and_nothing_else(tmp_path):
+    recorder = hours.Recorder(tmp_path, ["A.OP"])
+    for second in range(10):
+        recorder.add(0, START + second * SECOND, float(second), 0)
+    # A jump within the hour, and one into another hour.
+    for late in (1800 * SECOND, 4 * HOUR):
+        recorder.add(0, START + late, 99.0, 0)
+    recorder.flush()
+    recorder.void(START + 900 * SECOND)
+    # The same times come again when the clock is right.
+    for late in (1800 * SECOND, 4 * HOUR + SECOND):
+        recorder.add(0, START + late, 7.0, 0)
+    recorder.flush()
+    recorder.release(1 << 62)
+    recorder.close()
+    hours.fold(tmp_path, tmp_path / "data")
+    assert listed(rows(tmp_path)["A.OP"]) == [(second * SECOND, float(second), 0) for second in range(10)] + [(1800 * SECOND, 7.0, 0)]
+    assert listed(rows(tmp_path, START + 4 * HOUR)["A.OP"]) == [(4 * HOUR + SECOND, 7.0, 0)]
+
+
+DAY = 24 * HOUR
+
+
+def aged(plant, server, computer, keep_s=100 * 86_400.0):
+    now = hours.steady(plant, server, computer)
+    return hours.retain(plant / "data", keep_s=keep_s, most_bytes=None, now=now)
+
+
+def test_a_clock_that_jumps_removes_no_file(tmp_path):
+    recorded(tmp_path, [(0, START + k * HOUR, float(k), 0) for k in range(30)])
+    hours.fold(tmp_path, tmp_path / "data")
+    computer = START + 30 * HOUR
+    assert aged(tmp_path, START + 30 * HOUR, computer) == []
+    # The server's clock is 500 days ahead for an hour, and data of that time come, too.
+    recorded(tmp_path, [(0, START + 500 * DAY, 1.0, 0)])
+    hours.fold(tmp_path, tmp_path / "data")
+    for k in range(1, 5):
+        assert aged(tmp_path, START + 500 * DAY + k * HOUR, computer + k * HOUR // 4) == []
+    # This computer's clock is ahead, or both are.
+    assert aged(tmp_path, START + 31 * HOUR, START + 900 * DAY) == []
+    assert aged(tmp_path, START + 31 * HOUR, START) == [] and aged(tmp_path, 0, START) == []
+    # After a plant was watched for 101 days, the first day has gone.
+    for day in range(2, 104):
+        gone = aged(tmp_path, START + day * DAY, START + day * DAY)
+        if gone:
+            break
+    assert day >= 100 and not hours.hour_file(tmp_path / "data", START).exists()
+
+
+def test_a_new_plant_and_one_with_a_jumped_clock_at_the_first_start_remove_nothing(tmp_path):
+    recorded(tmp_path, [(0, START + k * HOUR, float(k), 0) for k in range(3)])
+    hours.fold(tmp_path, tmp_path / "data")
+    # Files of an earlier version, and a jump at the very start.
+    assert aged(tmp_path, START + 500 * DAY, START + 2 * HOUR) == []
+    assert aged(tmp_path / "none", START + 500 * DAY, START) == []
+
+
+def test_foreign_files_in_the_folders_are_left_alone(tmp_path):
+    recorded(tmp_path, [(0, START, 1.0, 0)])
+    for name in ("x.values", "2026-99-02T05.000001.values", "2026-03-02T05.x.values"):
+        (tmp_path / ".stiction/live/ready" / name).write_bytes(b"junk")
+        (tmp_path / ".stiction/live/open" / name).write_bytes(b"junk")
+    (tmp_path / "data/2026-99-99").mkdir(parents=True)
+    (tmp_path / "data/2026-99-99/05.parquet").write_bytes(b"junk")
+    (tmp_path / "data/2026-03-02").mkdir()
+    (tmp_path / "data/2026-03-02/.00.parquet.part").write_bytes(b"of a run that was killed")
+    hours.Recorder(tmp_path, ["A.OP"]).close()
+    hours.known(tmp_path)
+    hours.fold(tmp_path, tmp_path / "data")
+    assert len(rows(tmp_path)) == 2 and not (tmp_path / "data/2026-03-02/.00.parquet.part").exists()
+    hours.retain(tmp_path / "data", keep_s=0.0, most_bytes=0.0, now=START + 9 * HOUR)
+    assert (tmp_path / "data/2026-99-99/05.parquet").exists() and (tmp_path / ".stiction/live/ready/x.values").exists()

@@ -2,6 +2,7 @@
 
 import asyncio
 import inspect
+import random
 import re
 from datetime import datetime, timedelta, timezone
 
@@ -157,6 +158,63 @@ def test_expired_and_foreign_certificates_are_refused_even_if_trusted(tmp_path):
         opcua.check_certificate(certificate("urn:other"), About, security)
 
 
+def signed(issuer_ca, days=10):
+    """A certificate of a server and that of its issuer."""
+    from cryptography.hazmat.primitives import hashes
+    from cryptography.hazmat.primitives.asymmetric import rsa
+    from cryptography.x509.oid import NameOID
+
+    now = datetime.now(timezone.utc)
+
+    def made(name, issuer, key, signer, more, days):
+        builder = x509.CertificateBuilder().subject_name(name).issuer_name(issuer).public_key(key.public_key())
+        builder = builder.serial_number(x509.random_serial_number()).not_valid_before(now - timedelta(days=20)).not_valid_after(now + timedelta(days=days))
+        for each in more:
+            builder = builder.add_extension(each, critical=False)
+        return builder.sign(signer, hashes.SHA256())
+
+    name = lambda text: x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, text)])  # noqa: E731
+    own, key = (rsa.generate_private_key(public_exponent=65537, key_size=2048) for _ in range(2))
+    basic = [] if issuer_ca is None else [x509.BasicConstraints(ca=issuer_ca, path_length=None)]
+    issuer = made(name("issuer"), name("issuer"), own, own, basic, days)
+    leaf = made(name("server"), name("issuer"), key, own, [x509.SubjectAlternativeName([x509.UniformResourceIdentifier("urn:server")])], 10)
+    return leaf.public_bytes(Encoding.DER), issuer.public_bytes(Encoding.DER)
+
+
+@pytest.mark.parametrize(("is_ca", "days", "words"), [(True, 10, None), (False, 10, "not the certificate of an authority"), (None, 10, "not the certificate of an authority"), (True, -5, "signed it, but is valid from")])  # fmt: skip
+def test_only_a_valid_authority_vouches_for_a_server(tmp_path, is_ca, days, words):
+    leaf, issuer = signed(is_ca, days)
+    (tmp_path / "trusted").mkdir()
+    (tmp_path / "trusted/issuer.der").write_bytes(issuer)
+    (tmp_path / "trusted/junk.der").write_bytes(b"junk")
+    if words is None:
+        assert opcua.check_certificate(leaf, About, opcua.Security(folder=tmp_path)) is None
+    else:
+        with pytest.raises(Refused, match=words) as refused:
+            opcua.check_certificate(leaf, About, opcua.Security(folder=tmp_path))
+        assert "junk.der is no certificate; remove it" in str(refused.value)
+
+
+def test_a_password_goes_only_to_a_trusted_certificate_also_on_an_open_channel(tmp_path):
+    class Policy:
+        SecurityPolicyUri, PolicyId = opcua.POLICIES["Basic256Sha256"].URI, "1"
+
+    async def attempt(security):
+        own = opcua.Server("opc.tcp://127.0.0.1:1", security, say=lambda _: None)
+        client = opcua.ReadOnlyClient(own.url, 1.0)
+        client.check_peer = lambda: own._check_peer(client)
+        client.server_policy = lambda _: Policy
+        client.security_policy.peer_certificate = certificate()
+        client._server_nonce = b"n" * 32
+        parameters = ua.ActivateSessionParameters()
+        client._add_user_auth(parameters, "me", "Pa55")
+        return parameters.UserIdentityToken.Password
+
+    with pytest.raises(Refused, match="the user and the password were not sent, because the certificate of the server .* is not trusted"):
+        asyncio.run(attempt(opcua.Security(folder=tmp_path)))
+    assert b"Pa55" not in asyncio.run(attempt(opcua.Security(folder=tmp_path, trust_first=True)))
+
+
 def test_a_certificate_is_made_once_with_a_private_key(tmp_path):
     opcua.make_certificate(tmp_path)
     assert (tmp_path / "client.pem").stat().st_mode & 0o077 == 0
@@ -191,6 +249,14 @@ def test_tags_are_read_with_the_line_of_a_fault(tmp_path):
         path.write_text(text)
         with pytest.raises(Refused, match=words):
             tags.read(path)
+
+
+def test_tags_with_any_letters_are_read_as_they_were_written(tmp_path):
+    own, path = random.Random(1), tmp_path / "live.toml"
+    letters = [chr(k) for k in range(0x20)] + list('{}"\'%=#[]\\ \x7f\x85\u2028\u2029\ufeff\u00e4\u0130\U0001f600aA') + ["\r\n"]
+    known = {"".join(own.choices(letters, k=own.randrange(1, 9))): f"s={k}" for k in range(10_000)}
+    path.write_text(tags.text_of(known, "opc.tcp://host"), encoding="utf-8")
+    assert tags.read(path) == known
 
 
 def test_words_of_modes_come_from_the_plant():

@@ -15,10 +15,14 @@ from stiction.live.errors import Refused
 
 
 class StandIn:
-    """Answers as the documentation of a PI Web API shows: data servers, points, recorded values of stream sets."""
+    """Answers as the documentation of a PI Web API shows: data servers, points, recorded values of stream sets.
+
+    A cap on the values of an answer cuts silently, or refuses with a reason.
+    """
 
     def __init__(self, data):
         self.data, self.methods, self.names = data, set(), sorted(data)
+        self.cap, self.reason, self.page, self.counts = 1 << 40, None, 1 << 40, []
         own = self
 
         class Handler(http.server.BaseHTTPRequestHandler):
@@ -28,8 +32,9 @@ class StandIn:
                 if self.headers.get("Authorization") != "Basic bWU6UGE1NQ==":
                     self.send_error(401)
                     return
-                body = json.dumps(own.answer(path.removeprefix("/piwebapi/"), query)).encode()
-                self.send_response(200)
+                code, found = own.answer(path.removeprefix("/piwebapi/"), query)
+                body = found.encode() if isinstance(found, str) else json.dumps(found).encode()
+                self.send_response(code)
                 self.send_header("Content-Length", str(len(body)))
                 self.end_headers()
                 self.wfile.write(body)
@@ -44,20 +49,26 @@ class StandIn:
     def answer(self, path, query):
         if path == "dataservers":
             assert query["path"] == ["\\\\PI1"]
-            return {"WebId": "S/1", "Name": "PI1"}
+            return 200, {"WebId": "S/1", "Name": "PI1"}
         if path == "dataservers/S%2F1/points":
             first, count = int(query["startIndex"][0]), int(query["maxCount"][0])
-            return {"Items": [{"Name": name, "WebId": f"P{k}"} for k, name in enumerate(self.names)][first : first + count]}
+            count = min(count, self.page)
+            return 200, {"Items": [{"Name": name, "WebId": f"P{k}"} for k, name in enumerate(self.names)][first : first + count]}
         assert path == "streamsets/recorded" and query["boundaryType"] == ["Inside"]
+        count = int(query["maxCount"][0])
+        self.counts.append(count)
+        if count > self.cap and self.reason is not None:
+            return 400, self.reason
+        count = min(count, self.cap)
         begin, end = (pi.microseconds(query[key][0]) for key in ("startTime", "endTime"))
         found = []
         for web_id in query["webId"]:
             times, values = self.data[self.names[int(web_id[1:])]]
             first, last = np.searchsorted(times, [begin, end + 1])
-            chosen = range(first, min(last, first + int(query["maxCount"][0])))
+            chosen = range(first, min(last, first + count))
             items = [{"Timestamp": hours.moment(int(times[k])).strftime("%Y-%m-%dT%H:%M:%S.%f0Z"), "Value": float(values[k]), "Good": True, "Questionable": False} for k in chosen]
             found.append({"WebId": web_id, "Items": items})
-        return {"Items": found}
+        return 200, {"Items": found}
 
 
 @pytest.fixture
@@ -70,6 +81,76 @@ def server(plant, monkeypatch):
     own.server.server_close()
 
 
+def stored(folder):
+    found = {}
+    for path in sorted((folder / "data/sql").rglob("*.parquet")):
+        for tag, rows in hours.tables_by_tag(path):
+            found.setdefault(tag, []).extend(zip(rows.time.tolist(), rows.value.tolist()))
+    return found
+
+
+REASON = "The parameter 'maxCount' has an invalid value: it exceeds the maximum allowed {}."
+
+
+@pytest.mark.parametrize("cap", [1000, 37])
+@pytest.mark.parametrize(
+    "reason",
+    [
+        None,
+        lambda cap: {"Errors": [REASON.format(cap)]},
+        lambda cap: {"Message": f"Too many values: the limit is {cap:,}"},
+        lambda _: {"Errors": ["The maximum number of items was exceeded."]},
+        lambda _: "<html><body>maxCount is too <b>large</b></body></html>",
+    ],
+    ids=["silent", "stated", "message", "without a number", "no JSON"],
+)
+def test_a_cap_of_the_server_costs_no_value(server, tmp_path, monkeypatch, cap, reason):
+    begin = 1_772_409_600_000_000
+    names = ("FIC101.OP", "FIC101.PV", "FIC101.SP")
+    # Several values of one time lie where a page ends.
+    times = begin + np.arange(5_000 if cap == 1000 else 500) * 1_000_000
+    times[cap - 2 : cap + 2] = times[cap]
+    server.data = {name: (times, 50.0 + np.arange(len(times)) % 977) for name in names}
+    server.names, server.cap, server.reason, server.page = sorted(names), cap, reason and reason(cap), 2
+    monkeypatch.setattr(pi.Points, "span", lambda _: (begin, int(times[-1])))
+    (tmp_path / "plant.toml").write_text('name = "N"\ndata = ["data/**/*.parquet"]\n')
+    stiction.live.fetch(tmp_path, server.url)
+    assert stored(tmp_path) == {tag: list(zip(own.tolist(), values.tolist())) for tag, (own, values) in server.data.items()}
+    if reason is not None:
+        assert server.counts[0] == pi.MOST and server.counts[-1] <= cap
+
+
+def test_the_number_of_values_is_an_option_and_a_reason_is_shown(server, tmp_path, monkeypatch):
+    times = [int(at) for own, _ in server.data.values() for at in own]
+    monkeypatch.setattr(pi.Points, "span", lambda _: (min(times), max(times)))
+    (tmp_path / "plant.toml").write_text('name = "N"\ndata = ["data/**/*.parquet"]\n')
+    server.cap, server.reason = 200, {"Errors": ["too many of them"]}
+    stiction.live.fetch(tmp_path, f"{server.url}?maxCount=150")
+    assert set(server.counts) == {150}
+    server.cap, server.reason = 0, {"Errors": ["The archive is offline."]}
+    with pytest.raises(Refused, match="streamsets/recorded answered 400: The archive is offline"):
+        stiction.live.fetch(tmp_path, server.url)
+    server.reason = {"Errors": ["maxCount is beyond its limit."]}
+    with pytest.raises(Refused, match=r"maxCount is beyond its limit\.; .*\?maxCount=1000"):
+        stiction.live.fetch(tmp_path, server.url)
+    for end in ("?maxCount=0", "?maxCount=many", "?count=7"):
+        with pytest.raises(Refused, match=r"is given as \?maxCount=1000"):
+            stiction.live.fetch(tmp_path, server.url + end)
+
+
+def test_a_point_without_an_answer_is_named(server, monkeypatch):
+    file = _core.Plant('name = "N"', "test")
+    points = sql.samples_of(server.url, None, file)
+    tags = points.loops[0][1]
+    for streams, words in [
+        ([{"WebId": points._ids[tags[0]], "Items": []}], f"did not answer about {tags[1]}"),
+        ([{"WebId": points._ids[tags[0]], "Errors": ["The point is not archived."]}], f"{tags[0]}: The point is not archived"),
+    ]:
+        monkeypatch.setattr(pi.Points, "_get", lambda *_, streams=streams: {"Items": streams})
+        with pytest.raises(Refused, match=words):
+            list(points.rows(tags, 0, 1_000_000))
+
+
 def test_recorded_values_are_fetched_in_pages(server, plant, tmp_path, monkeypatch):
     monkeypatch.setattr(pi, "MOST", 500)
     monkeypatch.setattr(pi, "POINTS", 4)
@@ -77,11 +158,7 @@ def test_recorded_values_are_fetched_in_pages(server, plant, tmp_path, monkeypat
     monkeypatch.setattr(pi.Points, "span", lambda _: (min(times), max(times)))
     (tmp_path / "plant.toml").write_text('name = "N"\ndata = ["data/**/*.parquet"]\n')
     done = stiction.live.fetch(tmp_path, server.url)
-    found = {}
-    for path in sorted((tmp_path / "data/sql").glob("*.parquet")):
-        for tag, rows in hours.tables_by_tag(path):
-            found.setdefault(tag, []).extend(zip(rows.time.tolist(), rows.value.tolist()))
-    assert found == {tag: list(zip(own.tolist(), values.tolist())) for tag, (own, values) in server.data.items()}
+    assert stored(tmp_path) == {tag: list(zip(own.tolist(), values.tolist())) for tag, (own, values) in server.data.items()}
     assert done["loops"] == 2 and server.methods == {"GET"}
 
 

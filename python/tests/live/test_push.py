@@ -5,7 +5,9 @@ import hmac
 import http.server
 import json
 import re
+import socketserver
 import threading
+import time
 
 import pytest
 from stiction.live import events, push
@@ -104,12 +106,91 @@ def test_a_wrong_secret_is_refused_by_the_receiver(tmp_path, receiver, monkeypat
 
 
 def test_wrong_addresses_are_refused(tmp_path):
-    for url in ("ftp://host/", "https://me:secret@host/"):
+    wrong = ["ftp://host/", "https://me:secret@host/", "http://", "http://127.0.0.1:99999/", "http://[::1", "http://host/\r\nX: y", "http://ho st/"]
+    for url in wrong:
         with pytest.raises(Refused) as refused:
             push.Pusher(tmp_path, url, print)
         assert "secret" not in str(refused.value)
     with pytest.raises(Refused, match="not an address for metrics"):
         asyncio.run(push.serve("9464", str, print))
+    with pytest.raises(Refused, match="not an address for metrics"):
+        asyncio.run(push.serve("127.0.0.1:99999", str, print))
+
+
+ANSWERS = {
+    "no HTTP": b"HELLO WORLD\r\n\r\n",
+    "no number": b"HTTP/1.1 abc OK\r\n\r\n",
+    "a long line": b"HTTP/1.1 200 " + b"x" * 100_000 + b"\r\n\r\n",
+    "many headers": b"HTTP/1.1 200 OK\r\n" + b"X: y\r\n" * 300 + b"\r\n",
+    "TLS": bytes([21, 3, 1, 0, 2, 2, 40]),
+    "nothing": b"",
+}
+
+
+class Raw:
+    """Answers with given bytes, or never, and counts the requests."""
+
+    def __init__(self, answer):
+        self.answer, self.requests = answer, 0
+        own = self
+
+        class Handler(socketserver.BaseRequestHandler):
+            def handle(self):
+                self.request.recv(65536)
+                own.requests += 1
+                if own.answer is None:
+                    for _ in range(200):
+                        try:
+                            self.request.sendall(b"H")
+                        except OSError:
+                            return
+                        time.sleep(0.1)
+                else:
+                    self.request.sendall(own.answer)
+
+        self.server = socketserver.ThreadingTCPServer(("127.0.0.1", 0), Handler)
+        self.server.daemon_threads = True
+        self.url = f"http://127.0.0.1:{self.server.server_address[1]}/"
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+
+
+def waiting(plant):
+    (plant / ".stiction/live").mkdir(parents=True)
+    (plant / ".stiction/live/pushed.json").write_text('{"sent": 0}')
+    happened(plant, "A")
+
+
+@pytest.mark.parametrize("answer", ANSWERS.values(), ids=ANSWERS.keys())
+def test_a_malformed_answer_costs_a_retry_and_not_the_sending(tmp_path, answer, receiver, monkeypatch):
+    monkeypatch.setenv("STICTION_WEBHOOK_SECRET", SECRET)
+    monkeypatch.setattr(push, "LONGEST_PAUSE", 0.05)
+    waiting(tmp_path)
+    raw, said = Raw(answer), []
+    try:
+        pushed(tmp_path, raw.url, lambda _: raw.requests >= 3, said)
+    finally:
+        raw.server.shutdown()
+        raw.server.server_close()
+    assert "the webhook did not take an event" in said[0]
+    pushed(tmp_path, receiver.url, lambda pusher: pusher.sent == 1, said)
+    assert receiver.taken == [(1, "A")]
+
+
+def test_a_dripping_answer_ends_and_holds_up_no_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(push, "LONGEST_ANSWER", 0.3)
+    monkeypatch.setattr(push, "LONGEST_PAUSE", 0.05)
+    monkeypatch.setattr(push, "MOST_OPEN", 3)
+    waiting(tmp_path)
+    raw, said = Raw(None), []
+    try:
+        begun = time.monotonic()
+        pushed(tmp_path, raw.url, lambda _: raw.requests >= 3, said)
+        # The loop has ended here, although threads still wait for the receiver.
+        assert time.monotonic() - begun < 9.0 and raw.requests == 3
+    finally:
+        raw.server.shutdown()
+        raw.server.server_close()
+    assert "did not end in" in said[0]
 
 
 STATUS = {

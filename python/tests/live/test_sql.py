@@ -57,7 +57,7 @@ def fetched(plant, tmp_path):
 
 def stored(folder):
     found = {}
-    for path in sorted((folder / "data" / "sql").glob("*.parquet")):
+    for path in sorted((folder / "data" / "sql").rglob("*.parquet")):
         for tag, rows in hours.tables_by_tag(path):
             own = rows.status < hours.BAD
             found.setdefault(tag, []).extend(zip(rows.time[own].tolist(), rows.value[own].tolist()))
@@ -80,14 +80,14 @@ def test_rows_and_verdicts_are_those_of_the_table(filled, plant, fetched):
 
 def test_days_without_rows_have_no_files(filled, fetched):
     done = sql.fetch(filled, fetched, table="wide", since="2026-01-01")
-    assert done["days"] == 1 and [path.name for path in (fetched / "data/sql").iterdir()] == ["2026-03-02.parquet"]
+    assert done["days"] == 1 and [path.name for path in (fetched / "data/sql").rglob("*.parquet")] == ["2026-03-02.parquet"]
     # A table whose first days were removed: a day that is asked for again has no rows, and no file.
     with psycopg.connect(filled) as connection:
         connection.execute("CREATE TABLE apart AS SELECT time, \"FIC1002.OP\", \"FIC1002.PV\" FROM wide LIMIT 10")
         connection.execute("INSERT INTO apart SELECT time + interval '3 days', 1, 2 FROM apart")
     done = sql.fetch(filled, fetched, table="apart")
     assert done == {"days": 2, "rows": 40, "loops": 1}
-    assert sorted(path.name for path in (fetched / "data/sql").iterdir()) == ["2026-03-02.parquet", "2026-03-05.parquet"]
+    assert sorted(path.name for path in (fetched / "data/sql/apart").iterdir()) == ["2026-03-02.parquet", "2026-03-05.parquet"]
     with pytest.raises(Refused, match='"yesterday" is no day'):
         sql.fetch(filled, fetched, table="apart", since="yesterday")
 
@@ -100,6 +100,142 @@ def test_the_trial_of_many_loops_and_days_compares_every_row():
     done = subprocess.run(words, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "and 3 days" in done.stdout and "rows compared, other rows on no day" in done.stdout
+
+
+def made(url, table, orders):
+    with psycopg.connect(url, autocommit=True) as connection:
+        for order in orders:
+            connection.execute(order.replace("TABLE_", table))
+
+
+LONG = "CREATE TABLE TABLE_ AS SELECT tag, time, value, quality FROM samples WHERE tag LIKE 'FIC1002.%'"
+
+
+def test_tables_of_a_plant_do_not_overwrite_each_other(filled, fetched):
+    made(filled, "one_of_two", [LONG])
+    made(filled, "two_of_two", [LONG, "UPDATE TABLE_ SET tag = replace(tag, '1002', '2002')", "DELETE FROM TABLE_ WHERE value IS NULL"])
+    sql.fetch(filled, fetched, table="one_of_two")
+    before = stored(fetched)
+    sql.fetch(filled, fetched, table="two_of_two")
+    after = stored(fetched)
+    assert {tag: after[tag] for tag in before} == before
+    assert {tag: after[tag.replace("1002", "2002")] for tag in before} == before and len(after) == 2 * len(before)
+    # An empty day of one takes nothing from the other.
+    made(filled, "two_of_two", ["DELETE FROM TABLE_", "INSERT INTO TABLE_ SELECT replace(tag, '1002', '2002'), time + interval '3 days', value, quality FROM one_of_two WHERE time < '2026-03-02 00:01+00'"])
+    sql.fetch(filled, fetched, table="two_of_two", since="2026-03-01")
+    assert {tag: own for tag, own in stored(fetched).items() if tag in before} == before
+
+
+def test_a_table_that_forgets_old_rows_takes_none_away_and_corrections_are_reported(filled, fetched):
+    made(filled, "rolling", [LONG])
+    notes = []
+    sql.fetch(filled, fetched, table="rolling", note=notes.append)
+    before = stored(fetched)
+    made(filled, "rolling", ["DELETE FROM TABLE_ WHERE time < timestamptz '2026-03-02 12:00+00'"])
+    [path] = (fetched / "data/sql/rolling").iterdir()
+    age = path.stat().st_mtime_ns
+    done = sql.fetch(filled, fetched, table="rolling", note=notes.append)
+    assert stored(fetched) == before and notes == [] and done["rows"] > 0
+    assert path.stat().st_mtime_ns == age, "a day without news is not written again"
+    # A correction, a new row, a value that became bad.
+    times = [time for time, _ in before["FIC1002.PV"] if time >= 1_772_452_800_000_000]
+    at_ = [f"timestamptz 'epoch' + interval '{time} microseconds'" for time in times[:3]]
+    made(filled, "rolling", [
+        f"UPDATE TABLE_ SET value = 7.5 WHERE tag = 'FIC1002.PV' AND time = {at_[0]}",
+        f"UPDATE TABLE_ SET value = NULL, quality = 'Bad' WHERE tag = 'FIC1002.PV' AND time = {at_[1]}",
+        f"INSERT INTO TABLE_ SELECT tag, {at_[2]} + interval '1 ms', 8.5, 'Good' FROM samples WHERE tag = 'FIC1002.PV' LIMIT 1",
+    ])  # fmt: skip
+    sql.fetch(filled, fetched, table="rolling", note=notes.append)
+    expected = dict(before["FIC1002.PV"]) | {times[0]: 7.5, times[2] + 1000: 8.5}
+    assert stored(fetched)["FIC1002.PV"] == sorted(expected.items())
+    assert notes == ["rolling 2026-03-02: 1 value differs from what was fetched before of FIC1002.PV; the new ones are stored"]
+
+
+def test_days_of_an_earlier_version_come_to_the_folder_of_their_table(filled, fetched):
+    made(filled, "moved", [LONG])
+    sql.fetch(filled, fetched, table="moved")
+    [path] = (fetched / "data/sql/moved").iterdir()
+    before = stored(fetched)
+    path.rename(fetched / "data/sql" / path.name)
+    (fetched / "data/sql/2026-03-01.parquet").write_bytes(b"a file of someone else")
+    sql.fetch(filled, fetched, table="moved")
+    (fetched / "data/sql/2026-03-01.parquet").unlink()
+    assert stored(fetched) == before and path.exists()
+
+
+def test_stray_times_cost_a_line_and_no_query_a_day(filled, fetched, monkeypatch):
+    strays = ["1970-01-01", "0001-01-01", "2999-01-01"]
+    made(filled, "stray", [LONG, *(f"INSERT INTO TABLE_ VALUES ('FIC1002.PV', '{at}', 1, 'Good')" for at in strays)])
+    made(filled, "stray", ["INSERT INTO TABLE_ VALUES ('FIC1002.PV', '1990-01-01', 1, 'Good')"])
+    asked, select = [], sql.Postgres.select
+    monkeypatch.setattr(sql.Postgres, "select", lambda own, *more, **named: asked.append(1) or select(own, *more, **named))
+    notes = []
+    for _ in range(2):
+        sql.fetch(filled, fetched, table="stray", note=notes.append)
+    assert len(asked) < 30 and "before 1980, such as of 1" in notes[0] and "in the future, such as of 2999-01-01" in notes[1]
+    assert sorted(path.stem for path in (fetched / "data/sql/stray").iterdir()) == ["1990-01-01", "2026-03-02"]
+    made(filled, "only_stray", [LONG, "UPDATE TABLE_ SET time = '1970-01-01'"])
+    with pytest.raises(Refused, match="no rows between 1980 and now"):
+        sql.fetch(filled, fetched, table="only_stray")
+
+
+def test_odd_names_types_and_qualities_are_read_or_refused_by_name(filled, fetched):
+    made(filled, "truth", [LONG, "ALTER TABLE TABLE_ ALTER quality TYPE boolean USING quality = 'Good'"])
+    made(filled, "braces", ['CREATE TABLE TABLE_ AS SELECT time, "FIC1002.OP" AS "FIC1{}.OP", "FIC1002.PV" AS "FIC1{}.PV", 1 AS "FIC2{0}.OP" FROM wide'])
+    made(filled, "percent", ['CREATE TABLE TABLE_ AS SELECT time AS "time %s", "FIC1002.OP" AS "F%(a)s.OP", "FIC1002.PV" AS "F%(a)s.PV" FROM wide'])
+    sql.fetch(filled, fetched, table="truth")
+    wanted = stored(fetched)
+    with psycopg.connect(filled) as connection:
+        rows = connection.execute("SELECT count(*) FROM samples WHERE tag LIKE 'FIC1002.%' AND value IS NOT NULL").fetchone()[0]
+    assert sum(map(len, wanted.values())) == rows
+    sql.fetch(filled, fetched, table="braces")
+    assert stored(fetched)["FIC1{}.PV"] == wanted["FIC1002.PV"][: len(stored(fetched)["FIC1{}.PV"])]
+    for change, words in [
+        ("double precision USING 'NaN'::float8", '"nan" is no known quality'),
+        ("jsonb USING '{\"good\": 1}'::jsonb", "column quality: .* is no known quality"),
+    ]:
+        made(filled, "odd_quality", ["DROP TABLE IF EXISTS TABLE_", LONG, f"ALTER TABLE TABLE_ ALTER quality TYPE {change}"])
+        with pytest.raises(Refused, match=words):
+            sql.fetch(filled, fetched, table="odd_quality")
+
+
+def test_tags_in_two_spellings_are_read(filled, fetched):
+    with psycopg.connect(filled, autocommit=True) as connection:
+        if not connection.execute("SELECT 1 FROM pg_available_extensions WHERE name = 'citext'").fetchone():
+            pytest.skip("the extension citext is not installed")
+        connection.execute("CREATE EXTENSION IF NOT EXISTS citext")
+    made(filled, "spelled", [LONG, "ALTER TABLE TABLE_ ALTER tag TYPE citext", "UPDATE TABLE_ SET tag = lower(tag) WHERE extract(minute FROM time) < 30"])
+    done = sql.fetch(filled, fetched, table="spelled")
+    found = stored(fetched)
+    assert done["rows"] == sum(map(len, found.values())) + 1 and len(found) == 3
+
+
+def test_locked_tables_and_silent_ports_end(filled, fetched, monkeypatch):
+    import socket
+
+    monkeypatch.setattr(sql, "LOCK_S", 1)
+    made(filled, "locked", [LONG])
+    with psycopg.connect(filled) as other:
+        other.execute("LOCK TABLE locked IN ACCESS EXCLUSIVE MODE")
+        with pytest.raises(Refused, match="table locked: canceling statement due to lock timeout"):
+            sql.fetch(filled, fetched, table="locked")
+    monkeypatch.setattr(sql, "CONNECT_S", 2)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        with pytest.raises(Refused, match="timeout expired"):
+            sql.fetch(f"postgres://owner@127.0.0.1:{silent.getsockname()[1]}/postgres?table=a", fetched)
+
+
+def test_no_secret_of_an_address_is_printed(tmp_path):
+    for url in (
+        "postgres://reader:a/SECRET@host/db?table=t",
+        "postgres://reader:a@SECRET@host/db?table=t",
+        "postgres://reader@host/db?table=t&sslpassword=SECRET",
+        "odbc://DSN=x;PWD=SECRET?table=t",
+    ):
+        for attempt in (lambda url=url: sql.opened(url), lambda url=url: sql.fetch(url, tmp_path / "no plant")):
+            with pytest.raises(Refused) as refused:
+                attempt()
+            assert "SECRET" not in str(refused.value), url
 
 
 def test_a_wide_table_is_read(filled, plant, fetched):
@@ -178,7 +314,7 @@ def test_a_lost_connection_is_named(filled, fetched):
 
 def test_a_failed_fetch_leaves_the_files_as_they_were(filled, fetched, monkeypatch):
     sql.fetch(f"{filled}?table=samples", fetched)
-    [path] = list((fetched / "data/sql").glob("2026-03-02.parquet"))
+    [path] = list((fetched / "data/sql").rglob("2026-03-02.parquet"))
     before = path.read_bytes()
     rows, count = sql.Table.rows, [0]
 
@@ -210,9 +346,9 @@ def test_an_odbc_driver_gives_the_rows_of_the_table(odbc, filled, plant, fetched
     expected = {tag: list(zip(times.tolist(), values.tolist())) for tag, (times, values) in played(plant, None).items()}
     assert stored(fetched) == expected and done["loops"] == 6
     # Row by row as with PostgreSQL's own client, and the bad value as well.
-    one, *more = [path.read_bytes() for path in (fetched / "data/sql").iterdir()]
+    one, *more = [path.read_bytes() for path in (fetched / "data/sql").rglob("*.parquet")]
     sql.fetch(f"{filled}?table=samples", fetched)
-    assert not more and [one] == [path.read_bytes() for path in (fetched / "data/sql").iterdir()]
+    assert not more and [one] == [path.read_bytes() for path in (fetched / "data/sql").rglob("*.parquet")]
 
 
 def test_an_odbc_driver_gives_a_wide_table_and_single_precision(odbc, filled, plant, fetched):

@@ -18,7 +18,7 @@ import pytest
 pytest.importorskip("asyncua")
 
 import stiction.plant
-from processes import free_port, wait_for
+from processes import HERE, free_port, wait_for
 from server import played
 from stiction.live import hours, opcua
 from stiction.live.events import KINDS
@@ -154,6 +154,26 @@ def test_history_before_the_first_start_is_read(live):
     assert recorded(live.watched) == of_plant(live.plant, begin, end)
 
 
+@pytest.mark.parametrize("habit", [["--cap", "10000"], ["--cap", "700"], ["--cap", "3000", "--newest"]], ids=["no continuation", "continuations", "newest first"])
+def test_a_history_is_read_to_its_end_wherever_the_server_cuts_it(live, habit):
+    import capped
+
+    server = live.run(HERE / "capped.py", "--port", live.port, *habit)
+    server.answer("listening")
+    live.watched.joinpath("plant.toml").write_text('name = "N"\ndata = ["data/**/*.parquet"]\n')
+    watch = live.watch("--security", "none", "--history", "8h", "--grace", "5s")
+    watch.says("values of 3 tags came from the server's history")
+    server.tell("play")
+    wait_for(hour_is_there(live, 11), 60, "the hour before noon")
+    assert watch.end() == 0
+    noon = opcua.microseconds(capped.NOON)
+    found = recorded(live.watched)
+    for tag in capped.TAGS:
+        own = [(noon + 2 * SECOND * (k - 12_000), capped.value_of(tag, k)) for k in range(12_000)]
+        assert [each for each in found[tag] if each[0] < noon] == own, tag
+    assert not any(gaps(live.watched).values())
+
+
 def test_a_value_before_the_history_is_held_at_its_beginning(watched):
     from asyncua import ua
     from stiction.live.watch import Options, Watcher
@@ -194,6 +214,141 @@ def test_a_misdated_value_is_not_stored(watched):
     watcher.speed = 100.0
     watcher._values([(0, of(ahead))])
     assert watcher.recorder.values == 2
+    watcher.recorder.close()
+
+
+def watcher_of(watched, names, clock, said):
+    from stiction.live.watch import Options, Watcher
+
+    watcher = Watcher(Options("opc.tcp://127.0.0.1:1", watched, opcua.Security(), say=said.append))
+    watcher.tags, watcher.wall = dict.fromkeys(names, ""), lambda: watcher.clock / SECOND
+    watcher.names, watcher.last, watcher.types, watcher.bad, watcher.clock = list(names), [-(1 << 62)] * len(names), {}, set(), clock
+    watcher.recorder, watcher._first, watcher._floor = hours.Recorder(watched, watcher.names), set(), clock
+    return watcher
+
+
+def valued(us, value=1.0, status=0):
+    from asyncua import ua
+
+    return ua.DataValue(ua.Variant(value, ua.VariantType.Double), ua.StatusCode(status), SourceTimestamp=opcua.EPOCH + timedelta(microseconds=us))
+
+
+def listed(watched, hour):
+    path = hours.hour_file(watched / "data", hour)
+    return {tag: list(zip(((own.time - hour) / SECOND).tolist(), own.status.tolist())) for tag, own in hours.tables_by_tag(path)} if path.exists() else {}
+
+
+def test_a_source_whose_clock_stays_behind_rewrites_no_past_hour_and_is_reported(watched):
+    start, said = 1_772_409_600_000_000 + 5 * hours.HOUR, []
+    watcher = watcher_of(watched, ["A.PV", "A.OP"], start, said)
+    # The clock of one source is right for a while, and then goes back by three hours.
+    for second in range(0, 3600, 10):
+        watcher.clock = start + second * SECOND
+        behind = 3 * hours.HOUR if second >= 600 else 0
+        watcher._values([(0, valued(watcher.clock - behind)), (1, valued(watcher.clock))])
+        watcher._say_turned()
+    watcher.recorder.flush()
+    watcher.recorder.release(1 << 62)
+    hours.fold(watched, watched / "data")
+    assert [path.name for path in sorted((watched / "data").glob("*/*.parquet"))] == ["05.parquet"]
+    own = listed(watched, start)
+    assert own["A.OP"] == [(float(second), 0) for second in range(0, 3600, 10)]
+    assert own["A.PV"] == [(float(second), 0) for second in range(0, 600, 10)] + [(590.000001, hours.LOST)]
+    [line] = [line for line in said if "behind the server's clock" in line]
+    assert "A.PV: values are dated 3.0 h behind the server's clock, and are not stored; correct the clock of the source" in line
+    assert watcher.status()["misdating_tags"] == ["A.PV"] and watcher.status()["misdated"] == 300
+    # The clock is put right.
+    watcher._values([(0, valued(watcher.clock))])
+    watcher._say_turned()
+    assert "A.PV: values with right times again" in said[-1] and watcher.status()["misdating_tags"] == []
+    watcher.recorder.close()
+
+
+def test_a_source_that_is_behind_from_the_beginning_is_never_stored_in_the_past(watched):
+    start, said = 1_772_409_600_000_000 + 5 * hours.HOUR, []
+    watcher = watcher_of(watched, ["A.PV"], start, said)
+    for second in range(0, 4 * 3600, 60):
+        watcher.clock = start + second * SECOND
+        watcher._values([(0, valued(watcher.clock - hours.HOUR))])
+        watcher._say_turned()
+    assert watcher.recorder.values == 0 and len(said) == 1
+    watcher.recorder.close()
+
+
+def test_values_that_come_late_and_catch_up_are_stored_at_their_times(watched):
+    start, said = 1_772_409_600_000_000 + 5 * hours.HOUR, []
+    watcher = watcher_of(watched, ["A.PV"], start, said)
+    watcher._values([(0, valued(start))])
+    # A device was cut off for half an hour, and delivers 3 values a second.
+    for second in range(1200):
+        watcher.clock = start + (1800 + second) * SECOND
+        first = 1 + 3 * second
+        times = [start + k * SECOND for k in range(first, first + 3) if start + k * SECOND <= watcher.clock]
+        watcher._values([(0, valued(at)) for at in times])
+        watcher._say_turned()
+    assert watcher.counts["misdated"] == 0 and said == []
+    watcher.recorder.flush()
+    watcher.recorder.release(1 << 62)
+    hours.fold(watched, watched / "data")
+    assert [second for second, _ in listed(watched, start)["A.PV"]] == [float(k) for k in range(2700)]
+    watcher.recorder.close()
+
+
+def ticked(watcher, now):
+    """What `_ticks` does with a reading of the server's clock; whether the connection ends."""
+    watcher._compared = time.monotonic() - 1.0
+    try:
+        watcher._compare(now)
+    except ConnectionError:
+        return True
+    watcher.clock = watcher._ticked = now
+    watcher._alive()
+    watcher.recorder.flush()
+    return False
+
+
+def test_after_a_jump_that_was_put_right_the_gap_is_known_and_wrong_times_are_taken_back(watched):
+    start, said = 1_772_409_600_000_000, []
+    watcher = watcher_of(watched, ["A.PV"], start, said)
+    for second in range(1, 20):
+        assert not ticked(watcher, start + second * SECOND)
+        watcher._values([(0, valued(watcher.clock))])
+    # The server's clock, and with it its values, jump by four hours, and back.
+    for second in range(20, 25):
+        assert not ticked(watcher, start + 4 * hours.HOUR + second * SECOND)
+        watcher._values([(0, valued(watcher.clock))])
+    assert watcher.jump is not None
+    assert ticked(watcher, start + 25 * SECOND), "the connection ends, so that the next one fills the gap"
+    assert watcher.until == start + 19 * SECOND and watcher.last == [start + 19 * SECOND] and watcher.jump is None
+    # A kill here, and a start later, find the same.
+    watcher.recorder.close()
+    assert hours.known(watched, start + hours.HOUR).until == start + 19 * SECOND
+    hours.Recorder(watched, ["A.PV"]).release(1 << 62)
+    hours.fold(watched, watched / "data")
+    assert listed(watched, start)["A.PV"] == [(float(second), 0) for second in range(1, 20)]
+    assert listed(watched, start + 4 * hours.HOUR).get("A.PV") in (None, [(0.0, hours.NONE)], [(0.0, hours.HELD)])
+    assert any("jumped ahead by 4.0 h" in line for line in said) and any("went back by 4.0 h" in line for line in said)
+
+
+def test_a_clock_that_was_behind_for_a_time_leaves_a_gap_to_fill(watched):
+    start, said = 1_772_409_600_000_000 + 5 * hours.HOUR, []
+    watcher = watcher_of(watched, ["A.PV"], start, said)
+    for second in range(1, 20):
+        assert not ticked(watcher, start + second * SECOND)
+    for second in range(20, 30):
+        assert not ticked(watcher, start - hours.HOUR + second * SECOND)
+    assert ticked(watcher, start + 30 * SECOND)
+    assert watcher.until == start + 19 * SECOND == hours.known(watched, start + 30 * SECOND).until
+    watcher.recorder.close()
+
+
+def test_no_hour_is_handed_over_while_a_jump_may_be_undone(watched):
+    start, said = 1_772_409_600_000_000, []
+    watcher = watcher_of(watched, ["A.PV"], start, said)
+    for second in range(1, 10):
+        ticked(watcher, start + second * SECOND)
+    ticked(watcher, start + 4 * hours.HOUR)
+    assert watcher.jump is not None and watcher.jump == (start + 9 * SECOND, start + 4 * hours.HOUR)
     watcher.recorder.close()
 
 

@@ -7,7 +7,7 @@ use anyhow::Result;
 use std::fmt::Write;
 use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, Grade, VerdictClass, Votes};
 use stiction::finding::{Decision, Finding};
-use stiction::recording::fitness::Class;
+use stiction::recording::fitness::{Class, MeasureId};
 use stiction::spoken;
 use stiction_report::document::Loop;
 use stiction_report::table::{COLUMNS, Cells};
@@ -15,6 +15,9 @@ use stiction_report::words;
 
 /// Number of reasons of each kind on a screen.
 const REASONS: usize = 3;
+
+/// Mark of an S whose range of the OP is guessed.
+const GUESSED: &str = "*";
 
 /// One loop on one screen.
 pub fn one(loop_: &Diagnosed) -> String {
@@ -32,10 +35,21 @@ pub fn one(loop_: &Diagnosed) -> String {
     if let Some(said) = &diagnosis.verdict.overruled {
         out += &field("override", &words::overruled(said));
     }
+    if lacks_pv(diagnosis) {
+        out += &field("", "It rests on the OP alone, because no PV was read; see the notes.");
+    }
     out += &weighed(diagnosis);
     out += &field("data", &data(diagnosis));
     for reason in diagnosis.fitness.reasons.iter().take(REASONS) {
         out += &field("", &format!("- {reason}"));
+    }
+    let caveat = diagnosis
+        .fitness
+        .measures
+        .iter()
+        .any(|measure| measure.id == MeasureId::MaskedValues && measure.class != Class::Fit);
+    if let Some(masked) = diagnosis.masked_words().filter(|_| !caveat) {
+        out += &field("", &format!("- {masked} masked: no measurement"));
     }
     let more = diagnosis.fitness.reasons.len().saturating_sub(REASONS);
     if more > 0 {
@@ -75,9 +89,23 @@ fn line(diagnosis: &Diagnosis) -> String {
     let _ = match (diagnosis.stiction.s, verdict.s_below) {
         (Some(s), _) => write!(out, "; S {}", words::interval(s)),
         (None, Some(limit)) => write!(out, "; S below {} %", words::rough(limit.value)),
-        (None, None) => Ok(()),
+        (None, None) => return out,
     };
+    if let Some(of) = words::guessed_range(diagnosis) {
+        out += &format!(" {of}");
+    }
+    if lacks_pv(diagnosis) {
+        out += "; judged without a PV";
+    }
+    if let Some(masked) = diagnosis.masked_words() {
+        let _ = write!(out, "; masked {masked}");
+    }
     out
+}
+
+/// Whether the recording has no PV, so that the verdict rests on the OP alone.
+fn lacks_pv(diagnosis: &Diagnosis) -> bool {
+    diagnosis.segment().is_some_and(|segment| segment.pv.is_none())
 }
 
 /// The loops, worst first.
@@ -206,7 +234,8 @@ fn stiction(diagnosis: &Diagnosis) -> Option<String> {
     let parts: Vec<String> =
         [say("S", stiction.s), say("J", stiction.j)].into_iter().flatten().collect();
     let by = stiction.model.as_ref().map_or(String::new(), |model| format!(", by {model}"));
-    (!parts.is_empty()).then(|| format!("{}{by}", parts.join(", ")))
+    let of = words::guessed_range(diagnosis).map_or(String::new(), |of| format!(", {of}"));
+    (!parts.is_empty()).then(|| format!("{}{of}{by}", parts.join(", ")))
 }
 
 fn methods(findings: &[Finding]) -> String {
@@ -316,14 +345,18 @@ pub fn several(loops: &[Diagnosed]) -> String {
         loops.len(),
         parts.join(", ")
     );
+    if rows.iter().any(|row| row[5].ends_with(GUESSED)) {
+        out += "* The OP range is estimated or assumed, so S may be different. The diagnosis of each loop shows it.\n";
+    }
     out
 }
 
 /// S, or its detection limit.
 fn band(diagnosis: &Diagnosis) -> String {
+    let mark = if words::guessed_range(diagnosis).is_some() { GUESSED } else { "" };
     match (diagnosis.stiction.s, diagnosis.verdict.s_below) {
-        (Some(s), _) => words::rough(s.value),
-        (None, Some(limit)) => format!("<{}", words::rough(limit.value)),
+        (Some(s), _) => format!("{}{mark}", words::rough(s.value)),
+        (None, Some(limit)) => format!("<{}{mark}", words::rough(limit.value)),
         (None, None) => "-".to_owned(),
     }
 }

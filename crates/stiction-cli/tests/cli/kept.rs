@@ -28,7 +28,7 @@ fn settings_mappings_scenarios_and_plans_are_read() {
     let odd = "zeit,y,ist,stellung\n05/06/2024 00:00,5,weg,4\n05/06/2024 00:01,6,2,5\n";
     write(&folder, "odd.csv", odd);
     let inspected = run(&folder, &["inspect", "odd.csv"]);
-    for part in ["loop FIC9, flow", "PV    1 good, 1 bad", "VP    2 good"] {
+    for part in ["loop FIC9, flow", "1 of 2\n            1 bad", "stellung  VP"] {
         assert!(inspected.out.contains(part), "{part}: {} {}", inspected.out, inspected.err);
     }
 

@@ -144,7 +144,9 @@ fn a_recording_is_replaced_by_no_output() {
         let made = std::fs::read(&path).expect("it is written");
         // Some folders are written once; the documents take long.
         let is_folder = folder.join(output).is_dir();
-        if !is_folder {
+        // A mapping file is written to be corrected by hand.
+        let is_edited = line.contains("--write-map");
+        if !is_folder && !is_edited {
             let again = ran(&[]);
             assert_eq!(again.code, 0, "{line}, again: {}", again.err);
         }

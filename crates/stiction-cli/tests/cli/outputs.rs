@@ -25,6 +25,7 @@ pub const OUTPUTS: &[Output] = &[
     ("compensate", "plot", "c.svg", "compensate paper/closed-loop --plot c.svg"),
     ("what-if", "csv", "w.csv", "what-if paper/closed-loop --csv w.csv"),
     ("what-if", "plot", "w.svg", "what-if paper/closed-loop --plot w.svg"),
+    ("inspect", "write_map", "map.toml", "inspect FIC101-sticky.csv --write-map map.toml"),
     ("plan", "csv", "t.csv", "test plan FIC101-sticky.csv --csv t.csv"),
     ("plan", "sheet", "t.html", "test plan FIC101-sticky.csv --sheet t.html"),
     ("read", "plot", "t.svg", "test read FIC106-tested.csv --plot t.svg"),

@@ -73,11 +73,11 @@ pub struct Signs {
     pub mismatch: f64,
     /// Whether no response is likelier than sticking.
     pub idle: bool,
-    /// S if the valve sticks, percent of span.
+    /// S if the valve sticks, percent of the narrowest plausible span.
     pub s: f64,
-    /// The detection limit, percent of span.
+    /// The detection limit, percent of the narrowest plausible span.
     pub limit: Option<f64>,
-    /// Range of the OP, percent of span.
+    /// Range of the OP, percent of the narrowest plausible span.
     pub op_range: f64,
 }
 
@@ -89,9 +89,9 @@ impl Signs {
             mismatch: weighing.mismatch,
             idle: weighing.likelihood(Cause::NoResponse)
                 > weighing.likelihood(Cause::StickingValve),
-            s: weighing.s.value,
+            s: weighing.s.value * weighing.doubt.most,
             limit: weighing.limit,
-            op_range: weighing.op_range,
+            op_range: weighing.op_range * weighing.doubt.most,
         }
     }
 }
@@ -213,18 +213,20 @@ impl Ruling {
                  {HARMLESS} %",
                 rough(weighing.s.value)
             ),
-            Self::Blind => match limit.filter(|_| weighing.limit < Some(100.0)) {
-                Some(limit) => format!(
-                    "S below {limit} % cannot be detected here, because the OP travels only {} %. Record longer, \
+            Self::Blind => {
+                match limit.filter(|_| weighing.limit < Some(100.0 * weighing.doubt.most)) {
+                    Some(limit) => format!(
+                        "S below {limit} % cannot be detected here, because the OP travels only {} %. Record longer, \
                      or step the OP in manual",
-                    rough(weighing.op_range)
-                ),
-                None => format!(
-                    "stiction of any size would be masked here, because disturbances move the PV more than the OP \
+                        rough(weighing.op_range)
+                    ),
+                    None => format!(
+                        "stiction of any size would be masked here, because disturbances move the PV more than the OP \
                      does ({} % of travel). Record longer or faster, or step the OP in manual",
-                    rough(weighing.op_range)
-                ),
-            },
+                        rough(weighing.op_range)
+                    ),
+                }
+            }
             Self::Open => "no line of evidence is strong enough".to_owned(),
         })
     }

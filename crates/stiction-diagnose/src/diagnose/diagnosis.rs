@@ -22,7 +22,7 @@ use crate::identify::slips::Motion;
 use crate::methods::Subject;
 use crate::oscillation::Oscillation;
 use crate::recording::fitness::Fitness;
-use crate::recording::{Grid, LoopType, Modes, PlantTime, Segment};
+use crate::recording::{Grid, LoopType, Masked, Modes, PlantTime, Range, Segment, Understood};
 use crate::valve::{Start, Valve};
 
 /// The diagnosis of one loop.
@@ -49,9 +49,16 @@ pub struct Diagnosis {
         schemars(with = "Vec<crate::recording::GridRepair>", description = "Repairs of the data.")
     )]
     pub grid: Grid,
+    /// What was understood of the recording.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub understood: Understood,
+    /// Values that are no measurements and count as missing, of the whole recording.
+    pub masked: Vec<Masked>,
     /// The controller's mode over time, where it is recorded.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub mode: Option<Modes>,
+    /// The values of OP at 0 % and 100 %, with all plausible spans; null if the OP is in percent.
+    pub op_range: Option<Range>,
     /// Unit of the PV, where the file names one.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub pv_unit: Option<String>,
@@ -152,6 +159,16 @@ fn repairs<S: serde::Serializer>(grid: &Grid, to: S) -> std::result::Result<S::O
 }
 
 impl Diagnosis {
+    /// Number of values that are no measurements.
+    pub fn masked_count(&self) -> usize {
+        self.masked.iter().map(|masked| masked.count).sum()
+    }
+
+    /// These values in words, such as `1 value of the PV (-9999)`; `None` without any.
+    pub fn masked_words(&self) -> Option<String> {
+        Masked::words(&self.masked)
+    }
+
     /// The segment that was judged.
     pub fn segment(&self) -> Option<&Segment> {
         self.grid.segments.get(self.judged.as_ref()?.segment)

@@ -5,6 +5,7 @@ use crate::finding::Abstention;
 use crate::fusion::{COVERAGE, Estimate, LIMIT};
 use crate::identify::lagged_position::{Behaviour, Interval, Judgement, Moves};
 use crate::methods::Subject;
+use crate::recording::Doubt;
 use crate::recording::fitness::{Class, Fitness, MeasureId};
 
 /// Measures of fitness that a position needs, too. All others concern the PV, or cycles, which a position does not
@@ -34,6 +35,16 @@ pub struct ByPosition {
     pub stiction: Stiction,
     /// With 95 % confidence S is below this, percent; `None` if it sticks, does not respond, or has no bound.
     pub s_limit: Option<f64>,
+}
+
+impl ByPosition {
+    /// The same for signals whose spans are in doubt: limit and amounts hold for every plausible span.
+    pub(super) fn in_doubt(mut self, doubt: Doubt) -> Self {
+        self.s_limit = self.s_limit.map(|limit| limit * doubt.most);
+        self.stiction.s = self.stiction.s.map(|s| doubt.widen(s));
+        self.stiction.j = self.stiction.j.map(|j| doubt.widen(j));
+        self
+    }
 }
 
 /// The verdict from the position, or why there is none; `None` if no position is recorded.

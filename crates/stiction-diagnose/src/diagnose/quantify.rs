@@ -31,8 +31,8 @@ pub fn estimated(weighing: &Weighing, verdict: &Verdict, op_only: bool) -> Stict
         return why_not(format!(
             "if the valve sticks, S is between {} and {} % (90 % interval), too wide for a number (more than {:.0} \
              % to either side)",
-            rough(weighing.s.low),
-            rough(weighing.s.high),
+            rough(weighing.doubt.widen(weighing.s).low),
+            rough(weighing.doubt.widen(weighing.s).high),
             100.0 * WIDEST
         ));
     };
@@ -45,8 +45,8 @@ pub fn estimated(weighing: &Weighing, verdict: &Verdict, op_only: bool) -> Stict
     };
     Stiction {
         model: Some(model),
-        s: Some(s),
-        j,
+        s: Some(weighing.doubt.widen(s)),
+        j: j.map(|j| weighing.doubt.widen(j)),
         coverage: Some(COVERAGE),
         why_not: j.is_none().then(|| {
             format!(

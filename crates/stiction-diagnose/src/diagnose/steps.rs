@@ -19,7 +19,9 @@ use crate::error::{Error, Result, non_negative};
 use crate::finding::{Abstention, Family, Finding};
 use crate::methods::{self, Detector, MethodId, Subject};
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
-use crate::recording::{ByHand, Grid, GridOptions, LoopType, Recording, Segment};
+use crate::recording::{
+    ByHand, Doubt, Grid, GridOptions, LoopType, Recording, Segment, Understood,
+};
 use crate::spoken::time;
 use crate::valve_test::{self, PlanOptions};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -82,6 +84,7 @@ pub fn subject(segment: &Segment, loop_type: LoopType) -> Subject<'_> {
 /// # Errors
 /// As for [`Grid::of`].
 pub fn fitness(recording: &Recording, options: &GridOptions) -> Result<Fitness> {
+    let recording = &*recording.masked();
     let grid = Grid::of(recording, options)?;
     let period = grid.longest().and_then(|s| subject(s, recording.loop_type).period);
     Ok(assessed(recording, &grid, period, &|| false).1)
@@ -135,6 +138,7 @@ pub fn diagnose_with_progress(
     if let Some(dead_time) = options.kpis.dead_time {
         non_negative("the dead time", dead_time)?;
     }
+    let recording = &*recording.masked();
     let grid = Grid::of(recording, &options.grid)?;
     let loop_type = options.loop_type.unwrap_or(recording.loop_type);
     let segment = grid.longest();
@@ -148,11 +152,15 @@ pub fn diagnose_with_progress(
     let kpis = segment
         .map_or_else(Kpis::default, |segment| Kpis::of(recording, &grid, segment, &options.kpis));
     let oscillates = oscillations.dominant().is_some_and(|(_, o)| o.found);
-    let weighing = segment.map(|_| Weighing::of_windows(&fit, &stops));
+    let doubt = Doubt::of(recording.op.range);
+    let weigh = |_| Weighing::of_windows(&fit, &stops).map(|weighing| weighing.in_doubt(doubt));
+    let weighing = segment.map(weigh);
     check()?;
     let op_only = segment.is_some_and(|segment| segment.pv.is_none());
     let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
+    let doubt = doubt.and(Doubt::of(recording.vp.as_ref().and_then(|vp| vp.range)));
     let by_position = subject.as_ref().and_then(|subject| by_position(subject, &fitness));
+    let by_position = by_position.map(|said| said.map(|said| said.in_doubt(doubt)));
     let measured = matches!(by_position, Some(Ok(_)));
     let belonging = segment.map_or_else(Belonging::default, |s| Belonging::of(s, measured));
     let mut verdict = conclude(&fitness, oscillates, &findings, weighed, op_only, &belonging);
@@ -203,9 +211,12 @@ pub fn diagnose_with_progress(
         loop_type,
         start: recording.start,
         plant_time: recording.plant_time.clone(),
+        understood: Understood::of(recording, Some(&grid)),
         mode: recording.mode.clone(),
+        op_range: recording.op.range,
         pv_unit: recording.pv.as_ref().and_then(|pv| pv.unit.clone()),
         judged: Judged::of(&grid),
+        masked: recording.masked_values(),
         fitness,
         oscillations,
         findings,

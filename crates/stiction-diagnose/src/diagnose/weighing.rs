@@ -14,7 +14,7 @@ use crate::evidence::{Evidence, Line, features, windows};
 use crate::finding::Abstention;
 use crate::fusion::{self, Cause, Estimate, Weighed};
 use crate::parallel::*;
-use crate::recording::Segment;
+use crate::recording::{Doubt, Segment};
 use crate::series::median;
 
 /// S is a number, and not only a bound, if its interval reaches at most this share of it to either side on average.
@@ -77,6 +77,9 @@ pub struct Weighing {
     pub mismatch: f64,
     /// The features farthest outside the training loops, in words.
     pub strangest: Vec<String>,
+    /// The doubt about the span of the OP. The limit and the amounts of the windows allow for it already.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub doubt: Doubt,
 }
 
 /// A line of evidence, in documents.
@@ -211,9 +214,22 @@ impl Weighing {
             distance,
             mismatch,
             strangest: vec![],
+            doubt: Doubt::default(),
         };
         weighing.strangest = strangest(bundle, weighing.typical());
         Ok(weighing)
+    }
+
+    /// The same for an OP whose span is in doubt: limit and amounts hold for every plausible span.
+    pub(super) fn in_doubt(mut self, doubt: Doubt) -> Self {
+        let most = |limit: &mut Option<f64>| *limit = limit.map(|limit| limit * doubt.most);
+        most(&mut self.limit);
+        for window in &mut self.windows {
+            most(&mut window.limit);
+            window.s = window.s.map(|s| doubt.widen(s));
+            window.j = window.j.map(|j| doubt.widen(j));
+        }
+        Self { doubt, ..self }
     }
 
     /// The probability of a cause.

@@ -10,6 +10,7 @@
 
 use super::{Channel, Mode, Recording};
 use crate::series::median;
+use std::collections::HashMap;
 
 /// Fewest reversals for a test recognised by its OP.
 pub const FEWEST_TURNS: usize = 8;
@@ -86,6 +87,49 @@ impl ByHand {
         self.sets.iter().filter(|set| set.op.is_some()).count()
     }
 
+    /// The part of at most `most` consecutive settings whose turns have the most different sizes, the first of several;
+    /// `None` if there are no more settings than that. The sizes of a test differ, so a test among thousands of other
+    /// settings is found.
+    pub fn most_varied(&self, most: usize) -> Option<Self> {
+        let places: Vec<usize> =
+            (0..self.sets.len()).filter(|i| self.sets[*i].op.is_some()).collect();
+        if places.len() <= most || most < 2 {
+            return None;
+        }
+        // The class of the turn that leads to each setting, for a turn that reverses the last one.
+        let turn = |k: usize| {
+            let (a, b) = (self.sets.get(k.checked_sub(1)?)?.op?, self.sets[k].op?);
+            Some(b - a)
+        };
+        let class = |k: usize| {
+            let (last, this) = (turn(k.checked_sub(1)?)?, turn(k)?);
+            (last * this < 0.0).then(|| (this.abs().ln() / DIFFERENT.ln_1p()).round() as i64)
+        };
+        let classes: Vec<Option<i64>> = places.iter().map(|k| class(*k)).collect();
+        let mut counts: HashMap<i64, usize> = HashMap::new();
+        let mut best = (0, 0);
+        for (end, entered) in classes.iter().enumerate() {
+            if let Some(entered) = entered {
+                *counts.entry(*entered).or_default() += 1;
+            }
+            let left = end.checked_sub(most).and_then(|at| classes[at]);
+            if let Some(left) = left {
+                let count = counts.entry(left).or_default();
+                *count -= 1;
+                if *count == 0 {
+                    counts.remove(&left);
+                }
+            }
+            if end + 1 >= most && counts.len() > best.0 {
+                best = (counts.len(), end + 1 - most);
+            }
+        }
+        let (from, to) = (places[best.1], places[best.1 + most - 1]);
+        let mut sets = self.sets[from..=to].to_vec();
+        sets.extend(self.sets.get(to + 1).map(|next| Set { at_s: next.at_s, op: None }));
+        Some(Self { sets, known_by: self.known_by })
+    }
+
     /// Whether it looks like a test: [`FEWEST_TURNS`] or more steps, nearly all reversing the last one. An operator
     /// who runs a loop by hand moves in one direction for long.
     pub fn is_test(&self) -> bool {
@@ -129,9 +173,8 @@ fn by_mode(recording: &Recording) -> Vec<Set> {
         let from = modes.time[k];
         let next = (k + 1..modes.modes.len()).find(|i| modes.modes[*i] != Mode::Manual);
         let to = next.map_or(last, |i| modes.time[i]);
-        let inside: Vec<(f64, f64)> =
-            op.iter().copied().filter(|(t, _)| (from..to).contains(t)).collect();
-        let sets = levels(&inside);
+        let at = |time: f64| op.partition_point(|(t, _)| *t < time);
+        let sets = levels(op.get(at(from)..at(to)).unwrap_or_default());
         if sets.len() >= 2 {
             all.extend(sets.iter().map(|(at, op)| Set { at_s: *at, op: Some(*op) }));
             all.push(Set { at_s: to, op: None });
@@ -257,6 +300,24 @@ mod tests {
             let recording = Recording::regular("", 2.0, &op, None, None).unwrap();
             assert_eq!(ByHand::of(&recording), None);
         }
+    }
+
+    #[test]
+    fn a_test_among_thousands_of_settings_is_found() {
+        let set = |at: usize, op: Option<f64>| Set { at_s: at as f64, op };
+        let square = |k: usize| set(k, Some(if k.is_multiple_of(2) { 40.0 } else { 42.0 }));
+        let mut sets: Vec<Set> = (0..3000).map(square).collect();
+        for (k, set) in sets[1000..1020].iter_mut().enumerate() {
+            let size = 0.3 * 1.3f64.powi(k as i32);
+            set.op = Some(41.0 + if k.is_multiple_of(2) { size } else { -size });
+        }
+        sets.push(set(3000, None));
+        let by_hand = ByHand { sets, known_by: KnownBy::Mode };
+        let part = by_hand.most_varied(50).unwrap();
+        let (from, to) = part.span_s();
+        assert!(part.turns() == 50 && from <= 1000.0 && to >= 1020.0, "{from} to {to}");
+        assert_eq!(part.sets.last().unwrap().op, None);
+        assert_eq!((part.most_varied(50), by_hand.most_varied(3000)), (None, None));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! One signal of a recording.
 
+use super::MaskedSample;
 use crate::error::{Error, Result};
 
 /// Quality of a sample, from the historian.
@@ -29,12 +30,36 @@ pub enum RangeSource {
     Given,
     /// The file.
     Metadata,
+    /// The unit in the file, which has a usual range.
+    Assumed,
     /// Guessed from the values.
     Estimated,
 }
 
+impl RangeSource {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Given, Self::Metadata, Self::Assumed, Self::Estimated];
+
+    /// Its name, in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Given => "given",
+            Self::Metadata => "from the file",
+            Self::Assumed => "assumed from the unit",
+            Self::Estimated => "estimated",
+        }
+    }
+
+    /// Whether neither the user nor the file states the range.
+    pub fn is_guess(self) -> bool {
+        matches!(self, Self::Assumed | Self::Estimated)
+    }
+}
+
 /// The instrument range of a signal: which values are 0 % and 100 %.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", schemars(rename = "SignalRange"))]
 pub struct Range {
     /// The value at 0 %.
     pub low: f64,
@@ -42,6 +67,8 @@ pub struct Range {
     pub high: f64,
     /// Its source.
     pub source: RangeSource,
+    /// The narrowest and the widest plausible span, in the unit of the signal; both that of the range if it is known.
+    pub spans: [f64; 2],
 }
 
 impl Range {
@@ -49,7 +76,17 @@ impl Range {
     pub fn new(low: f64, high: f64, source: RangeSource) -> Result<Self> {
         crate::error::finite("the low end of the range", low)?;
         crate::error::require("the high end of the range", high, high > low, "above the low end")?;
-        Ok(Self { low, high, source })
+        Ok(Self { low, high, source, spans: [high - low; 2] })
+    }
+
+    /// A range of which other spans are plausible, too, from the narrowest to the widest.
+    ///
+    /// # Errors
+    /// As for [`Range::new`].
+    pub fn among(low: f64, high: f64, source: RangeSource, spans: (f64, f64)) -> Result<Self> {
+        let range = Self::new(low, high, source)?;
+        let span = high - low;
+        Ok(Self { spans: [spans.0.min(span), spans.1.max(span)], ..range })
     }
 
     /// A value as percent of the range.
@@ -75,6 +112,8 @@ pub struct Channel {
     pub unit: Option<String>,
     /// Instrument range, where it is known.
     pub range: Option<Range>,
+    /// The samples that are bad because their values are no measurements, in any order.
+    pub masked: Vec<MaskedSample>,
 }
 
 impl Channel {
@@ -117,7 +156,7 @@ impl Channel {
                 return Err(Error::NonFinite { signal, index, value: *value });
             }
         }
-        Ok(Self { time, values, quality, unit: None, range: None })
+        Ok(Self { time, values, quality, unit: None, range: None, masked: vec![] })
     }
 
     /// Share of the samples with a usable value.

@@ -4,7 +4,7 @@
 //! weakness of some methods is a caveat. The thresholds are ours unless a source is named; each rule gives its
 //! reason.
 
-use super::{Channel, Grid, Quality, Recording, Segment};
+use super::{Channel, Grid, Masked, Quality, Recording, Segment};
 use crate::series::{max, mean, min, quantile, span, variance};
 use crate::spoken::{counted, set};
 
@@ -51,6 +51,7 @@ macro_rules! measures {
 
 measures! {
     GoodValues = "good values",
+    MaskedValues = "masked values",
     BridgedSamples = "bridged samples",
     DoubtfulSamples = "doubtful samples",
     InCommand = "in command",
@@ -176,6 +177,8 @@ impl Rule {
 /// Usable samples: fewer than nine in ten may hide the pattern. The rest may still be good, so they never make the
 /// data unfit.
 const GOOD: Rule = Rule::less(MeasureId::GoodValues, 90.0, None).percent();
+/// Values that are no measurements: from one in fifty on, as for bridged samples.
+const MASKED: Rule = Rule::more(MeasureId::MaskedValues, 2.0, None).percent();
 /// Bridged samples: one in fifty does not shape waves; with one in five the recording is half invented.
 const BRIDGED: Rule = Rule::more(MeasureId::BridgedSamples, 2.0, Some(20.0)).percent();
 /// Doubtful samples: one in twenty, by the historian itself.
@@ -222,7 +225,13 @@ pub fn assess(
 ) -> Fitness {
     let n = segment.len();
     let period = period.filter(|period| *period > 0.0);
-    let mut measures = vec![good(recording), bridged(segment), doubtful(recording), closed(grid)];
+    let mut measures = vec![
+        good(recording),
+        of_masked(recording),
+        bridged(segment),
+        doubtful(recording),
+        closed(grid),
+    ];
     measures.push(
         SAMPLES.measure(
             Some(n as f64),
@@ -257,6 +266,17 @@ fn good(recording: &Recording) -> Measure {
         ),
         None => GOOD.measure(Some(op), format!("{op:.1} % of the OP's samples are usable")),
     }
+}
+
+fn of_masked(recording: &Recording) -> Measure {
+    let channels = [Some(&recording.op), recording.pv.as_ref()].into_iter().flatten();
+    let share = |of: &Channel| 100.0 * of.masked.len() as f64 / of.values.len().max(1) as f64;
+    let value = channels.map(share).fold(0.0, f64::max);
+    let reason = match Masked::words(&recording.masked_values()) {
+        Some(words) => format!("no measurements, which count as missing: {words}"),
+        None => "every value may be a measurement".to_owned(),
+    };
+    MASKED.measure(Some(value), reason)
 }
 
 fn bridged(segment: &Segment) -> Measure {
@@ -490,7 +510,7 @@ mod tests {
     fn sound_data_are_fit() {
         let fitness = of(&op(), &pv(), Some(&[20.0; N]), Some(40.0));
         assert_eq!(worse(&fitness), []);
-        assert_eq!((fitness.class, fitness.measures.len()), (Class::Fit, 17));
+        assert_eq!((fitness.class, fitness.measures.len()), (Class::Fit, 18));
         assert!(fitness.reasons.is_empty());
     }
 

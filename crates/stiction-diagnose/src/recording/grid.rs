@@ -2,10 +2,8 @@
 //!
 //! * **Sample time**: given, or else the most frequent time between samples of the reference channel, which is
 //!   PV's, else OP's. A grid coarser than the samples picks samples: nothing is averaged.
-//! * **Order**: samples are sorted by time. If the clock went back (daylight saving time written without its zone,
-//!   a corrected clock), the rows stay in the order of the file, and all later times are moved so that one sample
-//!   time passes at the step. Rows in another order differ by their density: if the clock went back, times occur
-//!   twice.
+//! * **Order**: samples are sorted by time. If the clock begins again or goes back, the rows stay in the order of the
+//!   file, and all later times are moved; see [`restart`](super::restart).
 //! * **Duplicates**: of several samples at one time the last usable one in the file counts. A mean would be a value
 //!   that was never measured.
 //! * **Values between samples**: a straight line for PV and VP, the last value for OP, SP, mode and any channel
@@ -23,9 +21,12 @@ mod track;
 
 pub use repair::{GridRepair, RepairKind};
 
-use super::{Channel, Range, Recording};
+use super::rhythm::is_multiple;
+use super::{Channel, Modes, Quality, Range, Recording};
 use crate::error::{Error, Result};
-use clock::{Clock, SAME};
+pub(super) use clock::commonest_step;
+
+use clock::SAME;
 use log::Log;
 use track::{Run, State, Track};
 
@@ -139,10 +140,13 @@ impl Grid {
     /// samples at different times, or if the grid would have more than twenty million points.
     pub fn of(recording: &Recording, options: &GridOptions) -> Result<Self> {
         let mut repairs = vec![];
+        let separated = separated(recording, &mut repairs);
+        let recording = separated.as_ref().unwrap_or(recording);
         let tracks = Tracks::of(recording, options, &mut repairs)?;
         let (step, (signal, reference)) = (tracks.step, tracks.reference());
         let (first, last) = (reference.first(), reference.last());
-        let runs = reference.runs(step)?;
+        // An OP that nobody moves holds for any time.
+        let runs = reference.runs(step, tracks.pv.as_ref().map(|_| &tracks.op))?;
         // Between the runs the reference channel has a long gap.
         let mut log = Log::default();
         for pair in runs.windows(2) {
@@ -203,12 +207,10 @@ impl Tracks {
                 done: "no sample of the PV is usable; only the OP is kept".to_owned(),
             });
         }
-        let clock = Clock::of(reference, repairs);
-        let track = |channel: &Channel, signal, repairs: &mut Vec<GridRepair>| {
-            Track::of(channel, signal, &clock, repairs)
-        };
+        let track = Track::of;
+        let has_samples = reference.quality.iter().any(|quality| *quality != Quality::Missing);
         let reference = track(reference, signal, repairs);
-        let step = match (options.sample_time, reference.step) {
+        let step = match (options.sample_time, reference.step.filter(|_| has_samples)) {
             (Some(given), _) => crate::error::positive("the sample time", given)?,
             (None, Some(found)) => found,
             (None, None) => {
@@ -221,12 +223,21 @@ impl Tracks {
         } else {
             (reference, None)
         };
+        // Of a PV whose changes are rare, the OP may show the sample time.
+        let step = match (&pv, op.step) {
+            (Some(pv), Some(finer))
+                if options.sample_time.is_none() && pv.on_change && is_multiple(step, finer) =>
+            {
+                finer
+            }
+            _ => step,
+        };
         let mut optional = |channel: &Option<Channel>, signal| {
             let channel = channel.as_ref().filter(|channel| channel.usable_share() > 0.0)?;
             Some(track(channel, signal, repairs))
         };
         let (vp, sp) = (optional(&recording.vp, "VP"), optional(&recording.sp, "SP"));
-        let modes = recording.mode.as_ref().map(|modes| clock.ordered(modes));
+        let modes = recording.mode.as_ref().map(ordered);
 
         Ok(Self { step, op, pv, vp, sp, modes })
     }
@@ -284,6 +295,37 @@ impl Tracks {
         }
         segments
     }
+}
+
+/// The recording with its runs separated, if its clock begins again. A reader of files has done that already.
+fn separated(recording: &Recording, repairs: &mut Vec<GridRepair>) -> Option<Recording> {
+    let channels = [Some(&recording.op), recording.pv.as_ref()].into_iter().flatten();
+    let is_whole = |each: &Channel| each.time.len() == each.values.len();
+    if !channels.clone().all(is_whole) || channels.clone().all(|each| each.time.is_sorted()) {
+        return None;
+    }
+    let mut moved = recording.clone();
+    let runs = moved.separate_runs(&[&[]; 5]);
+    let (first, last) = (runs.restarts.first()?, runs.restarts.last()?);
+    repairs.push(GridRepair {
+        kind: RepairKind::ClockStep,
+        signal: "time",
+        count: runs.restarts.len(),
+        first_s: first.after,
+        done: format!(
+            "the clock went back; rows stay in the order of the file, and later times are moved by up to {} s",
+            last.moved
+        ),
+    });
+    Some(moved)
+}
+
+/// When the controller was in command, in order of time.
+fn ordered(modes: &Modes) -> Vec<(f64, bool)> {
+    let closed = modes.modes.iter().map(|mode| mode.is_closed());
+    let mut ordered: Vec<(f64, bool)> = modes.time.iter().copied().zip(closed).collect();
+    ordered.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ordered
 }
 
 /// Channels have public fields, so the conditions of their constructors are checked again.
@@ -353,7 +395,7 @@ fn closed_share(modes: Option<&Vec<(f64, bool)>>, first: f64, last: f64) -> f64 
 
 #[cfg(test)]
 mod tests {
-    use super::super::{LoopType, Mode, Modes, PlantTime, RangeSource};
+    use super::super::{Columns, LoopType, Mode, Modes, PlantTime, RangeSource};
     use super::*;
 
     fn wave(n: usize) -> Vec<f64> {
@@ -366,6 +408,7 @@ mod tests {
             loop_type: LoopType::Flow,
             start: None,
             plant_time: PlantTime::default(),
+            columns: Columns::default(),
             op: Channel::new("OP", times.to_vec(), op.to_vec()).unwrap(),
             pv: Some(Channel::new("PV", times.to_vec(), pv.to_vec()).unwrap()),
             sp: None,

@@ -1,24 +1,36 @@
 //! OP, PV, SP, VP and mode of a loop over time, as recorded by a plant, and their processing.
 //!
 //! * [`Recording`]: the signals as they were exported, each with its own times and qualities;
+//! * [`Masked`]: values that are no measurements, such as -9999;
 //! * [`ByHand`]: times in which an operator set the OP;
 //! * [`Grid`]: its automatic segments on a regular grid, with all repairs;
-//! * [`fitness`]: whether the data can answer.
+//! * [`restart`]: runs of a clock that begins again;
+//! * [`fitness`]: whether the data can answer;
+//! * [`Understood`]: what was understood of a file, as a small table.
 
 mod by_hand;
 mod channel;
+mod doubt;
 pub mod fitness;
 pub mod grid;
 mod loop_type;
+mod masked;
 mod plant_time;
+pub mod restart;
+pub mod rhythm;
 mod split;
+pub mod understood;
 
 pub use by_hand::{ByHand, FEWEST_TURNS, KnownBy, Set};
 pub use channel::{Channel, Quality, Range, RangeSource};
+pub use doubt::Doubt;
 pub use fitness::Fitness;
 pub use grid::{Grid, GridOptions, GridRepair, Interpolation, RepairKind, Segment};
 pub use loop_type::{Dynamics, LoopType};
+pub use masked::{Masked, MaskedKind, MaskedSample};
 pub use plant_time::PlantTime;
+pub use restart::{Repeated, Restart, Rows, Runs};
+pub use understood::Understood;
 
 use crate::error::{Error, Result};
 
@@ -51,6 +63,27 @@ pub struct Modes {
     pub modes: Vec<Mode>,
 }
 
+/// The columns of a file from which a recording was read; nothing is known of one in memory.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Columns {
+    /// Name of the column of times.
+    pub time: Option<String>,
+    /// The notation of its times, in words.
+    pub time_format: String,
+    /// Their zone, in words.
+    pub zone: String,
+    /// Name of the column or tag of the OP.
+    pub op: Option<String>,
+    /// That of the PV.
+    pub pv: Option<String>,
+    /// That of the SP.
+    pub sp: Option<String>,
+    /// That of the VP.
+    pub vp: Option<String>,
+    /// That of the mode.
+    pub mode: Option<String>,
+}
+
 /// A loop recorded by a plant.
 ///
 /// Every channel has its own times, because historians that store only changes give each tag its own.
@@ -64,6 +97,8 @@ pub struct Recording {
     pub start: Option<f64>,
     /// The clock in which its times are shown.
     pub plant_time: PlantTime,
+    /// The columns from which it was read.
+    pub columns: Columns,
     /// Controller output, percent unless its range says otherwise.
     pub op: Channel,
     /// Process value, in its own units.
@@ -107,6 +142,7 @@ impl Recording {
             loop_type: LoopType::Unknown,
             start: None,
             plant_time: PlantTime::default(),
+            columns: Columns::default(),
             op: channel("OP", op)?,
             pv: pv.map(|pv| channel("PV", pv)).transpose()?,
             sp: sp.map(|sp| channel("SP", sp)).transpose()?,

@@ -51,6 +51,7 @@ impl Recording {
             loop_type: self.loop_type,
             start: self.start,
             plant_time: self.plant_time.clone(),
+            columns: self.columns.clone(),
             op: slice(&self.op)?,
             pv: self.pv.as_ref().and_then(slice),
             sp: self.sp.as_ref().and_then(slice),
@@ -83,6 +84,7 @@ fn cut(channel: &Channel, from: f64, to: f64, earliest: f64) -> Option<Channel> 
         quality: chosen.iter().map(|(k, _)| channel.quality[*k]).collect(),
         unit: channel.unit.clone(),
         range: channel.range,
+        masked: channel.masked.iter().filter(|m| m.time >= from && m.time < to).copied().collect(),
     })
 }
 

@@ -124,6 +124,8 @@ const LIMIT: f64 = 0.25;
 const LIMITS: (f64, f64) = (2.0, 5.0);
 /// Larger limits are not reported, because they exceed the turns of a test, percent.
 const TOLD_UP_TO: f64 = 25.0;
+/// Most settings that are read. The time grows with their square, and a test of an hour has fewer.
+const MOST_TURNS: usize = 120;
 /// Fewest samples of operation that are used.
 pub(super) const FEWEST: usize = 100;
 /// Standard deviations of the smallest answer.
@@ -144,11 +146,15 @@ struct Operation {
 /// # Errors
 /// If it has no test, or too little of one. The message names the fault and the remedy.
 pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading, Abstention> {
+    let recording = &*recording.masked();
     let by_hand = match &options.by_hand {
         Some(by_hand) => by_hand.clone(),
         None => ByHand::of(recording).ok_or_else(|| Abstention(NO_TEST.to_owned()))?,
     };
     check(&by_hand)?;
+    let (all_turns, part) = (by_hand.turns(), by_hand.most_varied(MOST_TURNS));
+    let is_part = part.is_some();
+    let by_hand = part.unwrap_or(by_hand);
     if recording.pv.is_none() && recording.vp.is_none() {
         return Err(Abstention(
             "without a PV or a valve position the test has no answers; give a recording with one of them".to_owned(),
@@ -221,6 +227,12 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     reading.response_s = (reading.steps.iter().any(|step| step.answered))
         .then_some((process.dead as f64 + lags) * step_s);
     reading.reasons = reasons(&reading, &weighed);
+    if is_part {
+        reading.reasons.push(format!(
+            "the OP was set by hand {all_turns} times; the result is from the {MOST_TURNS} consecutive settings whose \
+             sizes differ most"
+        ));
+    }
     reading.reasons.extend(cut(&spells));
     reading.advice = advice(&reading);
     let plan = options.plan.as_ref();

@@ -246,7 +246,7 @@ pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature,
         ));
     }
     // The OP is ramped by hand, so the mode must not cut the recording.
-    let whole = Recording { mode: None, ..recording.clone() };
+    let whole = Recording { mode: None, ..recording.masked().into_owned() };
     let grid = Grid::of(&whole, grid).map_err(|error| Abstention(error.to_string()))?;
     let runs: Vec<(&Segment, Vec<Run>)> =
         grid.segments.iter().map(|segment| (segment, runs(segment))).collect();

@@ -22,21 +22,80 @@ impl DecimalMark {
             Self::Comma => ',',
         }
     }
+
+    /// Its name, as an option gives it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Point => "point",
+            Self::Comma => "comma",
+        }
+    }
+
+    /// The other mark, which then separates thousands.
+    pub fn other(self) -> Self {
+        match self {
+            Self::Point => Self::Comma,
+            Self::Comma => Self::Point,
+        }
+    }
 }
 
-/// The finite number in `cell`, written with `mark`.
+impl std::str::FromStr for DecimalMark {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.trim() {
+            "." | "point" => Ok(Self::Point),
+            "," | "comma" => Ok(Self::Comma),
+            _ => Err(format!("\"{text}\" is not a decimal mark; give point or comma")),
+        }
+    }
+}
+
+/// Separators of thousands in addition to the mark that is not the decimal mark: blanks of all widths and apostrophes.
+const SEPARATORS: [char; 6] = [' ', '\u{a0}', '\u{202f}', '\u{2009}', '\'', '\u{2019}'];
+
+/// The finite number in `cell`, written with the decimal mark `mark` and possibly with separators of thousands.
 pub fn parse(cell: &str, mark: DecimalMark) -> Option<f64> {
     // The standard library also reads "inf" and "nan".
     if !cell.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ',')) {
         return None;
     }
     let number: f64 = match mark {
-        DecimalMark::Point => cell.parse().ok()?,
-        DecimalMark::Comma if cell.contains('.') => return None,
-        DecimalMark::Comma if cell.contains(',') => cell.replacen(',', ".", 1).parse().ok()?,
-        DecimalMark::Comma => cell.parse().ok()?,
-    };
+        DecimalMark::Point => cell.parse().ok(),
+        DecimalMark::Comma if cell.contains('.') => None,
+        DecimalMark::Comma if cell.contains(',') => cell.replacen(',', ".", 1).parse().ok(),
+        DecimalMark::Comma => cell.parse().ok(),
+    }
+    .or_else(|| grouped(cell, mark))?;
     number.is_finite().then_some(number)
+}
+
+/// The number in `cell`, if its digits before the decimal mark stand in groups of three.
+fn grouped(cell: &str, mark: DecimalMark) -> Option<f64> {
+    let (sign, digits) = match cell.strip_prefix(['+', '-']) {
+        Some(digits) => (&cell[..1], digits),
+        None => ("", cell),
+    };
+    let (whole, decimals) = match digits.split_once(mark.mark()) {
+        Some((_, "")) => return None,
+        Some((whole, decimals)) => (whole, decimals),
+        None => (digits, "0"),
+    };
+    let only_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    let separator = whole.chars().find(|c| !c.is_ascii_digit())?;
+    if separator != mark.other().mark() && !SEPARATORS.contains(&separator) {
+        return None;
+    }
+    let mut groups = whole.split(separator);
+    let first = groups.next()?;
+    if !matches!(first.len(), 1..=3) || first.starts_with('0') || !only_digits(decimals) {
+        return None;
+    }
+    if !groups.all(|group| group.len() == 3 && only_digits(group)) {
+        return None;
+    }
+    format!("{sign}{}.{decimals}", whole.replace(separator, "")).parse().ok()
 }
 
 /// Whether `cell` is a number in any notation.
@@ -44,24 +103,85 @@ pub fn looks_like(cell: &str) -> bool {
     parse(cell, DecimalMark::Point).or_else(|| parse(cell, DecimalMark::Comma)).is_some()
 }
 
+/// What a cell shows about the decimal mark.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shows {
+    /// It is not a number.
+    NoNumber,
+    /// It is the same number with either mark.
+    Nothing,
+    /// It is a number only with this mark.
+    Mark(DecimalMark),
+    /// This is its only mark, with three digits behind it: the decimal mark, or a separator of thousands.
+    Either(DecimalMark),
+}
+
+/// What `cell` shows about the decimal mark.
+pub fn shows(cell: &str) -> Shows {
+    let digits = cell.strip_prefix(['+', '-']).unwrap_or(cell).as_bytes();
+    let all = |digits: &[u8]| digits.iter().all(u8::is_ascii_digit);
+    if let Some(at @ 1..=3) = digits.len().checked_sub(4)
+        && let Some(mark) = [DecimalMark::Point, DecimalMark::Comma]
+            .into_iter()
+            .find(|mark| digits[at] == mark.mark() as u8)
+        && digits[0] != b'0'
+        && all(&digits[..at])
+        && all(&digits[at + 1..])
+    {
+        return Shows::Either(mark);
+    }
+    if !digits.is_empty() && all(digits) {
+        return Shows::Nothing;
+    }
+    match (parse(cell, DecimalMark::Point), parse(cell, DecimalMark::Comma)) {
+        (None, None) => Shows::NoNumber,
+        (Some(_), None) => Shows::Mark(DecimalMark::Point),
+        (None, Some(_)) => Shows::Mark(DecimalMark::Comma),
+        (Some(_), Some(_)) => Shows::Nothing,
+    }
+}
+
+/// Whether a cell begins like a number but is none, such as a date. Its column holds no numbers.
+pub fn starts_otherwise(cell: &str) -> bool {
+    cell.starts_with(|c: char| c.is_ascii_digit()) && shows(cell) == Shows::NoNumber
+}
+
+/// The decimal mark of a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Found {
+    /// The mark.
+    pub mark: DecimalMark,
+    /// Whether some cell is a number only with this mark.
+    pub is_sure: bool,
+}
+
 /// The decimal mark of a table. It is a comma if some cell is a number only with a comma, and none only with a point.
-/// If both occur, it is the point, and cells with a comma are refused when they are read.
-pub fn decimal_mark(columns: &[Column]) -> DecimalMark {
-    let mut comma = false;
+/// If both occur, it is the point, and other cells with a comma are refused when they are read. Without such a cell,
+/// it is the first mark behind which all numbers have three digits.
+pub fn decimal_mark(columns: &[Column]) -> Found {
+    let (mut comma, mut either) = (false, None);
     for column in columns {
         let Cells::Text(cells) = &column.cells else { continue };
-        for cell in cells {
-            if cell.contains('.') && parse(cell, DecimalMark::Point).is_some() {
-                return DecimalMark::Point;
+        if cells.first().is_some_and(|cell| starts_otherwise(cell)) {
+            continue;
+        }
+        for cell in cells.iter().filter(|cell| cell.contains(['.', ','])) {
+            match shows(cell) {
+                Shows::Mark(mark @ DecimalMark::Point) => return Found { mark, is_sure: true },
+                Shows::Mark(DecimalMark::Comma) => comma = true,
+                Shows::Either(mark) => either = either.or(Some(mark)),
+                Shows::Nothing | Shows::NoNumber => {}
             }
-            comma = comma || (cell.contains(',') && parse(cell, DecimalMark::Comma).is_some());
         }
     }
-    if comma { DecimalMark::Comma } else { DecimalMark::Point }
+    match comma {
+        true => Found { mark: DecimalMark::Comma, is_sure: true },
+        false => Found { mark: either.unwrap_or_default(), is_sure: false },
+    }
 }
 
 /// Words for a missing value, in lower case.
-const MISSING: [&str; 27] = [
+const MISSING: [&str; 24] = [
     "",
     "null",
     "nan",
@@ -71,9 +191,6 @@ const MISSING: [&str; 27] = [
     "#na",
     "none",
     "nil",
-    "-",
-    "--",
-    "---",
     "?",
     "no data",
     "nodata",
@@ -132,7 +249,8 @@ pub fn word(cell: &str) -> Option<Quality> {
         let code = word.strip_prefix('[').and_then(|rest| rest.split_once(']'));
         code.is_some_and(|(code, _)| code.parse::<i64>().is_ok())
     };
-    if MISSING.contains(&word.as_str()) {
+    // Yokogawa writes seven dashes.
+    if MISSING.contains(&word.as_str()) || word.bytes().all(|b| b == b'-') {
         Some(Quality::Missing)
     } else if BAD.contains(&word.as_str()) || is_code() {
         Some(Quality::Bad)
@@ -154,23 +272,18 @@ pub fn shown(cell: &str) -> String {
 
 /// The fault of a `cell` that is neither a number nor a known word, and the remedy.
 pub fn refusal(cell: &str, mark: DecimalMark, wording: Wording) -> String {
-    let other = match mark {
-        DecimalMark::Point => DecimalMark::Comma,
-        DecimalMark::Comma => DecimalMark::Point,
-    };
     let (cell, raw) = (&*shown(cell), cell);
     let digits = cell.trim_start_matches(['+', '-', '.', ',']);
-    if parse(raw, other).is_some() {
+    if parse(raw, mark.other()).is_some() {
         format!(
             "\"{cell}\" has a decimal \"{}\", but the other numbers of the file have \"{}\"; write all numbers \
-             alike, without thousands separators",
-            other.mark(),
+             alike",
+            mark.other().mark(),
             mark.mark()
         )
     } else if digits.starts_with(|c: char| c.is_ascii_digit()) {
         format!(
-            "\"{cell}\" is not a finite number; write numbers like 1{}5 or 2e-3, without units or \
-             thousands separators",
+            "\"{cell}\" is not a finite number; write numbers like 1{}5 or 2e-3, without units",
             mark.mark()
         )
     } else {
@@ -194,9 +307,23 @@ mod tests {
             ("-2e-3", Some(-2e-3), Some(-2e-3)),
             ("+.5", Some(0.5), None),
             ("-,5", None, Some(-0.5)),
-            ("1,234.5", None, None),
-            ("1.234,5", None, None),
-            ("1 234", None, None),
+            ("1,234.5", Some(1234.5), None),
+            ("1.234,5", None, Some(1234.5)),
+            ("-1.234.567,25", None, Some(-1_234_567.25)),
+            ("12,345", Some(12_345.0), Some(12.345)),
+            ("0.999", Some(0.999), None),
+            ("1 234", Some(1234.0), Some(1234.0)),
+            ("1\u{a0}234,5", None, Some(1234.5)),
+            ("1\u{202f}234,5", None, Some(1234.5)),
+            ("1'234.5", Some(1234.5), None),
+            ("1\u{2019}234.5", Some(1234.5), None),
+            ("1.23.456", None, None),
+            ("1 23", None, None),
+            ("1 234'567", None, None),
+            ("1234,567.5", None, None),
+            ("0,123.5", None, None),
+            ("1,234.", None, None),
+            ("1.234e3,5", None, None),
             ("inf", None, None),
             ("1e999", None, None),
             ("NaN", None, None),
@@ -205,6 +332,31 @@ mod tests {
         ] {
             assert_eq!(parse(cell, DecimalMark::Point), point, "{cell}");
             assert_eq!(parse(cell, DecimalMark::Comma), comma, "{cell}");
+        }
+    }
+
+    #[test]
+    fn cells_show_their_mark_or_leave_it_open() {
+        use DecimalMark::{Comma, Point};
+        for (cell, expected) in [
+            ("999", Shows::Nothing),
+            ("1 000", Shows::Nothing),
+            ("2e-3", Shows::Nothing),
+            ("1.001", Shows::Either(Point)),
+            ("-999,000", Shows::Either(Comma)),
+            ("0.001", Shows::Mark(Point)),
+            ("60.06", Shows::Mark(Point)),
+            ("1234.567", Shows::Mark(Point)),
+            ("1.234.567", Shows::Mark(Comma)),
+            ("1.234,5", Shows::Mark(Comma)),
+            ("1,234.5", Shows::Mark(Point)),
+            ("1 234,567", Shows::Mark(Comma)),
+            ("1.2a4", Shows::NoNumber),
+            ("", Shows::NoNumber),
+            (".", Shows::NoNumber),
+            ("\u{b0}.123", Shows::NoNumber),
+        ] {
+            assert_eq!(shows(cell), expected, "{cell}");
         }
     }
 
@@ -218,7 +370,10 @@ mod tests {
             assert_eq!(word(&cell.to_uppercase()), Some(Quality::Bad), "{cell}");
             assert!(!looks_like(cell), "{cell}");
         }
-        for cell in ["auto", "12", "[x] y", "good"] {
+        for cell in ["-", "---", "-------"] {
+            assert_eq!(word(cell), Some(Quality::Missing), "{cell}");
+        }
+        for cell in ["auto", "12", "[x] y", "good", "-a"] {
             assert_eq!(word(cell), None, "{cell}");
         }
     }

@@ -9,6 +9,14 @@ use stiction_diagnose::recording::Quality;
 /// The qualities that a mapping file can name.
 pub const NAMES: [(&str, Quality); 3] = [("good", Good), ("uncertain", Uncertain), ("bad", Bad)];
 
+/// The word or code and its quality in `text`, such as `0=good`.
+///
+/// # Errors
+/// If it is not of this form; the message lists the qualities.
+pub fn of_option(text: &str) -> Result<(String, Quality), String> {
+    super::meaning(text, &NAMES, "0=good")
+}
+
 /// The meaning of the numbers in a column of qualities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Code {
@@ -18,6 +26,8 @@ pub enum Code {
     OpcUa,
     /// 100 is good, 0 is bad.
     Confidence,
+    /// 1 is good, 0 is bad.
+    Validity,
 }
 
 impl Code {
@@ -27,28 +37,43 @@ impl Code {
             Self::OpcDa => "OPC DA codes",
             Self::OpcUa => "OPC UA status codes",
             Self::Confidence => "percent of confidence",
+            Self::Validity => "1 for valid, 0 for not valid",
         }
     }
 
-    /// The code of a column, from its name and all its numbers; `None` if they are ambiguous.
+    /// The code of a column, from its name and all its numbers; `None` if they are ambiguous. It is the code to which
+    /// most numbers belong that belong to no other.
     fn of(name: &str, numbers: &[f64]) -> Option<Self> {
-        let name = name.to_lowercase();
-        let all = |of: &dyn Fn(f64) -> bool| numbers.iter().all(|number| of(*number));
-        let any = |of: &dyn Fn(f64) -> bool| numbers.iter().any(|number| of(*number));
-        if !all(&|n| n >= 0.0 && n.fract() == 0.0 && n <= f64::from(u32::MAX)) {
-            // An OPC UA code in 32 bits with a sign.
-            return None;
-        }
-        if any(&|n| n >= f64::from(0x4000_0000))
-            || name.replace(['_', ' '], "").contains("statuscode")
-        {
-            Some(Self::OpcUa)
-        } else if all(&|n| n <= 100.0) && (name.contains("confidence") || any(&|n| n == 100.0)) {
+        let name = name.to_lowercase().replace(['_', ' '], "");
+        let count = |of: &dyn Fn(f64) -> bool| numbers.iter().filter(|n| of(**n)).count();
+        let ua = count(&|n| n != 0.0 && Self::OpcUa.has(n));
+        let hundred = count(&|n| n == 100.0);
+        let da = count(&|n| n >= 64.0 && Self::OpcDa.has(n));
+        let percent = count(&|n| Self::Confidence.has(n)) == numbers.len();
+        if name.contains("validity") && count(&|n| Self::Validity.has(n)) == numbers.len() {
+            Some(Self::Validity)
+        } else if percent && (name.contains("conf") || hundred > 0) {
             Some(Self::Confidence)
-        } else if all(&|n| n <= 255.0) && any(&|n| n >= 64.0) {
+        } else if ua > da || (da == 0 && name.contains("statuscode")) {
+            Some(Self::OpcUa)
+        } else if da > 0 {
             Some(Self::OpcDa)
         } else {
             None
+        }
+    }
+
+    /// Whether a number is one of its codes.
+    fn has(self, number: f64) -> bool {
+        match self {
+            Self::OpcDa => number.fract() == 0.0 && (0.0..=255.0).contains(&number),
+            // The lower half only has flags, beside a code in the upper half.
+            Self::OpcUa => {
+                number.fract() == 0.0
+                    && (number == 0.0 || (65_536.0..=f64::from(u32::MAX)).contains(&number))
+            }
+            Self::Confidence => (0.0..=100.0).contains(&number),
+            Self::Validity => matches!(number, 0.0 | 1.0),
         }
     }
 
@@ -65,6 +90,8 @@ impl Code {
                 1 => Uncertain,
                 _ => Bad,
             },
+            Self::Validity if number == 0.0 => Bad,
+            Self::Validity => Good,
             Self::Confidence if number >= 100.0 => Good,
             Self::Confidence if number <= 0.0 => Bad,
             Self::Confidence => Uncertain,
@@ -93,40 +120,51 @@ pub fn read(
     mark: DecimalMark,
     wording: Wording,
 ) -> Result<Column, (usize, String)> {
-    let said = |row: usize| match cells {
+    // Successive cells are mostly the same.
+    let mut last: Option<(&str, Said)> = None;
+    let mut said = |row: usize| match cells {
         Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => {
             of_number(numbers[row], words)
         }
-        Cells::Text(cells) => of_cell(&cells[row], words, mark),
+        Cells::Text(cells) => {
+            let cell = &*cells[row];
+            let said = match last {
+                Some((before, said)) if before == cell => said,
+                _ => of_cell(cell, words, mark),
+            };
+            last = Some((cell, said));
+            said
+        }
     };
     let said: Vec<Said> = rows.iter().map(|row| said(*row)).collect();
     let numbers: Vec<f64> =
         said.iter().filter_map(|s| if let Said::Number(n) = s { Some(*n) } else { None }).collect();
     let code = if numbers.is_empty() { None } else { Code::of(name, &numbers) };
+    let remedy = |word: &str| {
+        format!(
+            "give its meaning, as in {}, or leave the column out, as in {}",
+            wording.of(Remedy::Quality { word: word.to_owned(), qualities: vec!["good", "bad"] }),
+            wording.of(Remedy::map("ignore", name))
+        )
+    };
     let quality = |(row, said): (&usize, &Said)| match (said, code) {
         (Said::Quality(quality), _) => Ok(*quality),
-        (Said::Number(number), Some(code)) => Ok(code.quality(*number)),
-        (Said::Number(number), None) => Err((
-            *row,
-            format!(
-                "{number} is an ambiguous quality code; define it in a mapping file, as in [quality] \"{number}\" = \
-                 \"good\""
-            ),
-        )),
+        (Said::Number(number), Some(code)) if code.has(*number) => Ok(code.quality(*number)),
+        (Said::Number(number), code) => {
+            let number = number.to_string();
+            let why = match code {
+                Some(code) => format!("is none of the {} of the other rows", code.name()),
+                None => "is an ambiguous quality code".to_owned(),
+            };
+            Err((*row, format!("{number} {why}; {}", remedy(&number))))
+        }
         (Said::Unknown, _) => {
             let cell = if let Cells::Text(cells) = cells {
                 number::shown(&cells[*row])
             } else {
                 String::new()
             };
-            Err((
-                *row,
-                format!(
-                    "\"{cell}\" is not a known quality; define it in a mapping file, as in [quality] \"{cell}\" = \
-                     \"bad\", or leave the column out, as in {}",
-                    wording.of(Remedy::map("ignore", name))
-                ),
-            ))
+            Err((*row, format!("\"{cell}\" is not a known quality; {}", remedy(&cell))))
         }
     };
     let qualities = rows.iter().zip(&said).map(quality).collect::<Result<_, _>>()?;
@@ -134,6 +172,7 @@ pub fn read(
 }
 
 /// The content of one cell.
+#[derive(Debug, Clone, Copy)]
 enum Said {
     Quality(Quality),
     Number(f64),
@@ -157,20 +196,101 @@ fn of_cell(cell: &str, words: &[(String, Quality)], mark: DecimalMark) -> Said {
     if let Some(number) = number::parse(cell, mark) {
         return of_number(number, words);
     }
-    let word = cell.to_ascii_lowercase();
-    if let Some(code) = word.strip_prefix("0x").and_then(|hex| u32::from_str_radix(hex, 16).ok()) {
-        return Said::Quality(Code::OpcUa.quality(f64::from(code)));
+    let word = cell.to_lowercase();
+    match (hexadecimal(&word), of_word(&word)) {
+        (Some(said), _) => said,
+        (None, Some(quality)) => Said::Quality(quality),
+        (None, None) => of_parts(&word, mark),
     }
-    // Such as "Good, non-specific", "Bad (Comm Fail)" or "UncertainLastUsableValue".
-    let starts = |starts: &[&str]| starts.iter().any(|start| word.starts_with(start));
-    if starts(&["good"]) || matches!(&*word, "ok" | "g" | "normal" | "valid" | "raw") {
-        Said::Quality(Good)
-    } else if starts(&["uncertain", "questionable", "doubtful", "suspect"]) || word == "u" {
-        Said::Quality(Uncertain)
-    } else if starts(&["bad", "invalid"]) || word == "b" {
-        Said::Quality(Bad)
+}
+
+/// A hexadecimal code. Those of OPC UA have eight digits.
+fn hexadecimal(word: &str) -> Option<Said> {
+    let digits = word.strip_prefix("0x")?;
+    let code = u32::from_str_radix(digits, 16).ok()?;
+    Some(match digits.len() {
+        0..=4 => Said::Number(f64::from(code)),
+        _ => Said::Quality(Code::OpcUa.quality(f64::from(code))),
+    })
+}
+
+/// The parts of a cell such as `StatusCode(Good)`, `0x00000000 (Good)` or `192 [Good]`. A part in words counts more
+/// than a number. Parts that contradict each other mean nothing.
+fn of_parts(word: &str, mark: DecimalMark) -> Said {
+    let parts = || {
+        word.split(['(', ')', '[', ']', ':', '=', ';'])
+            .map(str::trim)
+            .filter(|part| !part.is_empty())
+    };
+    if parts().count() < 2 && !word.starts_with(['(', '[']) {
+        return Said::Unknown;
+    }
+    let mut words = parts().filter_map(of_word);
+    if let Some(first) = words.next() {
+        return if words.all(|other| other == first) {
+            Said::Quality(first)
+        } else {
+            Said::Unknown
+        };
+    }
+    let mut codes = parts().filter_map(|part| {
+        hexadecimal(part).or_else(|| number::parse(part, mark).map(Said::Number))
+    });
+    codes.next().unwrap_or(Said::Unknown)
+}
+
+/// The quality of a word in lower case, such as "good, non-specific", "uncertainlastusablevalue" or "opcgood".
+fn of_word(word: &str) -> Option<Quality> {
+    let bare = ["statuscode", "opcquality", "opc_quality", "opc", "quality", "status", "ua", "da"]
+        .into_iter()
+        .find_map(|start| word.strip_prefix(start))
+        .map_or(word, |rest| rest.trim_start_matches(['.', '_', ' ', ':', '-']));
+    let starts = |starts: &[&str]| starts.iter().any(|start| bare.starts_with(start));
+    if starts(&["good", "gut", "gültig", "gueltig", "bonne"])
+        || matches!(
+            bare,
+            "ok" | "g"
+                | "normal"
+                | "valid"
+                | "raw"
+                | "bon"
+                | "valide"
+                | "buena"
+                | "bueno"
+                | "buono"
+                | "valido"
+                | "goed"
+        )
+    {
+        Some(Good)
+    } else if starts(&[
+        "uncertain",
+        "questionable",
+        "doubtful",
+        "suspect",
+        "unsicher",
+        "incertain",
+        "substituted",
+        "stale",
+    ]) || bare == "u"
+    {
+        Some(Uncertain)
+    } else if starts(&[
+        "bad",
+        "invalid",
+        "not good",
+        "notgood",
+        "no good",
+        "schlecht",
+        "ungültig",
+        "ungueltig",
+        "mauvais",
+        "nok",
+    ]) || bare == "b"
+    {
+        Some(Bad)
     } else {
-        number::word(cell).map_or(Said::Unknown, Said::Quality)
+        number::word(word)
     }
 }
 
@@ -188,7 +308,18 @@ mod tests {
 
     #[test]
     fn words_and_codes() {
-        let cases: [(&str, &[&str], &[Quality]); 9] = [
+        let cases: [(&str, &[&str], &[Quality]); 16] = [
+            ("q", &["StatusCode(Good)", "StatusCode(BadNoData)"], &[Good, Bad]),
+            ("q", &["0x00000000 (Good)", "0x80050000 (BadCommunicationError)"], &[Good, Bad]),
+            ("q", &["Good (0x0)", "192 (Good)", "[Good]", "OpcQuality.Good"], &[Good; 4]),
+            (
+                "q",
+                &["StatusCode(0x40920000)", "Bad (Comm Fail)", "not good"],
+                &[Uncertain, Bad, Bad],
+            ),
+            ("status", &["0", "3145728", "3145728"], &[Good, Good, Good]),
+            ("q", &["0xC0", "0x40", "0x00"], &[Good, Uncertain, Bad]),
+            ("Validity", &["1", "0"], &[Good, Bad]),
             ("quality", &["Good", "Bad", "uncertain", ""], &[Good, Bad, Uncertain, Missing]),
             (
                 "quality",
@@ -211,9 +342,16 @@ mod tests {
     #[test]
     fn what_is_not_decided_is_an_error() {
         for (cells, row, expected) in [
-            (&["0", "0"][..], 0, "[quality] \"0\" = \"good\""),
+            (&["0", "0"][..], 0, "quality 0=good or bad"),
             (&["1", "0"], 0, "1 is an ambiguous quality code"),
-            (&["good", "purple"], 1, "\"purple\" is not a known quality"),
+            (
+                &["good", "purple"],
+                1,
+                "\"purple\" is not a known quality; give its meaning, as in quality purple=good",
+            ),
+            (&["192", "192", "999"], 2, "999 is none of the OPC DA codes"),
+            (&["192", "192", "3145728"], 2, "3145728 is none of the OPC DA codes"),
+            (&["(Good) (Bad)"], 0, "is not a known quality"),
             (&["good", "-5"], 1, "-5 is an ambiguous"),
         ] {
             let (at, message) = told("quality", cells).unwrap_err();

@@ -1,14 +1,24 @@
 //! The range of a signal to a valve, from the user, from the file, or estimated.
 
+use super::signals::{ANALOGUE, SCALED, Values};
+use super::unit::{self, Unit};
 use crate::remedy::{Remedy, Wording};
 use stiction_diagnose::recording::{Channel, Range, RangeSource};
 
 /// Tolerance, in percent, of a signal in percent below 0 and above 100. Controllers allow a few percent more for
 /// their outputs.
 const SLACK: f64 = 10.0;
+/// The widest plausible span of a quantity, in estimated spans (ours).
+const WIDEST: f64 = 5.0;
+/// Tolerance for values beyond the ends of a range whose unit is stated, as a share of its span.
+const STATED: f64 = 0.1;
+/// The least plausibility of a range of counts that is preferred to round ends (ours).
+const LEAST_PLAUSIBILITY: f64 = 0.1;
+/// A quantity rarely swings by more than this share of a span that does not begin at 0 (ours).
+const SWING: f64 = 0.2;
 
 /// The range of OP or VP, with notes for the user. `given` takes precedence over the range in the file, `told`, and
-/// that over unit and values. A signal in percent needs no range.
+/// that over unit and values. A signal that is certainly in percent needs no range.
 pub fn of_valve_signal(
     name: &'static str,
     channel: &Channel,
@@ -19,57 +29,197 @@ pub fn of_valve_signal(
     if let Some((low, high)) = given {
         return Ok((Some(Range::new(low, high, RangeSource::Given)?), None));
     }
-    if let Some((low, high)) = told {
+    let unit = channel.unit.as_deref().unwrap_or("").trim();
+    if let Some((low, high)) = told.or_else(|| unit::range(unit)) {
         return Ok((Some(Range::new(low, high, RangeSource::Metadata)?), None));
     }
-    let unit = channel.unit.as_deref().unwrap_or("").to_lowercase();
-    match &*unit {
-        "%" | "pct" | "percent" => {
-            return Ok((Some(Range::new(0.0, 100.0, RangeSource::Metadata)?), None));
+    let values = Values::of(&channel.values);
+    let guess = match (unit::of(unit), values) {
+        // Values far outside contradict the unit.
+        (Unit::Share(full), values)
+            if values.is_none_or(|values| values.within((-full, 2.0 * full), STATED)) =>
+        {
+            return Ok((Some(Range::new(0.0, full, RangeSource::Metadata)?), None));
         }
-        "ma" => return Ok((Some(Range::new(4.0, 20.0, RangeSource::Metadata)?), None)),
-        _ => {}
-    }
+        // Its usual range is certain.
+        (Unit::Signal([(4.0, 20.0), ..]), values)
+            if values.is_none_or(|values| values.within((4.0, 20.0), STATED)) =>
+        {
+            return Ok((Some(Range::new(4.0, 20.0, RangeSource::Metadata)?), None));
+        }
+        (_, None) => return Ok((None, None)),
+        (Unit::Signal(usual), Some(values)) => {
+            let place = usual.iter().position(|range| values.within(*range, STATED));
+            place.map(|place| {
+                let why = format!("{name} is in {unit}; its range is assumed as the usual");
+                Guess::assumed(usual[place], why).or(&usual[..place])
+            })
+        }
+        (Unit::AnySignal(usual), Some(values)) => {
+            let fits: Vec<(f64, f64)> =
+                usual.iter().copied().filter(|range| values.within(*range, STATED)).collect();
+            fits.first().map(|range| {
+                let why = format!("{name} is in {unit}; its range is assumed as");
+                Guess::assumed(*range, why).or(&fits[1..])
+            })
+        }
+        (Unit::Counts, Some(values)) => {
+            Some(Guess::scaled(&values, format!("{name} is in counts; its range is estimated as")))
+        }
+        (Unit::Temperature | Unit::Quantity, Some(_)) => None,
+        (Unit::None | Unit::Share(_), Some(values)) => match unstated(name, channel, &values) {
+            Unstated::Percent => return Ok((None, None)),
+            Unstated::Guess(guess) => Some(guess),
+        },
+    };
+    let Some(values) = values else { return Ok((None, None)) };
+    let is_temperature = unit::of(unit) == Unit::Temperature;
+    let guess = guess.unwrap_or_else(|| Guess::quantity(name, unit, is_temperature, &values));
+    let note = guess.note(name, wording);
+    let (low, high) = guess.range;
+    Ok((Some(Range::among(low, high, guess.source, guess.spans)?), Some(note)))
+}
+
+/// A range that neither the user nor the file states.
+struct Guess {
+    range: (f64, f64),
+    source: RangeSource,
+    /// The narrowest and the widest plausible span.
+    spans: (f64, f64),
+    /// Other ranges that fit.
+    others: Vec<(f64, f64)>,
+    /// The beginning of the note, before the range.
+    why: String,
+    /// The range that the remedy shows, if one stands out.
+    example: Option<(f64, f64)>,
+}
+
+/// The meaning of values without a unit.
+enum Unstated {
+    /// They are certainly percent.
+    Percent,
+    /// They may be something else.
+    Guess(Guess),
+}
+
+fn unstated(name: &'static str, channel: &Channel, values: &Values) -> Unstated {
     let usable = channel.values.iter().filter(|value| value.is_finite());
-    let low = usable.clone().copied().fold(f64::INFINITY, f64::min);
-    let high = usable.clone().copied().fold(f64::NEG_INFINITY, f64::max);
-    if low > high {
-        return Ok((None, None));
-    }
-    let give = |ends| wording.of(Remedy::Range { signal: name, ends });
+    let (low, high) = (values.low, values.high);
     let between = || usable.clone().any(|value| (0.0..1.0).contains(value) && *value > 0.0);
+    let estimated =
+        |range, why: String| Guess { source: RangeSource::Estimated, ..Guess::assumed(range, why) };
     if low >= 0.0 && high <= 1.0 && between() {
-        let note = format!(
-            "{name} is between 0 and 1 and is interpreted as a fraction; if it is in percent, give {}",
-            give(Some((0.0, 100.0)))
+        let why = format!("{name} is between 0 and 1 and is interpreted as a fraction, of");
+        let guess = estimated((0.0, 1.0), why);
+        return Unstated::Guess(Guess { example: Some((0.0, 100.0)), ..guess });
+    }
+    if !(low >= -SLACK && high <= 100.0 + SLACK) {
+        let why = format!("{name} is not in percent and has no unit; its range is estimated as");
+        return Unstated::Guess(Guess::scaled(values, why));
+    }
+    let fits: Vec<(f64, f64)> = ANALOGUE.into_iter().filter(|range| values.fit(*range)).collect();
+    if high > low
+        && let Some(first) = fits.first()
+    {
+        let why = format!(
+            "{name} is between {low} and {high} without a unit and is interpreted as percent, of"
         );
-        return Ok((Some(Range::new(0.0, 1.0, RangeSource::Estimated)?), Some(note)));
+        let guess = estimated((0.0, 100.0), why).or(&fits);
+        return Unstated::Guess(Guess { example: Some(*first), ..guess });
     }
-    if low >= -SLACK && high <= 100.0 + SLACK {
-        let negative = usable.clone().filter(|value| **value < 0.0).count();
-        let note = if low >= 4.0 && high <= 20.0 {
-            Some(format!(
-                "{name} is between 4 and 20 and is interpreted as percent; if it is in mA, give {}",
-                give(Some((4.0, 20.0)))
-            ))
-        } else if negative * 10 > usable.count() {
-            Some(format!(
-                "{name} is often below 0, like a deviation from its mean, and is interpreted as percent of span; if \
-                 its scale is different, give {}",
-                give(None)
-            ))
-        } else {
-            None
+    let negative = usable.clone().filter(|value| **value < 0.0).count();
+    if negative * 10 > usable.count() {
+        let why = format!(
+            "{name} is often below 0, like a deviation from its mean, and is interpreted as percent of"
+        );
+        return Unstated::Guess(estimated((0.0, 100.0), why));
+    }
+    Unstated::Percent
+}
+
+impl Guess {
+    /// A range without alternatives.
+    fn assumed(range: (f64, f64), why: String) -> Self {
+        let span = range.1 - range.0;
+        Self {
+            range,
+            source: RangeSource::Assumed,
+            spans: (span, span),
+            others: vec![],
+            why,
+            example: None,
+        }
+    }
+
+    /// The same with alternatives.
+    fn or(mut self, others: &[(f64, f64)]) -> Self {
+        for (low, high) in others {
+            let span = high - low;
+            self.spans = (self.spans.0.min(span), self.spans.1.max(span));
+        }
+        self.others.extend(others);
+        self
+    }
+
+    /// A range of counts or scaled integers, else round ends.
+    fn scaled(values: &Values, why: String) -> Self {
+        let round = outward(values.low, values.high);
+        let fits: Vec<_> = SCALED.into_iter().filter(|(range, _)| values.fit(*range)).collect();
+        // The first of equally plausible ones counts.
+        let best = fits
+            .iter()
+            .rev()
+            .map(|each| (each.0, values.plausibility(*each)))
+            .max_by(|(_, a), (_, b)| a.total_cmp(b))
+            .filter(|(_, plausibility)| *plausibility >= LEAST_PLAUSIBILITY);
+        let range = best.map_or(round, |(range, _)| range);
+        let others: Vec<(f64, f64)> = fits
+            .iter()
+            .map(|(range, _)| *range)
+            .chain([round])
+            .filter(|each| *each != range)
+            .collect();
+        let guess = Self { source: RangeSource::Estimated, ..Self::assumed(range, why) };
+        match fits.is_empty() {
+            true => Self { spans: (guess.spans.0, WIDEST * guess.spans.1), ..guess },
+            false => guess.or(&others),
+        }
+    }
+
+    /// The range of a quantity, as in the output of a master controller.
+    fn quantity(name: &str, unit: &str, is_temperature: bool, values: &Values) -> Self {
+        let range = outward(values.low, values.high);
+        // Values that rest at 0.
+        let range = if range.1 > range.0 { range } else { (range.0, range.0 + 1.0) };
+        let why = format!(
+            "{name} is in {unit}, as the output of a master controller, so its span is unknown; it is estimated as"
+        );
+        let guess = Self { source: RangeSource::Estimated, ..Self::assumed(range, why) };
+        let (span, swing) = (guess.spans.0, values.high - values.low);
+        let narrowest = if is_temperature { swing } else { swing / SWING };
+        let narrowest = if narrowest > 0.0 { narrowest.min(span) } else { span };
+        Self { spans: (narrowest, WIDEST * span), ..guess }
+    }
+
+    fn note(&self, name: &'static str, wording: Wording) -> String {
+        /// Number of other ranges in a note.
+        const MOST: usize = 4;
+        let shown = |(low, high): &(f64, f64)| format!("{low} to {high}");
+        let mut others: Vec<String> = self.others.iter().take(MOST).map(shown).collect();
+        if self.others.len() > MOST {
+            others.push("and others".to_owned());
+        }
+        let others = match &others[..] {
+            [] => String::new(),
+            some => format!("; {} would fit, too", some.join(", ")),
         };
-        return Ok((None, note));
+        format!(
+            "{} {}{others}; if the range is different, give {}",
+            self.why,
+            shown(&self.range),
+            wording.of(Remedy::Range { signal: name, ends: self.example })
+        )
     }
-    let (low, high) = outward(low, high);
-    let note = format!(
-        "{name} is not in percent; its range is estimated from its values as {low} to {high}; if you know the range, \
-         give {}",
-        give(None)
-    );
-    Ok((Some(Range::new(low, high, RangeSource::Estimated)?), Some(note)))
 }
 
 /// Round limits that include 0 and all values, because instruments rarely have a range that fits the data exactly.
@@ -111,11 +261,11 @@ mod tests {
             (&[20.0, 80.0][..], None, false),
             (&[-5.0, 104.0, 50.0, 50.0, 50.0, 50.0, 50.0, 50.0, 50.0, 50.0], None, false),
             (&[0.2, 0.9], Some((0.0, 1.0)), true),
-            (&[0.78, 1.23], None, false),
+            (&[0.78, 1.23], Some((0.0, 100.0)), true),
             (&[0.0, 0.0], None, false),
-            (&[4.2, 19.0], None, true),
-            (&[-1.0, 0.9], None, true),
-            (&[391.2, 380.0], Some((0.0, 400.0)), true),
+            (&[4.2, 19.0], Some((0.0, 100.0)), true),
+            (&[-1.0, 0.9], Some((0.0, 100.0)), true),
+            (&[391.2, 380.0], Some((0.0, 1000.0)), true),
             (&[-300.0, 1100.0], Some((-300.0, 1500.0)), true),
             (&[f64::NAN], None, false),
         ] {

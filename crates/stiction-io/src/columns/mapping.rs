@@ -14,9 +14,13 @@ use toml::de::DeTable;
 const TOP: &[&str] = &[
     "zone",
     "time_format",
+    "date",
     "sample_time",
+    "part",
     "pattern",
     "bad_text",
+    "decimal_mark",
+    "bad_value",
     "columns",
     "signals",
     "modes",
@@ -35,7 +39,7 @@ const SIGNALS: [(&str, Signal); 5] = [
     ("mode", Signal::Mode),
 ];
 const SIGNAL_KEYS: &[&str] = &["op", "pv", "sp", "vp", "mode"];
-const LOOP_KEYS: &[&str] =
+pub(super) const LOOP_KEYS: &[&str] =
     &["op", "pv", "sp", "vp", "mode", "type", "op_range", "pv_range", "vp_range"];
 
 /// The suffix of the mapping file of a single file.
@@ -80,12 +84,16 @@ fn build(fields: Fields<'_, '_>) -> Built<ReadOptions> {
     let mut options = ReadOptions { all: settings(&fields)?, ..ReadOptions::default() };
     options.zone = parsed(&fields, "zone")?;
     options.time_format = parsed(&fields, "time_format")?;
+    options.date = parsed(&fields, "date")?;
     options.pattern = parsed(&fields, "pattern")?;
+    options.decimal_mark = parsed(&fields, "decimal_mark")?;
     options.sample_time = fields.number("sample_time")?;
     if options.sample_time.is_some_and(|seconds| !(seconds > 0.0)) {
         return Err(fields.wrong("sample_time", "must be above 0 s"));
     }
+    options.part = fields.text("part")?.map(str::to_owned);
     options.bad_text = fields.texts("bad_text")?.unwrap_or_default();
+    options.bad_value = fields.numbers("bad_value")?.unwrap_or_default();
     if let Some(table) = fields.table("signals", SIGNAL_KEYS)? {
         for (key, signal) in SIGNALS {
             if let Some(words) = table.texts(key)? {
@@ -157,6 +165,9 @@ zone = "Europe/Berlin"
 time_format = "day-first"
 pattern = "{loop}.{signal}"
 bad_text = ["Kaputt"]
+part = "Trend 2"
+decimal_mark = ","
+bad_value = [-9999, 327.67]
 op_range = [0, 100]
 [columns]
 "10FC102.OP" = "FIC102.op"
@@ -178,7 +189,10 @@ pv_range = [0, 120.5]
     fn everything_is_read() {
         let options = ReadOptions::parse(ALL, "map.toml").unwrap();
         assert_eq!(options.zone.as_ref().unwrap().name(), "Europe/Berlin");
+        assert_eq!(options.part.as_deref(), Some("Trend 2"));
+        assert_eq!(options.decimal_mark, Some(crate::cells::number::DecimalMark::Comma));
         assert_eq!(options.signals, [(Signal::Pv, vec!["MEAS".to_owned()])]);
+        assert_eq!(options.bad_value, [-9999.0, 327.67]);
         assert_eq!((options.modes.len(), options.qualities.len(), options.map.len()), (1, 1, 4));
         assert_eq!(options.map[0], "FIC102.op=10FC102.OP".parse().unwrap());
         assert_eq!(options.map[1], "ignore=spare".parse().unwrap());
@@ -204,6 +218,10 @@ pv_range = [0, 120.5]
             ),
             ("[modes]\n\"3\" = 1", "line 2: modes.3: must be one of \"auto\""),
             ("bad_text = \"x\"", "line 1: bad_text: must be a list of texts"),
+            (
+                "decimal_mark = \";\"",
+                "line 1: decimal_mark: \";\" is not a decimal mark; give point or comma",
+            ),
             ("sample_time = 0", "line 1: sample_time: must be above 0 s"),
             ("pattern = \"{loop}\"", "line 1: pattern"),
             ("time_format = \"iso\"", "line 1: time_format: \"iso\" is not a time format"),

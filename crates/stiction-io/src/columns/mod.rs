@@ -4,3 +4,4 @@ pub mod layout;
 mod mapping;
 pub mod options;
 pub mod role;
+mod settings;

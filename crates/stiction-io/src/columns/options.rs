@@ -1,8 +1,9 @@
 //! The user's information on a file of recordings.
 
+use crate::cells::number::DecimalMark;
 use crate::columns::role::{Pattern, Role, Signal};
 use crate::remedy::Wording;
-use crate::timestamp::{TimeFormat, Zone};
+use crate::timestamp::{Day, TimeFormat, Zone};
 use std::collections::{HashMap, HashSet};
 use stiction_diagnose::recording::{LoopType, Mode, Quality};
 
@@ -23,12 +24,20 @@ pub struct ReadOptions {
     pub qualities: Vec<(String, Quality)>,
     /// Additional words for bad values instead of numbers.
     pub bad_text: Vec<String>,
+    /// The decimal mark of numbers in text.
+    pub decimal_mark: Option<DecimalMark>,
+    /// Numbers that are no measurements, in every signal.
+    pub bad_value: Vec<f64>,
     /// Time zone of local times.
     pub zone: Option<Zone>,
     /// Format of times.
     pub time_format: Option<TimeFormat>,
+    /// Day of the first row, for times of day without a date.
+    pub date: Option<Day>,
     /// Time between rows, s, instead of a column of times.
     pub sample_time: Option<f64>,
+    /// The only part of the file to read, such as a sheet of a workbook.
+    pub part: Option<String>,
     /// Settings of every loop without its own in [`ReadOptions::loops`].
     pub all: LoopSettings,
     /// Wording of remedies in messages and notes.
@@ -50,12 +59,72 @@ impl ReadOptions {
             modes: self.modes.clone(),
             qualities: self.qualities.clone(),
             bad_text: self.bad_text.clone(),
+            decimal_mark: self.decimal_mark,
+            bad_value: self.bad_value.clone(),
             zone: self.zone.clone(),
             time_format: self.time_format.clone(),
+            date: self.date,
             sample_time: self.sample_time,
+            part: self.part.clone(),
             all: self.all,
             wording: self.wording,
             mapping: self.mapping.clone(),
+        }
+    }
+}
+
+impl ReadOptions {
+    /// These options, completed from those `below`, which count where these give nothing.
+    #[must_use]
+    pub fn over(self, below: Self) -> Self {
+        let Self {
+            map,
+            loops,
+            pattern,
+            signals,
+            modes,
+            qualities,
+            bad_text,
+            bad_value,
+            zone,
+            time_format,
+            date,
+            sample_time,
+            part,
+            decimal_mark,
+            all,
+            wording: _,
+            mapping,
+        } = self;
+        fn both<T>(first: Vec<T>, then: Vec<T>) -> Vec<T> {
+            first.into_iter().chain(then).collect()
+        }
+        let mut own = loops;
+        for each in below.loops {
+            match own.iter_mut().find(|known| known.name.eq_ignore_ascii_case(&each.name)) {
+                Some(known) => known.settings = known.settings.over(each.settings),
+                None => own.push(each),
+            }
+        }
+        Self {
+            // The last role of a column counts, and the first meaning of a word.
+            map: both(below.map, map),
+            loops: own,
+            pattern: pattern.or(below.pattern),
+            signals: both(signals, below.signals),
+            modes: both(modes, below.modes),
+            qualities: both(qualities, below.qualities),
+            bad_text: both(below.bad_text, bad_text),
+            bad_value: both(below.bad_value, bad_value),
+            zone: zone.or(below.zone),
+            time_format: time_format.or(below.time_format),
+            date: date.or(below.date),
+            sample_time: sample_time.or(below.sample_time),
+            part: part.or(below.part),
+            decimal_mark: decimal_mark.or(below.decimal_mark),
+            all: all.over(below.all),
+            wording: below.wording,
+            mapping: mapping.or(below.mapping),
         }
     }
 }
@@ -112,6 +181,18 @@ pub struct LoopSettings {
     pub vp_range: Option<(f64, f64)>,
 }
 
+impl LoopSettings {
+    /// These settings, completed from those `below`.
+    fn over(self, below: Self) -> Self {
+        Self {
+            loop_type: self.loop_type.or(below.loop_type),
+            op_range: self.op_range.or(below.op_range),
+            pv_range: self.pv_range.or(below.pv_range),
+            vp_range: self.vp_range.or(below.vp_range),
+        }
+    }
+}
+
 /// Settings of one loop.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoopOptions {
@@ -140,13 +221,6 @@ impl<'o> SettingsByName<'o> {
 
     /// The settings of the loop called `name`.
     pub(crate) fn of_loop(&self, name: &str) -> LoopSettings {
-        let own = self.own.get(&name.to_lowercase()).copied().copied().unwrap_or_default();
-        let all = self.all;
-        LoopSettings {
-            loop_type: own.loop_type.or(all.loop_type),
-            op_range: own.op_range.or(all.op_range),
-            pv_range: own.pv_range.or(all.pv_range),
-            vp_range: own.vp_range.or(all.vp_range),
-        }
+        self.own.get(&name.to_lowercase()).copied().copied().unwrap_or_default().over(self.all)
     }
 }

@@ -64,6 +64,20 @@ impl Signal {
                 "stellwert",
                 "stellgrösse",
                 "stellgroesse",
+                "sortie",
+                "sortierégulateur",
+                "sortieregulateur",
+                "sortievanne",
+                "sortierégulation",
+                "salida",
+                "salidacontrolador",
+                "salidadelcontrolador",
+                "salidaválvula",
+                "uscita",
+                "uscitaregolatore",
+                "uscitavalvola",
+                "reglerausgang",
+                "stellsignal",
             ],
             Self::Pv => &[
                 "pv",
@@ -78,6 +92,18 @@ impl Signal {
                 "istwert",
                 "regelgrösse",
                 "regelgroesse",
+                "mesure",
+                "valeurmesurée",
+                "valeurprocédé",
+                "medida",
+                "medición",
+                "medicion",
+                "valordeproceso",
+                "variabledeproceso",
+                "misura",
+                "valoremisurato",
+                "valorediprocesso",
+                "variabilediprocesso",
             ],
             Self::Sp => &[
                 "sp",
@@ -94,6 +120,12 @@ impl Signal {
                 "sollwert",
                 "führungsgrösse",
                 "fuehrungsgroesse",
+                "consigne",
+                "pointdeconsigne",
+                "consigna",
+                "puntodeajuste",
+                "valoreimpostato",
+                "valoredesiderato",
             ],
             Self::Vp => &[
                 "vp",
@@ -125,6 +157,15 @@ impl Signal {
                 "controlmode",
                 "controllermode",
                 "modblk",
+                "betriebsart",
+                "reglermodus",
+                "modus",
+                "modo",
+                "mododecontrol",
+                "modederégulation",
+                "modemarche",
+                "modalità",
+                "modalita",
             ],
         }
     }
@@ -214,7 +255,7 @@ const WHOLE: [(&str, Signal); 1] = [("set", Signal::Sp)];
 /// Signals that may stand before their tag, as in `PV_FIC101`.
 const PREFIXES: [&str; 7] = ["pv", "sp", "op", "vp", "mv", "sv", "mode"];
 /// Names of quantities that a process value measures, as a whole name.
-const QUANTITIES: [&str; 10] = [
+const QUANTITIES: [&str; 20] = [
     "flow",
     "flowrate",
     "level",
@@ -225,41 +266,162 @@ const QUANTITIES: [&str; 10] = [
     "füllstand",
     "druck",
     "temperatur",
+    "débit",
+    "niveau",
+    "pression",
+    "température",
+    "caudal",
+    "nivel",
+    "presión",
+    "temperatura",
+    "portata",
+    "pressione",
 ];
 
-const TIMES: [&str; 26] = [
+/// Names of columns of times in files of historians, loggers, simulators and data bases.
+const TIMES: &[&str] = &[
     "t",
     "ts",
     "time",
     "times",
     "timestamp",
     "timestamps",
+    "tstamp",
     "datetime",
+    "dateandtime",
+    "datetimestamp",
+    "datestamp",
+    "datestring",
+    "timestring",
     "eventtime",
+    "eventtimestamp",
     "sourcetime",
+    "sourcetimestamp",
     "servertime",
+    "servertimestamp",
+    "sourcetimeutc",
+    "picotime",
     "localtime",
+    "localtimestamp",
+    "timestamplocal",
+    "timestamputc",
+    "utctimestamp",
+    "timestamputcms",
+    "datetimeutc",
+    "datetimelocal",
     "sampletime",
+    "sampletimestamp",
+    "recordtime",
+    "recordtimestamp",
+    "recordedtime",
+    "recordedat",
+    "receivetime",
+    "receivedtime",
+    "acquisitiontime",
+    "measurementtime",
+    "readtime",
+    "logtime",
+    "logdate",
+    "logdatetime",
+    "trendtime",
+    "scantime",
+    "storetime",
+    "plctime",
+    "systemtime",
+    "wallclock",
+    "clock",
+    "iptrendtime",
+    "iptime",
+    "tstime",
+    "entrytime",
+    "createdat",
     "utc",
     "utctime",
     "timeutc",
     "timelocal",
     "unixtime",
+    "unixtimestamp",
     "epoch",
+    "epochtime",
     "s",
     "sec",
     "seconds",
     "elapsed",
     "elapsedtime",
+    "relativetime",
+    "reltime",
+    "timems",
+    "simtime",
+    "simulationtime",
+    "timesim",
+    "tout",
+    "tsim",
+    "tspan",
+    "tvec",
     "zeit",
+    "zeitpunkt",
     "zeitstempel",
+    "zeitmarke",
     "datumzeit",
+    "datumuhrzeit",
+    "datumundzeit",
+    "uhrzeit",
+    "heure",
+    "horodatage",
+    "horodate",
+    "dateheure",
+    "hora",
+    "dateethure",
+    "dateetheure",
+    "fechahora",
+    "fechayhora",
+    "marcadetiempo",
+    "estampadetiempo",
+    "tiempo",
+    "temps",
+    "tempo",
+    "ora",
+    "dataora",
+    "dataeora",
+    "datahora",
+    "dataehora",
+    "marcatemporale",
+    "carimbodetempo",
+    "tijd",
+    "tijdstip",
+    "datumtijd",
+    "tidpunkt",
 ];
-const DATES: [&str; 2] = ["date", "datum"];
-const TAGS: [&str; 9] =
-    ["tag", "tagname", "tagid", "point", "pointname", "item", "itemid", "name", "signal"];
-const VALUES: [&str; 5] = ["value", "val", "tagvalue", "eventvalue", "wert"];
-const QUALITIES: [&str; 9] = [
+const DATES: &[&str] = &["date", "datum", "fecha", "data", "dato", "jour"];
+const TAGS: [&str; 14] = [
+    "tag",
+    "tagname",
+    "tagid",
+    "point",
+    "pointname",
+    "item",
+    "itemid",
+    "name",
+    "signal",
+    "varname",
+    "variablename",
+    "tagpath",
+    "pointid",
+    "nodeid",
+];
+const VALUES: [&str; 9] = [
+    "value",
+    "val",
+    "tagvalue",
+    "eventvalue",
+    "wert",
+    "varvalue",
+    "iptrendvalue",
+    "valeur",
+    // Ignition, beside the values of whole numbers.
+    "floatvalue",
+];
+const QUALITIES: &[&str] = &[
     "quality",
     "status",
     "statuscode",
@@ -269,6 +431,14 @@ const QUALITIES: [&str; 9] = [
     "opcquality",
     "sts",
     "qualitystatus",
+    "qualitydetail",
+    "validity",
+    "conf",
+    "qstatus",
+    "iptrendqstatus",
+    "dataintegrity",
+    "qualität",
+    "qualité",
 ];
 /// Ends of tags that name the value of a parameter, not another signal.
 const VALUE_ENDS: [&str; 7] = ["cv", "value", "val", "pct", "percent", "daca", "fcv"];
@@ -277,7 +447,7 @@ const VALUE_ENDS: [&str; 7] = ["cv", "value", "val", "pct", "percent", "daca", "
 pub type Words = [(Signal, Vec<String>)];
 
 /// A name without separators, in lower case. ß, which has no common capital, becomes ss.
-fn plain(name: &str) -> String {
+pub(crate) fn plain(name: &str) -> String {
     name.to_lowercase().replace(SEPARATORS, "").replace('ß', "ss")
 }
 
@@ -288,10 +458,26 @@ pub fn without_unit(name: &str) -> (&str, Option<&str>) {
         if let Some((before, unit)) = split
             && !before.trim().is_empty()
         {
+            // The place of a column whose name occurs several times.
+            if unit.starts_with("column ") {
+                return without_unit(before.trim_end());
+            }
             return (before.trim_end(), Some(unit.trim()).filter(|unit| !unit.is_empty()));
         }
     }
     (name, None)
+}
+
+/// A name without the place that it has if it occurs several times, as in `Conf (column 3)`.
+pub fn without_place(name: &str) -> &str {
+    name.rsplit_once(" (column ").map_or(name, |(before, _)| before)
+}
+
+/// A name without its unit, and without a number at its end, as in `Time2`, `Time.1` or `Time (column 3)`.
+pub fn without_number(name: &str) -> &str {
+    let bare = without_unit(name).0;
+    let cut = bare.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches(SEPARATORS);
+    if cut.is_empty() { bare } else { cut }
 }
 
 /// The role of a whole name that describes rows: time, tag, value or quality.
@@ -315,6 +501,30 @@ pub fn of_rows(name: &str) -> Option<Role> {
     .into_iter()
     .find(|(is, _)| *is)
     .map(|(_, role)| role)
+}
+
+/// Whether a column that is not known by its name may still hold times: the index of a table, or a longer name.
+pub fn may_be_time(name: &str) -> bool {
+    let word = plain(without_unit(name).0);
+    let index = ["index", "level0", "unnamed:0", "unnamed0", "indexlevel0"];
+    let parts = ["time", "stamp", "zeit", "heure", "hora", "date", "datum", "fecha", "clock"];
+    index.contains(&&*word) || parts.iter().any(|part| word.contains(part))
+}
+
+/// The rank of a name of times among several, the best first: the time at the source, then UTC, others, the time at a
+/// server, local time, the time of receipt or storage.
+pub fn rank_of_time(name: &str) -> usize {
+    let word = plain(without_unit(name).0);
+    let ranks: [&[&str]; 6] = [
+        &["source"],
+        &["utc", "gmt"],
+        &["server"],
+        &["local"],
+        &["receive", "record", "created", "store", "log", "entry"],
+        &["elapsed", "relative"],
+    ];
+    let rank = ranks.iter().position(|parts| parts.iter().any(|part| word.contains(part)));
+    rank.map_or(2, |rank| if rank < 2 { rank } else { rank + 1 })
 }
 
 /// A name split into its parts.
@@ -524,6 +734,13 @@ mod tests {
             ("Valve output (%)", None, Op),
             ("Set", None, Sp),
             ("STELLGRÖSSE", None, Op),
+            ("Sortie régulateur", None, Op),
+            ("FIC101 Mesure (m3/h)", Some("FIC101"), Pv),
+            ("Consigna", None, Sp),
+            ("FIC2105_OUT", Some("FIC2105"), Op),
+            ("FIC2112/PID.LMN#Value", Some("FIC2112/PID"), Op),
+            ("OP (column 3)", None, Op),
+            ("PV (m3/h) (column 4)", None, Pv),
             ("Stellgröße", None, Op),
             ("Führungsgröße [m³/h]", None, Sp),
             ("FIC101.Sollwert", Some("FIC101"), Sp),
@@ -537,6 +754,7 @@ mod tests {
             ("FIC101.PV.Status", Some("FIC101"), Role::Quality(Some(Pv))),
             ("pv_quality", None, Role::Quality(Some(Pv))),
             ("FIC101.Quality", Some("FIC101"), Role::Quality(None)),
+            ("FIC101.PV.Conf (column 5)", Some("FIC101"), Role::Quality(Some(Pv))),
         ] {
             assert_eq!(told(name), Some((loop_name.map(str::to_owned), role)), "{name}");
         }
@@ -599,6 +817,19 @@ mod tests {
             assert_eq!(of_rows(name), Some(role), "{name}");
         }
         assert_eq!(of_rows("temp"), None);
+    }
+
+    #[test]
+    fn numbers_and_places_are_no_part_of_a_name() {
+        for (name, bare, place) in [
+            ("Time2", "Time", "Time2"),
+            ("Time.1 (s)", "Time", "Time.1 (s)"),
+            ("Conf (column 3)", "Conf", "Conf"),
+            ("PV (m3/h) (column 4)", "PV", "PV (m3/h)"),
+            ("7", "7", "7"),
+        ] {
+            assert_eq!((without_number(name), without_place(name)), (bare, place), "{name}");
+        }
     }
 
     #[test]

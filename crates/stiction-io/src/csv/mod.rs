@@ -1,16 +1,23 @@
 //! CSV as historians, control systems and spreadsheets export it, read into a [`Sheet`].
 
+mod annotated;
 mod encoding;
+mod odd;
+mod top;
 
 use crate::budget::Budget;
 use crate::cells::number::{self, DecimalMark};
+use crate::columns::layout::side_by_side;
+use crate::columns::options::ReadOptions;
+use crate::columns::role;
 use crate::error::{Error, Result};
 use crate::sheet::{Cells, Column, Sheet};
-use crate::timestamp;
 use csv::StringRecord;
 use encoding::decode;
-use std::collections::HashSet;
+use odd::Odd;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
+use top::{Line, Top};
 
 /// The notation of a CSV file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +28,8 @@ pub struct Dialect {
     pub delimiter: char,
     /// The decimal mark.
     pub decimal_mark: DecimalMark,
+    /// Whether some cell is a number only with this mark.
+    pub mark_is_sure: bool,
 }
 
 /// A CSV file with its cells, its notation, and notes for the user.
@@ -37,13 +46,17 @@ pub struct CsvSheet {
 /// Number of records used to detect the delimiter and the width of the table.
 const LOOKED_AT: usize = 200;
 
+/// The most records up to the end of the header.
+const LONGEST_TOP: usize = 1000;
+
 /// Reads a CSV file from `bytes`; `origin` is its name in errors.
 ///
 /// The delimiter is the comma, semicolon, tab or bar that divides most lines alike. Lines above the header, and those
-/// that begin with `#`, are metadata; a row of units may follow the header.
+/// that begin with `#`, are metadata. The header may have several rows: of groups, names, units and descriptions. Rows
+/// that are torn and lines at the end are counted in notes. The tables of InfluxDB become one.
 ///
 /// # Errors
-/// If it is not text, names no columns, or has a row with more or fewer cells than the header.
+/// If it is not text, names no columns, or has many rows with more or fewer cells than the header.
 ///
 /// # Limits
 /// Cells that would take more than 4 GiB are refused.
@@ -59,36 +72,55 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
         return Err(wrong("is empty; a header row and rows of samples are needed".to_owned()));
     }
     let mut notes: Vec<String> = decoded.note.into_iter().collect();
+    if annotated::is(text) {
+        let sheet = annotated::read(text, &mut budget).map_err(wrong)?;
+        let found = number::decimal_mark(&sheet.columns);
+        let dialect = Dialect {
+            encoding: decoded.encoding,
+            delimiter: ',',
+            decimal_mark: found.mark,
+            mark_is_sure: found.is_sure,
+        };
+        return Ok(CsvSheet {
+            sheet: Sheet { origin: origin.to_owned(), ..sheet },
+            dialect,
+            notes,
+        });
+    }
     let delimiter = told_delimiter(text).unwrap_or_else(|| delimiter(text));
-    let mut records = Records::new(text, delimiter);
-    let top = Top::find(&mut records, width(text, delimiter), &mut notes).map_err(wrong)?;
-    let mut attributes = top.attributes;
+    let first = beginning(text, delimiter).map_err(wrong)?;
+    let mut top = Top::find(&first, width(&first)).map_err(wrong)?;
+    notes.append(&mut top.notes);
+    let mut attributes = std::mem::take(&mut top.attributes);
+    let named_by: Vec<&str> = top.names.iter().map(|name| &**name).collect();
+    // Where signals have clocks of their own, shorter ones end before the others.
+    let pads = side_by_side::has_clocks(&named_by, &ReadOptions::default());
 
     let mut columns: Vec<Vec<Arc<str>>> = top.names.iter().map(|_| vec![]).collect();
-    let (mut rows, mut comments) = (vec![], 0);
-    let mut units: Option<Vec<String>> = None;
-    // A header in a comment is followed by samples that were already read.
+    let (mut rows, mut comments, mut odd) = (vec![], 0, Odd::default());
     let mut records = Records::new(text, delimiter);
-    while records.next().map_err(wrong)?.is_some_and(|(line, _)| line < top.line) {}
     while let Some((line, record)) = records.next().map_err(wrong)? {
+        if line < top.first {
+            continue;
+        }
         if is_comment(record) {
             comments += 1;
             attributes.extend(attribute(record));
             continue;
         }
-        check_width(record, columns.len(), line).map_err(wrong)?;
-        if rows.is_empty() && units.is_none() && is_units(record) {
-            units = Some(record.iter().map(trimmed).collect());
+        if odd.takes(line, record, &top, pads) {
             continue;
         }
         let text: usize = record.iter().map(str::len).sum();
         let cells = columns.len() * size_of::<Arc<str>>();
         budget.spend(text + cells).map_err(|message| wrong(format!("row {line} {message}")))?;
-        for (column, cell) in columns.iter_mut().zip(record.iter()) {
-            column.push(cell.trim().into());
+        let mut cells = record.iter();
+        for column in &mut columns {
+            column.push(cells.next().map_or("", str::trim).into());
         }
         rows.push(line);
     }
+    notes.extend(odd.notes(&mut columns, &mut rows).map_err(wrong)?);
     if rows.is_empty() {
         return Err(wrong("has no row of samples below its header".to_owned()));
     }
@@ -99,11 +131,10 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
     notes.extend(cut(text, &columns, &rows));
 
     let unit = |i: usize| {
-        let unit = units.as_ref()?.get(i)?.trim_matches(['[', ']', '(', ')']);
+        let unit = top.units.as_ref()?.get(i)?.trim_matches(['[', ']', '(', ')']);
         (!unit.is_empty()).then(|| unit.to_owned())
     };
-    let columns: Vec<Column> = top
-        .names
+    let columns: Vec<Column> = std::mem::take(&mut top.names)
         .into_iter()
         .zip(columns)
         .enumerate()
@@ -114,8 +145,8 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
                 || matches!(&column.cells, Cells::Text(cells) if cells.iter().any(|c| !c.is_empty()))
         })
         .collect();
-    let columns = named(columns, origin)?;
-    let decimal_mark = number::decimal_mark(&columns);
+    let columns = named(columns, &mut notes);
+    let found = number::decimal_mark(&columns);
     let sample_time = sample_time(&attributes, origin)?;
     let sheet = Sheet {
         origin: origin.to_owned(),
@@ -126,7 +157,12 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
         rows,
         ..Sheet::default()
     };
-    let dialect = Dialect { encoding: decoded.encoding, delimiter: delimiter.into(), decimal_mark };
+    let dialect = Dialect {
+        encoding: decoded.encoding,
+        delimiter: delimiter.into(),
+        decimal_mark: found.mark,
+        mark_is_sure: found.is_sure,
+    };
     Ok(CsvSheet { sheet, dialect, notes })
 }
 
@@ -233,71 +269,27 @@ impl<'t> Records<'t> {
     }
 }
 
-/// The part above the samples.
-struct Top {
-    names: Vec<String>,
-    /// Line of the header.
-    line: usize,
-    attributes: Vec<(String, String)>,
-}
-
-impl Top {
-    /// Finds the header, which is the first record as wide as the table that is not a comment. If that is a row of
-    /// samples, the comment above it may be the header.
-    fn find(
-        records: &mut Records<'_>,
-        width: usize,
-        notes: &mut Vec<String>,
-    ) -> std::result::Result<Self, String> {
-        let mut attributes = vec![];
-        let mut comment: Option<(usize, StringRecord)> = None;
-        while let Some((line, record)) = records.next()? {
-            let first = record[0].trim();
-            if line == 1 && first.to_ascii_lowercase().starts_with("sep=") {
-                continue;
-            }
-            if is_comment(record) {
-                attributes.extend(attribute(record));
-                comment = Some((line, record.clone()));
-            } else if filled(record) < width || first.ends_with(':') {
-                // Titles and settings above the table.
-                attributes.extend(attribute(record));
-            } else if !is_samples(record) {
-                return Ok(Self { names: record.iter().map(trimmed).collect(), line, attributes });
-            } else {
-                let Some((line, header)) = comment.filter(|(_, text)| filled(text) == width) else {
-                    return Err(format!(
-                        "row {line} must name the columns, but reads \"{}\"; add a header such as \
-                         \"time,pv,op\"",
-                        number::shown(&record.iter().collect::<Vec<_>>().join(","))
-                    ));
-                };
-                notes.push(format!("the comment in row {line} is used as the header"));
-                let mut names: Vec<String> = header.iter().map(trimmed).collect();
-                names[0] = names[0].trim_start_matches(['#', ' ']).to_owned();
-                return Ok(Self { names, line, attributes });
-            }
-        }
-        Err("names no columns; a header such as \"time,pv,op\" and rows of samples are needed"
-            .to_owned())
-    }
-}
-
 fn trimmed(cell: &str) -> String {
     cell.trim().to_owned()
 }
 
-/// The most frequent number of filled cells of the records that are not comments; the larger of equals.
-fn width(text: &str, delimiter: u8) -> usize {
+/// The first records that are not blank, with their lines.
+fn beginning(text: &str, delimiter: u8) -> std::result::Result<Vec<Line>, String> {
     let mut records = Records::new(text, delimiter);
-    let mut widths = vec![];
-    while widths.len() < LOOKED_AT
-        && let Ok(Some((_, record))) = records.next()
+    let mut first = vec![];
+    while first.len() < LONGEST_TOP
+        && let Some((line, record)) = records.next()?
     {
-        if !is_comment(record) {
-            widths.push(filled(record));
-        }
+        first.push((line, record.clone()));
     }
+    Ok(first)
+}
+
+/// The most frequent number of filled cells of the records that are not comments; the larger of equals.
+fn width(records: &[Line]) -> usize {
+    let records = records.iter().filter(|(_, record)| !is_comment(record));
+    let mut widths: Vec<usize> =
+        records.take(LOOKED_AT).map(|(_, record)| filled(record)).collect();
     widths.sort_unstable();
     widths.chunk_by(|a, b| a == b).max_by_key(|same| same.len()).map_or(1, |same| same[0])
 }
@@ -311,12 +303,6 @@ fn filled(record: &StringRecord) -> usize {
 fn is_comment(record: &StringRecord) -> bool {
     let first = record[0].trim();
     first.starts_with('#') && number::word(first).is_none()
-}
-
-/// Whether a record holds samples and not names, that is only numbers, or a date and time.
-fn is_samples(record: &StringRecord) -> bool {
-    let cells = || record.iter().map(str::trim).filter(|cell| !cell.is_empty());
-    cells().all(number::looks_like) || cells().any(timestamp::looks_like)
 }
 
 /// The content of a comment or a line above the table, such as `key: value`, `key = value` or two cells.
@@ -338,58 +324,52 @@ fn attribute(record: &StringRecord) -> Option<(String, String)> {
     (!key.is_empty() && !value.is_empty()).then_some((key, value))
 }
 
-/// Whether a record below the header holds units. It has no sample, and something that is certainly a unit.
-fn is_units(record: &StringRecord) -> bool {
-    const UNITS: [&str; 44] = [
-        "%", "s", "sec", "ms", "min", "h", "hr", "°c", "°f", "k", "degc", "deg c", "degf", "deg f",
-        "m3/h", "m³/h", "nm3/h", "l/h", "l/min", "l/s", "kg/h", "kg/s", "t/h", "bar", "barg",
-        "bara", "mbar", "pa", "kpa", "mpa", "psi", "psig", "kg/cm2", "ma", "v", "mm", "cm", "m",
-        "in", "ph", "ppm", "gpm", "rpm", "pct",
-    ];
-    let cells = || record.iter().map(str::trim).filter(|cell| !cell.is_empty());
-    let bracketed = |cell: &str| {
-        [('[', ']'), ('(', ')')].iter().any(|(a, b)| cell.starts_with(*a) && cell.ends_with(*b))
-    };
-    let unit = |cell: &str| {
-        UNITS.contains(&cell.to_lowercase().trim_matches(['[', ']', '(', ')']))
-            || (bracketed(cell) && number::word(cell).is_none())
-    };
-    cells().any(unit)
-        && !cells().any(|cell| number::looks_like(cell) || timestamp::looks_like(cell))
-}
-
-/// Checks that a row has as many cells as the header, except for empty ones at its end.
-fn check_width(
-    record: &StringRecord,
-    columns: usize,
-    line: usize,
-) -> std::result::Result<(), String> {
-    if record.len() < columns || filled(record) > columns {
-        return Err(format!(
-            "row {line} has {} cells, but the header has {columns} columns; give every row the same number of cells, \
-             and put cells that contain the delimiter in quotes",
-            record.len()
-        ));
-    }
-    Ok(())
-}
-
-/// The columns. A column without a name is named after its place.
-///
-/// # Errors
-/// If two have the same name.
-fn named(mut columns: Vec<Column>, origin: &str) -> Result<Vec<Column>> {
-    let mut seen = HashSet::with_capacity(columns.len());
+/// The columns. A column without a name is named after its place, and so are columns of one name, as in
+/// `Conf (column 3)`. A column that repeats another is left out, with a note.
+fn named(mut columns: Vec<Column>, notes: &mut Vec<String>) -> Vec<Column> {
     for (i, column) in columns.iter_mut().enumerate() {
         if column.name.is_empty() {
             column.name = format!("column {}", i + 1);
         }
-        if !seen.insert(column.name.clone()) {
-            let message = format!("has two columns named \"{}\"; rename one", column.name);
-            return Err(Error::Table { origin: origin.to_owned(), message });
-        }
     }
-    Ok(columns)
+    let mut of_name: HashMap<String, Vec<usize>> = HashMap::with_capacity(columns.len());
+    for (i, column) in columns.iter().enumerate() {
+        of_name.entry(column.name.clone()).or_default().push(i);
+    }
+    if of_name.len() == columns.len() {
+        return columns;
+    }
+    let mut repeated = HashSet::new();
+    for places in of_name.into_values().filter(|places| places.len() > 1) {
+        let first = &columns[places[0]];
+        // Equal times, values or qualities may belong to different signals.
+        let is_signal = role::of_rows(&first.name).is_none();
+        let equal: Vec<usize> = places[1..]
+            .iter()
+            .copied()
+            .filter(|i| is_signal && columns[*i].cells == first.cells)
+            .collect();
+        if places.len() > 1 + equal.len() {
+            for i in places.iter().filter(|i| !equal.contains(i)) {
+                columns[*i].name = format!("{} (column {})", columns[*i].name, i + 1);
+            }
+        }
+        repeated.extend(equal);
+    }
+    let mut names: Vec<String> = repeated.iter().map(|i| columns[*i].name.clone()).collect();
+    names.sort();
+    names.dedup();
+    for name in names {
+        notes.push(format!(
+            "the file has the column \"{name}\" twice, with the same cells; it is read once"
+        ));
+    }
+    let mut place = 0;
+    columns.retain(|_| {
+        place += 1;
+        !repeated.contains(&(place - 1))
+    });
+    columns
 }
 
 /// The sample time in s, from the lines above the table.
@@ -400,7 +380,9 @@ fn sample_time(attributes: &[(String, String)], origin: &str) -> Result<Option<f
     };
     let Some((key, value)) = attributes.iter().find(|(key, _)| is_it(key)) else { return Ok(None) };
     let number = value.trim_end_matches(" s").trim_end_matches('s').trim();
-    match number::parse(number, DecimalMark::Point) {
+    // Without neighbours, 1,500 may be 1.5 or 1500.
+    let number = Some(number).filter(|number| !number.contains(','));
+    match number.and_then(|number| number::parse(number, DecimalMark::Point)) {
         Some(seconds) if seconds > 0.0 => Ok(Some(seconds)),
         _ => Err(Error::Table {
             origin: origin.to_owned(),

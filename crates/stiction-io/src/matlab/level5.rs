@@ -43,9 +43,6 @@ pub(super) fn variables(bytes: &[u8]) -> Result<Fields, Message> {
     let big_endian = match bytes.get(126..HEADER) {
         Some(b"IM") => false,
         Some(b"MI") => true,
-        _ if is_version_4(bytes) => {
-            return Err("is of MATLAB's version 4; save it with save(..., '-v7')".to_owned());
-        }
         None if bytes.starts_with(b"MATLAB") => {
             return Err("is cut short within its header; copy or save it again".to_owned());
         }
@@ -67,18 +64,6 @@ pub(super) fn variables(bytes: &[u8]) -> Result<Fields, Message> {
         variables.extend(variable.filter(|(name, _)| !name.is_empty()));
     }
     Ok(variables)
-}
-
-/// Whether a file begins with a header of version 4: type, rows, columns, complex or not, length of the name.
-fn is_version_4(bytes: &[u8]) -> bool {
-    let Some((head, _)) = bytes.split_first_chunk::<20>() else { return false };
-    let word = |at: usize, big: bool| {
-        let word = [head[at], head[at + 1], head[at + 2], head[at + 3]];
-        if big { u32::from_be_bytes(word) } else { u32::from_le_bytes(word) }
-    };
-    [false, true]
-        .into_iter()
-        .any(|big| word(0, big) < 5000 && word(12, big) <= 1 && (1..=64).contains(&word(16, big)))
 }
 
 /// The next variable, if the element is one.

@@ -1,14 +1,17 @@
 //! Sheets from MATLAB files.
 //!
-//! A file is first read into a tree of values, level 5 (`-v6`, `-v7`) by `level5` and version 7.3, which is HDF5, by
-//! `hdf5`. Then `sheets` finds the sheets in the tree.
+//! A file is first read into a tree of values, level 4 (`-v4`) by `level4`, level 5 (`-v6`, `-v7`) by `level5` and
+//! version 7.3, which is HDF5, by `hdf5`. Then `sheets` finds the sheets in the tree, those of Simulink with
+//! `simulink`.
 
 #[cfg(feature = "matlab73")]
 mod hdf5;
+pub(crate) mod level4;
 mod level5;
 #[cfg(feature = "matlab73")]
 mod links;
 mod sheets;
+mod simulink;
 mod value;
 
 use crate::error::{Error, Result};
@@ -29,11 +32,14 @@ const HDF5_OFFSETS: [usize; 3] = [0, 512, 1024];
 /// column. Vectors of unusual length, and other data that make no column, are `left_out` with the reason. If no
 /// vectors have equal length, single vectors count.
 ///
+/// A struct that Simulink logs ("Structure With Time" or "Structure") is a sheet, whose columns are named by the labels
+/// of its signals, or else by their blocks. If several columns have one name, a number follows it, as in `PV(2)`.
+///
 /// MATLAB dates (days since the year 0) are left unchanged. The attribute `datenum` names the column that looks like
 /// such dates.
 ///
 /// # Errors
-/// If the file is cut short, damaged, of version 4, or has no vectors. If it is of version 7.3 and this library was
+/// If the file is cut short, damaged, or has no vectors. If it is of version 7.3 and this library was
 /// built without the feature `matlab73`.
 ///
 /// # Limits
@@ -55,6 +61,9 @@ fn variables(bytes: &[u8]) -> std::result::Result<Fields, Message> {
         return Err("is of MATLAB's version 7.3, which this program was built without (feature \"matlab73\"); save it \
             with save(..., '-v7')"
             .to_owned());
+    }
+    if level4::is(bytes) {
+        return level4::variables(bytes);
     }
     level5::variables(bytes)
 }

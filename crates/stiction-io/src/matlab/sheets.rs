@@ -1,5 +1,6 @@
 //! Finds the sheets in the content of a MATLAB file.
 
+use super::simulink;
 use super::value::{Fields, Message, Value};
 use crate::columns::role::{self, Role};
 use crate::names::list;
@@ -22,15 +23,20 @@ const HEADERS: [&str; 6] = ["colheaders", "names", "tags", "columns", "headers",
 const EMPTY: &str = "is empty";
 const SINGLE: &str = "is a single number";
 
-/// Number of reasons in the message that nothing could be read.
-const MOST_TOLD: usize = 20;
+/// Numbers of names and of reasons in the message that nothing could be read.
+const MOST_NAMES: usize = 5;
+const MOST_REASONS: usize = 3;
 
 /// A matrix with more columns is not a table of signals.
 const MAX_MATRIX_COLUMNS: usize = 64;
 
 /// The sheets among `variables`.
-pub(super) fn find(variables: &Fields, origin: &str) -> Result<Vec<Sheet>, Message> {
-    let mut found = Found { origin, sheets: vec![], loose: vec![] };
+pub(super) fn find<'o>(variables: &'o Fields, origin: &'o str) -> Result<Vec<Sheet>, Message> {
+    let times = variables.iter().find_map(|(name, value)| match value {
+        Value::Numbers { data, .. } if name == "tout" => Some(&data[..]),
+        _ => None,
+    });
+    let mut found = Found { origin, times, sheets: vec![], loose: vec![] };
     found.search(variables, String::new());
     let Found { mut sheets, mut loose, .. } = found;
     // A struct with a single vector may hold settings, such as a pair of limits.
@@ -39,6 +45,7 @@ pub(super) fn find(variables: &Fields, origin: &str) -> Result<Vec<Sheet>, Messa
             loose.push((sheet.part, "is a struct with a single vector".to_owned()));
         }
     }
+    sheets.iter_mut().for_each(name_apart);
     if let Some(sheet) = sheets.first_mut() {
         let note = |(path, why): (String, String)| format!("{path} {why} and is not used");
         sheet.notes.extend(loose.into_iter().map(note));
@@ -50,15 +57,56 @@ pub(super) fn find(variables: &Fields, origin: &str) -> Result<Vec<Sheet>, Messa
     }
     let mut message = format!(
         "has no vectors of two or more numbers, alone or in a struct; its variables are {}",
-        list(&names)
+        few(&names)
     );
-    loose.iter().take(MOST_TOLD).for_each(|(path, why)| message += &format!("; {path} {why}"));
+    let mut reasons: Vec<(&str, Vec<&str>)> = vec![];
+    for (path, why) in &loose {
+        match reasons.iter_mut().find(|(reason, _)| reason == why) {
+            Some((_, paths)) => paths.push(path),
+            None => reasons.push((why.as_str(), vec![path.as_str()])),
+        }
+    }
+    for (why, paths) in reasons.iter().take(MOST_REASONS) {
+        message += &match &paths[..] {
+            [only] => format!("; {only} {why}"),
+            several => format!("; {}: {why}", few(several)),
+        };
+    }
+    if reasons.len() > MOST_REASONS {
+        message += &format!(
+            "; {} more have other reasons",
+            loose.len()
+                - reasons[..MOST_REASONS].iter().map(|(_, paths)| paths.len()).sum::<usize>()
+        );
+    }
     Err(message)
+}
+
+/// The first names of a list.
+fn few(names: &[&str]) -> String {
+    match names.len().saturating_sub(MOST_NAMES) {
+        0 => list(names),
+        more => format!("{} and {more} more", list(&names[..MOST_NAMES])),
+    }
+}
+
+/// Numbers the columns of one name, so that each can be named.
+fn name_apart(sheet: &mut Sheet) {
+    let mut seen: HashMap<String, usize> = HashMap::new();
+    for column in &mut sheet.columns {
+        let count = seen.entry(column.name.clone()).or_default();
+        *count += 1;
+        if *count > 1 {
+            column.name = format!("{}({count})", column.name);
+        }
+    }
 }
 
 /// The sheets found in a file.
 struct Found<'o> {
     origin: &'o str,
+    /// The times of a simulation, which Simulink saves beside its signals.
+    times: Option<&'o [f64]>,
     sheets: Vec<Sheet>,
     /// Data left out where there is no sheet, as paths with reasons.
     loose: Vec<(String, String)>,
@@ -67,6 +115,10 @@ struct Found<'o> {
 impl Found<'_> {
     /// Appends the sheet of `fields`, if they form one, and those within them.
     fn search(&mut self, fields: &Fields, part: String) {
+        if let Some(sheet) = simulink::sheet(fields, &part, self.origin, self.times) {
+            self.sheets.push(sheet);
+            return;
+        }
         let path = |name: &str| match &*part {
             "" => name.to_owned(),
             part => format!("{part}.{name}"),

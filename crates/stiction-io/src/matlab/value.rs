@@ -58,6 +58,16 @@ impl Value {
                 "a {class}, which only MATLAB reads (use writetable or writetimetable, or save table2struct(..., \
                  'ToScalar', true))"
             )),
+            "timeseries" => Self::Other(
+                "a timeseries, which only MATLAB reads (use t = x.Time; pv = x.Data; save(..., 't', 'pv', '-v7') with \
+                 its name for x)"
+                    .to_owned(),
+            ),
+            _ if class.starts_with("Simulink.") => Self::Other(format!(
+                "a {class}, which only MATLAB reads (log with the save format \"Structure With Time\", or use t = \
+                 x{{1}}.Values.Time; pv = x{{1}}.Values.Data; save(..., 't', 'pv', '-v7') with the name of the logged \
+                 signals for x)"
+            )),
             "" => Self::Other("an object".to_owned()),
             _ => Self::Other(format!("an object of class {class}")),
         }

@@ -14,25 +14,28 @@ use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column, Sheet};
 use crate::timestamp::{Clock, Times};
 use stiction_diagnose::recording::{
-    Channel, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource, Recording,
+    Channel, Columns, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource, Recording,
+    rhythm,
 };
 
 /// Makes recordings from a sheet.
 pub struct Builder<'a> {
-    sheet: &'a Sheet,
-    plan: &'a Plan,
-    options: &'a ReadOptions,
+    pub(super) sheet: &'a Sheet,
+    pub(super) plan: &'a Plan,
+    pub(super) options: &'a ReadOptions,
     settings: SettingsByName<'a>,
     mark: DecimalMark,
+    /// Numbers that the user declares as bad, also those among the words.
+    bad_values: Vec<f64>,
     pub times: Times,
 }
 
 /// The cells of one signal, as a column and its rows.
-struct Source<'a> {
+pub(super) struct Source<'a> {
     column: &'a Column,
     /// Its name, of the column or the tag.
     name: &'a str,
-    rows: Vec<usize>,
+    pub(super) rows: Vec<usize>,
 }
 
 impl<'a> Builder<'a> {
@@ -43,11 +46,17 @@ impl<'a> Builder<'a> {
         mark: DecimalMark,
     ) -> Result<Self> {
         let times = times(sheet, plan, options, mark)?;
-        Ok(Self { sheet, plan, options, settings: SettingsByName::of(options), mark, times })
+        let of_words = options.bad_text.iter().filter_map(|word| {
+            let word = word.trim();
+            number::parse(word, mark).or_else(|| number::parse(word, DecimalMark::Point))
+        });
+        let bad_values = options.bad_value.iter().copied().chain(of_words).collect();
+        let settings = SettingsByName::of(options);
+        Ok(Self { sheet, plan, options, settings, mark, bad_values, times })
     }
 
     /// The cells of the signal or quality with the plan's `name`.
-    fn source(&self, name: usize) -> Source<'a> {
+    pub(super) fn source(&self, name: usize) -> Source<'a> {
         match &self.plan.place {
             Place::Columns => {
                 let column = &self.sheet.columns[name];
@@ -59,6 +68,11 @@ impl<'a> Builder<'a> {
                 Source { column, name: &tag.name, rows: tag.rows.clone() }
             }
         }
+    }
+
+    /// Whether each row is a sample of a tag.
+    pub(super) fn is_long(&self) -> bool {
+        matches!(self.plan.place, Place::Rows { .. })
     }
 
     fn wrong(&self, source: &Source<'_>, row: usize, message: String) -> Error {
@@ -77,9 +91,10 @@ impl<'a> Builder<'a> {
             message: format!("loop {name}: {e}"),
         };
         let mut notes = plan.notes.clone();
+        let mut sparse = vec![];
         let mut channel = |signal: Signal| {
             plan.signal(signal)
-                .map(|place| self.channel(plan, signal, place, &mut notes))
+                .map(|place| self.channel(plan, signal, place, &mut notes, &mut sparse))
                 .transpose()
         };
         let op = channel(Signal::Op)?;
@@ -89,21 +104,62 @@ impl<'a> Builder<'a> {
             let recognised = &self.plan.recognised;
             return Err(no_op(&self.sheet.origin, recognised, self.options.wording));
         };
-        let mode = plan.signal(Signal::Mode).map(|place| self.modes(plan, place, &mut notes));
+        let is_sparse = !sparse.is_empty();
+        if is_sparse {
+            notes.push(format!(
+                "empty cells of {} are no missing samples, because its rhythm shows that they are rows of other \
+                 signals, or that only changes are stored",
+                list(&sparse)
+            ));
+        }
+        let mode = plan.signal(Signal::Mode);
+        let mode = mode.map(|place| self.modes(plan, place, is_sparse, &mut notes));
         let mode = mode.transpose()?;
 
         let told_range = |key: &str| told(self.sheet, &[key]).and_then(range::of_text);
+        if let Some(pv) = &mut pv {
+            let given = settings.pv_range.map(|ends| (ends, RangeSource::Given));
+            let told = told_range("pv_range").map(|ends| (ends, RangeSource::Metadata));
+            let range = given.or(told).map(|((low, high), source)| Range::new(low, high, source));
+            pv.range = range.transpose().map_err(refused)?;
+        }
+        // Ranges are estimated from measurements alone.
+        let known = |given: Option<(f64, f64)>, key: &str| {
+            let (low, high) = given.or(told_range(key))?;
+            Range::new(low, high, RangeSource::Given).ok()
+        };
+        op.range = known(settings.op_range, "op_range");
+        if let Some(vp) = &mut vp {
+            vp.range = known(settings.vp_range, "vp_range");
+        }
+        let mut recording = Recording {
+            name: name.clone(),
+            loop_type: LoopType::Unknown,
+            start: self.times.start,
+            plant_time: PlantTime::default(),
+            columns: self.columns(plan),
+            op,
+            pv,
+            sp,
+            vp,
+            mode,
+            notes: vec![],
+        };
+        self.separate_runs(plan, &mut recording)?;
+        notes.append(&mut recording.notes);
+        recording.mask();
+
         let (op_range, op_note) = range::of_valve_signal(
             "OP",
-            &op,
+            &recording.op,
             settings.op_range,
             told_range("op_range"),
             self.options.wording,
         )
         .map_err(refused)?;
-        op.range = op_range;
+        recording.op.range = op_range;
         notes.extend(op_note);
-        if let Some(vp) = &mut vp {
+        if let Some(vp) = &mut recording.vp {
             let (vp_range, vp_note) = range::of_valve_signal(
                 "VP",
                 vp,
@@ -115,33 +171,41 @@ impl<'a> Builder<'a> {
             vp.range = vp_range;
             notes.extend(vp_note);
         }
-        if let Some(pv) = &mut pv {
-            let given = settings.pv_range.map(|ends| (ends, RangeSource::Given));
-            let told = told_range("pv_range").map(|ends| (ends, RangeSource::Metadata));
-            let range = given.or(told).map(|((low, high), source)| Range::new(low, high, source));
-            pv.range = range.transpose().map_err(refused)?;
-        }
-        let loop_type = match settings.loop_type {
+        recording.loop_type = match settings.loop_type {
             Some(given) => given,
             None => self.told_type(&mut notes).unwrap_or_else(|| role::loop_type(&name)),
         };
-        let plant_time = match (&self.options.zone, self.times.start, &self.times.clock) {
+        recording.plant_time = match (&self.options.zone, self.times.start, &self.times.clock) {
             (Some(zone), Some(start), _) => zone.plant_time(start),
             (None, _, Clock::Local) => PlantTime::unnamed(),
             _ => PlantTime::default(),
         };
-        Ok(Recording {
-            name,
-            loop_type,
-            start: self.times.start,
-            plant_time,
-            op,
-            pv,
-            sp,
-            vp,
-            mode,
-            notes,
-        })
+        recording.notes = notes;
+        Ok(recording)
+    }
+
+    /// The columns of a loop.
+    fn columns(&self, plan: &LoopPlan) -> Columns {
+        let column = |place: usize| &*self.sheet.columns[place].name;
+        let name = |signal| {
+            plan.signal(signal).map(|place| match &self.plan.place {
+                Place::Columns => column(place).to_owned(),
+                Place::Rows { tags, .. } => tags[place].name.clone(),
+            })
+        };
+        let time = self.plan.date.into_iter().chain(self.plan.time);
+        let time = time.filter(|_| self.options.sample_time.is_none()).map(column);
+        let time = time.collect::<Vec<_>>();
+        Columns {
+            time: Some(time.join(" and ")).filter(|names| !names.is_empty()),
+            time_format: self.times.format.clone(),
+            zone: self.times.clock.name().to_owned(),
+            op: name(Signal::Op),
+            pv: name(Signal::Pv),
+            sp: name(Signal::Sp),
+            vp: name(Signal::Vp),
+            mode: name(Signal::Mode),
+        }
     }
 
     /// The type in the file, as a name or as a flag for an integrating loop.
@@ -159,12 +223,14 @@ impl<'a> Builder<'a> {
         found
     }
 
+    /// The samples of a signal. If empty cells of its column are no samples, its name is added to `sparse`.
     fn channel(
         &self,
         plan: &LoopPlan,
         signal: Signal,
         place: usize,
         notes: &mut Vec<String>,
+        sparse: &mut Vec<&'a str>,
     ) -> Result<Channel> {
         let source = self.source(place);
         let said = self.qualities(plan, signal, &source, notes)?;
@@ -190,12 +256,23 @@ impl<'a> Builder<'a> {
             values.push(value);
             qualities.push(if quality.is_usable() { said } else { quality });
         }
-        let time = source.rows.iter().map(|row| self.times.seconds[*row]).collect();
+        let mut time: Vec<f64> = source.rows.iter().map(|row| self.times.seconds[*row]).collect();
+        if qualities.contains(&Quality::Missing) && matches!(self.plan.place, Place::Columns) {
+            let empty: Vec<bool> =
+                source.rows.iter().map(|row| is_empty(source.column, *row)).collect();
+            if rhythm::are_other_rows(&time, &values, &empty) {
+                sparse.push(source.name);
+                keep(&mut time, &empty);
+                keep(&mut values, &empty);
+                keep(&mut qualities, &empty);
+            }
+        }
         let channel = Channel::with_quality(signal.name(), time, values, qualities);
         let mut channel = channel.map_err(|e| Error::Table {
             origin: self.sheet.origin.clone(),
             message: format!("\"{}\": {e}", source.name),
         })?;
+        channel.mask_named(&self.bad_values);
         let in_name = || role::without_unit(source.name).1.map(str::to_owned);
         channel.unit = source.column.unit.clone().or_else(in_name);
         Ok(channel)
@@ -282,11 +359,31 @@ impl<'a> Builder<'a> {
         Some(mode)
     }
 
-    fn modes(&self, plan: &LoopPlan, place: usize, notes: &mut Vec<String>) -> Result<Modes> {
-        let source = self.source(place);
+    /// The modes. If the table is `sparse`, or most of its modes are empty, an empty cell is no mode.
+    fn modes(
+        &self,
+        plan: &LoopPlan,
+        place: usize,
+        is_sparse: bool,
+        notes: &mut Vec<String>,
+    ) -> Result<Modes> {
+        let mut source = self.source(place);
+        if matches!(self.plan.place, Place::Columns) {
+            let full = |row: &usize| !is_empty(source.column, *row);
+            let full: Vec<usize> = source.rows.iter().copied().filter(full).collect();
+            let is_most = 2 * full.len() < source.rows.len();
+            if !full.is_empty() && (is_sparse || is_most) {
+                source.rows = full;
+            }
+        }
         let said = self.qualities(plan, Signal::Mode, &source, notes)?;
         let switch = self.switch(place, &source, notes);
         let (mut modes, mut codes, mut nothing) = (Vec::with_capacity(source.rows.len()), false, 0);
+        let numbers = source.rows.iter().filter_map(|row| match &source.column.cells {
+            Cells::Text(cells) => number::parse(&cells[*row], self.mark),
+            Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => Some(numbers[*row]),
+        });
+        let kind = mode::Codes::of(source.name, numbers);
         for (k, row) in source.rows.iter().enumerate() {
             if said.as_ref().is_some_and(|said| !said[k].is_usable()) {
                 nothing += 1;
@@ -305,7 +402,7 @@ impl<'a> Builder<'a> {
                 modes.push(if is_on { mode } else { mode::switched_off(mode) });
                 continue;
             }
-            modes.push(match mode::of_cell(cell, &self.options.modes, mark) {
+            modes.push(match mode::of_cell(cell, &self.options.modes, kind, mark) {
                 Some(mode::Said::Mode(mode)) => mode,
                 Some(mode::Said::Code(mode)) => {
                     codes = true;
@@ -318,8 +415,11 @@ impl<'a> Builder<'a> {
                 None => {
                     let cell = number::shown(cell);
                     let message = format!(
-                        "\"{cell}\" is not a known mode; define it in a mapping file, as in [modes] \"{cell}\" = \
-                         \"auto\", or leave it out, as in {}",
+                        "\"{cell}\" is not a known mode; give its meaning, as in {}, or leave the mode out, as in {}",
+                        self.options.wording.of(Remedy::Mode {
+                            word: cell.clone(),
+                            modes: vec!["auto", "manual", "cascade"],
+                        }),
                         self.options.wording.of(Remedy::map("ignore", source.name))
                     );
                     return Err(self.wrong(&source, *row, message));
@@ -327,11 +427,11 @@ impl<'a> Builder<'a> {
             });
         }
         if codes {
-            notes.push(
-                "mode codes are interpreted as 0 manual, 1 automatic, 2 cascade; if they mean something else, define \
-                 them under [modes] in a mapping file"
-                    .to_owned(),
-            );
+            notes.push(format!(
+                "mode codes are interpreted as {}; if they mean something else, give their meaning, as in {}",
+                kind.words(),
+                self.options.wording.of(Remedy::Mode { word: "1".to_owned(), modes: vec!["manual"] })
+            ));
         }
         if nothing > 0 {
             notes.push(format!("{nothing} of {} modes are not recorded", modes.len()));
@@ -339,6 +439,20 @@ impl<'a> Builder<'a> {
         let time = source.rows.iter().map(|row| self.times.seconds[*row]).collect();
         Ok(Modes { time, modes })
     }
+}
+
+/// Whether nothing is written in a cell.
+fn is_empty(column: &Column, row: usize) -> bool {
+    match &column.cells {
+        Cells::Text(cells) => cells[row].is_empty(),
+        Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => numbers[row].is_nan(),
+    }
+}
+
+/// Keeps what is not empty.
+fn keep<T>(all: &mut Vec<T>, empty: &[bool]) {
+    let mut empty = empty.iter();
+    all.retain(|_| !empty.next().copied().unwrap_or(false));
 }
 
 /// The error for a file without an OP.

@@ -4,14 +4,15 @@ use crate::error::{Error, Result};
 use crate::names::list;
 use sha2::{Digest, Sha256};
 use std::collections::{HashMap, HashSet};
-use stiction_diagnose::recording::{Channel, Modes, Quality, Recording};
+use stiction_diagnose::recording::{Channel, MaskedSample, Modes, Quality, Recording};
 
 /// A recording, and the name of its file in messages.
 pub type Part<'a> = (&'a str, &'a Recording);
 
 /// Joins the recordings of one loop. Recordings with dates are ordered by them. Recordings without dates follow each
 /// other as given. A clock that continues is kept, and a clock that restarts is shifted to the next sample. The time
-/// between two files remains a gap, and samples in both files are used once. The name is that of the first.
+/// between two files remains a gap, and samples in both files are used once. The name is that of the first. Which
+/// values are no measurements is decided for the whole, so that it does not depend on how files divide it.
 ///
 /// # Errors
 /// If only some have dates, if their signals, units or ranges differ, or if they overlap with different samples; the
@@ -28,7 +29,12 @@ pub fn join(parts: &[Part<'_>]) -> Result<Recording> {
         );
         return Err(refused(without, message));
     }
-    let mut parts = parts.to_vec();
+    if let [(_, one)] = parts {
+        return Ok((*one).clone());
+    }
+    let whole: Vec<_> =
+        parts.iter().map(|(origin, recording)| (*origin, recording.unmasked())).collect();
+    let mut parts: Vec<Part<'_>> = whole.iter().map(|(origin, part)| (*origin, &**part)).collect();
     let begin = |(_, r): &Part<'_>| r.start.unwrap_or(0.0) + span(&r.op).0;
     if dated > 0 {
         parts.sort_by(|a, b| begin(a).total_cmp(&begin(b)));
@@ -67,6 +73,7 @@ pub fn join(parts: &[Part<'_>]) -> Result<Recording> {
             .notes
             .insert(0, format!("joined from {} files, {}{follow}", files.len(), list(&files)));
     }
+    whole.mask();
     Ok(whole)
 }
 
@@ -194,6 +201,10 @@ fn append(whole: &mut Recording, part: &Recording, shift: f64) -> std::result::R
         whole.time = all.iter().map(|(t, _)| *t).collect();
         whole.values = all.iter().map(|(_, value)| value.0).collect();
         whole.quality = all.iter().map(|(_, value)| value.1).collect();
+        let named = part.masked.iter().map(|m| MaskedSample { time: m.time + shift, ..*m });
+        whole.masked.extend(named);
+        whole.masked.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.value.total_cmp(&b.value)));
+        whole.masked.dedup_by(|a, b| a.time == b.time && a.value == b.value);
         Ok::<_, String>(())
     };
     channel("OP", &mut whole.op, &part.op)?;

@@ -1,23 +1,31 @@
 //! Recordings from files of any format.
 
 mod builder;
+pub mod file_per_tag;
 mod format;
 pub mod join;
 mod naming;
+mod notation;
 #[cfg(feature = "parquet")]
 pub mod parted;
+mod parts;
+mod runs;
 pub mod summary;
 mod times;
+mod written;
 
 pub use format::Format;
+pub use written::{mapping_of, same};
 
 use crate::bytes;
-use crate::cells::number::DecimalMark;
-use crate::columns::layout::{self, Layout, MissingLoop, Plan, Recognised};
+use crate::cells::number;
+use crate::columns::layout::{self, Layout, MissingLoop, Plan, Recognised, side_by_side};
 use crate::columns::options::ReadOptions;
+use crate::csv::Dialect;
 use crate::error::{Error, Result};
 use crate::names::list;
-use crate::sheet::Sheet;
+use crate::remedy::{Remedy, Wording};
+use crate::sheet::{Cells, Column, Sheet};
 use crate::timestamp::{Clock, Times};
 use builder::{Builder, no_op};
 use format::sheets;
@@ -92,6 +100,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading> {
 /// column and is not a known word; or if the times cannot be read.
 pub fn parse(bytes: &[u8], origin: &str, options: &ReadOptions) -> Result<Reading> {
     let (format, sheets, notes) = sheets(bytes, origin)?;
+    let sheets = parts::chosen(sheets, origin, options)?;
     let sha256 = format!("{:x}", Sha256::digest(bytes));
     build(format, &sheets, notes, sha256, origin, options)
 }
@@ -118,23 +127,40 @@ pub fn of_sheet(sheet: Sheet, options: &ReadOptions) -> Result<Reading> {
 
 /// Reads recordings from the sheets of a file.
 fn build(
-    format: Format,
+    mut format: Format,
     sheets: &[Sheet],
     mut notes: Vec<String>,
     sha256: String,
     origin: &str,
     options: &ReadOptions,
 ) -> Result<Reading> {
-    let mark = match format {
-        Format::Csv(dialect) => dialect.decimal_mark,
-        Format::Parquet | Format::Matlab | Format::Memory => DecimalMark::Point,
+    let mut names = Names { origin, parts: common_start(sheets), several: sheets.len() > 1 };
+    let understood;
+    let sheets = match format {
+        Format::Workbook if sheets.len() > 1 => {
+            understood = parts::holding_loops(sheets, options, &mut notes)?;
+            names.several = understood.len() > 1;
+            &understood[..]
+        }
+        Format::Matlab if sheets.len() > 1 && !options.map.is_empty() => {
+            understood = parts::understood(sheets, options, &mut notes)?;
+            &understood[..]
+        }
+        _ => sheets,
     };
-    let names = Names { origin, parts: common_start(sheets), several: sheets.len() > 1 };
     let (mut recordings, mut recognised, mut first) = (vec![], vec![], None);
     let (mut missing, mut untagged): (Vec<MissingLoop>, _) = (vec![], vec![]);
     let mut without_op: Vec<&str> = vec![];
-    for sheet in sheets {
-        let plan = layout::recognise(sheet, options)?;
+    for original in sheets {
+        let unfolded = side_by_side::unfold(original, options);
+        let (sheet, options) = match &unfolded {
+            Some(unfolded) => (&unfolded.sheet, &unfolded.options),
+            None => (original, options),
+        };
+        let mut plan = layout::recognise(sheet, options)?;
+        if let Some(unfolded) = &unfolded {
+            unfolded.describe(&mut plan);
+        }
         recognised.extend(plan.recognised.iter().cloned());
         missing.extend(plan.missing.iter().cloned());
         let about = |note: &String| match &*sheet.part {
@@ -143,7 +169,7 @@ fn build(
         };
         notes.extend(sheet.notes.iter().chain(&plan.notes).map(about));
         if plan.loops.is_empty() {
-            without_op.push(&*sheet.part);
+            without_op.push(&*original.part);
             continue;
         }
         for each in &plan.loops {
@@ -156,6 +182,17 @@ fn build(
         }
         if plan.loops.iter().all(|each| each.unread.is_some()) {
             continue;
+        }
+        let found = match format {
+            Format::Csv(Dialect { decimal_mark: mark, mark_is_sure: is_sure, .. }) => {
+                number::Found { mark, is_sure }
+            }
+            _ => number::decimal_mark(&sheet.columns),
+        };
+        let (mark, said) = notation::settle(sheet, &plan, options, found)?;
+        notes.extend(said.iter().map(about));
+        if let Format::Csv(dialect) = &mut format {
+            dialect.decimal_mark = mark;
         }
         let builder = Builder::new(sheet, &plan, options, mark)?;
         notes.extend(builder.times.notes.iter().map(about));
@@ -171,7 +208,10 @@ fn build(
     let Some((layout, time)) = first else {
         let lacking = missing.iter().max_by_key(|each| each.is_partly_here);
         let Some(lacking) = lacking else {
-            return Err(no_op(origin, &recognised, options.wording));
+            let unnamed = without_header(format, sheets, options.wording);
+            return Err(unnamed
+                .filter(|_| options.map.is_empty())
+                .unwrap_or_else(|| no_op(origin, &recognised, options.wording)));
         };
         let (origin, message) = (origin.to_owned(), lacking.reason.clone());
         return Err(match lacking.is_partly_here {
@@ -211,10 +251,36 @@ fn build(
     })
 }
 
+/// The error for a text without a header, whose columns are named by their places.
+fn without_header(format: Format, sheets: &[Sheet], wording: Wording) -> Option<Error> {
+    let (Format::Csv(dialect), [sheet]) = (format, sheets) else { return None };
+    let place = |(i, column): (usize, &Column)| column.name == format!("column {}", i + 1);
+    if !sheet.columns.iter().enumerate().all(place) {
+        return None;
+    }
+    let cells = sheet.columns.iter().map(|column| match &column.cells {
+        Cells::Text(cells) => cells.first().map_or("", |cell| cell),
+        _ => "",
+    });
+    let row = cells.collect::<Vec<_>>().join(&dialect.delimiter.to_string());
+    let of = |role: &str, place: usize| wording.of(Remedy::map(role, &format!("column {place}")));
+    Some(Error::Table {
+        origin: sheet.origin.clone(),
+        message: format!(
+            "row {} must name the columns, but reads \"{}\"; add a header such as {}, or name columns by their places, \
+             as in {} and {}",
+            sheet.row(0),
+            number::shown(&row),
+            ["\"time", "pv", "op\""].join(&dialect.delimiter.to_string()),
+            of("time", 1),
+            of("op", sheet.columns.len()),
+        ),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sheet::{Cells, Column};
     use stiction_diagnose::recording::{LoopType, Quality};
 
     fn sheet(part: &str, columns: Vec<(&str, Cells)>) -> Sheet {
@@ -271,6 +337,59 @@ mod tests {
         assert_eq!(of(true, None), Some(1_704_067_200.0));
         assert_eq!(of(false, None), Some(1_704_067_200.0));
         assert_eq!(of(false, Some("Europe/Berlin")), Some(1_704_063_600.0));
+    }
+
+    /// A loop of 60 samples, in which sample 30 of the OP and of the PV have these texts.
+    fn with(op: &str, pv: &str) -> String {
+        let row = |k: usize| {
+            let wave = (k as f64 * 0.4).sin();
+            let at = |text: &str, value: f64| match k {
+                30 => text.to_owned(),
+                _ => format!("{value:.3}"),
+            };
+            format!("{k},{},{}\n", at(op, 45.0 + 3.0 * wave), at(pv, 60.0 - 2.0 * wave))
+        };
+        format!("t,op,pv\n{}", (0..60).map(row).collect::<String>())
+    }
+
+    fn masked(text: &str, options: &ReadOptions) -> Vec<(&'static str, f64)> {
+        let [one] = &parse(text.as_bytes(), "a.csv", options).unwrap().recordings[..] else {
+            panic!("one loop")
+        };
+        assert!(one.op.range.is_none() && one.notes.is_empty(), "{:?}", one.notes);
+        one.masked_values().iter().map(|m| (m.signal, m.value)).collect()
+    }
+
+    #[test]
+    fn values_that_are_no_measurements_are_masked_before_the_range_is_estimated() {
+        let found = masked(&with("-9999", "1e38"), &ReadOptions::default());
+        assert_eq!(found, [("OP", -9999.0), ("PV", 1e38)]);
+        assert_eq!(masked(&with("46", "61"), &ReadOptions::default()), []);
+    }
+
+    #[test]
+    fn numbers_that_the_user_names_are_masked() {
+        let value = ReadOptions { bad_value: vec![61.0], ..ReadOptions::default() };
+        let text = ReadOptions { bad_text: vec!["61.0".to_owned()], ..ReadOptions::default() };
+        for options in [value, text] {
+            assert_eq!(masked(&with("46", "61"), &options), [("PV", 61.0)]);
+        }
+    }
+
+    #[test]
+    fn joined_files_are_masked_as_one() {
+        // The first file alone shows nothing of the loop.
+        let outage = "t,op,pv\n-3,-9999,-9999\n-2,-9999,-9999\n-1,-9999,-9999\n0,45.000,60.000\n";
+        let read = |text: &str, name: &str| {
+            let options = ReadOptions { bad_value: vec![61.0], ..ReadOptions::default() };
+            parse(text.as_bytes(), name, &options).unwrap().recordings.remove(0)
+        };
+        let (first, second) = (read(outage, "a.csv"), read(&with("46", "61"), "b.csv"));
+        assert_eq!(first.pv.as_ref().unwrap().masked, []);
+        let whole = join::join(&[("a.csv", &first), ("b.csv", &second)]).unwrap();
+        let counts: Vec<_> =
+            whole.masked_values().iter().map(|m| (m.signal, m.value, m.count)).collect();
+        assert_eq!(counts, [("OP", -9999.0, 3), ("PV", -9999.0, 3), ("PV", 61.0, 1)]);
     }
 
     #[test]

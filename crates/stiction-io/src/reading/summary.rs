@@ -4,7 +4,10 @@ use crate::columns::layout::Recognised;
 use crate::reading::{Format, Reading};
 use crate::timestamp::Clock;
 use std::collections::BTreeMap;
-use stiction_diagnose::recording::{Channel, Mode, Modes, Quality, RangeSource, Recording};
+use stiction_diagnose::recording::understood::Row;
+use stiction_diagnose::recording::{
+    Channel, Grid, GridOptions, Masked, Mode, Modes, Quality, Recording, Understood,
+};
 
 #[cfg(feature = "serde")]
 use {schemars::JsonSchema, serde::Serialize};
@@ -93,6 +96,8 @@ pub struct Loop {
     #[cfg_attr(feature = "serde", serde(serialize_with = "option_of_counts"))]
     #[cfg_attr(feature = "serde", schemars(with = "Option<BTreeMap<String, usize>>"))]
     pub modes: Option<Counts>,
+    /// What was understood, as the table that terminal, report and lab show.
+    pub understood: Vec<Row>,
     /// Notes for the user.
     pub notes: Vec<String>,
 }
@@ -107,6 +112,8 @@ pub struct Signal {
     #[cfg_attr(feature = "serde", serde(serialize_with = "counts_as_map"))]
     #[cfg_attr(feature = "serde", schemars(with = "BTreeMap<String, usize>"))]
     pub quality: Counts,
+    /// The values among the bad ones that are no measurements, such as -9999.
+    pub masked: Vec<Masked>,
     /// Its smallest value; `None` without values.
     pub lowest: Option<f64>,
     /// Its largest value; `None` without values.
@@ -163,7 +170,7 @@ impl From<&Reading> for Summary {
             times: Times {
                 column: time.column.clone(),
                 format: time.format.to_string(),
-                zone: zone(&time.clock),
+                zone: time.clock.name().to_owned(),
             },
             columns: reading.recognised.iter().map(Column::from).collect(),
             loops: reading.recordings.iter().map(|each| Loop::of(each, &time.clock)).collect(),
@@ -193,7 +200,8 @@ impl Loop {
             ("sp", recording.sp.as_ref()),
             ("vp", recording.vp.as_ref()),
         ];
-        let signals = signals.into_iter().filter_map(|(name, of)| Some((name, of?.into())));
+        let signals =
+            signals.into_iter().filter_map(|(name, of)| Some((name, Signal::of(name, of?))));
         Self {
             name: recording.name.clone(),
             loop_type: recording.loop_type.name(),
@@ -203,26 +211,31 @@ impl Loop {
             duration_s: last - first,
             signals: signals.collect(),
             modes: recording.mode.as_ref().map(modes),
+            understood: understood(recording, clock),
             notes: recording.notes.clone(),
         }
     }
 }
 
-impl From<&Channel> for Signal {
-    fn from(channel: &Channel) -> Self {
+/// What was understood of a recording. One that fits on no grid, such as a single sample, is shown without.
+pub(super) fn understood(recording: &Recording, clock: &Clock) -> Vec<Row> {
+    let grid = Grid::of(recording, &GridOptions::default()).ok();
+    let show = |at: f64| clock.show(recording.start, at).replacen('T', " ", 1);
+    Understood::of(recording, grid.as_ref()).rows(&show)
+}
+
+impl Signal {
+    fn of(name: &'static str, channel: &Channel) -> Self {
         let (low, high) = ends(&channel.values);
         let range = channel.range.map(|range| Span {
             low: range.low,
             high: range.high,
-            source: match range.source {
-                RangeSource::Given => "given",
-                RangeSource::Metadata => "from the file",
-                RangeSource::Estimated => "estimated",
-            },
+            source: range.source.name(),
         });
         Self {
             samples: channel.values.len(),
             quality: qualities(channel),
+            masked: channel.masked_values(name),
             lowest: low.is_finite().then_some(low),
             highest: high.is_finite().then_some(high),
             unit: channel.unit.clone(),
@@ -264,13 +277,4 @@ fn modes(modes: &Modes) -> Counts {
 fn counted<T: PartialEq>(sorts: [(&'static str, T); 4], all: &[T]) -> Counts {
     let count = |(name, sort)| (name, all.iter().filter(|each| **each == sort).count());
     sorts.into_iter().map(count).filter(|(_, count)| *count > 0).collect()
-}
-
-fn zone(clock: &Clock) -> String {
-    match clock {
-        Clock::Utc => "UTC".to_owned(),
-        Clock::Zone(zone) => zone.clone(),
-        Clock::Local => "no zone".to_owned(),
-        Clock::Elapsed => "from an unknown start".to_owned(),
-    }
 }

@@ -1,13 +1,18 @@
 //! The times of a sheet's rows, from a column or a sample time.
 
-use crate::cells::number::DecimalMark;
+use crate::cells::number::{self, DecimalMark};
 use crate::columns::layout::{Place, Plan};
 use crate::columns::options::ReadOptions;
+use crate::columns::role::{self, Role};
 use crate::error::{Error, Result};
 use crate::names::list;
 use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column, Sheet};
 use crate::timestamp::{self, Clock, Times, Told};
+use jiff::ToSpan;
+use jiff::civil::Date;
+use jiff::tz::Offset;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Reads the times of all rows of `sheet`, or computes them from its sample time.
@@ -44,13 +49,7 @@ pub fn times(
                 check_told(sample_time, Told::ByFile)?;
                 Ok(evenly(sheet.len(), sample_time))
             }
-            _ => Err(wrong(format!(
-                "has no column of times; its columns are {}; name the column, as in {}, or give the time between \
-                 rows, as in {}",
-                list(&sheet.columns.iter().map(|c| &*c.name).collect::<Vec<_>>()),
-                options.wording.of(Remedy::map_some("time")),
-                options.wording.of(Remedy::SampleTime(1.0))
-            ))),
+            _ => Err(wrong(no_times(sheet, by_rows, options.wording))),
         };
     };
     let mut series = vec![0; sheet.len()];
@@ -66,50 +65,133 @@ pub fn times(
         mark,
         format: options.time_format.as_ref(),
         zone: options.zone.as_ref(),
+        date: options.date,
         series: &series,
         is_long: by_rows,
         wording: options.wording,
     };
     let column = &sheet.columns[time];
     let Some(date) = plan.date else { return timestamp::read(column, &context) };
-    let is_full = match &column.cells {
-        Cells::Text(cells) => cells.first().is_some_and(|cell| timestamp::looks_like(cell)),
-        _ => true,
-    };
-    if !is_full {
-        return timestamp::read(&joined(sheet, date, column, options.wording)?, &context);
+    if let Some(joined) = joined(sheet, date, column) {
+        return timestamp::read(&joined, &context);
     }
     let mut times = timestamp::read(column, &context)?;
     times.notes.push(format!(
-        "\"{}\" is not used, because \"{}\" includes the day",
+        "\"{}\" is not used, because \"{}\" is the time without it",
         sheet.columns[date].name, column.name
     ));
     Ok(times)
 }
 
-/// A column of days and one of times of day, combined.
-fn joined(sheet: &Sheet, date: usize, time: &Column, wording: Wording) -> Result<Column> {
+/// The message that nothing in a sheet is its time.
+fn no_times(sheet: &Sheet, by_rows: bool, wording: Wording) -> String {
+    let left_out = sheet.left_out.iter().find(|each| role::of_rows(&each.name) == Some(Role::Time));
+    let why = left_out.map_or(String::new(), |each| format!(" (\"{}\" {})", each.name, each.why));
+    let known = list(&sheet.columns.iter().map(|c| &*c.name).collect::<Vec<_>>());
+    let name = wording.of(Remedy::map_some("time"));
+    let sample_time = match by_rows {
+        true => String::new(),
+        false => format!(
+            ", or give the time between rows, as in {}",
+            wording.of(Remedy::SampleTime(1.0))
+        ),
+    };
+    format!(
+        "has no column of times{why}; its columns are {known}; name the column, as in {name}{sample_time}"
+    )
+}
+
+/// A column of days and one of times of day, combined. `None` if the second column is complete without the first.
+fn joined(sheet: &Sheet, date: usize, time: &Column) -> Option<Column> {
     let date = &sheet.columns[date];
-    let (Cells::Text(dates), Cells::Text(times)) = (&date.cells, &time.cells) else {
-        return Err(Error::Table {
-            origin: sheet.origin.clone(),
-            message: format!(
-                "\"{}\" and \"{}\" are both times; choose one, as in {}",
-                date.name,
-                time.name,
-                wording.of(Remedy::map("ignore", &date.name))
-            ),
-        });
-    };
-    let join = |(date, time): (&Arc<str>, &Arc<str>)| match (date.is_empty(), time.is_empty()) {
-        (false, false) => format!("{date} {time}").into(),
-        _ => "".into(),
-    };
-    Ok(Column {
+    let cells = (0..sheet.len()).map(|row| {
+        let (day, time) = (day(&date.cells, row)?, time_of_day(&time.cells, row)?);
+        let text =
+            if day.is_empty() || time.is_empty() { String::new() } else { format!("{day} {time}") };
+        Some(Arc::from(text))
+    });
+    Some(Column {
         name: format!("{} {}", date.name, time.name),
         unit: None,
-        cells: Cells::Text(dates.iter().zip(times).map(join).collect()),
+        cells: Cells::Text(cells.collect::<Option<Vec<Arc<str>>>>()?),
     })
+}
+
+/// The day in a cell, without a time of day at its end.
+fn day(cells: &Cells, row: usize) -> Option<Cow<'_, str>> {
+    let of_number = |number: f64| {
+        let day = match number {
+            20_000.0..80_000.0 => {
+                Date::new(1899, 12, 30).ok()?.checked_add((number as i64).days()).ok()?
+            }
+            19_700_101.0..21_000_101.0 => {
+                let [year, month, day] =
+                    [number as i32 / 10_000, number as i32 / 100 % 100, number as i32 % 100];
+                Date::new(year as i16, month as i8, day as i8).ok()?
+            }
+            _ => return None,
+        };
+        Some(Cow::Owned(day.to_string()))
+    };
+    match cells {
+        Cells::Text(cells) => {
+            let cell = cells[row].trim();
+            let is_midnight = |(_, time): &(&str, &str)| {
+                timestamp::time_of_day(time).and_then(|time| time.of_day()) == Some(0.0)
+            };
+            let parts = cell.split_once(' ').or_else(|| cell.split_once('T'));
+            let day = parts.filter(is_midnight).map_or(cell, |(day, _)| day);
+            number::parse(day, DecimalMark::Point).and_then(of_number).or(Some(Cow::Borrowed(day)))
+        }
+        Cells::Numbers(numbers) => of_number(numbers[row]),
+        Cells::Times { seconds, .. } => {
+            let at = jiff::Timestamp::from_second(seconds[row].floor() as i64).ok()?;
+            Some(Cow::Owned(Offset::UTC.to_datetime(at).date().to_string()))
+        }
+    }
+}
+
+/// The time of day in a cell: as text, as a part of a day, or behind the day zero of a spreadsheet. `None` if it
+/// includes a day of its own.
+fn time_of_day(cells: &Cells, row: usize) -> Option<Cow<'_, str>> {
+    let of_seconds = |seconds: f64| {
+        let millis = (seconds * 1e3).round() as u64;
+        let (minutes, rest) = (millis / 60_000, millis % 60_000);
+        let (hours, minutes) = (minutes / 60, minutes % 60);
+        Some(Cow::Owned(format!("{hours:02}:{minutes:02}:{:02}.{:03}", rest / 1000, rest % 1000)))
+    };
+    let of_number =
+        |number: f64| (0.0..1.0).contains(&number).then(|| of_seconds(number * 86_400.0))?;
+    match cells {
+        Cells::Text(cells) => {
+            let cell = cells[row].trim();
+            if cell.contains([':', 'h']) || cell.is_empty() {
+                let zero_days = [
+                    "1899-12-30",
+                    "1899-12-31",
+                    "1900-01-00",
+                    "1900-01-01",
+                    "1904-01-01",
+                    "1970-01-01",
+                ];
+                let (day, time) = cell.split_once([' ', 'T']).unwrap_or(("", cell));
+                let time = if zero_days.contains(&day) { time } else { cell };
+                return (!timestamp::looks_like(time)).then_some(Cow::Borrowed(time));
+            }
+            match number::parse(cell, DecimalMark::Point) {
+                Some(number) if cell.contains('.') => of_number(number),
+                // As in 060000.
+                Some(_) if cell.len() == 6 || cell.len() == 4 => Some(Cow::Borrowed(cell)),
+                Some(number) => of_number(number),
+                None => (!timestamp::looks_like(cell)).then_some(Cow::Borrowed(cell)),
+            }
+        }
+        Cells::Numbers(numbers) => of_number(numbers[row]),
+        Cells::Times { seconds, .. } => {
+            let is_zero_day = seconds[row] < -2.0e9 || (0.0..86_400.0).contains(&seconds[row]);
+            is_zero_day.then(|| of_seconds(seconds[row].rem_euclid(86_400.0)))?
+        }
+    }
 }
 
 /// Times at a fixed distance.

@@ -17,6 +17,16 @@ pub enum Clock {
 }
 
 impl Clock {
+    /// Its name, in words.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Utc => "UTC",
+            Self::Zone(zone) => zone,
+            Self::Local => "no zone, taken as UTC",
+            Self::Elapsed => "no date",
+        }
+    }
+
     /// The time `seconds` after `start` as text: in UTC or with its offset, without an offset if the zone is unknown,
     /// and as plain seconds if the start is unknown.
     pub fn show(&self, start: Option<f64>, seconds: f64) -> String {

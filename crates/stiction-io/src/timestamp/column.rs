@@ -5,6 +5,7 @@ use super::context::{Context, PLAUSIBLE, Times};
 use super::format::{DateOrder, TimeFormat, is_plain_name, unit_of};
 use super::plausible;
 use super::scan::{Stamp, scan};
+use super::time_of_day;
 use super::zone::Zone;
 use crate::cells::number;
 use crate::error::Result;
@@ -50,12 +51,16 @@ pub fn read(column: &Column, context: &Context<'_>) -> Result<Times> {
 fn check_present(column: &Column, numbers: &[f64], context: &Context<'_>) -> Result<()> {
     match numbers.iter().position(|number| !number.is_finite()) {
         None => Ok(()),
-        Some(i) => Err(context.wrong(column, i, "is not a time; every row needs one".to_owned())),
+        Some(i) => {
+            let message =
+                format!("is not a time; every row needs one{}", plausible::sample_time(context));
+            Err(context.wrong(column, i, message))
+        }
     }
 }
 
 /// A local time, or one with an offset.
-type Written = (DateTime, Option<Offset>);
+pub(super) type Written = (DateTime, Option<Offset>);
 
 fn as_utc(local: DateTime) -> i128 {
     Offset::UTC.to_timestamp(local).map_or(0, |timestamp| timestamp.as_nanosecond())
@@ -101,14 +106,14 @@ impl Context<'_> {
 
     fn text(&self, column: &Column, cells: &[Arc<str>]) -> Result<Times> {
         if let Some(i) = cells.iter().position(|cell| cell.is_empty()) {
-            let message = "is empty; every row needs a time, so give one or remove the row";
-            return Err(self.wrong(column, i, message.to_owned()));
+            let message = format!(
+                "is empty; every row needs a time, so give one or remove the row{}",
+                plausible::sample_time(self)
+            );
+            return Err(self.wrong(column, i, message));
         }
         match self.format {
-            Some(TimeFormat::Pattern(pattern)) => {
-                let written = self.by_pattern(column, cells, pattern)?;
-                return self.resolve(column, &written, pattern.clone());
-            }
+            Some(TimeFormat::Pattern(pattern)) => return self.by_pattern(column, cells, pattern),
             Some(TimeFormat::Date(order)) => {
                 let stamps = self.stamps(column, cells)?;
                 return self.dates(column, cells, &stamps, *order);
@@ -116,14 +121,18 @@ impl Context<'_> {
             _ => {}
         }
         let first = cells.first().map_or("", |cell| &**cell);
-        let numeric = number::parse(first, self.mark).is_some() && scan(first).is_none();
+        let is_stamp = scan(first).is_some();
+        if self.format.is_none() && !is_stamp && time_of_day::scan(first).is_some() {
+            return self.times_of_day(column, cells);
+        }
+        let numeric = number::parse(first, self.mark).is_some() && !is_stamp;
         if numeric || self.format.is_some() {
             let number = |(i, cell): (usize, &Arc<str>)| {
                 number::parse(cell, self.mark).ok_or_else(|| {
                     let message = format!(
-                        "\"{}\" is not a number, as this time format requires; correct it, or give another {}",
+                        "\"{}\" is not a number, as this time format requires; correct it{}",
                         number::shown(cell),
-                        self.wording.of(Remedy::TimeFormat(vec![]))
+                        plausible::sample_time(self)
                     );
                     self.wrong(column, i, message)
                 })
@@ -136,38 +145,59 @@ impl Context<'_> {
         self.dates(column, cells, &stamps, order)
     }
 
-    fn by_pattern(
-        &self,
-        column: &Column,
-        cells: &[Arc<str>],
-        pattern: &str,
-    ) -> Result<Vec<Written>> {
-        let read = |cell: &str| {
-            let parts = BrokenDownTime::parse(pattern, cell)?;
-            let local = match parts.hour() {
-                Some(_) => parts.to_datetime()?,
-                None => parts.to_date()?.to_datetime(jiff::civil::Time::midnight()),
+    fn by_pattern(&self, column: &Column, cells: &[Arc<str>], pattern: &str) -> Result<Times> {
+        let wrong = |i: usize, e: jiff::Error| {
+            let cell = number::shown(&cells[i]);
+            let given = self.wording.of(Remedy::TimeFormat(vec![pattern.to_owned()]));
+            let message = format!(
+                "\"{cell}\" is not a time in the format {given}: {e}; correct the cell or the format{}",
+                plausible::sample_time(self)
+            );
+            self.wrong(column, i, message)
+        };
+        let parts = |(i, cell): (usize, &Arc<str>)| {
+            BrokenDownTime::parse(pattern, &**cell).map_err(|e| wrong(i, e))
+        };
+        let parts = cells.iter().enumerate().map(parts).collect::<Result<Vec<_>>>()?;
+        let has_no_day = |parts: &BrokenDownTime| {
+            parts.to_date().is_err() && (parts.hour().is_some() || parts.minute().is_some())
+        };
+        if parts.first().is_some_and(has_no_day) {
+            let seconds = |parts: &BrokenDownTime| {
+                let fraction = f64::from(parts.subsec_nanosecond().unwrap_or(0)) / NANOS;
+                let of = |part: Option<i8>| f64::from(part.unwrap_or(0));
+                // Only the time of day knows of a.m. and p.m.
+                let hour = parts.to_time().map_or(parts.hour(), |time| Some(time.hour()));
+                of(hour) * 3600.0 + of(parts.minute()) * 60.0 + of(parts.second()) + fraction
             };
-            Ok((local, parts.offset()))
+            let turn = if parts[0].hour().is_some() { 86_400.0 } else { 3600.0 };
+            return self.of_day(column, parts.iter().map(seconds).collect(), Some(turn), pattern);
+        }
+        let written = |(i, parts): (usize, &BrokenDownTime)| {
+            let local = match parts.hour() {
+                Some(_) => parts.to_datetime(),
+                None => parts.to_date().map(|day| day.to_datetime(jiff::civil::Time::midnight())),
+            };
+            Ok((local.map_err(|e| wrong(i, e))?, parts.offset()))
         };
-        let told = |(i, cell): (usize, &Arc<str>)| {
-            read(cell).map_err(|e: jiff::Error| {
-                let cell = number::shown(cell);
-                let given = self.wording.of(Remedy::TimeFormat(vec![pattern.to_owned()]));
-                let message = format!("\"{cell}\" is not a time in the format {given}: {e}");
-                self.wrong(column, i, message)
-            })
-        };
-        cells.iter().enumerate().map(told).collect()
+        let written = parts.iter().enumerate().map(written).collect::<Result<Vec<_>>>()?;
+        self.resolve(column, &written, pattern.to_owned())
     }
 
     fn stamps(&self, column: &Column, cells: &[Arc<str>]) -> Result<Vec<Stamp>> {
         let stamp = |(i, cell): (usize, &Arc<str>)| {
             scan(cell).ok_or_else(|| {
                 let cell = number::shown(cell);
+                let other = match i {
+                    0 => format!(
+                        "give its format as a pattern with {}",
+                        self.wording.of(Remedy::TimeFormat(vec![]))
+                    ),
+                    _ => "correct it, or remove the row".to_owned(),
+                };
                 let message = format!(
-                    "\"{cell}\" is not understood as a time; give the format, as in {}",
-                    self.wording.of(Remedy::TimeFormat(vec!["%d/%m/%Y %H:%M:%S".to_owned()]))
+                    "\"{cell}\" is not understood as a time; {other}{}",
+                    plausible::sample_time(self)
                 );
                 self.wrong(column, i, message)
             })
@@ -185,11 +215,13 @@ impl Context<'_> {
                 orders.retain(|order| possible.contains(order));
             }
             if orders.is_empty() {
+                let rows = plausible::sample_time(self);
                 let message = if stamp.orders().next().is_none() {
-                    format!("\"{}\" is not a day of the calendar; correct it", cells[i])
+                    format!("\"{}\" is not a day of the calendar; correct it{rows}", cells[i])
                 } else {
                     format!(
-                        "\"{}\" has a different order of day and month from the rows above; write all dates alike",
+                        "\"{}\" has a different order of day and month from the rows above; write all dates \
+                         alike{rows}",
                         cells[i]
                     )
                 };
@@ -221,14 +253,34 @@ impl Context<'_> {
     ) -> Result<Times> {
         let written = |(i, stamp): (usize, &Stamp)| {
             let local = stamp.civil(order).ok_or_else(|| {
-                let message =
-                    format!("\"{}\" is not a day when read as {}", cells[i], order.name());
+                let message = format!(
+                    "\"{}\" is not a day when read as {}; leave {} out{}",
+                    cells[i],
+                    order.name(),
+                    self.wording.of(Remedy::TimeFormat(vec![])),
+                    plausible::sample_time(self)
+                );
                 self.wrong(column, i, message)
             })?;
             Ok((local, stamp.offset))
         };
+        let abbreviated = stamps.iter().position(|stamp| stamp.is_abbreviated);
+        if let Some(i) = abbreviated.filter(|_| self.zone.is_none()) {
+            let message = format!(
+                "\"{}\" ends with the abbreviation of a zone, which is not unique; give the zone, as in {}",
+                cells[i],
+                self.wording.of(Remedy::Zone(Some("Europe/Berlin".to_owned())))
+            );
+            return Err(self.wrong(column, i, message));
+        }
         let written = stamps.iter().enumerate().map(written).collect::<Result<Vec<_>>>()?;
-        self.resolve(column, &written, TimeFormat::Date(order).describe())
+        let mut times = self.resolve(column, &written, TimeFormat::Date(order).describe())?;
+        if abbreviated.is_some() {
+            let note =
+                "the abbreviations of zones are not read; the times are those of the given zone";
+            times.notes.push(note.to_owned());
+        }
+        Ok(times)
     }
 
     /// Times that are numbers, interpreted by magnitude as an epoch, as spreadsheet days, or as plain seconds.
@@ -236,10 +288,11 @@ impl Context<'_> {
         let guessed = self.format.is_none();
         let format = match self.format {
             Some(TimeFormat::Pattern(_) | TimeFormat::Date(_)) => {
+                let numbers = ["seconds", "epoch-s", "epoch-ms", "excel", "datenum"];
                 let message = format!(
-                    "holds numbers, not dates; leave {} out, or give seconds, epoch-s, epoch-ms, excel \
-                     or datenum",
-                    self.wording.of(Remedy::TimeFormat(vec![]))
+                    "holds numbers, not dates; leave {} out, or give a format of numbers, as in {}",
+                    self.wording.of(Remedy::TimeFormat(vec![])),
+                    self.wording.of(Remedy::TimeFormat(numbers.map(str::to_owned).to_vec()))
                 );
                 return Err(self.wrong_column(column, message));
             }
@@ -303,20 +356,40 @@ impl Context<'_> {
     }
 
     /// Converts written times to a clock that runs evenly.
-    fn resolve(&self, column: &Column, written: &[Written], format: String) -> Result<Times> {
+    pub(super) fn resolve(
+        &self,
+        column: &Column,
+        written: &[Written],
+        format: String,
+    ) -> Result<Times> {
         let is_of_recording = |(local, _): &Written| plausible::YEARS.contains(&local.year());
         if let Some(i) = written.iter().position(|each| !is_of_recording(each)) {
             return Err(plausible::beyond(column, i, &format, self));
         }
         let has_offset = written.first().is_some_and(|(_, offset)| offset.is_some());
-        if let Some(i) = written.iter().position(|(_, offset)| offset.is_some() != has_offset) {
-            let (this, others) = if has_offset { ("no", "an") } else { ("an", "no") };
-            let message = format!(
-                "has {this} offset from UTC, but the rows above have {others} offset; write all alike"
-            );
-            return Err(self.wrong(column, i, message));
-        }
-        if has_offset {
+        let mixed = written.iter().position(|(_, offset)| offset.is_some() != has_offset);
+        let in_zone: Vec<Written>;
+        let written = match (mixed, self.zone) {
+            (None, _) => written,
+            (Some(i), None) => {
+                let (this, others) = if has_offset { ("no", "an") } else { ("an", "no") };
+                let message = format!(
+                    "has {this} offset from UTC, but the rows above have {others} offset; give the zone of times \
+                     without one, as in {}, or write all alike",
+                    self.wording.of(Remedy::Zone(Some("Europe/Berlin".to_owned())))
+                );
+                return Err(self.wrong(column, i, message));
+            }
+            (Some(_), Some(zone)) => {
+                let local = |(local, offset): &Written| {
+                    let at = offset.and_then(|offset| offset.to_timestamp(*local).ok());
+                    (at.map_or(*local, |at| zone.zone.to_datetime(at)), None)
+                };
+                in_zone = written.iter().map(local).collect();
+                &in_zone
+            }
+        };
+        if has_offset && mixed.is_none() {
             let nanos = written.iter().map(|(local, offset)| {
                 as_utc(*local) - i128::from(offset.map_or(0, Offset::seconds)) * 1_000_000_000
             });

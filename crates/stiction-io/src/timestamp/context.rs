@@ -1,6 +1,7 @@
 //! Times, and the information on a column of times beside its cells.
 
 use super::clock::Clock;
+use super::day::Day;
 use super::format::TimeFormat;
 use super::zone::Zone;
 use crate::cells::number::DecimalMark;
@@ -29,6 +30,8 @@ pub struct Context<'a> {
     pub mark: DecimalMark,
     pub format: Option<&'a TimeFormat>,
     pub zone: Option<&'a Zone>,
+    /// The day of the first row, for times of day without a date.
+    pub date: Option<Day>,
     /// The series of each row. The rows of a series are in order of time or in reverse order.
     pub series: &'a [usize],
     /// Whether rows belong to several tags.

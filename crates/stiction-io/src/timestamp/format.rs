@@ -126,11 +126,17 @@ impl TimeFormat {
     }
 
     /// The name for users. A pattern is its own name.
-    pub(super) fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         match self {
             Self::Pattern(pattern) => pattern,
             _ => Self::NAMES.iter().find(|(_, each)| each == self).map_or("", |(name, _)| name),
         }
+    }
+
+    /// The name of the format with this description, if it has one.
+    pub(crate) fn name_of(description: &str) -> Option<&'static str> {
+        let found = Self::NAMES.into_iter().find(|(_, format)| format.describe() == description);
+        found.map(|(name, _)| name)
     }
 
     /// A short description.

@@ -3,17 +3,21 @@
 mod clock;
 mod column;
 mod context;
+mod day;
 mod format;
 mod plausible;
 mod scan;
+mod time_of_day;
 mod zone;
 
 pub use clock::Clock;
 pub use context::Times;
+pub use day::Day;
 pub use format::{DateOrder, TimeFormat};
 pub use zone::{Zone, instant};
 
 pub(crate) use column::read;
 pub(crate) use context::Context;
-pub(crate) use plausible::{Told, check_told};
-pub(crate) use scan::looks_like;
+pub(crate) use plausible::{MOST_COLLAPSED, Told, check_told, is_epoch};
+pub(crate) use scan::{looks_like, scan};
+pub(crate) use time_of_day::scan as time_of_day;

@@ -34,7 +34,7 @@ const LONGEST: f64 = 2.5e11;
 
 /// Share of rows that may have the time of the row before with other values. A clock with jitter has a few such rows,
 /// a clock with too few digits has many.
-const MOST_COLLAPSED: f64 = 0.1;
+pub const MOST_COLLAPSED: f64 = 0.1;
 
 /// Refuses `times` that no recording can have: beyond the calendar, all the same, too close or too far apart, or with
 /// too few digits to separate rows.
@@ -51,7 +51,7 @@ pub fn check(times: &Times, column: &Column, context: &Context<'_>) -> Result<()
     let rows = context.rows_of_series();
     let collapsed = collapsed(&rows, times, column, context);
     let remedy = sample_time(context);
-    let Some(step) = step(&rows, &times.seconds) else {
+    let Some(step) = median(steps(&rows, &times.seconds)) else {
         let Some(rows) = rows.iter().find(|rows| rows.len() > 1) else { return Ok(()) };
         let message = format!(
             "has the same time \"{}\" as all rows before; write times that differ{remedy}",
@@ -86,9 +86,10 @@ pub fn check(times: &Times, column: &Column, context: &Context<'_>) -> Result<()
 pub fn beyond(column: &Column, row: usize, format: &str, context: &Context<'_>) -> Error {
     let message = format!(
         "\"{}\", interpreted as {format}, is not a time of a recording; correct it or remove the row, or give the \
-         format with {}",
+         format with {}{}",
         shown(column, row),
-        context.wording.of(Remedy::TimeFormat(vec![]))
+        context.wording.of(Remedy::TimeFormat(vec![])),
+        sample_time(context)
     );
     context.wrong(column, row, message)
 }
@@ -101,7 +102,8 @@ pub fn question(
     column: &Column,
     context: &Context<'_>,
 ) -> Result<()> {
-    let Some(step) = step(&context.rows_of_series(), numbers) else { return Ok(()) };
+    let steps = steps(&context.rows_of_series(), numbers);
+    let Some(step) = median(steps.clone()) else { return Ok(()) };
     let is_usual = |format: &TimeFormat| USUAL.contains(&(step * format.unit()));
     let mut readings = better_dates(format, numbers);
     if !readings.is_empty() {
@@ -109,7 +111,7 @@ pub fn question(
         return Err(asked(&readings, step, numbers, column, context));
     }
     if *format == TimeFormat::Elapsed(1.0) && is_usual(format) && told_unit(column).is_none() {
-        readings = larger_units(numbers, step).into_iter().filter(is_usual).collect();
+        readings = larger_units(numbers, &steps, step).into_iter().filter(is_usual).collect();
         if !readings.is_empty() {
             readings.insert(0, format.clone());
             return Err(asked(&readings, step, numbers, column, context));
@@ -193,6 +195,12 @@ pub fn all_within(time: &Range<f64>, format: &TimeFormat, numbers: &[f64]) -> bo
     numbers.iter().all(|n| time.contains(&(zero + n * format.unit())))
 }
 
+/// Whether all numbers are recent dates in units of time since 1970.
+pub fn is_epoch(numbers: &[f64]) -> bool {
+    let epochs = [1.0, 1e-3, 1e-6, 1e-9].map(TimeFormat::Epoch);
+    !numbers.is_empty() && epochs.iter().any(|epoch| all_within(&RECENT, epoch, numbers))
+}
+
 /// The formats in which numbers are recent dates, if `format` gives other dates, such as .NET ticks that would be
 /// nanoseconds of the year 1990.
 fn better_dates(format: &TimeFormat, numbers: &[f64]) -> Vec<TimeFormat> {
@@ -219,7 +227,7 @@ pub fn of_the_same_size(format: &TimeFormat, numbers: &[f64]) -> Vec<&'static st
 
 /// The units in which `numbers` are whole seconds, minutes or quarters of an hour, although as seconds they are
 /// uneven: minutes, hours or days. Samples of a clock in seconds are even or have jitter, and do not match.
-fn larger_units(numbers: &[f64], step: f64) -> Vec<TimeFormat> {
+fn larger_units(numbers: &[f64], steps: &[f64], step: f64) -> Vec<TimeFormat> {
     /// With fewer rows, a match by chance is too likely.
     const LEAST_ROWS: usize = 8;
     /// The share of a grid step by which a time may deviate.
@@ -237,7 +245,7 @@ fn larger_units(numbers: &[f64], step: f64) -> Vec<TimeFormat> {
             (count - count.round()).abs() * of <= off
         })
     };
-    if is_short(mean_step(numbers, step)) {
+    if is_short(mean_step(steps, step)) {
         return vec![];
     }
     let decimals = decimals(numbers);
@@ -258,12 +266,9 @@ fn larger_units(numbers: &[f64], step: f64) -> Vec<TimeFormat> {
 }
 
 /// The mean of the steps that are not gaps.
-fn mean_step(numbers: &[f64], step: f64) -> f64 {
-    let mut sorted = numbers.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let steps = sorted.windows(2).map(|pair| pair[1] - pair[0]);
+fn mean_step(steps: &[f64], step: f64) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
-    for one in steps.filter(|one| *one > 0.0 && *one < 1.5 * step) {
+    for one in steps.iter().filter(|one| **one < 1.5 * step) {
         (sum, count) = (sum + one, count + 1.0);
     }
     if count > 0.0 { sum / count } else { step }
@@ -290,7 +295,7 @@ fn decimals(numbers: &[f64]) -> Option<i32> {
 }
 
 /// A hint to give the time between rows, unless rows belong to several tags.
-fn sample_time(context: &Context<'_>) -> String {
+pub fn sample_time(context: &Context<'_>) -> String {
     if context.is_long {
         return String::new();
     }
@@ -307,14 +312,25 @@ fn candidates(numbers: &[f64]) -> Vec<TimeFormat> {
     found
 }
 
-/// The median step between neighbouring times; none if all times are the same.
-fn step(series: &[Vec<usize>], times: &[f64]) -> Option<f64> {
+/// The steps above 0 between neighbouring times: in the order of the file, or in order of time if many rows are not in
+/// order. A clock that begins again has no small steps between the times of its runs.
+fn steps(series: &[Vec<usize>], times: &[f64]) -> Vec<f64> {
+    /// The share of steps back that shows rows in disorder.
+    const DISORDER: f64 = 0.25;
     let mut steps = vec![];
     for rows in series {
-        let mut sorted: Vec<f64> = rows.iter().map(|row| times[*row]).collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        steps.extend(sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0));
+        let mut own: Vec<f64> = rows.iter().map(|row| times[*row]).collect();
+        let back = own.windows(2).filter(|pair| pair[1] < pair[0]).count();
+        if back as f64 > DISORDER * own.len() as f64 {
+            own.sort_unstable_by(f64::total_cmp);
+        }
+        steps.extend(own.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0));
     }
+    steps
+}
+
+/// The median of steps; none if all times are the same.
+fn median(mut steps: Vec<f64>) -> Option<f64> {
     let middle = steps.len().checked_sub(1)? / 2;
     Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
 }

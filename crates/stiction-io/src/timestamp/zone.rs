@@ -35,7 +35,7 @@ impl Zone {
 /// If it is not a date, or its order is ambiguous, as in `01/02/2026`.
 pub fn instant(text: &str, zone: Option<&Zone>) -> Result<f64, String> {
     let wrong = || format!("\"{text}\" is not a date and time such as 2026-03-01T08:00");
-    let stamp = super::scan::scan(text).ok_or_else(wrong)?;
+    let stamp = super::scan::scan(text).filter(|stamp| !stamp.is_abbreviated).ok_or_else(wrong)?;
     let orders: Vec<_> = stamp.orders().collect();
     let [order] = orders[..] else { return Err(wrong()) };
     let civil = stamp.civil(order).ok_or_else(wrong)?;

@@ -81,6 +81,17 @@ impl Writer {
         self.array(2, &[1, 1], name, &[head.concat(), values.concat()])
     }
 
+    /// An array of structs, each with the concatenated values of its fields.
+    pub fn structures(self, name: &str, names: &[&str], values: &[Vec<u8>]) -> Vec<u8> {
+        let mut table = vec![];
+        for name in names {
+            table.extend(name.as_bytes());
+            table.resize(table.len().next_multiple_of(16), 0);
+        }
+        let head = [self.small(5, &self.word(16)), self.element(1, &table)];
+        self.array(2, &[1, values.len() as u32], name, &[head.concat(), values.concat()])
+    }
+
     pub fn cell(self, name: &str, values: &[Vec<u8>]) -> Vec<u8> {
         self.array(1, &[values.len() as u32, 1], name, values)
     }

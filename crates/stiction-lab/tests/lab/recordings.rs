@@ -204,7 +204,7 @@ fn what_is_dropped_is_read_and_closed_again() {
 fn what_is_no_recording_is_told_and_what_is_too_large_refused() {
     let lab = open(&[]);
     for (bytes, word) in [
-        (&b"PK\x03\x04"[..], "spreadsheet"),
+        (&b"PK\x03\x04"[..], "workbook"),
         (b"", ""),
         (b"\x00\x01\x02\x03\xff\xfe", ""),
         (b"PAR1 but no more", ""),

@@ -419,32 +419,18 @@ fn key_figures(diagnosis: &Diagnosis) -> Table {
 
 fn data(section: Section, diagnosis: &Diagnosis, source: &Source) -> Section {
     let grid = &diagnosis.grid;
-    let mut section = section.heading("Where the data come from").with(Block::Facts(vec![
+    let mut section = section.with(Block::Facts(vec![
         Fact::new("file", &source.file, ""),
         Fact::new("SHA-256", &source.sha256, ""),
         Fact::new("recorded", spoken(grid.duration), ""),
-        Fact::new("segments in automatic", grid.segments.len(), ""),
         Fact::new("in automatic", number(100.0 * grid.closed_share), "%"),
     ]));
+    let rows = diagnosis.understood.rows(&|at| moment(diagnosis, at));
+    section = section.with(Table::understood("", &rows));
     for note in &diagnosis.notes {
         section = section.with(Block::Paragraph(sentence(note)));
     }
-    if grid.repairs.is_empty() {
-        return section.with(Block::Paragraph("No sample needed a repair.".to_owned()));
-    }
-    let table = Table::new("Repairs of the data.")
-        .words("signal")
-        .numbers("samples or steps", "")
-        .words("first")
-        .words("what was done");
-    section.with(shortened(grid.repairs.iter().fold(table, |table, repair| {
-        table.row([
-            repair.signal.to_owned(),
-            repair.count.to_string(),
-            moment(diagnosis, repair.first_s),
-            sentence(&repair.done),
-        ])
-    })))
+    section
 }
 
 /// The rule, the source and the parameters of every method.

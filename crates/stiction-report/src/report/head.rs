@@ -7,7 +7,7 @@ use crate::document::Source;
 use crate::words::{self, percent, rough, sentence, spoken};
 use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Grade};
 use stiction_diagnose::fit::prospects::Remedy;
-use stiction_diagnose::recording::fitness::Class;
+use stiction_diagnose::recording::fitness::{Class, Measure, MeasureId};
 
 /// Number of other causes that are listed.
 const CAUSES: usize = 3;
@@ -184,6 +184,13 @@ pub(super) fn remarks(diagnosis: &Diagnosis) -> Vec<String> {
         Class::Caveats => format!("Data: fit, {caveats} caveats"),
         Class::Unfit => "Data: not fit".to_owned(),
     }];
+    // The measure says the same, if it is not fit.
+    let counts = |m: &&Measure| m.id == MeasureId::MaskedValues && m.class == Class::Fit;
+    if let Some(masked) = fitness.measures.iter().find(counts)
+        && !diagnosis.masked.is_empty()
+    {
+        all.push(sentence(&masked.reason));
+    }
     all.extend(fitness.reasons.iter().map(|reason| sentence(reason)));
     all
 }

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use stiction_diagnose::diagnose::VerdictClass;
 use stiction_diagnose::finding::Decision;
 use stiction_diagnose::recording::fitness::Class;
+use stiction_diagnose::recording::understood::Row;
 use stiction_figure::figure::Figure;
 use stiction_figure::page::relative;
 
@@ -300,6 +301,11 @@ fn compact(text: &str) -> String {
     lines.fold(String::new(), |text, line| text + line + "\n")
 }
 
+/// A picture without values that are the default anyway, because a page has hundreds of them.
+fn terse(svg: &str) -> String {
+    svg.replace(" text-anchor=\"start\"", "").replace("\" />", "\"/>")
+}
+
 /// Draws curves that occur several times once, such as the PV behind several fits, and refers to them.
 ///
 /// Only curves of still pictures are shared, as the script changes those of the others. They are known by their scale.
@@ -512,6 +518,12 @@ impl Table {
         self
     }
 
+    /// What was understood of a recording, as a table.
+    pub fn understood(caption: impl Into<String>, rows: &[Row]) -> Self {
+        let table = Row::TITLES.into_iter().fold(Self::new(caption), Self::words);
+        rows.iter().fold(table, |table, row| table.row(row.cells()))
+    }
+
     /// The table in Markdown, its caption above it.
     pub fn markdown(&self) -> String {
         let line = |cells: &[String]| {
@@ -704,7 +716,7 @@ impl Page {
         let svg = figure.still(&id)?;
         Ok(html! {
             figure {
-                div.sheet { (PreEscaped(svg)) }
+                div.sheet { (PreEscaped(terse(&svg))) }
                 @if !figure.caption.is_empty() { figcaption #(Figure::caption_id(&id)) { (figure.caption) } }
             }
         })
@@ -721,7 +733,7 @@ impl Page {
         let live = figure.live(&id)?;
         Ok(html! {
             figure #(id) data-live {
-                div.sheet { (PreEscaped(live.svg)) }
+                div.sheet { (PreEscaped(terse(&live.svg))) }
                 script type="application/json" { (PreEscaped(live.data)) }
                 @if !figure.caption.is_empty() { figcaption #(Figure::caption_id(&id)) { (figure.caption) } }
             }

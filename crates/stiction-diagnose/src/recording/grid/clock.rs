@@ -1,99 +1,17 @@
-//! The recording's clock: backward steps, and the sample time.
+//! The sample time.
 
-use super::repair::{GridRepair, RepairKind};
-use crate::recording::{Channel, Modes};
 use crate::series::mean;
 use std::collections::BTreeMap;
 
 /// Times this close, in sample times, are the same.
 pub(super) const SAME: f64 = 1e-6;
 
-/// The most backward steps of a clock; with more, rows are in disorder.
-const MOST_CLOCK_STEPS: usize = 10;
-
-/// Backward steps of the clock in the reference channel: the size of each.
-pub(super) struct Clock {
-    shifts: Vec<f64>,
-}
-
-impl Clock {
-    pub(super) fn of(reference: &Channel, repairs: &mut Vec<GridRepair>) -> Self {
-        let time = &reference.time;
-        let back: Vec<usize> = (1..time.len()).filter(|&i| time[i] < time[i - 1]).collect();
-        let mut clock = Self { shifts: vec![] };
-        if back.is_empty() || back.len() > MOST_CLOCK_STEPS {
-            return clock;
-        }
-        let mut sorted = time.clone();
-        sorted.sort_by(f64::total_cmp);
-        let Some((step, _)) = commonest_step(&sorted) else { return clock };
-        let ends = back.iter().skip(1).copied().chain([time.len()]);
-        let begins = [0].into_iter().chain(back.iter().copied());
-        for ((&i, end), begin) in back.iter().zip(ends).zip(begins) {
-            // Both runs between the time after the step and the time before it.
-            let (low, high) = (time[i], time[i - 1]);
-            let mut twice: Vec<(f64, f64)> = (begin..i)
-                .rev()
-                .take_while(|&k| time[k] >= low)
-                .chain((i..end).take_while(|&k| time[k] <= high))
-                .map(|k| (time[k], reference.values[k]))
-                .collect();
-            twice.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-            twice.dedup_by(|a, b| a.0 == b.0 && a.1.total_cmp(&b.1).is_eq());
-            if twice.len() as f64 <= 1.5 * ((high - low) / step + 1.0) {
-                // Each time occurs once: rows in disorder, not a clock that went back.
-                clock.shifts.clear();
-                return clock;
-            }
-            clock.shifts.push(high + step - low);
-        }
-        repairs.push(GridRepair {
-            kind: RepairKind::ClockStep,
-            signal: "time",
-            count: clock.shifts.len(),
-            first_s: time[back[0]],
-            done: format!(
-                "the clock went back by {} s in all; rows stay in the order of the file, and later times are moved \
-                 by as much",
-                clock.shifts.iter().sum::<f64>()
-            ),
-        });
-        clock
-    }
-
-    /// The times without the backward steps; `None` where nothing changes.
-    pub(super) fn unwound(&self, time: &[f64]) -> Option<Vec<f64>> {
-        let back = time.windows(2).filter(|pair| pair[1] < pair[0]).count();
-        if self.shifts.is_empty() || back > self.shifts.len() {
-            return None;
-        }
-        let (mut shift, mut steps) = (0.0, self.shifts.iter());
-        let mut last = f64::NEG_INFINITY;
-        let moved = time.iter().map(|&t| {
-            if t < last {
-                shift += steps.next().unwrap_or(&0.0);
-            }
-            last = t;
-            t + shift
-        });
-        Some(moved.collect())
-    }
-
-    pub(super) fn ordered(&self, modes: &Modes) -> Vec<(f64, bool)> {
-        let time = self.unwound(&modes.time).unwrap_or_else(|| modes.time.clone());
-        let mut ordered: Vec<(f64, bool)> =
-            time.into_iter().zip(modes.modes.iter().map(|mode| mode.is_closed())).collect();
-        ordered.sort_by(|a, b| a.0.total_cmp(&b.0));
-        ordered
-    }
-}
-
 /// The most frequent time between samples in order of time, and its share of the steps.
 ///
 /// Steps are sorted into classes 5 % wide. The result is the mean of the largest class and its neighbours or, if
 /// all times agree with it, the mean step. It is rounded to nine digits, the precision of written times, or to
 /// three if that is within a thousandth and the times are not regular anyway.
-pub(super) fn commonest_step(time: &[f64]) -> Option<(f64, f64)> {
+pub(in crate::recording) fn commonest_step(time: &[f64]) -> Option<(f64, f64)> {
     let class = |step: f64| (20.0 * step.ln()).round() as i64;
     let steps: Vec<f64> = time.windows(2).map(|t| t[1] - t[0]).filter(|d| *d > 0.0).collect();
     let first = *steps.first()?;

@@ -1,16 +1,14 @@
 //! One channel in order of time, and its values between samples.
 
-use super::clock::{Clock, commonest_step, tolerance};
+use super::clock::tolerance;
 use super::repair::{GridRepair, RepairKind};
 use super::{Interpolation, LONGEST_BRIDGE};
 use crate::error::{Error, Result};
+use crate::recording::rhythm::{Rhythm, are_other_rows};
 use crate::recording::{Channel, Quality};
 
 /// The most points of a grid, so that one wrong time stamp does not fill the memory.
 const MOST_POINTS: f64 = 2e7;
-
-/// Smallest share of steps with the most frequent length; with fewer, a channel counts as stored on change.
-const REGULAR_SHARE: f64 = 0.5;
 
 /// Part of the grid without a long gap in the reference channel; it begins at a sample.
 pub(super) struct Run {
@@ -26,24 +24,28 @@ pub(super) struct Track {
     usable: Vec<bool>,
     /// Its own most frequent step.
     pub step: Option<f64>,
-    on_change: bool,
+    pub on_change: bool,
+    /// The longest time for which a stored value holds, s.
+    longest_hold: f64,
 }
 
 impl Track {
     pub(super) fn of(
         channel: &Channel,
         signal: &'static str,
-        clock: &Clock,
         repairs: &mut Vec<GridRepair>,
     ) -> Self {
-        let moved = clock.unwound(&channel.time);
-        let time = moved.as_ref().unwrap_or(&channel.time);
+        let time = &channel.time;
         let mut repair = |kind, count, first_s, done: &str| {
             if count > 0 {
                 repairs.push(GridRepair { kind, signal, count, first_s, done: done.to_owned() });
             }
         };
-        let mut order: Vec<usize> = (0..time.len()).collect();
+        let is_empty = |i: usize| channel.quality[i] == Quality::Missing;
+        let empty: Vec<bool> = (0..time.len()).map(is_empty).collect();
+        let are_other_rows = are_other_rows(time, &channel.values, &empty);
+        let mut order: Vec<usize> =
+            (0..time.len()).filter(|&i| !(are_other_rows && is_empty(i))).collect();
         let mut back = (1..time.len()).filter(|&i| time[i] < time[i - 1]);
         if let Some(first) = back.next() {
             let count = 1 + back.count();
@@ -55,7 +57,9 @@ impl Track {
             value: Vec::with_capacity(order.len()),
             usable: Vec::with_capacity(order.len()),
             step: None,
-            on_change: false,
+            // A single sample holds.
+            on_change: true,
+            longest_hold: f64::INFINITY,
         };
         let (mut equal, mut different, mut first_equal, mut first_different) = (0, 0, 0.0, 0.0);
         for i in order {
@@ -89,27 +93,9 @@ impl Track {
             first_different,
             "of different values at one time, the last in the file was used",
         );
-        // A row without a value is not a sample of a channel stored on change, so only rows with a value count.
-        let missing = channel.quality.iter().filter(|q| **q == Quality::Missing).count();
-        if 2 * missing > channel.quality.len() {
-            let kept: Vec<f64> =
-                (0..track.time.len()).filter(|&i| track.usable[i]).map(|i| track.time[i]).collect();
-            let (step, share) = commonest_step(&kept).unzip();
-            if share.is_none_or(|share| share < REGULAR_SHARE) {
-                let kept: Vec<usize> = (0..track.time.len()).filter(|&i| track.usable[i]).collect();
-                track.value = kept.iter().map(|&i| track.value[i]).collect();
-                track.time = kept.iter().map(|&i| track.time[i]).collect();
-                track.usable = vec![true; kept.len()];
-                (track.step, track.on_change) = (step, true);
-                return track;
-            }
-        }
-        if let Some((step, share)) = commonest_step(&track.time) {
-            track.step = Some(step);
-            track.on_change = share < REGULAR_SHARE;
-        } else {
-            // A single sample holds.
-            track.on_change = true;
+        if let Some(rhythm) = Rhythm::of(&track.time, &track.value) {
+            (track.step, track.on_change) = (Some(rhythm.step), rhythm.on_change);
+            track.longest_hold = rhythm.longest_hold;
         }
         track
     }
@@ -127,12 +113,25 @@ impl Track {
         (LONGEST_BRIDGE as f64 + 1.5) * self.step.unwrap_or(f64::INFINITY)
     }
 
-    pub(super) fn runs(&self, step: f64) -> Result<Vec<Run>> {
+    /// Whether it has samples between two times.
+    fn has_between(&self, from: f64, to: f64) -> bool {
+        let next = self.time.partition_point(|t| *t <= from);
+        self.time.get(next).is_some_and(|t| *t < to)
+    }
+
+    /// The parts without a long gap. While `other` goes on, a value of a channel stored on change holds.
+    pub(super) fn runs(&self, step: f64, other: Option<&Self>) -> Result<Vec<Run>> {
         let bridge = self.bridge();
         let (mut runs, mut from, mut points) = (vec![], 0, 0.0);
         for i in 1..=self.time.len() {
-            let ends = i == self.time.len()
-                || (!self.on_change && self.time[i] - self.time[i - 1] >= bridge);
+            let is_gap = |from: f64, to: f64| match (self.on_change, other) {
+                (false, _) => to - from >= bridge,
+                (true, Some(other)) => {
+                    to - from >= self.longest_hold && !other.has_between(from, to)
+                }
+                (true, None) => false,
+            };
+            let ends = i == self.time.len() || is_gap(self.time[i - 1], self.time[i]);
             if !ends {
                 continue;
             }

@@ -2,6 +2,7 @@
 
 use super::given::{Given, conflict};
 use super::plan::{Recognised, Tag};
+use super::time_column;
 use crate::columns::role::{self, Role};
 use crate::error::{Error, Result};
 use crate::remedy::{Remedy, Wording};
@@ -13,6 +14,8 @@ use std::sync::Arc;
 pub struct AboutRows {
     pub roles: Vec<(usize, Role)>,
     given: HashSet<usize>,
+    /// Notes for the user on the choice of the time.
+    pub notes: Vec<String>,
 }
 
 impl AboutRows {
@@ -39,11 +42,38 @@ impl AboutRows {
                 .filter(|role| roles.iter().any(|(i, each)| each == role && given.contains(i)))
                 .collect();
         roles.retain(|(i, role)| given.contains(i) || !replaced.contains(role));
-        let found = Self { roles, given };
+        let mut found = Self { roles, given, notes: vec![] };
+        time_column::choose(sheet, &mut found, told);
         // Words for the other roles count only in a long table.
-        found.check_single(sheet, Role::Time, told.options.wording)?;
-        found.check_single(sheet, Role::Date, told.options.wording)?;
+        if !sheet.is_empty() && told.options.sample_time.is_none() {
+            found.check_single(sheet, Role::Time, told.options.wording)?;
+            found.check_single(sheet, Role::Date, told.options.wording)?;
+        }
         Ok(found)
+    }
+
+    /// Keeps one of several columns of qualities, if one holds the plain codes of OPC. Wonderware writes them as
+    /// `OPCQuality`, beside its own codes in `Quality` and `QualityDetail`.
+    pub fn choose_quality(&mut self, sheet: &Sheet) {
+        let is_quality = |role: &Role| *role == Role::Quality(None);
+        let name =
+            |column: usize| sheet.columns[column].name.to_lowercase().replace(['_', ' '], "");
+        let mut columns = self.roles.iter().filter(|(_, role)| is_quality(role));
+        if let Some((chosen, _)) =
+            columns.find(|(column, _)| name(*column) == "opcquality").copied()
+        {
+            self.roles.retain(|(column, role)| !is_quality(role) || *column == chosen);
+        }
+    }
+
+    /// Whether the user gives the column of `role`.
+    pub fn is_given(&self, role: Role) -> bool {
+        self.roles.iter().any(|(column, each)| *each == role && self.given.contains(column))
+    }
+
+    /// Whether the names alone leave it open which column is the time.
+    pub fn is_open(&self) -> bool {
+        self.roles.iter().filter(|(_, role)| *role == Role::Time).count() > 1
     }
 
     /// Checks that only one column has `role`.
@@ -60,9 +90,13 @@ impl AboutRows {
 
     pub fn recognised(&self, name: &str, column: usize) -> Recognised {
         let role = self.roles.iter().find(|(each, _)| *each == column).map(|(_, role)| *role);
-        let role = role.filter(|role| self.of(*role) == Some(column));
+        let role = role.filter(|role| *role == Role::Ignored || self.of(*role) == Some(column));
         let why = match role {
             Some(_) if self.given.contains(&column) => "it is given".to_owned(),
+            Some(Role::Ignored) => "another column is the time".to_owned(),
+            Some(role @ (Role::Time | Role::Date)) if role::of_rows(name) != Some(role) => {
+                "its cells are times".to_owned()
+            }
             Some(role) => format!("its name is a word for {role}"),
             None => "its name is unknown".to_owned(),
         };

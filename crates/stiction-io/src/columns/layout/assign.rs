@@ -1,9 +1,10 @@
 //! Assigns names to signals of loops.
 
 use super::assigned::{
-    Assigned, join_acquisition, join_the_nameless, keep_those_with_op, leave_out_missing,
+    Assigned, join_acquisition, join_by_instrument, join_the_nameless, keep_those_with_op,
+    leave_out_missing,
 };
-use super::beside::{settle_mv, take_quantity, take_switches};
+use super::beside::{settle_mv, take_qualities, take_quantity, take_switches};
 use super::candidate::{Candidate, candidate};
 use super::content::Content;
 use super::given::{Given, conflict};
@@ -26,6 +27,7 @@ pub fn assign(
         names.iter().map(|name| candidate(name, given)).collect();
     let mut notes = vec![];
     let settled = settle_mv(&mut candidates, names, options.wording);
+    take_qualities(&mut candidates, names);
     take_switches(&mut candidates, names, content);
     take_quantity(&mut candidates, names, content, options.wording, &mut notes);
     let is_unused = |i: &usize| {
@@ -54,16 +56,19 @@ pub fn assign(
         },
     });
     let mut assigned = Assigned { loops, recognised: recognised.collect(), missing, notes };
+    join_by_instrument(&mut assigned);
     join_the_nameless(&mut assigned);
     join_acquisition(&mut assigned, names);
     leave_out_missing(&mut assigned);
     let lone = keep_those_with_op(&mut assigned);
 
-    let candidates: Vec<usize> = lone.into_iter().chain(unused.iter().copied()).collect();
+    let candidates: Vec<usize> = lone.iter().chain(&unused).copied().collect();
     let named: Vec<&str> = candidates.iter().map(|i| names[*i]).collect();
     let offered = leftover::offer_pairs(&mut assigned.loops, &named, options.wording);
     let offered: HashSet<usize> = offered.into_iter().map(|place| candidates[place]).collect();
     let is_offered = |i: &usize| offered.contains(i);
+    let lone: Vec<&str> = lone.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
+    leftover::note_lone(&mut assigned.loops, &lone, options.wording);
     let unused: Vec<&str> = unused.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
     assigned.notes.extend(leftover::note(&assigned.loops, &unused, options.wording));
     Ok(assigned)

@@ -1,9 +1,10 @@
 //! Combines loops whose signals are assigned, and decides which loops are read.
 
+use super::instrument::Instrument;
 use super::plan::{LoopPlan, MissingLoop, Recognised};
 use crate::columns::role::{Role, SEPARATORS, Signal};
 use crate::names::list;
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Loops, with the role recognised for every name.
 pub struct Assigned {
@@ -84,6 +85,57 @@ pub fn join_acquisition(assigned: &mut Assigned, names: &[&str]) {
         acquisition.quality = acquisition.quality.filter(|own| Some(*own) != quality);
     }
     assigned.loops.retain(|each| each.names().next().is_some());
+}
+
+/// Loops whose names are the tag of one instrument and words, such as `FIC2106 Flow` and `FIC2106`, are one loop, if
+/// only one of them has an OP and they have no signal in common.
+pub fn join_by_instrument(assigned: &mut Assigned) {
+    let mut of_tag: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    for (place, each) in assigned.loops.iter().enumerate() {
+        let tag = each.name.as_deref().and_then(Instrument::before_words);
+        of_tag.entry(tag.unwrap_or_default().to_lowercase()).or_default().push(place);
+    }
+    of_tag.remove("");
+    let mut gone = HashSet::new();
+    for places in of_tag.into_values().filter(|places| places.len() > 1) {
+        let parts: Vec<&LoopPlan> = places.iter().map(|place| &assigned.loops[*place]).collect();
+        let with_op: Vec<usize> =
+            places.iter().copied().filter(|place| assigned.loops[*place].has_op()).collect();
+        let once = |of: &dyn Fn(&LoopPlan) -> Option<usize>| {
+            parts.iter().filter(|part| of(part).is_some()).count() <= 1
+        };
+        let is_disjoint = once(&|part| part.quality)
+            && (0..5).all(|k| once(&|part| part.signals[k]) && once(&|part| part.qualities[k]));
+        let ([whole], true) = (&with_op[..], is_disjoint) else { continue };
+        let name =
+            parts.iter().find_map(|part| part.name.as_deref().and_then(Instrument::before_words));
+        let name = name.map(str::to_owned);
+        for place in places.iter().filter(|place| *place != whole) {
+            let part = std::mem::take(&mut assigned.loops[*place]);
+            let joined = &mut assigned.loops[*whole];
+            for k in 0..5 {
+                joined.signals[k] = joined.signals[k].or(part.signals[k]);
+                joined.qualities[k] = joined.qualities[k].or(part.qualities[k]);
+            }
+            joined.quality = joined.quality.or(part.quality);
+            joined.notes.extend(part.notes);
+            gone.insert(*place);
+        }
+        assigned.loops[*whole].name.clone_from(&name);
+        let names: Vec<usize> = assigned.loops[*whole].names().collect();
+        for each in names {
+            let recognised = &mut assigned.recognised[each];
+            if recognised.loop_name != name {
+                recognised.loop_name.clone_from(&name);
+                recognised.why += "; its tag is that of the loop";
+            }
+        }
+    }
+    let mut place = 0;
+    assigned.loops.retain(|_| {
+        place += 1;
+        !gone.contains(&(place - 1))
+    });
 }
 
 /// Loops of the mapping that lack a column or tag are not read incompletely.

@@ -41,6 +41,32 @@ pub fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], conte
     }
 }
 
+/// Qualities with one name, such as `Conf`, belong to the signals on their left, if there are several.
+pub fn take_qualities(candidates: &mut [Option<Candidate>], names: &[&str]) {
+    let is_one =
+        |i: &usize| role::of_rows(role::without_number(names[*i])) == Some(Role::Quality(None));
+    let several: Vec<usize> = (0..names.len())
+        .filter(is_one)
+        .filter(|i| candidates[*i].as_ref().is_none_or(|candidate| !candidate.given))
+        .collect();
+    if several.len() < 2 {
+        return;
+    }
+    for i in several {
+        let left = (0..i).rev().find(|left| !is_one(left));
+        let of = left.and_then(|left| candidates[left].as_ref());
+        let (loop_name, role) = match of.map(|of| (&of.loop_name, of.role)) {
+            Some((loop_name, Role::Signal(signal))) => {
+                (loop_name.clone(), Role::Quality(Some(signal)))
+            }
+            _ => (None, Role::Ignored),
+        };
+        let left = left.map_or("", |left| names[left]);
+        let why = format!("it is the quality of \"{left}\" on its left");
+        candidates[i] = Some(Candidate::recognised(loop_name, role, why));
+    }
+}
+
 /// A flow, level, pressure or temperature is the PV if it is the only remaining quantity, there is only one loop, and
 /// no other column is the PV.
 pub fn take_quantity(

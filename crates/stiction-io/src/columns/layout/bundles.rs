@@ -3,10 +3,12 @@
 use super::about_rows::AboutRows;
 use super::candidate::candidate;
 use super::given::Given;
+use super::instrument::Instrument;
+use super::side_by_side::has_clocks;
 use crate::columns::options::ReadOptions;
 use crate::columns::role::{self, Role, SEPARATORS, Signal};
 use crate::sheet::{Cells, Column, Sheet};
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// The columns of a table that describe whole rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,6 +33,9 @@ pub struct Bundle {
 
 /// The shape of a table, from the names of its columns. `None` if they do not show it, or if there are no times.
 pub fn shape(columns: &[&str], options: &ReadOptions) -> Option<Shape> {
+    if has_clocks(columns, options) {
+        return None;
+    }
     let column = |name: &&str| Column {
         name: (*name).to_owned(),
         unit: None,
@@ -38,7 +43,8 @@ pub fn shape(columns: &[&str], options: &ReadOptions) -> Option<Shape> {
     };
     let sheet = Sheet { columns: columns.iter().map(column).collect(), ..Sheet::default() };
     let found = AboutRows::find(&sheet, &Given::of(options)).ok()?;
-    if options.sample_time.is_some() || found.of(Role::Date).is_some() {
+    // The cells decide between several columns of times.
+    if options.sample_time.is_some() || found.of(Role::Date).is_some() || found.is_open() {
         return None;
     }
     Some(Shape {
@@ -71,6 +77,15 @@ pub fn bundles(names: &[&str], rows: &[usize], options: &ReadOptions) -> Option<
                 let switch = role::split_switch(name).and_then(|(split, _)| split.loop_name);
                 found.extend(switch.map(|loop_name| (i, loop_name, None)));
             }
+        }
+    }
+    // Loops with different words behind one tag may be one loop.
+    let mut of_tag: HashMap<String, String> = HashMap::new();
+    for (_, name, _) in &found {
+        let Some(tag) = Instrument::before_words(name) else { continue };
+        let known = of_tag.entry(tag.to_lowercase()).or_insert_with(|| name.to_lowercase());
+        if *known != name.to_lowercase() {
+            return None;
         }
     }
     // The PV of an acquisition block may belong to another block of its point.

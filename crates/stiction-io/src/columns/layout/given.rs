@@ -27,10 +27,9 @@ impl<'o> Given<'o> {
     /// The given role of the column or tag called `name`, with or without its unit.
     pub fn mapped(&self, name: &str) -> Option<&'o Mapped> {
         let loosely = |name: &str| self.in_lower_case.get(&name.to_lowercase());
-        let place = self
-            .exactly
-            .get(name)
-            .or_else(|| loosely(name).max(loosely(role::without_unit(name).0)))?;
+        let place = self.exactly.get(name).or_else(|| loosely(name)).or_else(|| {
+            loosely(role::without_place(name)).max(loosely(role::without_unit(name).0))
+        })?;
         Some(&self.options.map[*place])
     }
 }
@@ -52,7 +51,8 @@ pub fn missing(
         .copied()
         .chain(columns)
         .chain(left_out)
-        .flat_map(|name| [name.to_lowercase(), role::without_unit(name).0.to_lowercase()])
+        .flat_map(|name| [name, role::without_place(name), role::without_unit(name).0])
+        .map(str::to_lowercase)
         .collect();
     let (mut missing, mut seen): (Vec<MissingLoop>, _) = (vec![], HashSet::new());
     for mapped in options.map.iter().filter(|each| !known.contains(&each.column.to_lowercase())) {

@@ -21,6 +21,24 @@ impl Instrument {
         name.rsplit(['/', '\\', ':', '|', '#', '.', ' ', ']', '[', '_']).find_map(Self::of_part)
     }
 
+    /// The beginning of `name` up to its tag, if only words follow: `Area A: FIC2106` of `Area A: FIC2106 Flow`.
+    pub fn before_words(name: &str) -> Option<&str> {
+        let is_end = |c: char| matches!(c, ' ' | '_');
+        let mut ends = name.match_indices(is_end).map(|(at, _)| at).chain([name.len()]);
+        let between = ['/', '\\', ':', '|', '#', '.', ' ', ']', '[', '_'];
+        let after = |end: usize| name[..end].rfind(between).map_or(0, |at| at + 1);
+        // The letters may stand before the number, as in TIC 300.
+        let start = |end: usize| match after(end) {
+            from if from > 1 && name[from..end].chars().all(|c| c.is_ascii_digit()) => {
+                after(from - 1)
+            }
+            from => from,
+        };
+        let end = ends.rfind(|end| Self::of_part(&name[start(*end)..*end]).is_some())?;
+        let is_word = |c: char| c.is_alphabetic() || matches!(c, ' ' | '_' | '-');
+        name[end..].chars().all(is_word).then_some(&name[..end])
+    }
+
     fn of_part(part: &str) -> Option<Self> {
         let part = part.to_uppercase();
         let end = part.rfind(|c: char| c.is_ascii_digit())? + 1;
@@ -73,6 +91,16 @@ mod tests {
             let pair = Instrument::of(transmitter).zip(Instrument::of(controller));
             let found = pair.as_ref().is_some_and(|(t, c)| t.measures_for(c));
             assert_eq!(found, expected, "{transmitter} and {controller}: {pair:?}");
+        }
+        for (name, expected) in [
+            ("Area A: FIC2106 Flow", Some("Area A: FIC2106")),
+            ("FIC-2106", Some("FIC-2106")),
+            ("U1/FIC2106_Valve", Some("U1/FIC2106")),
+            ("FIC2106/PID1", None),
+            ("FIC2106 Flow 2", None),
+            ("Room Flow", None),
+        ] {
+            assert_eq!(Instrument::before_words(name), expected, "{name}");
         }
         for name in ["", "Room", "101", "PID1", "ü1", "10"] {
             assert_eq!(Instrument::of(name), None, "{name}");

@@ -49,6 +49,30 @@ pub fn offer_pairs(loops: &mut [LoopPlan], candidates: &[&str], wording: Wording
     offered
 }
 
+/// Notes for loops without PV on PVs of loops without OP, which are not used either. A PV whose tag has another number
+/// is not of the loop.
+pub fn note_lone(loops: &mut [LoopPlan], lone: &[&str], wording: Wording) {
+    let is_only = loops.len() == 1;
+    let tags: Vec<Option<Instrument>> = lone.iter().map(|name| Instrument::of(name)).collect();
+    for each in loops.iter_mut().filter(|each| each.signal(Signal::Pv).is_none()) {
+        let own = each.name.as_deref().and_then(Instrument::of);
+        let may_be = |tag: &Option<Instrument>| match (tag, &own) {
+            (Some(tag), Some(own)) => tag.loop_key() == own.loop_key(),
+            (tag, _) => is_only && tag.is_none(),
+        };
+        let own: Vec<&str> =
+            lone.iter().zip(&tags).filter(|(_, tag)| may_be(tag)).map(|(name, _)| *name).collect();
+        let Some(first) = own.first() else { continue };
+        let note = format!(
+            "the loop has no PV, while {} {} not used, because no OP has that name; if one is its PV, give {}",
+            list(&own),
+            if own.len() == 1 { "is" } else { "are" },
+            wording.of(Remedy::map(role(each, Signal::Pv, is_only), first))
+        );
+        each.notes.push(note);
+    }
+}
+
 /// The note on unused numeric columns or tags. If a loop lacks a signal that they could be, it shows how to assign
 /// them.
 pub fn note(loops: &[LoopPlan], unused: &[&str], wording: Wording) -> Option<String> {

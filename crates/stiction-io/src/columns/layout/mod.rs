@@ -12,6 +12,8 @@ mod instrument;
 mod left_out;
 mod leftover;
 mod plan;
+pub(crate) mod side_by_side;
+mod time_column;
 
 pub use bundles::{Bundle, Shape, bundles, shape};
 pub use plan::{Layout, LoopPlan, MissingLoop, Place, Plan, Recognised, Tag};
@@ -32,9 +34,9 @@ use left_out::name_left_out;
 /// If a column that was given for no particular loop is missing, or two columns are the same signal of the same loop.
 pub fn recognise(sheet: &Sheet, options: &ReadOptions) -> Result<Plan> {
     let given = Given::of(options);
-    let about_rows = AboutRows::find(sheet, &given)?;
+    let mut about_rows = AboutRows::find(sheet, &given)?;
     let mut plan = match (about_rows.of(Role::Tag), about_rows.of(Role::Value)) {
-        (Some(tag), Some(value)) => long(sheet, &given, &about_rows, tag, value)?,
+        (Some(tag), Some(value)) => long(sheet, &given, &mut about_rows, tag, value)?,
         _ => wide(sheet, &given, &about_rows)?,
     };
     plan.time = about_rows.of(Role::Time);
@@ -42,6 +44,7 @@ pub fn recognise(sheet: &Sheet, options: &ReadOptions) -> Result<Plan> {
     if plan.time.is_none() {
         plan.time = plan.date.take();
     }
+    plan.notes.splice(0..0, about_rows.notes.iter().cloned());
     name_left_out(sheet, &given, &mut plan);
     for recognised in &mut plan.recognised {
         recognised.part.clone_from(&sheet.part);
@@ -56,13 +59,13 @@ fn wide(sheet: &Sheet, given: &Given<'_>, about_rows: &AboutRows) -> Result<Plan
     let rows: Vec<usize> = about_rows
         .roles
         .iter()
-        .filter(|(_, role)| matches!(role, Role::Time | Role::Date))
+        .filter(|(_, role)| matches!(role, Role::Time | Role::Date | Role::Ignored))
         .map(|(column, _)| *column)
         .collect();
     let mut assigned = assign(&content, &names, &rows, missing, given)?;
     for (column, role) in &about_rows.roles {
         // A column that only looks as if it described rows, by its name, may still be a signal or quality.
-        if matches!(role, Role::Time | Role::Date) {
+        if matches!(role, Role::Time | Role::Date | Role::Ignored) {
             assigned.recognised[*column] = about_rows.recognised(names[*column], *column);
         }
     }
@@ -82,10 +85,11 @@ fn wide(sheet: &Sheet, given: &Given<'_>, about_rows: &AboutRows) -> Result<Plan
 fn long(
     sheet: &Sheet,
     given: &Given<'_>,
-    about_rows: &AboutRows,
+    about_rows: &mut AboutRows,
     tag: usize,
     value: usize,
 ) -> Result<Plan> {
+    about_rows.choose_quality(sheet);
     for role in [Role::Tag, Role::Value, Role::Quality(None)] {
         about_rows.check_single(sheet, role, given.options.wording)?;
     }

@@ -11,6 +11,8 @@ pub enum Layout {
     Wide,
     /// One row per sample, with its tag.
     Long,
+    /// Signals side by side, each with a column of times.
+    SideBySide,
 }
 
 impl Layout {
@@ -20,6 +22,7 @@ impl Layout {
             Self::OneLoop => "one loop, one column per signal",
             Self::Wide => "wide: one column per signal of a loop",
             Self::Long => "long: one row per sample, with its tag",
+            Self::SideBySide => "side by side: each signal with its own column of times",
         }
     }
 }

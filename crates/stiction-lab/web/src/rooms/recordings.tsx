@@ -145,7 +145,7 @@ export function Recordings() {
       <input
         type="file"
         multiple
-        accept=".csv,.tsv,.txt,.parquet,.pq,.mat,.h5"
+        accept=".csv,.tsv,.txt,.parquet,.pq,.mat,.h5,.xlsx,.xlsm,.xlsb,.xls,.ods,.gz"
         onChange={(event) => {
           const input = event.currentTarget as HTMLInputElement;
           void take([...(input.files ?? [])]).then(() => (input.value = ""));

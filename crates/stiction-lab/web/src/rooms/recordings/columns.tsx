@@ -2,6 +2,7 @@
 import { useState } from "preact/hooks";
 import { type Answer, call, type Wrong } from "../../api";
 import { t } from "../../texts";
+import { Rows } from "./verdict";
 
 const w = t.recordings.columns;
 export type Opened = Answer<"recordings/open">;
@@ -99,10 +100,13 @@ export function Columns(props: {
     <details class="card columns" open={summary === null || props.said !== ""}>
       <summary>
         {w.title}
-        {summary && <span class="soft"> {summary.layout}; {summary.times.format}, {summary.times.zone}</span>}
+        {summary && <span class="soft"> {summary.layout}</span>}
       </summary>
       {opened.failure && <p class="wrong">{opened.failure}</p>}
       {opened.fixed && <p class="wrong">{opened.fixed}</p>}
+      {opened.understood.map((table) => (
+        <Rows key={table.caption} table={table} />
+      ))}
       <div class="rows" tabIndex={0} role="region" aria-label={w.title}>
         <table>
           <thead>

@@ -228,6 +228,38 @@ function Picture({ svg, caption }: { svg: string; caption: string }) {
   );
 }
 
+/** A table of the report. */
+export function Rows({ table }: { table: Extract<Piece, { is: "table" }>["table"] }) {
+  return (
+    <div class="rows" tabIndex={0} role="region" aria-label={table.caption || w.table}>
+      <table>
+        {table.caption && <caption>{table.caption}</caption>}
+        <thead>
+          <tr>
+            {table.columns.map((column, k) => (
+              <th key={k} scope="col" class={column.number ? "number" : ""}>
+                {column.name}
+                {column.unit && <span class="soft"> ({column.unit})</span>}
+              </th>
+            ))}
+          </tr>
+        </thead>
+        <tbody>
+          {table.rows.map((row, k) => (
+            <tr key={k}>
+              {row.map((cell, c) => (
+                <td key={c} class={table.columns[c]?.number ? "number" : ""}>
+                  {cell}
+                </td>
+              ))}
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
+
 function One({ piece }: { piece: Piece }) {
   switch (piece.is) {
     case "heading":
@@ -259,34 +291,7 @@ function One({ piece }: { piece: Piece }) {
         </details>
       );
     case "table":
-      return (
-        <div class="rows" tabIndex={0} role="region" aria-label={piece.table.caption || w.table}>
-          <table>
-            {piece.table.caption && <caption>{piece.table.caption}</caption>}
-            <thead>
-              <tr>
-                {piece.table.columns.map((column, k) => (
-                  <th key={k} scope="col" class={column.number ? "number" : ""}>
-                    {column.name}
-                    {column.unit && <span class="soft"> ({column.unit})</span>}
-                  </th>
-                ))}
-              </tr>
-            </thead>
-            <tbody>
-              {piece.table.rows.map((row, k) => (
-                <tr key={k}>
-                  {row.map((cell, c) => (
-                    <td key={c} class={piece.table.columns[c]?.number ? "number" : ""}>
-                      {cell}
-                    </td>
-                  ))}
-                </tr>
-              ))}
-            </tbody>
-          </table>
-        </div>
-      );
+      return <Rows table={piece.table} />;
   }
 }
 

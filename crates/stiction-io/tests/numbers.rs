@@ -1,0 +1,377 @@
+//! Numbers in every notation, ranges of the OP, qualities and modes.
+
+use proptest::prelude::*;
+use stiction_diagnose::recording::{Doubt, Mode, Quality, RangeSource, Recording};
+use stiction_io::number::DecimalMark;
+use stiction_io::reading::{self, Reading};
+use stiction_io::{Error, ReadOptions, mode, quality};
+
+fn parsed(text: &str, options: &ReadOptions) -> Result<Reading, Error> {
+    reading::parse(text.as_bytes(), "file.csv", options)
+}
+
+fn read(text: &str) -> Recording {
+    parsed(text, &ReadOptions::default()).expect("a readable file").recordings.remove(0)
+}
+
+fn refused(text: &str) -> String {
+    parsed(text, &ReadOptions::default()).expect_err("a refusal").to_string()
+}
+
+fn with_mark(text: &str, mark: DecimalMark) -> Recording {
+    let options = ReadOptions { decimal_mark: Some(mark), ..ReadOptions::default() };
+    parsed(text, &options).expect("a readable file").recordings.remove(0)
+}
+
+fn pv(recording: &Recording) -> &[f64] {
+    &recording.pv.as_ref().expect("a PV").values
+}
+
+/// A table of times, one cell of a PV and one of an OP in each row.
+fn table(header: &str, rows: &[&str]) -> String {
+    let rows = rows.iter().enumerate().map(|(k, row)| format!("2023-03-04 08:00:{k:02};{row}\n"));
+    format!("Zeit;{header}\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn thousands_across_1000_are_decided_by_the_whole_column() {
+    for (header, rows, expected) in [
+        (
+            "F.PV;F.SP;F.OP",
+            &["1.001;1.000;45", "999;1.000;46", "1.002;1.000;45"][..],
+            [1001.0, 999.0, 1002.0],
+        ),
+        (
+            "F.PV;F.SP;F.OP",
+            &["-998;-1,000;45", "-1,003;-1,000;46", "-999;-1,000;45"],
+            [-998.0, -1003.0, -999.0],
+        ),
+        ("F.PV;F.OP", &["999;45", "Bad;46", "1.002;45"], [999.0, f64::NAN, 1002.0]),
+        ("F.PV;F.OP", &["1.234,5;45", "999;46,25", "1.001;45"], [1234.5, 999.0, 1001.0]),
+        ("F.PV;F.OP", &["1,234.5;45", "999.5;46", "1,001.0;45"], [1234.5, 999.5, 1001.0]),
+        ("F.PV;F.OP", &["1\u{a0}234,5;45", "999,5;46", "1\u{202f}001;45"], [1234.5, 999.5, 1001.0]),
+        ("F.PV;F.OP", &["1'234.5;45", "999.5;46", "1'001;45"], [1234.5, 999.5, 1001.0]),
+        (
+            "F.PV;F.OP",
+            &["1.234.567;45", "999.999;46", "1.000.001;45"],
+            [1_234_567.0, 999_999.0, 1_000_001.0],
+        ),
+    ] {
+        let recording = read(&table(header, rows));
+        for (read, expected) in pv(&recording).iter().zip(expected) {
+            assert!(*read == expected || read.is_nan() && expected.is_nan(), "{rows:?}: {read}");
+        }
+        if let Some(sp) = &recording.sp {
+            assert_eq!(sp.values[0].abs(), 1000.0);
+        }
+    }
+}
+
+#[test]
+fn a_clock_that_passes_1000_has_thousands_too() {
+    let rows: String = (990..1010)
+        .map(|k| match k {
+            1000.. => format!("1.{:03};50;{}\n", k - 1000, 40 + k % 7),
+            _ => format!("{k};50;{}\n", 40 + k % 7),
+        })
+        .collect();
+    let recording = read(&format!("t;PV;OP\n{rows}"));
+    assert_eq!(recording.op.time.last(), Some(&1009.0));
+}
+
+#[test]
+fn tags_in_rows_are_judged_one_by_one() {
+    let rows: String = (0..20)
+        .flat_map(|k| {
+            let time = format!("2023-03-04 08:00:{k:02}");
+            let level = 990 + k;
+            let level =
+                if level < 1000 { level.to_string() } else { format!("1.{:03}", level - 1000) };
+            [format!("{time};F.PV;{level}\n"), format!("{time};F.OP;{}\n", 40 + k % 5)]
+        })
+        .collect();
+    let recording = read(&format!("Timestamp;Tag;Value\n{rows}"));
+    assert_eq!((pv(&recording)[0], pv(&recording)[19]), (990.0, 1009.0));
+}
+
+#[test]
+fn ordinary_decimals_stay_without_a_question() {
+    for (rows, expected) in [
+        (&["60.060;44.970", "60.120;45.000"][..], 60.06),
+        (&["60,060;44,970", "60,120;45,000"], 60.06),
+        (&["1;45", "1.001;45.5"], 1.0),
+        (&["1;45", "1.001;45"], 1.0),
+        (&["0.999;45", "1.001;45"], 0.999),
+        (&["45;45", "45.125;46", "45.250;45"], 45.0),
+    ] {
+        let recording = read(&table("F.PV;F.OP", rows));
+        assert_eq!(pv(&recording)[0], expected, "{rows:?}");
+        assert!(pv(&recording)[1] < 100.0, "{rows:?}");
+    }
+}
+
+#[test]
+fn two_readings_are_a_question_and_either_answer_works() {
+    for rows in [
+        &["30;45", "1.000;46", "33;45"][..],
+        &["999;45", "1.001;46", "1;45", "1.002;44"],
+        &["1.001;45", "1,002;46"],
+    ] {
+        let text = table("F.PV;F.OP", rows);
+        let message = refused(&text);
+        for said in ["column \"F.PV\"", "two readings", "decimal_mark point", "decimal_mark comma"]
+        {
+            assert!(message.contains(said), "{said}: {message}");
+        }
+        let (point, comma) =
+            (with_mark(&text, DecimalMark::Point), with_mark(&text, DecimalMark::Comma));
+        assert_ne!(pv(&point), pv(&comma), "{rows:?}");
+    }
+}
+
+#[test]
+fn a_column_that_contradicts_the_rest_of_the_file_is_refused() {
+    for (rows, remedy) in [
+        // The point is the decimal mark of the OP, and the PV jumps with it.
+        (&["999;45.5", "1.001;46.5"][..], "give decimal_mark point"),
+        // Decimals with a comma beside decimals with a point.
+        (&["60,060;45.5", "60,120;46.5"], "give decimal_mark point"),
+        (&["60.060;45,5", "60.120;46,5"], "give decimal_mark comma"),
+    ] {
+        let text = table("F.PV;F.OP", rows);
+        let message = refused(&text);
+        assert!(message.contains("row 2") || message.contains("row 3"), "{message}");
+        assert!(message.contains(remedy), "{message}");
+        let mark = if remedy.ends_with("point") { DecimalMark::Point } else { DecimalMark::Comma };
+        with_mark(&text, mark);
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Notation {
+    mark: char,
+    group: Option<char>,
+    decimals: usize,
+    trims: bool,
+}
+
+impl Notation {
+    fn write(self, value: f64) -> String {
+        let fixed = format!("{:.*}", self.decimals, value.abs());
+        let (whole, decimals) = fixed.split_once('.').unwrap_or((&fixed, ""));
+        let decimals = if self.trims { decimals.trim_end_matches('0') } else { decimals };
+        let mut grouped = String::new();
+        for (k, digit) in whole.chars().enumerate() {
+            if k > 0 && (whole.len() - k).is_multiple_of(3) {
+                grouped.extend(self.group);
+            }
+            grouped.push(digit);
+        }
+        let sign = if value < 0.0 { "-" } else { "" };
+        let mark = if decimals.is_empty() { String::new() } else { self.mark.to_string() };
+        format!("{sign}{grouped}{mark}{decimals}")
+    }
+}
+
+fn notations() -> impl Strategy<Value = Notation> {
+    let marks = prop_oneof![Just(('.', ',')), Just((',', '.'))];
+    let group = prop_oneof![
+        Just(None),
+        Just(Some('o')),
+        Just(Some(' ')),
+        Just(Some('\u{a0}')),
+        Just(Some('\u{202f}')),
+        Just(Some('\''))
+    ];
+    (marks, group, 0usize..4, any::<bool>()).prop_map(|((mark, other), group, decimals, trims)| {
+        let group = group.map(|group| if group == 'o' { other } else { group });
+        Notation { mark, group, decimals, trims }
+    })
+}
+
+proptest! {
+    /// A PV that passes 1000 in small steps.
+    #[test]
+    fn numbers_read_back_the_same_or_are_refused(
+        notation in notations(),
+        start in 200.0..900.0f64,
+        steps in proptest::collection::vec(0.7..1.6f64, 8..40),
+        sign in prop_oneof![Just(1.0), Just(-1.0)],
+    ) {
+        let mut value = start;
+        let mut values = vec![start];
+        for step in steps {
+            value = (value * step).clamp(50.0, 90_000.0);
+            values.push(value);
+        }
+        values.push(400.0);
+        let unit = 10f64.powi(notation.decimals as i32);
+        let values: Vec<f64> = values.iter().map(|v| sign * (v * unit).round() / unit).collect();
+        let rows: Vec<String> =
+            values.iter().map(|v| format!("{};{}", notation.write(*v), 45)).collect();
+        let rows: Vec<&str> = rows.iter().map(|row| &**row).collect();
+        match parsed(&table("F.PV;F.OP", &rows), &ReadOptions::default()) {
+            Ok(reading) => {
+                for (read, written) in pv(&reading.recordings[0]).iter().zip(&values) {
+                    prop_assert!((read - written).abs() < 1e-6, "{notation:?}: {read} for {written}");
+                }
+            }
+            Err(refusal) => prop_assert!(refusal.to_string().contains("two readings"), "{refusal}"),
+        }
+    }
+}
+
+/// The OP of a table whose OP has this unit and moves between these values.
+fn op(unit: &str, low: f64, high: f64) -> Recording {
+    let rows: String = (0..40)
+        .map(|k| format!("{k},50,{}\n", low + (high - low) * f64::from(k % 8) / 7.0))
+        .collect();
+    let units = if unit.is_empty() { String::new() } else { format!("s,m3/h,{unit}\n") };
+    read(&format!("t,PV,OP\n{units}{rows}"))
+}
+
+#[test]
+fn a_stated_unit_gives_the_range() {
+    for (unit, low, high, range, source) in [
+        ("psi", 8.0, 9.0, (3.0, 15.0), RangeSource::Assumed),
+        ("psig", 14.0, 24.0, (6.0, 30.0), RangeSource::Assumed),
+        ("bar", 0.45, 0.62, (0.2, 1.0), RangeSource::Assumed),
+        ("kPa", 55.0, 62.0, (20.0, 100.0), RangeSource::Assumed),
+        ("kg/cm2", 0.5, 0.6, (0.2, 1.0), RangeSource::Assumed),
+        ("mA", 11.0, 12.5, (4.0, 20.0), RangeSource::Metadata),
+        ("mA", 0.5, 12.5, (0.0, 20.0), RangeSource::Assumed),
+        ("V", 2.2, 3.1, (1.0, 5.0), RangeSource::Assumed),
+        ("V", 2.2, 7.1, (0.0, 10.0), RangeSource::Assumed),
+        ("counts", 12_400.0, 13_000.0, (0.0, 27_648.0), RangeSource::Estimated),
+        ("%", 45.0, 55.0, (0.0, 100.0), RangeSource::Metadata),
+        ("‰", 450.0, 550.0, (0.0, 1000.0), RangeSource::Metadata),
+        ("m3/h", 45.0, 55.0, (0.0, 60.0), RangeSource::Estimated),
+    ] {
+        let found = op(unit, low, high).op.range.unwrap_or_else(|| panic!("{unit}"));
+        assert_eq!((found.low, found.high, found.source), (range.0, range.1, source), "{unit}");
+    }
+    let named = read("t,PV,OP (3-15 psi)\n0,50,8\n1,50,9\n");
+    let range = named.op.range.unwrap();
+    assert_eq!((range.low, range.high, range.source), (3.0, 15.0, RangeSource::Metadata));
+}
+
+#[test]
+fn without_a_unit_the_doubt_holds_every_range_that_fits() {
+    // The values, the true range, and the percent of the read range that are 4 % of the true one.
+    for (low, high, truth) in [
+        (12_433.0, 13_100.0, (0.0, 27_648.0)),
+        (450.0, 500.0, (0.0, 1000.0)),
+        (2_000.0, 2_200.0, (0.0, 4_095.0)),
+        (2_000.0, 2_200.0, (0.0, 4_000.0)),
+        (4_800.0, 5_200.0, (0.0, 10_000.0)),
+        (15_000.0, 16_500.0, (0.0, 32_767.0)),
+        (40_000.0, 41_000.0, (0.0, 65_535.0)),
+        (6_000.0, 6_300.0, (0.0, 27_648.0)),
+        (9_800.0, 10_900.0, (3_277.0, 16_384.0)),
+        (11.9, 12.5, (4.0, 20.0)),
+        (8.4, 9.1, (3.0, 15.0)),
+        (2.8, 3.1, (1.0, 5.0)),
+        (4.8, 5.6, (0.0, 10.0)),
+        (-20.0, 31.0, (-100.0, 100.0)),
+        (-9_000.0, 12_000.0, (-27_648.0, 27_648.0)),
+    ] {
+        let recording = op("", low, high);
+        let range = recording.op.range.unwrap_or_else(|| panic!("{low} to {high}: no range"));
+        assert_eq!(range.source, RangeSource::Estimated, "{low} to {high}");
+        let doubt = Doubt::of(Some(range));
+        let factor = (range.high - range.low) / (truth.1 - truth.0);
+        assert!(
+            doubt.least <= factor + 1e-9 && factor <= doubt.most + 1e-9,
+            "{low} to {high}: {factor} is not within {doubt:?}"
+        );
+        assert!(
+            recording.notes.iter().any(|note| note.contains("op_range")),
+            "{:?}",
+            recording.notes
+        );
+    }
+}
+
+#[test]
+fn ordinary_percent_are_certain() {
+    for (low, high) in [(40.0, 60.0), (0.0, 100.0), (15.0, 35.0), (100.0, 20.0)] {
+        let recording = op("", low, high);
+        assert_eq!(recording.op.range, None, "{low} to {high}");
+    }
+    let fraction = op("", 0.4, 0.6).op.range.unwrap();
+    assert_eq!((fraction.low, fraction.high, fraction.spans), (0.0, 1.0, [1.0, 1.0]));
+}
+
+/// A long table with these columns of qualities.
+fn long(header: &str, cells: &[&str]) -> String {
+    let rows: String = (0..12)
+        .flat_map(|k| {
+            let quality = cells[k % cells.len()];
+            let time = format!("2023-03-04 08:00:{k:02}");
+            [("F.PV", 60.5), ("F.OP", 45.25)]
+                .map(|(tag, value)| format!("{time};{tag};{};{quality}\n", value + k as f64))
+        })
+        .collect();
+    format!("Timestamp;Tag;Value;{header}\n{rows}")
+}
+
+#[test]
+fn qualities_as_systems_write_them() {
+    let first = |text: &str| read(text).op.quality[..2].to_vec();
+    use Quality::{Bad, Good};
+    for (header, cells, expected) in [
+        ("Status", &["StatusCode(Good)"][..], [Good, Good]),
+        ("Status", &["0x00000000 (Good)", "0x80050000 (BadCommunicationError)"], [Good, Bad]),
+        ("Status", &["192 (Good)", "Bad (Comm Fail)"], [Good, Bad]),
+        ("StatusCode", &["0", "3145728"], [Good, Good]),
+        ("Validity", &["1", "0"], [Good, Bad]),
+        ("Conf", &["100", "0"], [Good, Bad]),
+        ("Quality;QualityDetail;OPCQuality", &["0;192;192", "1;24;24"], [Good, Bad]),
+    ] {
+        assert_eq!(first(&long(header, cells)), expected, "{header}: {cells:?}");
+    }
+}
+
+#[test]
+fn an_unknown_quality_is_accused_in_its_row_and_the_remedy_works() {
+    let text = long("Quality", &["192", "192", "777"]);
+    let message = refused(&text);
+    assert!(message.contains("row 7, column \"Quality\": 777"), "{message}");
+    assert!(message.contains("quality 777=good or bad"), "{message}");
+    let options = ReadOptions {
+        qualities: vec![quality::of_option("777=good").unwrap()],
+        ..ReadOptions::default()
+    };
+    assert_eq!(parsed(&text, &options).unwrap().recordings[0].op.quality[2], Quality::Good);
+    assert!(refused(&long("Quality", &["0"])).contains("quality 0=good or bad"));
+}
+
+#[test]
+fn modes_of_delta_v_and_other_languages() {
+    let modes = |name: &str, codes: [&str; 2]| {
+        let rows: String = (0..10).map(|k| format!("{k},50,45.5,{}\n", codes[k % 2])).collect();
+        let text = format!("t,FIC/PID1/PV.CV,FIC/PID1/OUT.CV,{name}\n{rows}");
+        parsed(&text, &ReadOptions::default())
+            .map(|mut read| read.recordings.remove(0).mode.map(|modes| modes.modes[..2].to_vec()))
+    };
+    for (codes, expected) in [
+        (["8", "16"], [Mode::Manual, Mode::Automatic]),
+        (["16", "32"], [Mode::Automatic, Mode::Cascade]),
+        (["Hand", "Automatik"], [Mode::Manual, Mode::Automatic]),
+        (["Manuel", "Cascade"], [Mode::Manual, Mode::Cascade]),
+        (["0", "1"], [Mode::Manual, Mode::Automatic]),
+    ] {
+        let found = modes("FIC/PID1/MODE.ACTUAL", codes).unwrap();
+        assert_eq!(found, Some(expected.to_vec()), "{codes:?}");
+    }
+    let message = modes("FIC/PID1/MODE", ["8", "16"]).unwrap_err().to_string();
+    assert!(message.contains("mode 8=auto or manual"), "{message}");
+    let options = ReadOptions {
+        modes: ["8=manual", "16=auto"].map(|text| mode::of_option(text).unwrap()).to_vec(),
+        ..ReadOptions::default()
+    };
+    let text = "t,F.PV,F.OP,F.MODE\n0,50,45.5,8\n1,50,46.5,16\n";
+    let read = parsed(text, &options).unwrap();
+    let found = read.recordings[0].mode.as_ref().unwrap();
+    assert_eq!(found.modes, [Mode::Manual, Mode::Automatic]);
+}

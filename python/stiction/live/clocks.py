@@ -1,0 +1,52 @@
+"""Whether the time of a new value is believed.
+
+Times that come late are right: a device that was cut off delivers its values afterwards, and catches up. A clock that is wrong stays
+behind. Its values would be written between those of past hours, and the tags of a loop would no longer belong together.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+__all__: list[str] = []
+
+
+class Belief(Enum):
+    """What is thought of a time."""
+
+    RIGHT = "right"
+    LATE = "late"
+    """It is later than all that is known of the tag, so it is stored."""
+    KNOWN = "known"
+    """It lies among times that are known already, so it is not stored."""
+    BEHIND = "behind"
+    """The source stays behind, so its clock is wrong, and the value is not stored."""
+
+
+LASTING_S = 60.0
+"""Seconds for which a source must be behind, by this computer, before its clock is wrong. A busy computer is behind for less."""
+
+
+class SourceClocks:
+    """How far the sources of tags are behind the server's clock."""
+
+    def __init__(self) -> None:
+        # The lag of a tag, and the server's clock and this computer's when it began.
+        self._late: dict[int, tuple[int, int, float]] = {}
+
+    def judge(self, index: int, moment: int, clock: int, known: int, tolerance: int, now_s: float) -> Belief:
+        """What is thought of the time of a value of a tag whose times are known up to `known`. All are in microseconds, but this
+        computer's time `now_s`.
+        """
+        lag = clock - moment
+        if lag <= tolerance:
+            self._late.pop(index, None)
+            return Belief.RIGHT
+        first, since, since_s = self._late.setdefault(index, (lag, clock, now_s))
+        if lag < first / 2:
+            # It catches up.
+            since, since_s = clock, now_s
+            self._late[index] = (lag, since, since_s)
+        if moment <= known:
+            return Belief.KNOWN
+        return Belief.BEHIND if clock - since > tolerance and now_s - since_s > LASTING_S else Belief.LATE

@@ -1,0 +1,103 @@
+"""The files of fetched days: ``data/sql/SOURCE/YYYY-MM-DD.parquet``, one folder for each table or server.
+
+A day is only added to. A source that no longer has old rows takes none away, and one that has other values for the same times replaces
+these, which is reported.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import time
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stiction.live import hours
+
+__all__: list[str] = []
+
+STALE_S = 3600.0
+"""Age from which on an unfinished file was left by a run that was killed."""
+
+
+def folder_of(plant: Path, name: str) -> Path:
+    """The folder of a source."""
+    plain = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip(".-")[:60]
+    if plain != name:
+        # Names that differ have folders that differ.
+        plain = f"{plain or 'table'}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+    return plant / "data" / "sql" / plain
+
+
+def begin(folder: Path, tags: Iterable[str]) -> None:
+    """Make the folder of a source ready: files of killed runs go, and its days of earlier versions, which had one folder, come."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for part in folder.parent.rglob(".*.parquet.part"):
+        if time.time() - part.stat().st_mtime > STALE_S:
+            part.unlink(missing_ok=True)
+    own = set(tags)
+    for path in sorted(folder.parent.glob("[0-9]*.parquet")):
+        try:
+            stored = {tag for tag, _ in hours.tables_by_tag(path)}
+        except (OSError, ValueError, KeyError):
+            continue  # Not a file of ours.
+        if stored and stored <= own and not (folder / path.name).exists():
+            os.replace(path, folder / path.name)
+
+
+def add(path: Path, new: Iterable[tuple[str, hours.Rows]], note: Callable[[str], None]) -> int:
+    """Add the rows of a day to its file, and return the number of rows that the source gave. Without any the file stays as it is."""
+    count = 0
+    changed: dict[str, int] = {}
+    fresh = False
+
+    def tables() -> Iterator[Any]:
+        nonlocal count, fresh
+        done = set()
+        with hours.Stored(path) as stored:
+            for tag, rows in new:
+                done.add(tag)
+                count += len(rows)
+                known = stored.rows(tag)
+                if known is not None:
+                    whole, differ = merged(known, rows)
+                    if differ:
+                        changed[tag] = differ
+                    fresh = fresh or not hours.same(known, whole)
+                    rows = whole
+                else:
+                    fresh = fresh or bool(len(rows))
+                yield hours.table_of(tag, rows)
+            for tag in stored.groups:
+                if tag not in done:
+                    known = stored.rows(tag)
+                    assert known is not None
+                    yield hours.table_of(tag, known)
+
+    hours.written(path, tables(), lambda: fresh)
+    for tag, differ in list(changed.items())[:5]:
+        some = "1 value differs" if differ == 1 else f"{differ} values differ"
+        note(f"{path.parent.name} {path.stem}: {some} from what was fetched before of {tag}; the new ones are stored")
+    if len(changed) > 5:
+        note(f"{path.parent.name} {path.stem}: values of {len(changed) - 5} more tags differ, too")
+    return count
+
+
+def merged(known: hours.Rows, new: hours.Rows) -> tuple[hours.Rows, int]:
+    """The rows of a file and those of a source as one series, and the number of times with different values."""
+    usable = new.status < hours.BAD
+    again = np.isin(known.time, new.time[usable])
+    kept = hours.Rows(known.time[~again], known.value[~again], known.status[~again])
+    old = np.flatnonzero(again & (known.status < hours.BAD))
+    at = np.searchsorted(new.time[usable], known.time[old])
+    other = new.value[usable][at]
+    # Of several values of one time, any may be the same.
+    pairs = set(zip(new.time[usable].tolist(), new.value[usable].tolist()))
+    differ = {
+        int(known.time[k]) for k, value in zip(old, other) if value != known.value[k] and (int(known.time[k]), float(known.value[k])) not in pairs
+    }
+    return hours.joined([kept, new]), len(differ)
