@@ -67,10 +67,12 @@ impl Code {
     fn has(self, number: f64) -> bool {
         match self {
             Self::OpcDa => number.fract() == 0.0 && (0.0..=255.0).contains(&number),
-            // The lower half only has flags, beside a code in the upper half.
+            // The upper half is the code; the lower one has flags, of a value only where bit 10 says so.
             Self::OpcUa => {
+                let is_value = |flags: f64| (flags as u32) & 0x3C00 == 0x0400;
                 number.fract() == 0.0
-                    && (number == 0.0 || (65_536.0..=f64::from(u32::MAX)).contains(&number))
+                    && (0.0..=f64::from(u32::MAX)).contains(&number)
+                    && (number == 0.0 || number >= 65_536.0 || is_value(number))
             }
             Self::Confidence => (0.0..=100.0).contains(&number),
             Self::Validity => matches!(number, 0.0 | 1.0),
@@ -308,7 +310,7 @@ mod tests {
 
     #[test]
     fn words_and_codes() {
-        let cases: [(&str, &[&str], &[Quality]); 16] = [
+        let cases: [(&str, &[&str], &[Quality]); 18] = [
             ("q", &["StatusCode(Good)", "StatusCode(BadNoData)"], &[Good, Bad]),
             ("q", &["0x00000000 (Good)", "0x80050000 (BadCommunicationError)"], &[Good, Bad]),
             ("q", &["Good (0x0)", "192 (Good)", "[Good]", "OpcQuality.Good"], &[Good; 4]),
@@ -318,6 +320,9 @@ mod tests {
                 &[Uncertain, Bad, Bad],
             ),
             ("status", &["0", "3145728", "3145728"], &[Good, Good, Good]),
+            // The flags of a value that a server calculated.
+            ("status", &["0", "1026", "1073742850"], &[Good, Good, Uncertain]),
+            ("status", &["1026"], &[Good]),
             ("q", &["0xC0", "0x40", "0x00"], &[Good, Uncertain, Bad]),
             ("Validity", &["1", "0"], &[Good, Bad]),
             ("quality", &["Good", "Bad", "uncertain", ""], &[Good, Bad, Uncertain, Missing]),
