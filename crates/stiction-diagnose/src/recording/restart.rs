@@ -57,8 +57,12 @@ pub struct Runs {
 /// With fewer rows on average between two steps back, rows are in disorder.
 const FEWEST_ROWS: usize = 4;
 
-/// From so many steps back on, rows that together have one regular clock are in disorder. Runs have phases of their own.
+/// From so many steps back on, rows that together have one regular clock may be shuffled.
 const SHUFFLED: usize = 8;
+
+/// Such rows are shuffled unless successive values differ more in order of time than in that of the file: the balance of
+/// both, from -1 to 1, above which they are runs. In noise alone it is near 0.
+const SMOOTHER: f64 = 0.1;
 
 /// The fewest rows in occupied times that show a restart. Fewer may be late.
 const FEWEST_OCCUPIED: usize = 3;
@@ -214,11 +218,11 @@ impl Order {
             return vec![];
         }
         let ordered: Vec<f64> = (0..self.count).map(|k| time[self.index(k)]).collect();
-        if self.falls >= SHUFFLED && is_regular(&ordered) {
-            return vec![];
-        }
         let step = self.step(time);
         let value = |channel: &[f64], k: usize| channel[self.index(k)];
+        if self.falls >= SHUFFLED && is_shuffled(&ordered, values, &value) {
+            return vec![];
+        }
         let mut starts = vec![];
         let mut known: BTreeMap<i64, usize> = BTreeMap::new();
         for stretch in stretches(&ordered) {
@@ -232,12 +236,26 @@ impl Order {
     }
 }
 
-/// Whether all times together are those of one regular clock, each once.
-fn is_regular(time: &[f64]) -> bool {
-    let mut sorted = time.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let mean = (sorted[sorted.len() - 1] - sorted[0]) / (sorted.len() - 1) as f64;
-    sorted.windows(2).all(|pair| (pair[1] - pair[0] - mean).abs() <= 1e-3 * mean)
+/// Whether all times together are those of one regular clock, each once, and the values do not contradict.
+fn is_shuffled(time: &[f64], values: &[&[f64]], value: &impl Fn(&[f64], usize) -> f64) -> bool {
+    let mut sorted: Vec<usize> = (0..time.len()).collect();
+    sorted.sort_by(|a, b| time[*a].total_cmp(&time[*b]));
+    let (first, last) = (time[sorted[0]], time[sorted[sorted.len() - 1]]);
+    let spacing = (last - first) / (sorted.len() - 1) as f64;
+    let step = |pair: &[usize]| time[pair[1]] - time[pair[0]];
+    if !sorted.windows(2).all(|pair| (step(pair) - spacing).abs() <= 1e-3 * spacing) {
+        return false;
+    }
+    let in_file: Vec<usize> = (0..time.len()).collect();
+    let balance = values.iter().map(|channel| {
+        let differ = |order: &[usize]| -> f64 {
+            let steps = order.windows(2).map(|k| value(channel, k[1]) - value(channel, k[0]));
+            steps.filter(|step| step.is_finite()).map(f64::abs).sum()
+        };
+        let (in_time, in_file) = (differ(&sorted), differ(&in_file));
+        if in_time + in_file > 0.0 { (in_time - in_file) / (in_time + in_file) } else { 0.0 }
+    });
+    mean(&balance.collect::<Vec<_>>()) <= SMOOTHER
 }
 
 /// The longest stretches of rows without a step back.
@@ -552,6 +570,16 @@ mod tests {
         let begins = |run: usize| made.op.time[100 * run];
         let mode = &made.mode.as_ref().unwrap().time;
         assert!((mode[1] - begins(1)).abs() < 1.0 && (mode[2] - begins(2)).abs() < 1.0, "{mode:?}");
+    }
+
+    /// Together their times are those of one regular clock, as of shuffled rows.
+    #[test]
+    fn runs_whose_phases_are_evenly_spaced_are_separated() {
+        let starts: Vec<f64> = (0..10).map(|run| 0.1 * f64::from(run)).collect();
+        let mut moved = recording(&starts);
+        let values = moved.op.values.clone();
+        assert_eq!(moved.separate_runs(&[&[]; 5]).restarts.len(), 9);
+        assert!(moved.op.time.is_sorted() && moved.op.values == values);
     }
 
     #[test]
