@@ -96,12 +96,15 @@ impl SignalFile {
         })
     }
 
-    /// Its tag in the joined table.
+    /// Its tag in the joined table, with the unit of its values.
     fn tag(&self) -> String {
         let signal = self.signal.map_or("", Signal::name);
+        let column = &self.sheet.columns[self.value];
+        let unit = column.unit.as_deref().or(role::without_unit(&column.name).1);
+        let unit = unit.map_or(String::new(), |unit| format!(" [{unit}]"));
         self.loop_name
             .as_ref()
-            .map_or(signal.to_owned(), |loop_name| format!("{loop_name}.{signal}"))
+            .map_or(format!("{signal}{unit}"), |loop_name| format!("{loop_name}.{signal}{unit}"))
     }
 }
 
@@ -273,5 +276,24 @@ mod tests {
         assert_eq!(one.sp.as_ref().unwrap().time, [0.0, 1.0, 2.0]);
         assert!(reading.notes[0].contains("FIC101.SP.csv is FIC101.SP"), "{:?}", reading.notes);
         assert_eq!(reading.origin, "FIC101.PV.csv and 2 more");
+    }
+
+    #[test]
+    fn the_unit_of_a_signal_is_kept() {
+        let text = |name: &str, unit: &str| format!("t,{name}\ns,{unit}\n0,9\n1,9.2\n2,9.1\n");
+        let files: Vec<SignalFile> = [
+            ("FIC101.PV.csv", text("Value", "m3/h")),
+            ("FIC101.OP.csv", text("Value", "psi")),
+            ("FIC101.SP.csv", text("Value [m3/h]", "")),
+        ]
+        .into_iter()
+        .filter_map(|(origin, text)| of(&text, origin, &[]))
+        .collect();
+        let reading = read_together(&files, &ReadOptions::default()).unwrap();
+        let one = &reading.recordings[0];
+        assert_eq!((&*one.name, one.op.unit.as_deref()), ("FIC101", Some("psi")));
+        assert_eq!(one.op.range.map(|range| (range.low, range.high)), Some((3.0, 15.0)));
+        assert_eq!(one.pv.as_ref().unwrap().unit.as_deref(), Some("m3/h"));
+        assert_eq!(one.sp.as_ref().unwrap().unit.as_deref(), Some("m3/h"));
     }
 }
