@@ -63,6 +63,9 @@ pub fn plain(cell: &str) -> String {
 }
 
 fn scan_plain(cell: &str) -> Option<Stamp> {
+    if let Some(stamp) = common(cell.as_bytes()) {
+        return Some(stamp);
+    }
     let begins = cell.as_bytes().first()?;
     let at = || Cursor { rest: cell.as_bytes() };
     if begins.is_ascii_digit() || matches!(begins, b'+' | b'-') {
@@ -70,6 +73,37 @@ fn scan_plain(cell: &str) -> Option<Stamp> {
     }
     // A word before the date is a weekday or, first, a month: mar is March or, in French, Tuesday.
     at().stamp().or_else(|| at().without_weekday()?.stamp())
+}
+
+/// The most frequent notation, as in 2025-03-14 06:00:00 or 2025-03-14T06:00:00.250, for speed.
+fn common(cell: &[u8]) -> Option<Stamp> {
+    const SEPARATORS: [(usize, u8); 4] = [(4, b'-'), (7, b'-'), (13, b':'), (16, b':')];
+    let is_common = matches!(cell.len(), 19 | 23)
+        && SEPARATORS.iter().all(|(at, separator)| cell[*at] == *separator)
+        && matches!(cell[10], b' ' | b'T')
+        && cell.get(19).is_none_or(|point| *point == b'.');
+    if !is_common {
+        return None;
+    }
+    let number = |from: usize, to: usize| {
+        cell[from..to].iter().try_fold(0i32, |number, digit| {
+            digit.is_ascii_digit().then(|| 10 * number + i32::from(digit - b'0'))
+        })
+    };
+    let small = |from: usize| number(from, from + 2).map(|number| number as i8);
+    let nanos = if cell.len() == 23 { 1_000_000 * number(20, 23)? } else { 0 };
+    Some(Stamp {
+        date: [
+            Part::number(number(0, 4)?, 4),
+            Part::number(number(5, 7)?, 2),
+            Part::number(number(8, 10)?, 2),
+        ],
+        separator: b'-',
+        time: Time::new(small(11)?, small(14)?, small(17)?, nanos).ok()?,
+        more: 0,
+        offset: None,
+        is_abbreviated: false,
+    })
 }
 
 impl Stamp {
@@ -509,6 +543,26 @@ impl Cursor<'_> {
 mod tests {
     use super::*;
     use DateOrder::{DayFirst, MonthFirst, YearFirst};
+
+    #[test]
+    fn the_most_frequent_notation_is_read_as_all_others() {
+        for cell in [
+            "2025-03-14 06:00:00",
+            "2025-03-14T23:59:59.250",
+            "0000-99-99 00:00:00",
+            "2025-03-14 24:00:00",
+            "2025-03-14 23:59:60",
+            "2025-03-14 06:00:0x",
+            "2025-03-14 06:00:00Z",
+            "2025-03-14 06:00:00,250",
+        ] {
+            let slow = Cursor { rest: cell.as_bytes() }.stamp();
+            assert_eq!(scan(cell), slow, "{cell}");
+            let fast = common(cell.as_bytes());
+            assert!(fast.is_none() || fast == slow, "{cell}");
+        }
+        assert!(common(b"2025-03-14 06:00:00").is_some());
+    }
 
     #[test]
     fn common_ways_of_writing() {
