@@ -8,12 +8,14 @@
 //!   that was never measured.
 //! * **Values between samples**: a straight line for PV and VP, the last value for OP, SP, mode and any channel
 //!   that is stored on change. A sample within 1e-6 sample times of a point of the grid is kept bit for bit.
-//! * **Missing samples**: up to [`LONGEST_BRIDGE`] consecutive samples are bridged; where more of OP or PV are
-//!   missing, the recording is cut. Two samples of a regular channel more than 1.5 of its steps apart have missing
+//! * **Missing samples**: up to [`LONGEST_BRIDGE`] consecutive samples are bridged, by a [regression](bridge) on their
+//!   neighbours in OP, PV and SP where that estimates known samples best; where more of OP or PV are missing, the
+//!   recording is cut. Two samples of a regular channel more than 1.5 of its steps apart have missing
 //!   ones between them. A missing SP holds. VP is bridged if it is known in [`LEAST_KNOWN_VP`] of a segment, and
 //!   left out of the segment otherwise.
 //! * **Mode**: the recording is cut where the controller was not in command.
 
+mod bridge;
 mod clock;
 mod log;
 mod repair;
@@ -28,7 +30,7 @@ pub(super) use clock::commonest_step;
 
 use clock::SAME;
 use log::Log;
-use track::{Run, State, Track};
+use track::{Resampled, Run, State, Track};
 
 /// The most consecutive missing samples that are bridged. Three: a line over more of them shapes the wave of a loop
 /// that cycles in a dozen samples.
@@ -77,6 +79,18 @@ impl Segment {
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.op.len()
+    }
+
+    /// Estimates its missing samples of OP and PV from their neighbours.
+    fn bridge(&mut self, missing_op: &[bool], missing_pv: &[bool]) {
+        let Self { op, pv, sp, .. } = self;
+        let sp = sp.as_deref().filter(|sp| sp.iter().all(|value| value.is_finite()));
+        let others: Vec<&[f64]> = pv.as_deref().into_iter().chain(sp).collect();
+        bridge::estimate(op, missing_op, &others, true);
+        if let Some(pv) = pv {
+            let others: Vec<&[f64]> = [&op[..]].into_iter().chain(sp).collect();
+            bridge::estimate(pv, missing_pv, &others, false);
+        }
     }
 
     /// `length` samples of it from number `from` on, or fewer at its end. The number of bridged samples is unknown
@@ -271,7 +285,7 @@ impl Tracks {
                 k += 1;
             }
             if k >= from + 2 {
-                segments.push(Segment {
+                let mut segment = Segment {
                     from: run.from + from as f64 * step,
                     sample_time: step,
                     op: percent(&op.values[from..k], recording.op.range),
@@ -283,13 +297,30 @@ impl Tracks {
                             percent(&vp.filled(from..k), range)
                         },
                     ),
-                    bridged: (from..k)
-                        .filter(|&k| {
-                            op.state[k] == State::Bridged
-                                || pv.as_ref().is_some_and(|pv| pv.state[k] == State::Bridged)
-                        })
-                        .count(),
-                });
+                    bridged: 0,
+                };
+                let missing = |track: &Track, on_grid: &Resampled| -> Vec<bool> {
+                    let is_bridged = |state: &State| *state == State::Bridged;
+                    on_grid.state[from..k]
+                        .iter()
+                        .map(|s| is_bridged(s) && !track.on_change)
+                        .collect()
+                };
+                segment.bridge(
+                    &missing(&self.op, &op),
+                    &self
+                        .pv
+                        .as_ref()
+                        .zip(pv.as_ref())
+                        .map_or(vec![], |(track, pv)| missing(track, pv)),
+                );
+                segment.bridged = (from..k)
+                    .filter(|&k| {
+                        op.state[k] == State::Bridged
+                            || pv.as_ref().is_some_and(|pv| pv.state[k] == State::Bridged)
+                    })
+                    .count();
+                segments.push(segment);
             }
             k = k.max(from + 1);
         }
@@ -518,8 +549,9 @@ mod tests {
         let found = grid(&recording(&times, &with_holes, &pv));
         assert_eq!(kinds(&found), [(RepairKind::Bridged, "OP", 3), (RepairKind::Gap, "OP", 4)]);
         assert_eq!(found.segments.len(), 2);
-        // The OP holds, the PV is a straight line.
-        assert_eq!(found.segments[0].op[49..54], [49.0, 49.0, 49.0, 49.0, 53.0]);
+        // The ramp goes on in both.
+        let errors = found.segments[0].op[49..54].iter().zip([49.0, 50.0, 51.0, 52.0, 53.0]);
+        assert!(errors.map(|(found, right)| (found - right).abs()).fold(0.0, f64::max) < 0.01);
         assert_eq!((found.segments[0].bridged, found.segments[1].bridged), (3, 0));
         assert_eq!((found.segments[0].len(), found.segments[1].from), (100, 104.0));
         let found = grid(&recording(&times, &pv, &with_holes));

@@ -287,7 +287,7 @@ const MUTATIONS: &[Mutation] = &[
                     if let Ok(value) = cell.parse::<f64>() {
                         *cell = format!(
                             "\"{}\"",
-                            super::grouped(1000.0 + 10.0 * value.abs(), 2, group, mark)
+                            super::grouped(1000.0 + 10.0 * value.abs(), 8, group, mark)
                         );
                     }
                 }
