@@ -457,6 +457,7 @@ def plant_scan(
     threads: int | None,
     memory: int | None,
     again: bool,
+    time_limit_s: int | None,
     progress: Callable[[int], object] | None,
 ) -> dict[str, Any]: ...
 def plant_check(folder: str) -> dict[str, Any]: ...

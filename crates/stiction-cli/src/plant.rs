@@ -225,6 +225,9 @@ struct Scan {
     /// Judge everything again, not only new data
     #[arg(long)]
     again: bool,
+    /// Longest time for a window of a loop, which is then a row with an error [default: time_limit_s in plant.toml, or 300]
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(1..))]
+    time_limit: Option<u32>,
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
@@ -391,6 +394,7 @@ fn scanned(folder: &Path, of: &Scan) -> Result<ExitCode> {
         threads: of.threads.map(usize::from),
         memory: Some(of.memory),
         again: of.again,
+        time_limit_s: of.time_limit,
     };
     let mut bar = progress::bar("reading", inputs::paths(folder, &plant).len());
     let mut judging = false;
@@ -455,6 +459,12 @@ fn status(folder: &Path, json: bool) -> Result<()> {
     );
     for each in status.grades.iter().filter(|each| each.windows > 0) {
         text += &format!("{:>15} {}\n", counted(each.windows, "window"), each.grade);
+    }
+    if status.time_limited > 0 {
+        text += &format!(
+            "{} reached the time limit; scan again with a longer --time-limit\n",
+            counted(status.time_limited, "window")
+        );
     }
     if status.cut_short > 0 {
         text += &format!(

@@ -1,5 +1,6 @@
 //! The tests of `stiction-diagnose`, in one program: linking is what takes long.
 
+mod by_hand;
 #[path = "../../stiction-model/tests/common/mod.rs"]
 mod common;
 mod detect_shapes_properties;

@@ -28,6 +28,8 @@ pub struct PlantFile {
     pub data: Vec<String>,
     /// How tags are built, such as `{loop}.{signal}`.
     pub pattern: Option<String>,
+    /// The longest time to judge a window of a loop, s; [`TIME_LIMIT_S`](crate::scan::TIME_LIMIT_S) by default.
+    pub time_limit_s: Option<u32>,
     /// Meaning of the words and codes of mode tags.
     #[serde(default)]
     pub modes: BTreeMap<String, ModeName>,
@@ -159,6 +161,9 @@ impl Plant {
                 Ok(pattern) => options.pattern = Some(pattern),
                 Err(e) => problem("", "pattern", e),
             }
+        }
+        if file.time_limit_s == Some(0) {
+            problem("", "time_limit_s", "must be a whole number of seconds above 0".to_owned());
         }
         for pattern in &file.data {
             if let Err(e) = glob::Pattern::new(pattern) {
@@ -364,6 +369,7 @@ watch = true
                 "plant.toml, line 15, loop.FIC101.weight: must be a number above 0",
             ),
             ("{signal}", "x", "plant.toml, line 5, pattern: "),
+            ("[modes]", "time_limit_s = 0\n[modes]", "plant.toml, line 6, time_limit_s: must be"),
         ] {
             let message = told(&ALL.replace(from, to));
             assert!(message.starts_with(expected), "{message}");

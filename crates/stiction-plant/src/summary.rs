@@ -5,7 +5,9 @@ use crate::error::Result;
 use crate::plant_file::Plant;
 use crate::propose::{head, tags};
 use crate::scan::inputs::{Changes, Inputs, Problem};
+use crate::scan::judge::TOO_LONG;
 use crate::store::Store;
+use crate::store::window::WindowRow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use stiction_diagnose::diagnose::Grade;
@@ -68,6 +70,8 @@ pub struct Status {
     pub windows: usize,
     /// Of these, windows that could not be judged.
     pub errors: usize,
+    /// Of these, windows that reached the time limit of their scan.
+    pub time_limited: usize,
     /// Windows by grade, the worst first.
     pub grades: Vec<Graded>,
     /// Runs.
@@ -160,6 +164,8 @@ pub fn status(folder: &Path, plant: &Plant) -> Result<Status> {
     let loops: BTreeSet<&str> = rows.iter().map(|row| &*row.name).collect();
     let days: BTreeSet<i64> =
         rows.iter().map(|row| day::of(row.window_start as f64, &plant.zone)).collect();
+    let is_limited =
+        |row: &&WindowRow| row.error.as_deref().is_some_and(|e| e.starts_with(TOO_LONG));
     let graded = |grade: Grade| Graded {
         grade: grade.name(),
         windows: rows.iter().filter(|row| row.grade.as_deref() == Some(grade.name())).count(),
@@ -172,6 +178,7 @@ pub fn status(folder: &Path, plant: &Plant) -> Result<Status> {
         last_day: days.last().map(|day| day::date(*day)),
         windows: rows.len(),
         errors: rows.iter().filter(|row| row.error.is_some()).count(),
+        time_limited: rows.iter().filter(is_limited).count(),
         grades: Grade::ALL.map(graded).into_iter().collect(),
         runs: store.run_names()?.len(),
         cut_short: store.cut_short()?,

@@ -257,6 +257,26 @@ fn what_does_not_fit_together_is_a_row_with_an_error() {
     assert_eq!(go(&folder).windows, 0, "an error is judged again when something changes");
 }
 
+#[test]
+fn a_window_beyond_the_time_limit_is_a_row_until_the_limit_or_the_data_change() {
+    let folder = folder("limit");
+    plant_of(&folder, &[("a.csv", csv(0, 660))]);
+    let plant = Plant::read(&folder).unwrap();
+    let limited = |limit: u32| {
+        let options = ScanOptions { time_limit_s: Some(limit), ..ScanOptions::default() };
+        let done = scan(&folder, &plant, &options, |_| ControlFlow::Continue(())).unwrap();
+        let status = summary::status(&folder, &plant).unwrap();
+        (done.windows, done.errors, status.time_limited)
+    };
+    // No window is judged in no time.
+    assert_eq!(limited(0), (2, 2, 2));
+    let told = rows(&folder)[0].error.clone().unwrap();
+    assert!(told.starts_with("took longer than the time limit of 0 s"), "{told}");
+    assert_eq!(limited(0), (0, 0, 2));
+    assert_eq!(limited(3600), (2, 0, 0));
+    assert_eq!((limited(0), go(&folder).windows), ((0, 0, 0), 0), "what was judged stays");
+}
+
 /// All files of rows of a plant, with their names.
 fn parts(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut files: Vec<_> = glob::glob(&format!("{}/.stiction/runs/*/*", folder.display()))

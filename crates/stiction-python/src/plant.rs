@@ -159,10 +159,11 @@ fn plant_scan<'py>(
     threads: Option<usize>,
     memory: Option<u64>,
     again: bool,
+    time_limit_s: Option<u32>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let since = since.as_deref().map(day_of).transpose()?;
-    let options = ScanOptions { since, loops, threads, memory, again };
+    let options = ScanOptions { since, loops, threads, memory, again, time_limit_s };
     let done = long(py, progress.as_ref(), move |progress| {
         let plant = plant_file::Plant::read(&folder)?;
         scan(&folder, &plant, &options, |now| {

@@ -93,6 +93,8 @@ def parser(program: str = "python -m stiction.live") -> argparse.ArgumentParser:
     watch.add_argument("--keep", metavar="TIME", type=duration, default=400 * 86_400.0, help="remove files older than this "
                        "[default: 400d]")  # fmt: skip
     watch.add_argument("--disk", metavar="SIZE", type=size, help="remove the oldest files beyond this size, such as 20GB")
+    watch.add_argument("--time-limit", metavar="TIME", type=duration, help="longest time to judge a window of a loop, which is then "
+                       "a row with an error [default: time_limit_s in plant.toml, or 5min]")  # fmt: skip
     watch.add_argument("--webhook", metavar="URL", help="send events there; or the address in the environment as STICTION_WEBHOOK")
     watch.add_argument("--metrics", metavar="ADDRESS", help="serve Prometheus metrics there, such as 127.0.0.1:9464")
     watch.add_argument("--status", action="store_true", help="print the state of the running watch, and end")
@@ -223,6 +225,7 @@ def _watch(known: argparse.Namespace) -> int:
         queue=known.queue,
         keep_s=known.keep,
         most_bytes=known.disk,
+        time_limit_s=None if known.time_limit is None else max(1, round(known.time_limit)),
         timeout_s=known.timeout,
         check_s=known.check,
         webhook=known.webhook or os.environ.get("STICTION_WEBHOOK") or None,

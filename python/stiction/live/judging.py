@@ -15,7 +15,9 @@ from typing import Any
 __all__: list[str] = []
 
 
-def judge(plant: Path, data: Path, *, keep_s: float | None, most_bytes: float | None, now: int) -> dict[str, Any]:
+def judge(
+    plant: Path, data: Path, *, keep_s: float | None, most_bytes: float | None, now: int, time_limit_s: int | None = None
+) -> dict[str, Any]:
     """Write what is ready, remove what is too old, scan, and derive events."""
     import stiction.plant
     from stiction.live import events, hours
@@ -34,7 +36,7 @@ def judge(plant: Path, data: Path, *, keep_s: float | None, most_bytes: float | 
         "words": {},
         "windows": 0,
     }
-    done = stiction.plant.scan(plant)
+    done = stiction.plant.scan(plant, time_limit_s=time_limit_s)
     found["windows"] = done.windows
     problems = [problem.message for problem in done.problems if problem.file or problem.loop is None]
     found["notes"] += problems[:5] + ([f"{len(problems) - 5} more files have problems"] if len(problems) > 5 else [])

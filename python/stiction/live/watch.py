@@ -69,6 +69,7 @@ class Options:
     queue: int = 600
     keep_s: float | None = 400 * 86_400.0
     most_bytes: float | None = None
+    time_limit_s: int | None = None
     timeout_s: float = 10.0
     check_s: float = 60.0
     webhook: str | None = None
@@ -703,6 +704,7 @@ class Watcher:
             "keep_s": self.options.keep_s,
             "most_bytes": self.options.most_bytes,
             "now": self.clock,
+            "time_limit_s": self.options.time_limit_s,
         }
         process = await asyncio.create_subprocess_exec(
             sys.executable, "-m", "stiction.live.judging",

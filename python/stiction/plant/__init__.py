@@ -133,6 +133,7 @@ class Status(Result):
     last_day: str | None = about("The first and the last of these days.")
     windows: int = about("Windows that count.")
     errors: int = about("Number of these that could not be judged.")
+    time_limited: int = about("Number of these that reached the time limit of their scan.")
     grades: list[Graded] = about("Windows by grade, the worst first.")
     runs: int = about("Runs.")
     cut_short: int = about("Unfinished runs since the last complete scan of all loops and days.")
@@ -174,6 +175,7 @@ def scan(
     threads: int | None = None,
     memory: float | None = None,
     again: bool = False,
+    time_limit_s: int | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> Scanned:
     """Judge the new data of a plant, and keep the results in its store.
@@ -186,6 +188,9 @@ def scan(
         Memory to use, bytes; by default 500 MB.
     again : bool, default False
         Whether existing results are judged again.
+    time_limit_s : int, optional
+        Longest time for a window of a loop, s, which is then a row with an error; by default `time_limit_s` in
+        ``plant.toml``, or 300.
     progress : callable, optional
         Called with the number of finished days of loops.
 
@@ -218,6 +223,7 @@ def scan(
         None if threads is None else integer("threads", threads, least=1),
         None if memory is None else int(optional("memory", memory) or 0),
         bool(again),
+        None if time_limit_s is None else integer("time_limit_s", time_limit_s, least=1),
         callback("progress", progress),
     )
     return result_of(Scanned, document)

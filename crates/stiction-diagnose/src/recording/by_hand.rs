@@ -5,8 +5,10 @@
 //!
 //! Otherwise by the OP: at least [`FEWEST_TURNS`] consecutive levels, each held for four samples or more without
 //! any change, with at least four different sizes. Seven of ten steps reverse the last one, and the levels lie
-//! around a value that moves little. Other times with alternating levels are included. A controller hardly does
-//! that, because its OP follows the error. Without a mode, steps up and back down are not found.
+//! around a value that moves little. Other times with alternating levels are included. A slow or coarse controller does
+//! that too, but its moves follow from PV and SP (`law`). Without a mode, steps up and back down are not found.
+
+mod law;
 
 use super::{Channel, Mode, Recording};
 use crate::series::median;
@@ -77,7 +79,7 @@ impl ByHand {
     pub fn of(recording: &Recording) -> Option<Self> {
         let (sets, known_by) = match &recording.mode {
             Some(_) => (by_mode(recording), KnownBy::Mode),
-            None => (by_output(&recording.op), KnownBy::Output),
+            None => (by_output(recording), KnownBy::Output),
         };
         (!sets.is_empty()).then_some(Self { sets, known_by })
     }
@@ -207,8 +209,8 @@ struct Level {
     op: f64,
 }
 
-fn by_output(op: &Channel) -> Vec<Set> {
-    let op = usable(op);
+fn by_output(recording: &Recording) -> Vec<Set> {
+    let op = usable(&recording.op);
     let mut held: Vec<Level> = vec![];
     let mut first = 0;
     for run in op.chunk_by(|a, b| (a.1 - b.1).abs() <= 1e-9) {
@@ -219,7 +221,10 @@ fn by_output(op: &Channel) -> Vec<Set> {
         first = to;
     }
     let chains: Vec<&[Level]> = held.chunk_by(|a, b| b.from <= a.to + NEAR).collect();
-    if !chains.iter().any(|chain| is_test(chain)) {
+    let [pv, sp] =
+        [&recording.pv, &recording.sp].map(|channel| channel.as_ref().map_or(vec![], usable));
+    let by_operator = |chain: &&[Level]| is_test(chain) && !law::is_obeyed(chain, &op, &pv, &sp);
+    if !chains.iter().any(by_operator) {
         return vec![];
     }
     let mut sets = vec![];

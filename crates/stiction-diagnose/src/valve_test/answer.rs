@@ -225,26 +225,45 @@ fn normal(spell: &Spell, step: &[f64], noise: &Noise) -> (DMatrix<f64>, DVector<
     let white = noise.whitened(&spell.pv);
     let turns = spell.turns.len();
     let columns = turns + BESIDE;
+    let slope_at = |k: usize| (keep * (k as f64 - 0.5 * n as f64) + slip) / n as f64;
     let mut gram = DMatrix::zeros(columns, columns);
     let mut products = DVector::zeros(columns);
-    let mut row = vec![0.0; columns];
+    for (i, at) in spell.turns.iter().enumerate() {
+        for k in from.max(*at)..n {
+            let x = step[k - at];
+            products[i] += x * white[k];
+            gram[(i, turns)] += x * keep;
+            gram[(i, turns + 1)] += x * slope_at(k);
+        }
+    }
+    // All turns have the same response, so the product of two is a sum that depends only on the time between them. Of
+    // pairs with the same time, the earlier one needs more of the same sum.
+    let mut pairs = vec![];
+    for (j, later) in spell.turns.iter().enumerate() {
+        for (i, at) in spell.turns[..=j].iter().enumerate() {
+            pairs.push((later - at, from.saturating_sub(*later), n - later, i, j));
+        }
+    }
+    pairs.sort_unstable();
+    for same in pairs.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let (lag, mut since, mut sum) = (same[0].0, same[0].1, 0.0);
+        for (_, _, until, i, j) in same {
+            while since < *until {
+                sum += step[since + lag] * step[since];
+                since += 1;
+            }
+            gram[(*i, *j)] = sum;
+        }
+    }
     let mut square = 0.0;
     for k in from..n {
-        for (x, at) in row.iter_mut().zip(&spell.turns) {
-            *x = k.checked_sub(*at).map_or(0.0, |since| step[since]);
-        }
-        row[turns] = keep;
-        row[turns + 1] = (keep * (k as f64 - 0.5 * n as f64) + slip) / n as f64;
-        let y = white[k];
+        let (y, slope) = (white[k], slope_at(k));
         square += y * y;
-        for i in 0..columns {
-            if row[i] != 0.0 {
-                products[i] += row[i] * y;
-                for j in i..columns {
-                    gram[(i, j)] += row[i] * row[j];
-                }
-            }
-        }
+        products[turns] += keep * y;
+        products[turns + 1] += slope * y;
+        gram[(turns, turns)] += keep * keep;
+        gram[(turns, turns + 1)] += keep * slope;
+        gram[(turns + 1, turns + 1)] += slope * slope;
     }
     for i in 0..columns {
         for j in 0..i {
@@ -299,4 +318,50 @@ pub(super) fn answers(spells: &[Spell], longest_dead: usize) -> Option<(Vec<Answ
     let freedom = (samples as f64 - columns as f64 - 3.0).max(1.0);
     let error = (all.first()?.left / freedom).sqrt();
     Some((all, error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::NormalStream;
+
+    #[test]
+    fn normal_equations_are_those_of_a_column_for_each_turn() {
+        let mut draw = NormalStream::new(5);
+        let pv: Vec<f64> = (0..90).map(|_| draw.draw()).collect();
+        let process = Process { tau: 3.2, tau2: 1.0, dead: 1 };
+        for (turns, noise) in [(vec![0, 2, 9, 16, 23, 23, 40, 61], 4), (vec![0, 30, 60], 1)] {
+            let noise = Noise((1..=noise).map(|lag| 0.5 / f64::from(lag)).collect());
+            let step = noise.whitened(&process.step(100));
+            let spell = Spell { pv: pv.clone(), turns };
+            let (gram, products, square) = normal(&spell, &step, &noise);
+            let whole = |x: Vec<f64>| noise.whitened(&x)[noise.order()..].to_vec();
+            let n = pv.len();
+            let mut columns: Vec<Vec<f64>> = spell
+                .turns
+                .iter()
+                .map(|at| {
+                    let late = std::iter::repeat_n(0.0, *at).chain(process.step(n));
+                    whole(late.take(n).collect())
+                })
+                .collect();
+            columns.push(whole(vec![1.0; n]));
+            columns.push(whole((0..n).map(|k| k as f64 / n as f64 - 0.5).collect()));
+            let y = whole(pv.clone());
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let close = |a: f64, b: f64| (a - b).abs() < 1e-6 * (1.0 + b.abs());
+            assert!(close(square, dot(&y, &y)));
+            for (i, a) in columns.iter().enumerate() {
+                assert!(close(products[i], dot(a, &y)), "{i}");
+                for (j, b) in columns.iter().enumerate() {
+                    assert!(
+                        close(gram[(i, j)], dot(a, b)),
+                        "{i} {j}: {} {}",
+                        gram[(i, j)],
+                        dot(a, b)
+                    );
+                }
+            }
+        }
+    }
 }

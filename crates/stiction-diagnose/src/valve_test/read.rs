@@ -779,6 +779,26 @@ mod tests {
     }
 
     #[test]
+    fn a_test_of_any_length_is_read() {
+        let recording = tested(3.0, 1.5, false, 7);
+        // A logger wrote the OP ten times a second, and it alternates.
+        let sets: Vec<Set> = (0..200_000)
+            .map(|k| Set {
+                at_s: 600.0 + 0.1 * f64::from(k),
+                op: Some(45.0 + 0.001 * f64::from(k % 900) * f64::from(1 - 2 * (k % 2))),
+            })
+            .collect();
+        let by_hand = Some(ByHand { sets, known_by: KnownBy::Sheet });
+        match read(&recording, &ReadOptions { by_hand, ..asked() }) {
+            Ok(reading) => {
+                assert!(reading.steps.len() <= MOST_TURNS);
+                assert!(reading.reasons.iter().any(|r| r.contains("set by hand 200000 times")));
+            }
+            Err(why) => assert_eq!(why.0, TOO_FEW),
+        }
+    }
+
+    #[test]
     fn a_pv_of_noise_says_nothing_and_what_to_do() {
         let mut recording = tested(0.0, 0.0, false, 1);
         let mut noise = NormalStream::new(9);

@@ -3,11 +3,13 @@
 //! A scan of files, a table and a distributed engine all use this one way from samples to a row.
 
 use crate::day;
-use crate::plant_file::{LoopFacts, Plant};
+use crate::plant_file::{self, LoopFacts, Plant};
 use crate::store::trace::{Trace, TraceSignal};
 use crate::store::window::{ENGINE_VERSION, WindowRow, model_version};
 use sha2::{Digest, Sha256};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc;
+use std::time::Duration;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, diagnose};
 use stiction_diagnose::recording::{ByHand, Channel, Modes, Recording};
 use stiction_diagnose::valve_test::{self, ReadOptions, TestReading};
@@ -17,6 +19,9 @@ use stiction_io::join;
 pub const PERIODS: f64 = 10.0;
 /// The most days of a window.
 pub const MOST_DAYS: i64 = 7;
+
+/// The longest time for a window by default, s. Most take less than a second.
+pub const TIME_LIMIT_S: u32 = 300;
 
 /// The recordings of a loop, each with the name of its file, or the reason why they could not be read.
 pub type Parts<'a> = Result<&'a [(&'a str, Recording)], &'a str>;
@@ -29,7 +34,12 @@ pub struct Judge<'a> {
     name: &'a str,
     /// SHA-256 of the settings in the plant's file that affect its verdict.
     pub settings: String,
+    /// The longest time for a window, s.
+    limit_s: u32,
 }
+
+/// Beginning of the error of a window that reached the time limit.
+pub const TOO_LONG: &str = "took longer than the time limit";
 
 /// The result of a window.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +55,19 @@ pub struct Judged {
 impl<'a> Judge<'a> {
     /// Of the loop called `name`.
     pub fn of(plant: &'a Plant, name: &'a str) -> Self {
-        Self { plant, facts: plant.facts(name), name, settings: plant.settings_hash(name) }
+        let limit_s = plant.file.time_limit_s.unwrap_or(TIME_LIMIT_S);
+        Self { plant, facts: plant.facts(name), name, settings: plant.settings_hash(name), limit_s }
+    }
+
+    /// With this limit of time for a window, s, instead of that of the plant's file.
+    #[must_use]
+    pub fn within(self, limit_s: Option<u32>) -> Self {
+        Self { limit_s: limit_s.unwrap_or(self.limit_s), ..self }
+    }
+
+    /// The settings of a row that reached the time limit. A scan with another limit judges it again.
+    pub fn limited_settings(&self) -> String {
+        plant_file::hash(&format!("{} {}", self.settings, self.limit_s))
     }
 
     /// Judges the window of `count` days from `day` on, with the samples of its days and of the day before.
@@ -61,16 +83,30 @@ impl<'a> Judge<'a> {
             samples_fingerprint: Some(fingerprint(&recording)),
             ..self.identity(day, count)
         };
-        match judged(&recording, &options) {
-            Ok(found) => {
+        let (start, window_s) = (identity.window_start, identity.window_s);
+        let found = within(self.limit_s, move || {
+            let found = judged(&recording, &options)?;
+            let trace = Trace::of(&recording, start, window_s, TraceSignal::of(&found));
+            Ok((found, trace, tested(&recording)))
+        });
+        let Some(found) = found else {
+            let error = format!(
+                "{TOO_LONG} of {} s on this computer; stiction plant scan --time-limit with more seconds judges it again",
+                self.limit_s
+            );
+            let settings_hash = self.limited_settings();
+            let row = WindowRow { error: Some(error), settings_hash, ..identity };
+            return Judged { row: Some(row), trace: None, days: 1 };
+        };
+        match found {
+            Ok((found, trace, test)) => {
                 let period =
                     found.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
                 let days = period.map_or(1, |p| (PERIODS * p / 86_400.0).ceil() as i64);
-                let signal = TraceSignal::of(&found);
-                let row = identity.clone().judged(&found);
+                let row = identity.judged(&found);
                 Judged {
-                    trace: Trace::of(&recording, identity.window_start, identity.window_s, signal),
-                    row: Some(match tested(&recording) {
+                    trace,
+                    row: Some(match test {
                         Some(test) => row.tested(&test),
                         None => row,
                     }),
@@ -205,6 +241,25 @@ pub(crate) fn fingerprint(recording: &Recording) -> String {
     format!("{:x}", Sha256::digest(bytes))
 }
 
+/// What is computed, or `None` if it takes longer than `limit_s`. Its thread then runs until the program ends.
+fn within<T: Send + 'static>(
+    limit_s: u32,
+    compute: impl FnOnce() -> Result<T, String> + Send + 'static,
+) -> Option<Result<T, String>> {
+    let (send, receive) = mpsc::sync_channel(1);
+    // In a pool of its own, a loop computes in one thread.
+    let pool = match rayon::ThreadPoolBuilder::new().num_threads(1).build() {
+        Ok(pool) => pool,
+        Err(e) => return Some(Err(format!("no thread could be started: {e}"))),
+    };
+    pool.spawn(move || {
+        let found = catch_unwind(AssertUnwindSafe(compute)).unwrap_or_else(|_| Err(failed()));
+        // Nobody waits for it after the limit.
+        let _ = send.send(found);
+    });
+    receive.recv_timeout(Duration::from_secs(limit_s.into())).ok()
+}
+
 /// The result of a valve test in the recording; none without a readable test.
 fn tested(recording: &Recording) -> Option<TestReading> {
     ByHand::of(recording).filter(ByHand::is_test)?;
@@ -214,10 +269,12 @@ fn tested(recording: &Recording) -> Option<TestReading> {
 
 /// A diagnosis. A fault of the program ends this diagnosis only.
 fn judged(recording: &Recording, options: &DiagnoseOptions) -> Result<Diagnosis, String> {
-    let caught = catch_unwind(AssertUnwindSafe(|| diagnose(recording, options)));
-    let failed =
-        || "the program failed on this window; please report the fault with the data".to_owned();
-    caught.map_err(|_| failed())?.map_err(|e| e.to_string())
+    diagnose(recording, options).map_err(|e| e.to_string())
+}
+
+/// The error of a window in which a fault of the program ends the diagnosis only.
+fn failed() -> String {
+    "the program failed on this window; please report the fault with the data".to_owned()
 }
 
 #[cfg(test)]

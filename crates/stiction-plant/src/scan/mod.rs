@@ -10,6 +10,11 @@
 //! A window is done if the store has its row, made from the same files with the same settings. Files are identified by their
 //! bytes, not by names or dates.
 //!
+//! # Time
+//! A window that takes longer than the time limit is a row with an error, so a scan always ends. Only this row depends on the
+//! speed of the machine. It is done until its files change or a scan has another limit. What runs too long is not
+//! stopped: its thread computes until the program ends, and its result is ignored.
+//!
 //! # Memory
 //! Windows are judged in [segments](SEGMENT) of days, in batches of loops that take a share of the allowed memory. Of Parquet a
 //! batch reads only its own part. A long table whose row groups mix all tags is sorted on disk first. Other files are read
@@ -30,6 +35,7 @@ use crate::store::window::{ENGINE_VERSION, WindowRow, model_version};
 use crate::store::{Done, Run, Store};
 use files::{Files, Loops};
 use inputs::{Changes, Inputs, Problem};
+pub use judge::TIME_LIMIT_S;
 use judge::{Judge, Judged, MOST_DAYS, Parts};
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -60,6 +66,8 @@ pub struct ScanOptions {
     pub memory: Option<u64>,
     /// Whether windows that are done are judged again.
     pub again: bool,
+    /// The longest time for a window, s; by default that of the plant's file, or else [`TIME_LIMIT_S`].
+    pub time_limit_s: Option<u32>,
 }
 
 /// The progress of a scan.
@@ -176,7 +184,7 @@ pub fn scan(
         .days()
         .into_iter()
         .map(|(name, days)| {
-            let judge = Judge::of(plant, name);
+            let judge = Judge::of(plant, name).within(options.time_limit_s);
             Loop { name, days, judge, cursor: options.since.unwrap_or(i64::MIN) }
         })
         .collect();
@@ -443,8 +451,9 @@ impl Scan<'_> {
         let start = day::begin(day, zone);
         let done = self.done.get(&(of.name.to_owned(), start as i64))?;
         let count = day::of(start + done.window_s as f64 - 1.0, zone) + 1 - day;
-        let now = Done::of(done.window_s, &of.judge.settings, &self.fingerprint(of, day, count));
-        (*done == now).then_some(count)
+        let files = self.fingerprint(of, day, count);
+        let is_now = |settings: &str| *done == Done::of(done.window_s, settings, &files);
+        (is_now(&of.judge.settings) || is_now(&of.judge.limited_settings())).then_some(count)
     }
 
     /// The first day, from `cursor` on, of a window that is not done.
