@@ -19,6 +19,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import glob
+import ipaddress
 import json
 import logging
 import sys
@@ -252,7 +253,7 @@ class Played:
 def make_certificate(folder: Path, days: int) -> None:
     """A certificate of the server; one of less than a day has expired."""
     key = cert_gen.generate_private_key()
-    names = [x509.UniformResourceIdentifier(URI), x509.DNSName("localhost")]
+    names = [x509.UniformResourceIdentifier(URI), x509.IPAddress(ipaddress.ip_address("127.0.0.1"))]
     made = cert_gen.generate_self_signed_app_certificate(key, "played", {}, names, [ExtendedKeyUsageOID.SERVER_AUTH], days)
     (folder / "server.der").write_bytes(made.public_bytes(Encoding.DER))
     (folder / "server.pem").write_bytes(cert_gen.dump_private_key_as_pem(key))
