@@ -489,7 +489,9 @@ class Watcher:
         # Without a value before them, none is held.
         lost = [index for index, count in found.items() if not count and dropped[index][0] != self._floor]
         for index in lost:
-            self.recorder.add(index, dropped[index][0] + 1, math.nan, hours.LOST)
+            after, before = dropped[index]
+            held = self.held.get(index, 0)
+            self.recorder.add(index, 1 + (held if after < held < before else after), math.nan, hours.LOST)
         self.recorder.flush()
         for index, (_, before) in dropped.items():
             if self.dropped[index][1] == before:

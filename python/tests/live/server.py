@@ -207,11 +207,12 @@ class Played:
             self.clock = now
             await self.tell(server)
         print(json.dumps({"played": self.end}), flush=True)
-        # The clock goes on, so that the last hour ends.
-        begun = time.monotonic()
+        # The clock goes on, so that the last hour ends, and stops before the next one does, which would be judged, too.
+        begun, hour = time.monotonic(), 3_600_000_000
+        last = -(-self.end // hour) * hour + hour // 2
         while True:
             await asyncio.sleep(0.1)
-            self.clock = self.end + int((time.monotonic() - begun) * 1e6 * self.options.speed)
+            self.clock = min(last, self.end + int((time.monotonic() - begun) * 1e6 * self.options.speed))
             await self.tell(server)
 
     async def flood(self, server: Server, rate: int, seconds: float) -> None:

@@ -56,12 +56,23 @@ def hour_is_there(live, number):
 def all_judged(live, server, grace_s=120.0):
     """All values have come, also late ones, which have an hour written and judged again, and nothing is left to be judged."""
 
+    scans = None
+
     def found():
-        now, own = state(live), live.watched / ".stiction/live"
+        nonlocal scans
         end = hours.hour_of(server.info["end"] + hours.HOUR - 1)
-        ended = any(hours._journal_hour(path) + hours.HOUR <= end for path in (own / "open").glob("*.values"))
-        is_known = (now.get("known_until") or 0) > 1e-6 * end + grace_s
-        return is_known and not ended and not any((own / "ready").iterdir()) and not now["judging"] and now["scans"] > 0
+        waiting = (live.watched / ".stiction/live").glob("*/*.values")
+        if any(hours._journal_hour(path) + hours.HOUR <= end for path in waiting):
+            scans = None
+            return False
+        now = state(live)
+        if (now.get("known_until") or 0) <= 1e-6 * end + grace_s or not now["scans"]:
+            return False
+        # The hours are written. What wrote them judges them, and others may follow.
+        if scans is None:
+            scans = now["scans"]
+            return False
+        return not now["judging"] or now["scans"] > scans
 
     return found
 
