@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import contextlib
 import json
 import os
 import re
 import sys
+import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -48,6 +50,7 @@ def _secured(parser: argparse.ArgumentParser) -> None:
                      "[default: the best of the server, never none]")  # fmt: skip
     own.add_argument("--certificates", metavar="DIR", type=Path, help="the folder of certificates [default: certificates in the plant]")
     own.add_argument("--trust-first", action="store_true", help="trust the first certificate of a server unseen")
+    own.add_argument("--any-name", action="store_true", help="accept a certificate of a different host or application")
     own.add_argument("--user-certificate", metavar="FILE", type=Path, help="log in with this certificate")
     own.add_argument("--user-key", metavar="FILE", type=Path, help="its key")
 
@@ -95,7 +98,8 @@ def parser(program: str = "python -m stiction.live") -> argparse.ArgumentParser:
     watch.add_argument("--disk", metavar="SIZE", type=size, help="remove the oldest files beyond this size, such as 20GB")
     watch.add_argument("--time-limit", metavar="TIME", type=duration, help="longest time to judge a window of a loop, which is then "
                        "a row with an error [default: time_limit_s in plant.toml, or 5min]")  # fmt: skip
-    watch.add_argument("--webhook", metavar="URL", help="send events there; or the address in the environment as STICTION_WEBHOOK")
+    watch.add_argument("--webhook", metavar="URL", help="send events there; @FILE reads the address from a file, and "
+                       "without it STICTION_WEBHOOK in the environment holds it")  # fmt: skip
     watch.add_argument("--metrics", metavar="ADDRESS", help="serve Prometheus metrics there, such as 127.0.0.1:9464")
     watch.add_argument("--status", action="store_true", help="print the state of the running watch, and end")
     watch.add_argument("--json", action="store_true", help="print the state as JSON")
@@ -155,24 +159,38 @@ def _security(known: argparse.Namespace) -> Any:
     from stiction.live import opcua
 
     folder = known.certificates or known.folder / "certificates"
-    return opcua.Security(known.security, folder, known.trust_first, known.user_certificate, known.user_key)
+    return opcua.Security(known.security, folder, known.trust_first, known.user_certificate, known.user_key, known.any_name)
 
 
 def _note(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def _sparse(every_s: float) -> Callable[[str], None]:
-    """Notes of a long run, of which one in so many seconds is shown."""
-    shown = time.monotonic()
+@contextlib.contextmanager
+def _progress() -> Iterator[Callable[[str], None]]:
+    """Notes of a long run: all of them on a terminal, otherwise one in so many seconds. While none comes, the last one is repeated."""
+    every_s = 0.0 if sys.stderr.isatty() else PROGRESS_S
+    shown, last, ended = time.monotonic(), "", threading.Event()
 
     def say(text: str) -> None:
-        nonlocal shown
+        nonlocal shown, last
+        last = text
         if time.monotonic() - shown >= every_s:
             shown = time.monotonic()
             _note(text)
 
-    return say
+    def repeat() -> None:
+        nonlocal shown
+        while not ended.wait(min(1.0, PROGRESS_S / 4)):
+            if time.monotonic() - shown >= PROGRESS_S:
+                shown = time.monotonic()
+                _note(f"still reading, after {last}" if last else "still reading")
+
+    threading.Thread(target=repeat, daemon=True).start()
+    try:
+        yield say
+    finally:
+        ended.set()
 
 
 def _init(known: argparse.Namespace) -> int:
@@ -181,7 +199,8 @@ def _init(known: argparse.Namespace) -> int:
     if not known.url.startswith("opc.tcp://"):
         from stiction.live import sql
 
-        made = first.of_samples(known.folder, lambda path: sql.samples(known.url, path, known.table, _note), force=known.force)
+        with _progress():
+            made = first.of_samples(known.folder, lambda path: sql.samples(known.url, path, known.table, _note), force=known.force)
         print(f"{counted(made[0], 'loop')}, {counted(made[1], 'doubt')}; see {known.folder / 'plant.toml'}")
         return 0
     print(asyncio.run(first.of_server(known.folder, known.url, _security(known), _note, force=known.force)))
@@ -191,11 +210,11 @@ def _init(known: argparse.Namespace) -> int:
 def _fetch(known: argparse.Namespace) -> int:
     from stiction.live import sql
 
-    if known.output is not None:
-        sql.samples(known.url, known.output, known.table, _note)
-        return 0
-    every = 0.0 if sys.stderr.isatty() else PROGRESS_S
-    done = sql.fetch(known.url, known.folder, table=known.table, since=known.since, say=_sparse(every), note=_note)
+    with _progress() as say:
+        if known.output is not None:
+            sql.samples(known.url, known.output, known.table, _note)
+            return 0
+        done = sql.fetch(known.url, known.folder, table=known.table, since=known.since, say=say, note=_note)
     rows, loops, days = (counted(done[f"{what}s"], what) for what in ("row", "loop", "day"))
     print(f"{rows} of {loops}, {days}; see {known.folder / 'data' / 'sql'}")
     return 0
@@ -228,7 +247,7 @@ def _watch(known: argparse.Namespace) -> int:
         time_limit_s=None if known.time_limit is None else max(1, round(known.time_limit)),
         timeout_s=known.timeout,
         check_s=known.check,
-        webhook=known.webhook or os.environ.get("STICTION_WEBHOOK") or None,
+        webhook=_address(known.webhook or os.environ.get("STICTION_WEBHOOK")),
         metrics=known.metrics,
     )
 
@@ -236,6 +255,11 @@ def _watch(known: argparse.Namespace) -> int:
         return await Watcher(options).run()
 
     return asyncio.run(run())
+
+
+def _address(given: str | None) -> str | None:
+    """The address of a webhook, perhaps from a file."""
+    return Path(given[1:]).read_text(encoding="utf-8").strip() if given and given.startswith("@") else given or None
 
 
 def _status(plant: Path, as_json: bool) -> int:

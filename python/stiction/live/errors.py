@@ -2,8 +2,21 @@
 
 from __future__ import annotations
 
+import re
+
 __all__: list[str] = []
 
 
 class Refused(Exception):
     """Something that is not done; the message states why, and the remedy."""
+
+
+def redacted(url: str) -> str:
+    """An address without a password."""
+    return re.sub(r"(?i)([?&;][a-z_ ]*(?:password|pwd)\s*=)[^&;]*", r"\1", re.sub(r"(://[^:/@]*):.*@", r"\1@", url))
+
+
+def refuse_password(url: str, variable: str) -> None:
+    """Refuse an address with a password. One with a slash is no part of the host any more, so the text is searched."""
+    if redacted(url) != url:
+        raise Refused(f"the address holds a password; give it in the environment as {variable}")

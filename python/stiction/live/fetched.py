@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -19,9 +18,6 @@ import numpy as np
 from stiction.live import hours
 
 __all__: list[str] = []
-
-STALE_S = 3600.0
-"""Age from which on an unfinished file was left by a run that was killed."""
 
 
 def folder_of(plant: Path, name: str) -> Path:
@@ -34,10 +30,12 @@ def folder_of(plant: Path, name: str) -> Path:
 
 
 def begin(folder: Path, tags: Iterable[str]) -> None:
-    """Make the folder of a source ready: files of killed runs go, and its days of earlier versions, which had one folder, come."""
+    """Make the folder of a source ready, while no other run writes to it: files of killed runs go, and its days of earlier versions,
+    which had one folder, come.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    for part in folder.parent.rglob(".*.parquet.part"):
-        if time.time() - part.stat().st_mtime > STALE_S:
+    for each in (folder, folder.parent):
+        for part in each.glob(".*.parquet.part"):
             part.unlink(missing_ok=True)
     own = set(tags)
     for path in sorted(folder.parent.glob("[0-9]*.parquet")):
@@ -89,15 +87,6 @@ def add(path: Path, new: Iterable[tuple[str, hours.Rows]], note: Callable[[str],
 
 def merged(known: hours.Rows, new: hours.Rows) -> tuple[hours.Rows, int]:
     """The rows of a file and those of a source as one series, and the number of times with different values."""
-    usable = new.status < hours.BAD
-    again = np.isin(known.time, new.time[usable])
-    kept = hours.Rows(known.time[~again], known.value[~again], known.status[~again])
-    old = np.flatnonzero(again & (known.status < hours.BAD))
-    at = np.searchsorted(new.time[usable], known.time[old])
-    other = new.value[usable][at]
-    # Of several values of one time, any may be the same.
-    pairs = set(zip(new.time[usable].tolist(), new.value[usable].tolist()))
-    differ = {
-        int(known.time[k]) for k, value in zip(old, other) if value != known.value[k] and (int(known.time[k]), float(known.value[k])) not in pairs
-    }
-    return hours.joined([kept, new]), len(differ)
+    kept = ~np.isin(known.time, new.time[new.status < hours.BAD])
+    rest = hours.Rows(known.time[kept], known.value[kept], known.status[kept])
+    return hours.joined([rest, new]), hours.differing(known, new)

@@ -19,6 +19,8 @@ MOST_VALUES = 5_000_000
 """Values of a series, at most."""
 IDLE = 10
 """Answers of a continuation in turn that bring nothing new, at most."""
+MOST_S = 3600.0
+"""Seconds for a part of the times of all series, at most."""
 NEAR = 60_000_000
 """Times that differ by less than this, in microseconds, are asked for together."""
 
@@ -95,22 +97,22 @@ class Reading:
     ) -> None:
         self.together, self.time_of, self.key_of = together, time_of, key_of
         self._series = {index: _Series() for index in places}
-        self._waiting = [Span(index, begin, end, is_whole=True) for index in places]
+        self.waiting = [Span(index, begin, end, is_whole=True) for index in places]
 
     def next(self) -> list[Span]:
         """The spans to ask for in one request, all from and to the times of `Span.asked`; none at the end."""
-        if not self._waiting:
+        if not self.waiting:
             return []
-        first = self._waiting[0]
+        first = self.waiting[0]
         chosen = [first]
         if not first.is_alone:
-            for span in self._waiting[1:]:
+            for span in self.waiting[1:]:
                 if len(chosen) >= self.together:
                     break
                 if self._fits(first, span) and all(span.index != each.index for each in chosen):
                     chosen.append(span)
         taken = {id(span) for span in chosen}
-        self._waiting = [span for span in self._waiting if id(span) not in taken]
+        self.waiting = [span for span in self.waiting if id(span) not in taken]
         if first.point is None:
             # A time is known to the microsecond, and a source may know it better.
             asked = min(span.begin for span in chosen), max(span.end + (not span.is_whole) for span in chosen)
@@ -134,7 +136,7 @@ class Reading:
         series = self._series[span.index]
         if answer.retry and not span.is_alone:
             span.is_alone = True
-            self._waiting.insert(0, span)
+            self.waiting.insert(0, span)
             return
         if answer.code:
             if series.values == 0 and span.is_whole:
@@ -159,7 +161,7 @@ class Reading:
         if size == 0 and span.is_whole and not span.is_alone and span.shared:
             # The values of the others may have filled the answer.
             span.is_alone = True
-            self._waiting.insert(0, span)
+            self.waiting.insert(0, span)
             return
         if answer.point is not None and span.idle < IDLE:
             span.point = answer.point
@@ -171,7 +173,7 @@ class Reading:
                 begin = each.begin if each.high is None else max(each.begin, each.high)
                 yield Unread(begin, each.end, f"the source gave {series.values} values in {series.answers} answers without an end")
             return
-        self._waiting = rest + self._waiting
+        self.waiting = rest + self.waiting
 
     def _new(self, span: Span, series: _Series, times: Sequence[int | None], values: Sequence[Any]) -> list[Any]:
         """The values that no answer brought before."""

@@ -13,11 +13,13 @@ marks the start of the gap (`LOST`), so that nothing is held across it.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
 import shutil
 import struct
+import sys
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -27,6 +29,8 @@ from typing import Any, BinaryIO, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+
+from stiction.live.errors import Refused
 
 __all__: list[str] = []
 
@@ -101,6 +105,26 @@ def _sync_folder(folder: Path) -> None:
             os.close(handle)
 
 
+@contextlib.contextmanager
+def alone(plant: Path, name: str, refusal: str) -> Iterator[None]:
+    """Holds a lock of a plant, which the system takes back from a process that is killed."""
+    folder = live_folder(plant)
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(folder / name, "a") as file:
+        try:
+            if sys.platform == "win32":
+                import msvcrt
+
+                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+            else:
+                import fcntl
+
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise Refused(refusal) from None
+        yield
+
+
 class Recorder:
     """Appends values to the journals of their hours."""
 
@@ -140,11 +164,16 @@ class Recorder:
     def void(self, begin: int) -> None:
         """Take back the values of a time and later ones, which a wrong clock dated."""
         self.sequence += 1
-        for hour in sorted(self._files.keys() | self._waiting.keys()):
-            if hour + HOUR > begin:
-                self._waiting.setdefault(hour, bytearray()).extend(PACK(MARK, VOID, begin, float(self.sequence)))
-                self._bytes += RECORD.itemsize
         self.flush()
+        record = PACK(MARK, VOID, begin, float(self.sequence))
+        # Earlier runs may have written some of them.
+        for path in _journals(self.open):
+            if _journal_hour(path) + HOUR > begin:
+                rest = (path.stat().st_size - _read_head(path)[1]) % RECORD.itemsize
+                with open(path, "ab", buffering=0) as file:
+                    file.truncate(path.stat().st_size - rest)
+                    _write(file, record)
+        self._forget()
 
     def flush(self, durable: bool = False) -> None:
         """Write the values that wait. After an error, such as a full disk, they are lost and the journals whole."""
@@ -216,10 +245,14 @@ class Recorder:
         try:
             self.flush(durable=True)
         finally:
-            for file in self._files.values():
-                file.close()
-            self._files.clear()
-            self._lengths.clear()
+            self._forget()
+
+    def _forget(self) -> None:
+        """Closes the journals. The next value opens its one again."""
+        for file in self._files.values():
+            file.close()
+        self._files.clear()
+        self._lengths.clear()
 
 
 _JOURNAL = re.compile(r"[0-9]{4}-(0[1-9]|1[0-2])-([0-2][0-9]|3[01])T([01][0-9]|2[0-3])\.[0-9]{1,12}\.values")
@@ -414,8 +447,10 @@ class Stored:
             self.file = pq.ParquetFile(path)
             place = self.file.schema_arrow.get_field_index("tag")
             for group in range(self.file.num_row_groups):
-                # A row group holds one tag, so its statistics state it.
-                self.groups[self.file.metadata.row_group(group).column(place).statistics.min] = group
+                # A row group holds one tag, so its statistics state it, unless it is very long.
+                known = self.file.metadata.row_group(group).column(place).statistics
+                tag = known.min if known is not None and known.has_min_max and len(known.min) < 1000 else None
+                self.groups[tag or self.file.read_row_group(group, ["tag"])["tag"][0].as_py()] = group
 
     def __enter__(self) -> Stored:
         return self
@@ -494,13 +529,16 @@ def _fold_hour(data: Path, hour: int, journals: Sequence[Path]) -> tuple[Folded,
         if not names:
             return folded, False
         changed = not path.exists()
+        differ: list[str] = []
 
         def tables() -> Iterator[Any]:
             nonlocal changed
             for batch, own in _batches(names, journals, heads):
                 for tag in batch:
-                    known = stored.rows(tag)
-                    rows = _of_hour(hour, known, own.get(tag), lambda tag=tag: before.rows(tag))
+                    known, new = stored.rows(tag), own.get(tag)
+                    if known is not None and new is not None and differing(known, new):
+                        differ.append(tag)
+                    rows = _of_hour(hour, known, new, lambda tag=tag: before.rows(tag))
                     changed = changed or known is None or not same(known, rows)
                     yield table_of(tag, rows)
 
@@ -511,7 +549,21 @@ def _fold_hour(data: Path, hour: int, journals: Sequence[Path]) -> tuple[Folded,
             if not changed:
                 return folded, False
         folded.rows = written(path, tables())
+    if differ:
+        some = f"{', '.join(differ[:3])}{', ...' if len(differ) > 3 else ''}"
+        folded.problems.append(f"{shown(hour)}: values that came later differ from the stored ones of the same times; both are kept ({some})")
     return folded, changed
+
+
+def differing(known: Rows, new: Rows) -> int:
+    """The number of times for which both have usable values, and a known one, not only held, is not among the new ones."""
+    old, usable = (known.status < BAD) & (known.status & 0xFFF != HELD), new.status < BAD
+    old[old] = np.isin(known.time[old], new.time[usable])
+    if not old.any():
+        return 0
+    # Of several values of one time, any may be the same.
+    pairs = set(zip(new.time[usable].tolist(), new.value[usable].tolist()))
+    return len({time for time, value in zip(known.time[old].tolist(), known.value[old].tolist()) if (time, value) not in pairs})
 
 
 def same(a: Rows, b: Rows) -> bool:

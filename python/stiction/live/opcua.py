@@ -13,9 +13,11 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
+import ipaddress
 import logging
 import os
 import socket
+import time
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone
@@ -34,8 +36,8 @@ try:
 except ImportError as error:
     raise ImportError(f'OPC UA needs asyncua ({error}): pip install "stiction[live]"') from None
 
-from stiction.live.errors import Refused
-from stiction.live.history import IDLE, Answer, Reading, Unread
+from stiction.live.errors import Refused, refuse_password
+from stiction.live.history import IDLE, MOST_S, Answer, Reading, Unread
 
 __all__: list[str] = []
 
@@ -153,12 +155,12 @@ class ReadOnlyClient(Client):
         policy = self.server_policy(ua.UserTokenType.UserName)
         encrypted = self.security_policy.Mode == ua.MessageSecurityMode.SignAndEncrypt
         plain = policy.SecurityPolicyUri in (None, "", security_policies.SecurityPolicyNone.URI)
-        if password and plain and not encrypted:
+        if plain and not encrypted:
             raise Refused(
-                "the server would receive the password unencrypted, so it was not sent; use a security policy, or a server that "
-                "encrypts passwords"
+                "the server would receive the user and the password unencrypted, so they were not sent; use a security policy, or a "
+                "server that encrypts passwords"
             )
-        if not plain and not encrypted:
+        if not encrypted:
             # The server's certificate encrypts the password, so it must be a trusted one.
             self.check_peer()
         super()._add_user_auth(params, username, password)
@@ -176,6 +178,8 @@ class Security:
     """Whether the first certificate of a server is trusted unseen."""
     user_certificate: Path | None = None
     user_key: Path | None = None
+    any_name: bool = False
+    """Whether a certificate may be that of a different application or host."""
 
 
 def make_certificate(folder: Path, days: int = 1825) -> str:
@@ -209,8 +213,9 @@ def _loaded(path: Path) -> x509.Certificate:
     return x509.load_pem_x509_certificate(data) if data.startswith(b"-----") else x509.load_der_x509_certificate(data)
 
 
-def check_certificate(data: bytes, server: Any, security: Security) -> str | None:
-    """Check a server's certificate against the trusted ones, and return a note if it is trusted from now on.
+def check_certificate(data: bytes, uri: str | None, host: str, security: Security) -> str | None:
+    """Check the certificate of a server on a host against the trusted ones, and return a note, if any. The URI of the server's
+    application may be unknown.
 
     Raises
     ------
@@ -227,31 +232,33 @@ def check_certificate(data: bytes, server: Any, security: Security) -> str | Non
             f"{certificate.not_valid_after_utc:%Y-%m-%d}, and today is {now:%Y-%m-%d}; renew it on the server, or correct the clock "
             "of this computer"
         )
-    try:
-        own = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
-        uris = own.get_values_for_type(x509.UniformResourceIdentifier)
-    except x509.ExtensionNotFound:
-        uris = []
-    if server is not None and server.ApplicationUri not in uris:
-        raise Refused(
-            f"the certificate of the server ({name}) is for {', '.join(uris) or 'no application'}, but the server is "
-            f"{server.ApplicationUri}; make a new certificate on the server"
-        )
+    if not security.any_name:
+        uris, hosts = _names(certificate)
+        remedy = "make a new certificate on the server, or accept any name with --any-name"
+        if uri is not None and uri not in uris:
+            raise Refused(f"the certificate of the server ({name}) is for {', '.join(uris) or 'no application'}, but the server is {uri}; {remedy}")
+        # On this computer, its own name is as good.
+        here = {socket.gethostname().lower()} if host == "localhost" or host.startswith("127.") or host == "::1" else set()
+        if not hosts & (here | {_plain(host)}):
+            raise Refused(
+                f"the certificate of the server ({name}) is for {', '.join(sorted(hosts)) or 'no host'}, but the address names {host}; "
+                f"name the host as the certificate does, {remedy}"
+            )
     trusted, rejected = security.folder / "trusted", security.folder / "rejected"
     known = [path for path in sorted(trusted.glob("*")) if path.suffix in {".der", ".pem", ".crt", ".cer"}]
-    aside = []
+    is_trusted, aside = False, []
     for path in known:
         try:
             each = _loaded(path)
-        except ValueError:
+        except (ValueError, OSError):
             aside.append(f"{path} is no certificate; remove it")
             continue
-        if each.public_bytes(Encoding.DER) == data:
-            return None
-        if (why := _no_issuer(each, certificate, now)) is None:
-            return None
-        if why:
+        if each.public_bytes(Encoding.DER) == data or (why := _no_issuer(each, certificate, now)) is None:
+            is_trusted = True
+        elif why:
             aside.append(f"{path} {why}")
+    if is_trusted:
+        return ". ".join(aside[:3]) or None
     if security.trust_first and not known:
         trusted.mkdir(parents=True, exist_ok=True)
         (trusted / f"{mark[:16]}.der").write_bytes(data)
@@ -265,16 +272,37 @@ def check_certificate(data: bytes, server: Any, security: Security) -> str | Non
     )
 
 
+def _plain(host: str) -> str:
+    """A host in one spelling."""
+    try:
+        return str(ipaddress.ip_address(host))
+    except ValueError:
+        return host.rstrip(".").lower()
+
+
+def _names(certificate: x509.Certificate) -> tuple[list[str], set[str]]:
+    """The URIs of applications and the hosts that a certificate is for."""
+    try:
+        own = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    except x509.ExtensionNotFound:
+        return [], set()
+    hosts = [*own.get_values_for_type(x509.DNSName), *map(str, own.get_values_for_type(x509.IPAddress))]
+    return own.get_values_for_type(x509.UniformResourceIdentifier), set(map(_plain, hosts))
+
+
 def _no_issuer(issuer: x509.Certificate, certificate: x509.Certificate, now: datetime) -> str | None:
     """Why a trusted certificate does not vouch for that of a server: empty if it did not sign it; None if it does."""
     try:
         certificate.verify_directly_issued_by(issuer)
     except Exception:
         return ""
+    is_authority = False
     try:
         is_authority = issuer.extensions.get_extension_for_class(x509.BasicConstraints).value.ca
-    except x509.ExtensionNotFound:
-        is_authority = False
+        is_authority = is_authority and issuer.extensions.get_extension_for_class(x509.KeyUsage).value.key_cert_sign
+    except x509.ExtensionNotFound as missing:
+        # Without the second one, its key has any use.
+        is_authority = is_authority and missing.oid == x509.KeyUsage.oid
     if not is_authority:
         return "signed it, but is not the certificate of an authority (CA), so it does not count"
     if not issuer.not_valid_before_utc <= now <= issuer.not_valid_after_utc:
@@ -315,12 +343,15 @@ class Server:
     """A connection to a server."""
 
     def __init__(self, url: str, security: Security, *, timeout: float = 10.0, say: Callable[[str], None]) -> None:
-        parts = urlsplit(url)
-        if parts.password is not None:
-            raise Refused("the address holds a password; give it in the environment as STICTION_OPCUA_PASSWORD")
+        refuse_password(url, "STICTION_OPCUA_PASSWORD")
+        try:
+            parts = urlsplit(url)
+            port = parts.port
+        except ValueError:
+            parts, port = urlsplit(""), None
         if parts.scheme != "opc.tcp" or not parts.hostname:
             raise Refused(f"{url} is not the address of an OPC UA server, such as opc.tcp://server:4840")
-        self.url = url if parts.port else url.replace(parts.netloc, f"{parts.netloc}:4840", 1)
+        self.host, self.url = parts.hostname, url if port else url.replace(parts.netloc, f"{parts.netloc}:4840", 1)
         self.security, self.timeout, self.say = security, timeout, say
         self.client: ReadOnlyClient | None = None
         self.namespaces: list[str] = []
@@ -375,8 +406,9 @@ class Server:
                 f"{certificate} or {key} is missing; make them with: stiction watch --make-certificate --certificates {own.folder}, and "
                 "trust client.der on the server"
             )
+        self._say_any_name()
         data = _first_certificate(endpoint.ServerCertificate or b"")
-        note = check_certificate(data, endpoint.Server, own)
+        note = check_certificate(data, endpoint.Server.ApplicationUri, self.host, own)
         if note:
             self.say(note)
         await client.set_security(
@@ -392,13 +424,18 @@ class Server:
 
     def _check_peer(self, client: ReadOnlyClient) -> None:
         """Refuses to give a name and a password to a server whose certificate is not trusted."""
+        self._say_any_name()
         data = client.security_policy.peer_certificate or b""
         try:
-            note = check_certificate(_first_certificate(data), None, self.security)
+            note = check_certificate(_first_certificate(data), None, self.host, self.security)
         except Refused as error:
             raise Refused(f"the user and the password were not sent, because {error}") from None
         if note:
             self.say(note)
+
+    def _say_any_name(self) -> None:
+        if self.security.any_name:
+            self.say("the names in the server's certificate are not compared, because --any-name was given")
 
     async def _user_certificate(self, client: ReadOnlyClient) -> None:
         own = self.security
@@ -641,7 +678,12 @@ class Server:
         reading = Reading(
             list(nodes), begin, end, together=self._together, time_of=_time_of, key_of=lambda value: (_status_of(value), repr(value.Value))
         )
+        until = time.monotonic() + MOST_S
         while spans := reading.next():
+            if time.monotonic() > until:
+                for span in [*spans, *reading.waiting]:
+                    yield span.index, Unread(span.begin if span.high is None else span.high, span.end, f"it took more than {MOST_S / 60:.0f} min")
+                return
             count = self._count
             for span, answer in zip(spans, await self._history([(nodes[span.index], span.point) for span in spans], *spans[0].asked)):
                 for part in reading.take(span, answer, count):

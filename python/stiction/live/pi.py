@@ -12,6 +12,7 @@ import http.client
 import json
 import os
 import re
+import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator, Sequence
@@ -23,7 +24,7 @@ import numpy as np
 
 from stiction import _core
 from stiction.live import history, hours
-from stiction.live.errors import Refused
+from stiction.live.errors import Refused, refuse_password
 from stiction.live.tags import mode_words
 from stiction.live.words import number_of
 
@@ -33,6 +34,10 @@ MOST = 10_000
 """Values of a point in one answer, unless the address states a number."""
 POINTS = 1_000
 """Points in one answer."""
+ANSWER_S = 600.0
+"""Seconds that an answer may take."""
+MOST_BYTES = 1 << 30
+"""Bytes of an answer, at most."""
 EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 DAYS = 7
 """Days that are read at first."""
@@ -66,6 +71,16 @@ def _reason(error: urllib.error.HTTPError) -> str:
     return " ".join(text.split())[:300]
 
 
+def _body(answer: Any) -> bytes:
+    """The body of an answer. A server that drips it, or does not end it, is not waited for."""
+    until, body = time.monotonic() + ANSWER_S, bytearray()
+    while part := answer.read1(1 << 20):
+        body += part
+        if time.monotonic() > until or len(body) > MOST_BYTES:
+            raise OSError(f"its answer has {len(body)} bytes after {ANSWER_S:.0f} s or less, and no end")
+    return bytes(body)
+
+
 class _NoRedirect(urllib.request.HTTPRedirectHandler):
     def redirect_request(self, *_: Any, **__: Any) -> None:
         return None
@@ -75,9 +90,8 @@ class Points:
     """The points of a data server that belong to loops."""
 
     def __init__(self, url: str, file: _core.Plant) -> None:
+        refuse_password(url, "STICTION_PI_PASSWORD")
         parts = urlsplit(url)
-        if parts.password is not None:
-            raise Refused("the address holds a password; give it in the environment as STICTION_PI_PASSWORD")
         base, _, server = parts.path.strip("/").rpartition("/")
         if not (parts.hostname and base and server):
             raise Refused(f"{url} is not the address of a data server, such as pi://host/piwebapi/PISERVER")
@@ -122,7 +136,7 @@ class Points:
             request.add_header("Authorization", self._login)
         try:
             with urllib.request.build_opener(_NoRedirect).open(request, timeout=60.0) as answer:
-                found: dict[str, Any] = json.load(answer)
+                found: dict[str, Any] = json.loads(_body(answer))
         except urllib.error.HTTPError as error:
             remedy = "; give STICTION_PI_USER and STICTION_PI_PASSWORD" if error.code == 401 else ""
             reason = _reason(error) if error.code != 401 else ""
@@ -154,7 +168,10 @@ class Points:
         reading = history.Reading(
             range(len(tags)), begin, end, together=len(tags), time_of=lambda item: microseconds(item["Timestamp"]), key_of=repr
         )
+        until = time.monotonic() + history.MOST_S
         while spans := reading.next():
+            if time.monotonic() > until:
+                raise Refused(f"{', '.join(tags[:3])}: a day was not read in {history.MOST_S / 60:.0f} min; what was fetched so far stays")
             streams, count = self._recorded([tags[span.index] for span in spans], *spans[0].asked)
             for span in spans:
                 tag = tags[span.index]
@@ -172,8 +189,8 @@ class Points:
                             found[tag].append((at, *self._value(item)))
         for tag, values in found.items():
             if values:
-                time, value, status = zip(*values)
-                rows = hours.Rows(np.array(time, np.int64), np.array(value, np.float64), np.array(status, np.uint32))
+                times, value, status = zip(*values)
+                rows = hours.Rows(np.array(times, np.int64), np.array(value, np.float64), np.array(status, np.uint32))
                 yield tag, hours.joined([rows])
 
     def _recorded(self, tags: Sequence[str], begin: int, end: int) -> tuple[dict[str, list[Any]], int]:

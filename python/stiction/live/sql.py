@@ -22,7 +22,7 @@ import numpy as np
 
 from stiction import _core
 from stiction.live import fetched, hours
-from stiction.live.errors import Refused
+from stiction.live.errors import Refused, redacted, refuse_password
 from stiction.live.tags import mode_words
 from stiction.live.words import number_of
 
@@ -72,6 +72,10 @@ class Source:
         """A time in a query, as the database compares it with a column of times."""
         raise NotImplementedError
 
+    def within(self, time: str, column: str) -> str:
+        """A time of a column, such as its maximum, among those that Python knows. PostgreSQL has infinite ones, and years BC."""
+        return time
+
 
 class Postgres(Source):
     """A table of PostgreSQL."""
@@ -87,6 +91,8 @@ class Postgres(Source):
         self._sql, self._error = sql, psycopg.Error
         # The client's encoding also gives text of a database without an encoding as text.
         own: dict[str, Any] = {"application_name": "stiction", "client_encoding": "utf8", "connect_timeout": CONNECT_S}
+        # A network that was cut is noticed in 90 s.
+        own |= {"keepalives_idle": 30, "keepalives_interval": 10, "keepalives_count": 6}
         if password := os.environ.get("STICTION_SQL_PASSWORD"):
             own["password"] = password
         try:
@@ -108,7 +114,7 @@ class Postgres(Source):
             self.connection.close()
             raise Refused(f"table {table}: {str(error).strip().splitlines()[0]}") from None
         self.columns = [column.name for column in described]
-        self.zoned = {column.name: column.type_code == 1184 for column in described}
+        self.zoned = {column.name: column.type_code == 1184 for column in described if column.type_code in (1114, 1184)}
 
     def quoted(self, column: str) -> str:
         # A single % would mark a value.
@@ -116,6 +122,12 @@ class Postgres(Source):
 
     def time(self, at: datetime, column: str) -> str:
         return f"timestamptz '{at}'" if self.zoned.get(column, True) else f"timestamp '{at.replace(tzinfo=None)}'"
+
+    def within(self, time: str, column: str) -> str:
+        if column not in self.zoned:
+            return time
+        low, high = (self.time(datetime(*day, tzinfo=timezone.utc), column) for day in ((1, 1, 3), (9999, 12, 29)))
+        return f"CASE WHEN {time} IS NOT NULL THEN least(greatest({time}, {low}), {high}) END"
 
     def select(self, columns: Sequence[str], where: str, values: Sequence[Any], order: str = "") -> Iterator[Sequence[Any]]:
         # The names of columns are quoted, and values are sent apart from the query.
@@ -143,8 +155,6 @@ class Odbc(Source):
 
     def __init__(self, url: str, table: str) -> None:
         known = url.partition("://")[2]
-        if re.search(r"(?i)(pwd|password)\s*=", known):
-            raise Refused("the address holds a password; give it in the environment as STICTION_SQL_PASSWORD")
         try:
             import arrow_odbc
         except (ImportError, OSError) as error:
@@ -211,11 +221,6 @@ def _in_full(schema: Any) -> Any:
     return pa.schema([each.with_type(pa.float64()) if pa.types.is_floating(each.type) else each for each in schema])
 
 
-def redacted(url: str) -> str:
-    """An address without a password."""
-    return re.sub(r"(?i)([?&;][a-z_ ]*(?:password|pwd)\s*=)[^&;]*", r"\1", re.sub(r"(://[^:/@]*):.*@", r"\1@", url))
-
-
 def samples_of(url: str, table: str | None, file: _core.Plant) -> Any:
     """The samples at an address."""
     if url.startswith("pi://"):
@@ -232,13 +237,9 @@ def samples_of(url: str, table: str | None, file: _core.Plant) -> Any:
 
 def opened(url: str, table: str | None = None) -> Source:
     """The table that an address names, such as ``postgres://reader@host/plant?table=samples``."""
+    refuse_password(url, "STICTION_SQL_PASSWORD")
     parts = urlsplit(url)
-    if parts.password is not None:
-        raise Refused("the address holds a password; give it in the environment as STICTION_SQL_PASSWORD")
     query = dict(parse_qsl(parts.query))
-    # A password with a slash is no part of the host any more.
-    if any("password" in key.lower() for key in query) or redacted(url) != url and parts.scheme.startswith("postgres"):
-        raise Refused("the address holds a password; give it in the environment as STICTION_SQL_PASSWORD")
     table = table or query.pop("table", None)
     query.pop("table", None)
     if not table:
@@ -293,7 +294,8 @@ class Table:
         time = self.source.quoted(self.time)
         limits = [f"{time} {sign} {self.source.time(self._at(at), self.time)}" for sign, at in ((">=", begin), ("<", end)) if at is not None]
         where = f"WHERE {' AND '.join(limits)}" if limits else ""
-        [[first, last]] = self.source.select([f"min({time})", f"max({time})"], where, [])
+        both = [self.source.within(f"{of}({time})", self.time) for of in ("min", "max")]
+        [[first, last]] = self.source.select(both, where, [])
         return None if first is None else (self._us(first), self._us(last))
 
     def _us(self, at: Any) -> int:
@@ -404,46 +406,55 @@ def fetch(
         )
     stored = hours.live_folder(plant) / "fetched.json"
     key = f"{redacted(url).partition('?maxCount=')[0]} {table or ''}"
-    try:
-        known = json.loads(stored.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        known = {}
     of = samples_of(url, table, file)
+    folder = fetched.folder_of(plant, of.name.removeprefix("table "))
     try:
-        span = believed(of, note)
-        first, last = span[0] - span[0] % DAY, span[1]
-        if since is not None:
-            try:
-                asked = int(datetime.strptime(since, "%Y-%m-%d").replace(tzinfo=timezone.utc).timestamp()) * 1_000_000
-            except ValueError:
-                raise Refused(f'"{since}" is no day, such as 2026-03-01') from None
-            # A table has nothing before its first row.
-            first = max(first, asked) if isinstance(of, Table) else asked
-        elif isinstance(known.get(key), int):
-            first = max(first, known[key] - AGAIN * DAY)
-        counts = {"days": 0, "rows": 0, "loops": len(of.loops)}
-        folder = fetched.folder_of(plant, of.name.removeprefix("table "))
-        fetched.begin(folder, [tag for _, tags in of.loops for tag in tags])
-        day = first
-        while day <= last:
-            name = f"{hours.moment(day):%Y-%m-%d}"
-            rows = fetched.add(folder / f"{name}.parquet", _rows(of, day, day + DAY), note)
-            if rows:
-                counts["days"] += 1
-                counts["rows"] += rows
-                say(f"{name}: {rows} rows")
-            day += DAY
-            if rows == 0 and isinstance(of, Table) and day <= last:
-                # Years may be empty.
-                later = of.span(day, last + 1_000_000)
-                day = last + 1 if later is None else max(day, later[0] - later[0] % DAY)
-        stored.parent.mkdir(parents=True, exist_ok=True)
-        part = stored.with_suffix(".part")
-        part.write_text(json.dumps(known | {key: last - last % DAY}), encoding="utf-8")
-        part.replace(stored)
-        return counts
+        with hours.alone(plant, f"{folder.name}.lock", f"another fetch of {of.name} runs; wait for its end"):
+            known = _known(stored).get(key)
+            span = believed(of, note)
+            first, last = span[0] - span[0] % DAY, span[1]
+            asked = None
+            if since is not None:
+                try:
+                    asked = int(datetime.strptime(since, "%Y-%m-%d").replace(tzinfo=timezone.utc).timestamp()) * 1_000_000
+                except ValueError:
+                    raise Refused(f'"{since}" is no day, such as 2026-03-01') from None
+            elif isinstance(known, int) and known <= last:
+                # A clock that was ahead may have given a later day, and then all is read again.
+                asked = known - AGAIN * DAY
+            if asked is not None:
+                # A table has nothing before its first row.
+                first = max(first, asked) if isinstance(of, Table) else asked
+            counts = {"days": 0, "rows": 0, "loops": len(of.loops)}
+            fetched.begin(folder, [tag for _, tags in of.loops for tag in tags])
+            day = first
+            while day <= last:
+                name = f"{hours.moment(day):%Y-%m-%d}"
+                rows = fetched.add(folder / f"{name}.parquet", _rows(of, day, day + DAY), note)
+                if rows:
+                    counts["days"] += 1
+                    counts["rows"] += rows
+                    say(f"{name}: {rows} rows")
+                day += DAY
+                if rows == 0 and isinstance(of, Table) and day <= last:
+                    # Years may be empty.
+                    later = of.span(day, last + 1_000_000)
+                    day = last + 1 if later is None else max(day, later[0] - later[0] % DAY)
+            part = stored.with_name(f"{folder.name}.part")
+            part.write_text(json.dumps(_known(stored) | {key: last - last % DAY}), encoding="utf-8")
+            part.replace(stored)
+            return counts
     finally:
         of.close()
+
+
+def _known(stored: Path) -> dict[str, Any]:
+    """The last day of each address."""
+    try:
+        found = json.loads(stored.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
 
 
 def believed(of: Any, note: Callable[[str], None]) -> tuple[int, int]:

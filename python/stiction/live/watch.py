@@ -51,8 +51,13 @@ LASTING_S = 60.0
 """A connection that lasted for so many seconds was a good one, and the next attempt comes soon."""
 DOUBT = hours.HOUR
 """After a jump of the server's clock, no later hour is judged for this time of the clock, because it may go back."""
-LAST_WAIT_S = 5.0
-"""Seconds that the end waits for the judgement and the webhook."""
+LAST_WAIT_S = 2.0
+"""Seconds that the end waits for the server, and as many for the judgement and the webhook."""
+PROGRESS_S = 50.0
+"""Seconds between two lines about a history that is being read."""
+MOST_LINES = 20
+"""Lines of one kind in `KIND_S` seconds, at most; more are counted."""
+KIND_S = 600.0
 
 
 @dataclass
@@ -91,6 +96,8 @@ class Watcher:
     def __init__(self, options: Options) -> None:
         self.options = options
         self._said: dict[str, float] = {}
+        # Of a kind of lines: since when they are counted, how many were written, and how many were left out since the last one.
+        self._kinds: dict[str, tuple[float, int, int]] = {}
         folder = options.plant
         path = folder / "plant.toml"
         try:
@@ -111,7 +118,7 @@ class Watcher:
         self.server: opcua.Server | None = None
         self.recorder: hours.Recorder
         self.stopping = asyncio.Event()
-        self.judging = asyncio.Event()
+        self.judging, self.is_judging = asyncio.Event(), False
         self.pusher = push.Pusher(options.plant, options.webhook, self.say)
         # The server's clock, the time up to which all values are stored, and the start of what is still to be filled in.
         self.clock = 0
@@ -128,6 +135,7 @@ class Watcher:
         self.result: dict[str, Any] = {}
         self._rate: deque[tuple[float, int]] = deque(maxlen=60)
         self._steps: deque[float] = deque(maxlen=20)
+        self._early: list[tuple[int, Any]] = []
         # How fast the server's clock runs: 1, or more while it plays a recording.
         self.speed, self._compared = 1.0, 0.0
         self._speeds: deque[float] = deque(maxlen=20)
@@ -136,10 +144,14 @@ class Watcher:
         self.clocks, self.wall = SourceClocks(), time.monotonic
         # Tags whose values are not stored because of their times.
         self.misdating: set[int] = set()
-        # The server's clock before and after its last jump ahead.
-        self.jump: tuple[int, int] | None = None
-        # The server's clock before it went back, and when that was.
-        self.back: tuple[int, float] | None = None
+        # When an older value of a tag was last stored as still valid.
+        self.held: dict[int, int] = {}
+        # The server's clock before and after its last jumps ahead, and this computer's clock.
+        self.jumps: list[tuple[int, int, int]] = []
+        # The server's clock before and after it last went back.
+        self.back: tuple[int, int] | None = None
+        # Whether the gap to be filled is that of a wrong clock.
+        self.was_wrong = False
 
     # What a person reads.
 
@@ -148,13 +160,20 @@ class Watcher:
         self.options.say(f"{datetime.now(timezone.utc):%Y-%m-%d %H:%M:%S} {text}")
 
     def say_once(self, key: str, text: str, again_s: float = 600.0) -> None:
-        """Write a line unless one of the same key was written in the last minutes."""
-        now = time.monotonic()
-        if now - self._said.get(key, -math.inf) >= again_s:
-            if len(self._said) > 10_000:
-                self._said.clear()
-            self._said[key] = now
-            self.say(text)
+        """Write a line unless one of the same key was written in the last minutes, or many of the same kind, the first word of the key.
+        The next line states how many were left out.
+        """
+        now, kind = time.monotonic(), key.partition(" ")[0]
+        begin, lines, left_out = self._kinds.get(kind, (now, 0, 0))
+        if now - begin >= KIND_S:
+            begin, lines = now, 0
+        if now - self._said.get(key, -math.inf) < again_s or lines >= MOST_LINES:
+            self._kinds[kind] = begin, lines, left_out + (again_s < math.inf)
+            return
+        if len(self._said) > 10_000:
+            self._said.clear()
+        self._said[key], self._kinds[kind] = now, (begin, lines + 1, 0)
+        self.say(f"{text} ({left_out} more of this kind were left out)" if left_out else text)
 
     # The whole.
 
@@ -164,20 +183,25 @@ class Watcher:
         for name in ("SIGTERM", "SIGINT"):
             with contextlib.suppress(NotImplementedError, RuntimeError):
                 loop.add_signal_handler(getattr(signal, name), self.stopping.set)
-        with _alone(self.options.plant):
+        with hours.alone(self.options.plant, "lock", f"another stiction watch collects for {self.options.plant}; stop it first"):
             helpers = [asyncio.create_task(self._judge()), asyncio.create_task(self.pusher.run())]
             if self.options.metrics:
                 helpers.append(await push.serve(self.options.metrics, self.metrics, self.say))
+            connections, stop = asyncio.create_task(self._connections()), asyncio.create_task(self.stopping.wait())
             try:
-                await self._connections()
+                await asyncio.wait({connections, stop}, return_when=asyncio.FIRST_COMPLETED)
+                # A server that is silent is not waited for.
+                await asyncio.wait({connections}, timeout=LAST_WAIT_S)
+                if connections.done():
+                    connections.result()
             finally:
+                for helper in (connections, stop, *helpers):
+                    helper.cancel()
+                await asyncio.wait({connections, stop, *helpers}, timeout=LAST_WAIT_S)
                 if hasattr(self, "recorder"):
                     with contextlib.suppress(OSError):
                         self.recorder.close()
                 self._write_status()
-                for helper in helpers:
-                    helper.cancel()
-                await asyncio.wait(helpers, timeout=LAST_WAIT_S)
         self.say("stopped")
         return 0
 
@@ -185,7 +209,7 @@ class Watcher:
         pause, last = 1.0, ""
         while not self.stopping.is_set():
             self.server = opcua.Server(
-                self.options.url, self.options.security, timeout=self.options.timeout_s, say=lambda text: self.say_once(text, text, math.inf)
+                self.options.url, self.options.security, timeout=self.options.timeout_s, say=lambda text: self.say_once(f"server {text}", text, math.inf)
             )
             try:
                 await self._connection(self.server)
@@ -231,11 +255,12 @@ class Watcher:
             if k not in nodes:
                 self.say_once(f"space {names[k]}", f"{names[k]}: the server has no namespace of {self.tags[names[k]]}")
         self._believe(hours.known(self.options.plant, self.clock + AHEAD) if self.until > self.clock + AHEAD else None)
+        self._undo(self.clock)
         gap = min(filter(None, (self.until, self._filled())), default=0)
         gap = min(gap, self.clock)
         self._first = set(nodes)
         self._floor = gap or self.clock - FRESH
-        self._ticked = 0
+        self._ticked, self._early = 0, []
         last = list(self.last) if gap else [0] * len(self.last)
         refused = await server.subscribe(
             nodes,
@@ -282,7 +307,10 @@ class Watcher:
         self.bad: set[int] = set()
         self.until = self.stored = until or 0
         status = read_status(self.options.plant) or {}
-        self.fill_from = status.get("fill_from") if until else None
+        if until:
+            self.fill_from, back = status.get("fill_from"), status.get("back")
+            self.jumps = [tuple(each) for each in status.get("jumps") or ()]
+            self.back = tuple(back) if back else None
         self.recorder = hours.Recorder(self.options.plant, self.names)
         self.recorder.sequence = hours.known(self.options.plant).sequence
 
@@ -318,7 +346,13 @@ class Watcher:
             self.full = True
             self.say(f"values cannot be stored ({error.strerror}); free space on the disk. They are missing until then")
 
-    def _value(self, index: int, value: Any, live: bool) -> None:
+    def _settle(self) -> None:
+        """Judges the values that were ahead of the last reading of the clock by the present one."""
+        early, self._early = self._early, []
+        for index, value in early:
+            self._value(index, value, live=True, settled=True)
+
+    def _value(self, index: int, value: Any, live: bool, settled: bool = False) -> None:
         status = value.StatusCode.value if value.StatusCode is not None else 0
         at = next((at for at in (value.SourceTimestamp, value.ServerTimestamp) if at is not None and at.year > 1970), None)
         if at is None:
@@ -328,14 +362,20 @@ class Watcher:
             self._first.discard(index)
             if moment <= self._floor:
                 return  # It was stored when it changed, or is stored as held.
+        if live and moment > self.clock + int(AHEAD * self.speed) and not settled:
+            # The last reading of the clock may be an old one.
+            self._early.append((index, value))
+            return
         if moment > self.clock + int(AHEAD * self.speed) or (live and moment < self.clock - BEHIND):
             self.counts["misdated"] += 1
             side = "ahead of" if moment > self.clock else "far behind"
             self.say_once(
-                f"ahead {index}",
+                f"{side} {index}",
                 f"{self.names[index]}: a value of {hours.shown(moment)} is {side} the server's clock ({hours.shown(self.clock)}); it was "
                 "not stored. Correct the clock of the source",
             )
+            if live:
+                self._misdate(index)
             return
         if live and not self._is_believed(index, moment):
             self.counts["misdated"] += 1
@@ -373,15 +413,22 @@ class Watcher:
                 self.misdating.discard(index)
                 self._turned.setdefault("values with right times again", []).append(index)
             return True
-        if index not in self.misdating:
-            self.misdating.add(index)
-            if self.last[index] > 0 and not self.full:
-                self.recorder.add(index, self.last[index] + 1, math.nan, hours.LOST)
+        if self._misdate(index):
             what = (
                 f"values are dated {span(self.clock - moment)} behind the server's clock, and are not stored; correct the clock of the source"
             )
             self._turned.setdefault(what, []).append(index)
         return False
+
+    def _misdate(self, index: int) -> bool:
+        """Begins a gap of a tag whose values are not stored, and returns whether it is a new one."""
+        if index in self.misdating:
+            return False
+        self.misdating.add(index)
+        last = max(self.last[index], self.held.get(index, 0))
+        if last > 0 and not self.full:
+            self.recorder.add(index, last + 1, math.nan, hours.LOST)
+        return True
 
     def _number(self, index: int, value: Any, status: int) -> float:
         """The value as a number; not a number for a bad or other value."""
@@ -443,7 +490,9 @@ class Watcher:
         # Without a value before them, none is held.
         lost = [index for index, count in found.items() if not count and dropped[index][0] != self._floor]
         for index in lost:
-            self.recorder.add(index, dropped[index][0] + 1, math.nan, hours.LOST)
+            after, before = dropped[index]
+            held = self.held.get(index, 0)
+            self.recorder.add(index, 1 + (held if after < held < before else after), math.nan, hours.LOST)
         self.recorder.flush()
         for index, (_, before) in dropped.items():
             if self.dropped[index][1] == before:
@@ -469,6 +518,7 @@ class Watcher:
         gap, begin, now = times
         found: dict[int, int] = {}
         without: dict[int, int] = {}
+        told = time.monotonic()
         if begin < now:
             at = begin
             while at < now:
@@ -485,6 +535,9 @@ class Watcher:
                     for value in values:
                         self._past(index, value, begin)
                     found[index] = found.get(index, 0) + sum(_is_value(value) for value in values)
+                    if time.monotonic() - told > PROGRESS_S:
+                        told = time.monotonic()
+                        self.say(f"the server's history is read up to {hours.shown(at)}: {sum(found.values())} values so far")
                     await asyncio.sleep(0)
                 self.recorder.flush()
                 self.fill_from = at = until
@@ -499,8 +552,8 @@ class Watcher:
             source = value.SourceTimestamp or value.ServerTimestamp
             moment = now if source is None else opcua.microseconds(source)
             status = value.StatusCode.value if value.StatusCode is not None else 0
-            if gap and not found.get(index) and moment > max(gap, last[index]):
-                # It has changed meanwhile, perhaps more than once.
+            if gap and not found.get(index) and (self.was_wrong or moment > max(gap, last[index])):
+                # It has changed meanwhile, perhaps more than once. A wrong clock may have dated it before.
                 self.recorder.add(index, max(gap, last[index]) + 1, math.nan, hours.LOST)
                 lost += 1
             if status >= hours.BAD:
@@ -513,13 +566,14 @@ class Watcher:
         if lost:
             self.say(f"the gap stays one in {lost} tags, without values and without held ones")
         self.recorder.flush()
-        self.fill_from = None
+        self.fill_from, self.was_wrong = None, False
 
     def _unread(self, index: int, part: history.Unread) -> None:
         """Reports a part of the history that did not come to its end, and marks it as a gap."""
-        self.say(
+        self.say_once(
+            f"unread {index} {part.begin}",
             f"{self.names[index]}: the server's history from {hours.shown(part.begin)} to {hours.shown(part.end)} was not read to its end "
-            f"({part.why})"
+            f"({part.why})",
         )
         if part.end > part.begin:
             self.recorder.add(index, part.begin + 1, math.nan, hours.LOST)
@@ -538,6 +592,7 @@ class Watcher:
         """Stores an older value as still valid."""
         status = value.StatusCode.value if value.StatusCode is not None else 0
         number = self._number(index, value, status)
+        self.held[index] = at
         self.recorder.add(index, at, number, 0x8074_0000 if math.isnan(number) else status & 0xC000_0000 | hours.HELD)
 
     # The clock.
@@ -560,6 +615,7 @@ class Watcher:
             now = await server.clock()
             self._compare(now)
             self.clock = self._ticked = now
+            self._settle()
             self._say_turned()
             ticks += 1
             was_full = self.full
@@ -578,12 +634,10 @@ class Watcher:
                 limit = now - int(self.options.grace_s * US)
                 if (filled := self._filled()) is not None:
                     limit = min(limit, filled)
-                if self.jump is not None:
-                    before, after = self.jump
-                    if now - after < DOUBT:
-                        limit = min(limit, before)
-                    else:
-                        self.jump = None
+                self.jumps = [each for each in self.jumps if now - each[1] < DOUBT]
+                limit = min([limit, *(before for before, _, _ in self.jumps)])
+                if self.back is not None and now - self.back[1] >= DOUBT:
+                    self.back = None
                 with contextlib.suppress(OSError):
                     if self.recorder.release(limit):
                         self.judging.set()
@@ -612,7 +666,7 @@ class Watcher:
             status = value.StatusCode.value if value.StatusCode is not None else 0
             if status in (0x8034_0000, 0x8033_0000) and index not in self.bad:
                 self.bad.add(index)
-                self.say(f"{self.names[index]}: the server no longer knows it ({opcua.code_name(status)})")
+                self.say_once(f"gone {index}", f"{self.names[index]}: the server no longer knows it ({opcua.code_name(status)})")
                 if not self.full:
                     self.recorder.add(index, self.clock, math.nan, status)
             elif status < hours.BAD and index in self.bad:
@@ -634,7 +688,7 @@ class Watcher:
             self.say_once("jump", f"the server's clock jumped ahead by {span(now - self.clock)}, to {hours.shown(now)}", 60.0)
             # A pause of this process is no jump.
             if step - self.speed * passed > 60.0:
-                self._jumped(now, wall)
+                self._jumped(now)
         self._steps.append(step)
         difference = now / US - time.time()
         told = self._told_difference
@@ -643,44 +697,78 @@ class Watcher:
             self.say_once("clock", f"the server's clock is {span(int(abs(difference) * US))} {ahead} the clock of this computer")
             self._told_difference = difference
 
-    def _jumped(self, now: int, wall: float) -> None:
+    def _jumped(self, now: int) -> None:
         """The clock jumped ahead: for good, for a time, or back from a time when it was wrong."""
-        back, self.back = self.back, None
-        if back is None or now > back[0] + int((wall - back[1]) * self.speed * US) + AHEAD:
-            self.jump = self.clock, now
+        back = self.back
+        if back is None or not back[0] <= now <= back[0] + (self.clock - back[1]) + int(AHEAD * self.speed):
+            self.jumps.append((self.clock, now, int(time.time() * US)))
+            # A start after a kill finds it there.
+            self._write_status()
             return
+        self.back, self.was_wrong = None, True
         self.until = self.stored = back[0]
         if not self.full:
             with contextlib.suppress(OSError):
                 self.recorder.mark(self.until)
                 self.recorder.flush()
-        self.clock, self._ticked = now, 0
-        raise ConnectionError("the server's clock was wrong for a time; the values of this time are asked for again")
+                # Values of the moment before it went back are right.
+                self._recall(self.until + int(5 * US * self.speed))
+        self._ask_again(now)
 
     def _went_back(self, now: int) -> None:
-        """Takes back what a jump of the server's clock dated wrongly. A clock that goes back by more is not believed."""
-        if self.clock - now >= BEHIND and self.jump is None:
-            return
-        jump, self.jump = self.jump, None
-        if jump is None and self.back is None:
-            self.back = self.clock, time.monotonic()
-        is_undone = jump is not None and now < jump[1]
-        until = min(now, jump[0]) if jump is not None and is_undone else now
+        """The clock went back: for good, for a time, or from a time when it was wrong."""
+        if self._undo(now):
+            self._ask_again(now)
+        if self.back is None and self.clock - now > FRESH:
+            self.back = self.clock, now
+        # A clock that goes back by more is not believed.
+        if self.clock - now < BEHIND:
+            self._take_back(now)
+        self._write_status()
+
+    def _undo(self, now: int) -> bool:
+        """Takes back what jumps of the server's clock dated wrongly, and returns whether there were any."""
+        undone = [each for each in self.jumps if self._is_undone(now, *each)]
+        if not undone:
+            return False
+        self.jumps = [each for each in self.jumps if each not in undone]
+        self.was_wrong = True
+        before, after, _ = min(undone)
+        # Values of the last moments before the jump are right.
+        self._take_back(min(now, before), before + (after - before) // 2)
+        return True
+
+    def _is_undone(self, now: int, before: int, after: int, computer: int) -> bool:
+        """Whether the clock is behind where it jumped to, or nearer to where it would be without the jump, by this computer's clock."""
+        passed = int(max(0.0, time.time() * US - computer) * self.speed)
+        return now < after or abs(now - before - passed) < abs(now - after - passed)
+
+    def _take_back(self, until: int, void: int | None = None) -> None:
+        """Nothing is known after a time, and the values of another one and later ones are wrong."""
         self.until = self.stored = min(self.until, until)
         self.last = [min(at, until) for at in self.last]
+        self.held = {index: min(at, until) for index, at in self.held.items()}
         if self.full:
             return
         try:
-            if jump is not None and is_undone:
-                # Values of the last moments before the jump are right.
-                self.recorder.void(jump[0] + (jump[1] - jump[0]) // 2)
+            if void is not None:
+                self.recorder.void(void)
             self.recorder.mark(self.until)
             self.recorder.flush()
+            if void is not None:
+                self._recall(void - 1)
         except OSError as error:
             self._cannot_store(error)
-        if is_undone:
-            self.clock, self._ticked = now, 0
-            raise ConnectionError("the server's clock was wrong for a time; the values of this time are asked for again")
+
+    def _recall(self, until: int) -> None:
+        """Finds the last values up to a time that are stored, after which a gap begins."""
+        known = hours.known(self.options.plant, until).last
+        self.last = [max(at, known.get(name, at)) for name, at in zip(self.names, self.last)]
+
+    def _ask_again(self, now: int) -> None:
+        """Ends the connection, so that the next one fills the gap."""
+        self.clock, self._ticked = now, 0
+        raise ConnectionError("the server's clock was wrong for a time; the values of this time are asked for again")
 
     # Judgement.
 
@@ -692,10 +780,15 @@ class Watcher:
         while True:
             await self.judging.wait()
             self.judging.clear()
+            # The state says so before a file changes.
+            self.is_judging = True
+            self._write_status()
             try:
                 await self._judge_once()
             except OSError as error:
                 self.say(f"the hours could not be judged: {error}")
+            self.is_judging = False
+            self._write_status()
 
     async def _judge_once(self) -> None:
         settings = {
@@ -745,7 +838,6 @@ class Watcher:
             self.say(f"event: {event['text']}")
             self.options.emit(json.dumps(event, ensure_ascii=False))
         self.pusher.wake()
-        self._write_status()
 
     # What others ask for.
 
@@ -775,6 +867,9 @@ class Watcher:
             "misdating_tags": sorted(self.names[k] for k in self.misdating)[:100],
             "disk_full": self.full,
             "fill_from": self._filled(),
+            "jumps": self.jumps,
+            "back": self.back,
+            "judging": self.is_judging or self.judging.is_set(),
             "scans": self.counts["scans"],
             "windows": self.counts["windows"],
             "scan_s": self.result.get("scan_s"),
@@ -818,23 +913,3 @@ def span(us: int) -> str:
         if seconds >= unit * (2.0 if name == "days" else 1.0):
             return f"{seconds / unit:.1f} {name}"
     return f"{seconds:.0f} s"
-
-
-@contextlib.contextmanager
-def _alone(plant: Path) -> Any:
-    """Holds the lock of a plant's collector."""
-    folder = hours.live_folder(plant)
-    folder.mkdir(parents=True, exist_ok=True)
-    with open(folder / "lock", "a") as file:
-        try:
-            if sys.platform == "win32":
-                import msvcrt
-
-                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-            else:
-                import fcntl
-
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise Refused(f"another stiction watch collects for {plant}; stop it first") from None
-        yield

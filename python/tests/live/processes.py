@@ -21,7 +21,12 @@ def free_port():
         return own.getsockname()[1]
 
 
+BUSY = 5.0
+"""How much longer than on an idle machine a test waits, at most, for what is to come."""
+
+
 def wait_for(condition, seconds=30.0, what="it"):
+    seconds *= BUSY
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         if found := condition():

@@ -19,6 +19,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import glob
+import ipaddress
 import json
 import logging
 import sys
@@ -206,11 +207,12 @@ class Played:
             self.clock = now
             await self.tell(server)
         print(json.dumps({"played": self.end}), flush=True)
-        # The clock goes on, so that the last hour ends.
-        begun = time.monotonic()
+        # The clock goes on, so that the last hour ends, and stops before the next one does, which would be judged, too.
+        begun, hour = time.monotonic(), 3_600_000_000
+        last = -(-self.end // hour) * hour + hour // 2
         while True:
             await asyncio.sleep(0.1)
-            self.clock = self.end + int((time.monotonic() - begun) * 1e6 * self.options.speed)
+            self.clock = min(last, self.end + int((time.monotonic() - begun) * 1e6 * self.options.speed))
             await self.tell(server)
 
     async def flood(self, server: Server, rate: int, seconds: float) -> None:
@@ -252,7 +254,7 @@ class Played:
 def make_certificate(folder: Path, days: int) -> None:
     """A certificate of the server; one of less than a day has expired."""
     key = cert_gen.generate_private_key()
-    names = [x509.UniformResourceIdentifier(URI), x509.DNSName("localhost")]
+    names = [x509.UniformResourceIdentifier(URI), x509.IPAddress(ipaddress.ip_address("127.0.0.1"))]
     made = cert_gen.generate_self_signed_app_certificate(key, "played", {}, names, [ExtendedKeyUsageOID.SERVER_AUTH], days)
     (folder / "server.der").write_bytes(made.public_bytes(Encoding.DER))
     (folder / "server.pem").write_bytes(cert_gen.dump_private_key_as_pem(key))

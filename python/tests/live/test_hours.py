@@ -3,6 +3,7 @@
 import errno
 import math
 import os
+import random
 from pathlib import Path
 
 import numpy as np
@@ -325,3 +326,53 @@ def test_foreign_files_in_the_folders_are_left_alone(tmp_path):
     assert len(rows(tmp_path)) == 2 and not (tmp_path / "data/2026-03-02/.00.parquet.part").exists()
     hours.retain(tmp_path / "data", keep_s=0.0, most_bytes=0.0, now=START + 9 * HOUR)
     assert (tmp_path / "data/2026-99-99/05.parquet").exists() and (tmp_path / ".stiction/live/ready/x.values").exists()
+
+
+def test_a_later_run_takes_back_what_an_earlier_one_recorded_and_a_cut_record_moves_none(tmp_path):
+    recorder = hours.Recorder(tmp_path, ["A.OP"])
+    for second in (0, 1, 4000):
+        recorder.add(0, START + second * SECOND, float(second), 0)
+    recorder.close()
+    [journal] = (tmp_path / ".stiction/live/open").glob("*T01*")
+    journal.write_bytes(journal.read_bytes() + b"half a record")
+    again = hours.Recorder(tmp_path, ["A.OP"])
+    again.void(START + HOUR)
+    again.add(0, START + 4001 * SECOND, 7.0, 0)
+    again.flush()
+    again.release(1 << 62)
+    again.close()
+    assert [folded.problems for folded in hours.fold(tmp_path, tmp_path / "data")] == [[], []]
+    assert listed(rows(tmp_path)["A.OP"]) == [(0, 0.0, 0), (SECOND, 1.0, 0)]
+    assert listed(rows(tmp_path, START + HOUR)["A.OP"]) == [(4001 * SECOND, 7.0, 0)]
+
+
+def test_later_values_that_disagree_are_kept_and_reported(tmp_path):
+    recorded(tmp_path, [(0, START, 1.0, 0), (0, START + 1, 2.0, 0), (1, START, 3.0, 0)])
+    hours.fold(tmp_path, tmp_path / "data")
+    recorded(tmp_path, [(0, START + 1, 2.0, 0), (0, START, 9.0, 0), (1, START + 1, 4.0, 0)])
+    [folded] = hours.fold(tmp_path, tmp_path / "data")
+    assert listed(rows(tmp_path)["A.OP"]) == [(0, 1.0, 0), (0, 9.0, 0), (1, 2.0, 0)]
+    [problem] = folded.problems
+    assert problem.endswith("differ from the stored ones of the same times; both are kept (A.OP)") and "2026-03-02 00:00:00" in problem
+
+
+def hostile(count):
+    """Names of tags with letters that formats treat in their own way."""
+    own = random.Random(1)
+    letters = [chr(k) for k in range(1, 0x20)] + list("{}\"'%=#[]\\/.;,: \x7f\x85\u2028\u2029\ufeff\u00e4\u0130\U0001f600aA") + ["\0", "\r\n", "../", "%s", "{0}"]
+    names = {"".join(own.choices(letters, k=own.randrange(1, 12))) for _ in range(count)} | {"x" * 70_000, "\u00e4" * 5_000}
+    # The long ones are among them.
+    return sorted(sorted(names, key=len)[-count:])
+
+
+def test_hostile_names_are_recorded_and_read_and_recorded_again(tmp_path):
+    # With 10,000 names it takes 20 s.
+    for count, times in ((1_000, 1), (200, 2)):
+        names, plant = hostile(count), tmp_path / str(count)
+        for again in range(times):
+            recorded(plant, [(k, START + again, float(k), 0) for k in range(count)], names)
+            [folded] = hours.fold(plant, plant / "data")
+            assert folded.problems == []
+        found = rows(plant)
+        assert list(found) == names
+        assert all(listed(own) == [(again, float(k), 0) for again in range(times)] for k, own in enumerate(found.values()))

@@ -7,7 +7,7 @@ pytest.importorskip("asyncua")
 import stiction.plant
 from processes import wait_for
 from stiction.live import hours, opcua
-from test_watch import gaps, judged, state
+from test_watch import all_judged, gaps, state
 from trial import judged_otherwise, node_modules, node_server, of_plant, recorded, unequal
 
 SERVICES = {kind.__name__ for kind in opcua.SERVICES}
@@ -53,7 +53,7 @@ def test_what_is_recorded_was_played(node, live, encrypted):
     server = node(data, 200)
     if encrypted:
         made = live.run("-m", "stiction.live", "watch", "--make-certificate", "-C", live.watched)
-        assert made.process.wait(30) == 0
+        assert made.process.wait(150) == 0
     watch = live.watch(*(["--trust-first"] if encrypted else ["--security", "none"]))
     watch.says("connected to", 60)
     server.tell("play")
@@ -76,7 +76,7 @@ def test_200_loops_of_4_tags_at_100_times_the_speed(node, live, tmp_path):
     assert "800 of 800 tags" in watch.says("connected to", 60)
     server.tell("play")
     server.answer("played", 120)
-    wait_for(judged(watch, 0), 60, "the hour")
+    wait_for(all_judged(live, server), 120, "the judgement of the hour")
     asked = requests(server)
     assert watch.end() == 0
     open_hours(live)

@@ -2,7 +2,9 @@
 
 import asyncio
 import inspect
+import ipaddress
 import random
+import socket
 import re
 from datetime import datetime, timedelta, timezone
 
@@ -118,47 +120,62 @@ def test_no_method_of_the_library_writes(live):
     assert set(asked) <= known and asked["ReadRequest"] >= 1
 
 
-def certificate(uri="urn:server", days=10, begin=None):
+HOSTS = (x509.DNSName("Plant-Server"), x509.IPAddress(ipaddress.ip_address("fd00::1")))
+
+
+def certificate(uri="urn:server", days=10, hosts=HOSTS):
     key = cert_gen.generate_private_key()
-    made = cert_gen.generate_self_signed_app_certificate(key, "server", {}, [x509.UniformResourceIdentifier(uri)], [ExtendedKeyUsageOID.SERVER_AUTH], days)
+    made = cert_gen.generate_self_signed_app_certificate(key, "server", {}, [x509.UniformResourceIdentifier(uri), *hosts], [ExtendedKeyUsageOID.SERVER_AUTH], days)
     return made.public_bytes(Encoding.DER)
-
-
-class About:
-    ApplicationUri = "urn:server"
 
 
 def test_an_unknown_certificate_is_refused_kept_and_trusted_when_it_was_moved(tmp_path):
     data, security = certificate(), opcua.Security(folder=tmp_path)
     with pytest.raises(Refused, match="is not trusted; compare the SHA-256") as refused:
-        opcua.check_certificate(data, About, security)
+        opcua.check_certificate(data, "urn:server", "plant-server", security)
     assert opcua.fingerprint(data) in str(refused.value)
     [kept] = (tmp_path / "rejected").iterdir()
     (tmp_path / "trusted").mkdir()
     kept.rename(tmp_path / "trusted" / kept.name)
-    assert opcua.check_certificate(data, About, security) is None
+    assert opcua.check_certificate(data, "urn:server", "plant-server", security) is None
     with pytest.raises(Refused, match="not trusted"):
-        opcua.check_certificate(certificate(), About, security)
+        opcua.check_certificate(certificate(), "urn:server", "plant-server", security)
 
 
 def test_the_first_certificate_is_trusted_only_on_request_and_no_second_one(tmp_path):
     security = opcua.Security(folder=tmp_path, trust_first=True)
     data = certificate()
-    assert "trusted from now on" in opcua.check_certificate(data, About, security)
-    assert opcua.check_certificate(data, About, security) is None
+    assert "trusted from now on" in opcua.check_certificate(data, "urn:server", "plant-server", security)
+    assert opcua.check_certificate(data, "urn:server", "plant-server", security) is None
     with pytest.raises(Refused, match="not trusted"):
-        opcua.check_certificate(certificate(), About, security)
+        opcua.check_certificate(certificate(), "urn:server", "plant-server", security)
 
 
 def test_expired_and_foreign_certificates_are_refused_even_if_trusted(tmp_path):
     security = opcua.Security(folder=tmp_path, trust_first=True)
     with pytest.raises(Refused, match="is valid from .* today is"):
-        opcua.check_certificate(certificate(days=0), About, security)
+        opcua.check_certificate(certificate(days=0), "urn:server", "plant-server", security)
     with pytest.raises(Refused, match="is for urn:other, but the server is urn:server"):
-        opcua.check_certificate(certificate("urn:other"), About, security)
+        opcua.check_certificate(certificate("urn:other"), "urn:server", "plant-server", security)
 
 
-def signed(issuer_ca, days=10):
+def test_the_names_in_a_certificate_are_compared_unless_it_is_said_otherwise(tmp_path):
+    security, said = opcua.Security(folder=tmp_path, trust_first=True), []
+    here = certificate(hosts=[x509.DNSName(socket.gethostname())])
+    for data, host in [(certificate(), "other"), (certificate(hosts=()), "plant-server"), (here, "plant-server"), (certificate(), "fd00::2")]:
+        with pytest.raises(Refused, match=f"but the address names {host}; name the host as the certificate does, .* accept any name with --any-name"):
+            opcua.check_certificate(data, "urn:server", host, security)
+    assert not (tmp_path / "trusted").exists(), "a wrong name is not trusted first"
+    for data, host in [(certificate(), "PLANT-server."), (certificate(), "fd00:0::1"), (here, "localhost"), (here, "127.0.0.1")]:
+        opcua.check_certificate(data, "urn:server", host, opcua.Security(folder=tmp_path / opcua.fingerprint(data), trust_first=True))
+    known = opcua.Security(folder=tmp_path, trust_first=True, any_name=True)
+    opcua.check_certificate(certificate("urn:other", hosts=()), "urn:server", "other", known)
+    server = opcua.Server("opc.tcp://other:4840", known, say=said.append)
+    server._say_any_name()
+    assert server.host == "other" and said == ["the names in the server's certificate are not compared, because --any-name was given"]
+
+
+def signed(issuer_ca, days=10, signs=None):
     """A certificate of a server and that of its issuer."""
     from cryptography.hazmat.primitives import hashes
     from cryptography.hazmat.primitives.asymmetric import rsa
@@ -176,22 +193,32 @@ def signed(issuer_ca, days=10):
     name = lambda text: x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, text)])  # noqa: E731
     own, key = (rsa.generate_private_key(public_exponent=65537, key_size=2048) for _ in range(2))
     basic = [] if issuer_ca is None else [x509.BasicConstraints(ca=issuer_ca, path_length=None)]
+    uses = ("digital_signature", "content_commitment", "key_encipherment", "data_encipherment", "key_agreement", "crl_sign", "encipher_only", "decipher_only")
+    basic += [] if signs is None else [x509.KeyUsage(**dict.fromkeys(uses, False), key_cert_sign=signs)]
     issuer = made(name("issuer"), name("issuer"), own, own, basic, days)
-    leaf = made(name("server"), name("issuer"), key, own, [x509.SubjectAlternativeName([x509.UniformResourceIdentifier("urn:server")])], 10)
+    leaf = made(name("server"), name("issuer"), key, own, [x509.SubjectAlternativeName([x509.UniformResourceIdentifier("urn:server"), *HOSTS])], 10)
     return leaf.public_bytes(Encoding.DER), issuer.public_bytes(Encoding.DER)
 
 
-@pytest.mark.parametrize(("is_ca", "days", "words"), [(True, 10, None), (False, 10, "not the certificate of an authority"), (None, 10, "not the certificate of an authority"), (True, -5, "signed it, but is valid from")])  # fmt: skip
-def test_only_a_valid_authority_vouches_for_a_server(tmp_path, is_ca, days, words):
-    leaf, issuer = signed(is_ca, days)
+NO_AUTHORITY = "not the certificate of an authority"
+
+
+@pytest.mark.parametrize(
+    ("is_ca", "days", "signs", "words"),
+    [(True, 10, None, None), (True, 10, True, None), (True, 10, False, NO_AUTHORITY), (False, 10, None, NO_AUTHORITY), (None, 10, None, NO_AUTHORITY),
+     (None, 10, True, NO_AUTHORITY), (True, -5, None, "signed it, but is valid from")],
+)  # fmt: skip
+def test_only_a_valid_authority_vouches_for_a_server(tmp_path, is_ca, days, signs, words):
+    leaf, issuer = signed(is_ca, days, signs)
     (tmp_path / "trusted").mkdir()
     (tmp_path / "trusted/issuer.der").write_bytes(issuer)
     (tmp_path / "trusted/junk.der").write_bytes(b"junk")
     if words is None:
-        assert opcua.check_certificate(leaf, About, opcua.Security(folder=tmp_path)) is None
+        # A junk file is named, whoever is trusted.
+        assert "junk.der is no certificate; remove it" in opcua.check_certificate(leaf, "urn:server", "plant-server", opcua.Security(folder=tmp_path))
     else:
         with pytest.raises(Refused, match=words) as refused:
-            opcua.check_certificate(leaf, About, opcua.Security(folder=tmp_path))
+            opcua.check_certificate(leaf, "urn:server", "plant-server", opcua.Security(folder=tmp_path))
         assert "junk.der is no certificate; remove it" in str(refused.value)
 
 
@@ -199,20 +226,26 @@ def test_a_password_goes_only_to_a_trusted_certificate_also_on_an_open_channel(t
     class Policy:
         SecurityPolicyUri, PolicyId = opcua.POLICIES["Basic256Sha256"].URI, "1"
 
-    async def attempt(security):
-        own = opcua.Server("opc.tcp://127.0.0.1:1", security, say=lambda _: None)
+    class Plain:
+        SecurityPolicyUri, PolicyId = None, "1"
+
+    async def attempt(security, policy=Policy, password="Pa55"):
+        own = opcua.Server("opc.tcp://plant-server:1", security, say=lambda _: None)
         client = opcua.ReadOnlyClient(own.url, 1.0)
         client.check_peer = lambda: own._check_peer(client)
-        client.server_policy = lambda _: Policy
+        client.server_policy = lambda _: policy
         client.security_policy.peer_certificate = certificate()
         client._server_nonce = b"n" * 32
         parameters = ua.ActivateSessionParameters()
-        client._add_user_auth(parameters, "me", "Pa55")
+        client._add_user_auth(parameters, "me", password)
         return parameters.UserIdentityToken.Password
 
     with pytest.raises(Refused, match="the user and the password were not sent, because the certificate of the server .* is not trusted"):
         asyncio.run(attempt(opcua.Security(folder=tmp_path)))
     assert b"Pa55" not in asyncio.run(attempt(opcua.Security(folder=tmp_path, trust_first=True)))
+    for password in ("Pa55", None):
+        with pytest.raises(Refused, match="the user and the password unencrypted, so they were not sent"):
+            asyncio.run(attempt(opcua.Security(folder=tmp_path), Plain, password))
 
 
 def test_a_certificate_is_made_once_with_a_private_key(tmp_path):
@@ -227,6 +260,8 @@ def test_a_certificate_is_made_once_with_a_private_key(tmp_path):
 def test_addresses_with_secrets_and_others_are_refused():
     for url, words in [
         ("opc.tcp://me:secret@host:4840", "STICTION_OPCUA_PASSWORD"),
+        ("opc.tcp://me:a/secret@host:4840", "STICTION_OPCUA_PASSWORD"),
+        ("opc.tcp://host:port", "not the address of an OPC UA server"),
         ("http://host:4840", "not the address of an OPC UA server"),
         ("opc.tcp://", "not the address"),
     ]:

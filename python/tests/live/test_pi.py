@@ -162,10 +162,38 @@ def test_recorded_values_are_fetched_in_pages(server, plant, tmp_path, monkeypat
     assert done["loops"] == 2 and server.methods == {"GET"}
 
 
+def test_days_of_a_long_pause_are_fetched_however_long_it_was(server, tmp_path, monkeypatch):
+    begin, day, asked = 1_772_409_600_000_000, sql.DAY, []
+    (tmp_path / "plant.toml").write_text('name = "N"\ndata = ["data/**/*.parquet"]\n')
+    rows = pi.Points.rows
+    monkeypatch.setattr(pi.Points, "rows", lambda own, tags, first, end: asked.append((first - begin) // day) or rows(own, tags, first, end))
+    for now in (0, 20):
+        monkeypatch.setattr(pi.Points, "span", lambda _, now=now: (begin + (now - 7) * day, begin + now * day))
+        asked.clear()
+        stiction.live.fetch(tmp_path, server.url)
+    assert sorted(set(asked)) == list(range(-2, 21))
+
+
+def test_an_answer_that_drips_or_does_not_end_is_not_waited_for(monkeypatch):
+    class Dripping:
+        def read1(self, _):
+            return b"x" * 1000
+
+    monkeypatch.setattr(pi, "ANSWER_S", 0.05)
+    with pytest.raises(OSError, match="and no end"):
+        pi._body(Dripping())
+    monkeypatch.setattr(pi, "ANSWER_S", 600.0)
+    monkeypatch.setattr(pi, "MOST_BYTES", 5000)
+    with pytest.raises(OSError, match="and no end"):
+        pi._body(Dripping())
+
+
 def test_faults_are_named_with_the_remedy(server, monkeypatch):
     file = _core.Plant('name = "N"', "test")
-    with pytest.raises(Refused, match="STICTION_PI_PASSWORD"):
-        sql.samples_of(server.url.replace("pi://", "pi://me:Pa55@"), None, file)
+    for secret in ("Pa55", "a/Pa55"):
+        with pytest.raises(Refused, match="STICTION_PI_PASSWORD") as refused:
+            sql.samples_of(server.url.replace("pi://", f"pi://me:{secret}@"), None, file)
+        assert "Pa55" not in str(refused.value)
     with pytest.raises(Refused, match="is not the address of a data server"):
         sql.samples_of("pi://127.0.0.1", None, file)
     monkeypatch.delenv("STICTION_PI_USER")

@@ -10,7 +10,8 @@ import threading
 import time
 
 import pytest
-from stiction.live import events, push
+from stiction.live import __main__, events, push
+from stiction.live.__main__ import _address, main
 from stiction.live.errors import Refused
 
 SECRET = "a secret of the test"
@@ -228,3 +229,17 @@ def test_metrics_are_served_and_nothing_else():
     good, *others = asyncio.run(whole())
     assert good.startswith(b"HTTP/1.1 200") and b"stiction_up 1" in good
     assert all(answer.startswith(b"HTTP/1.1 404") for answer in others)
+
+
+def test_the_address_may_come_from_a_file(tmp_path):
+    (tmp_path / "address").write_text("https://host/secret\n")
+    assert [_address(given) for given in (None, "", "https://host/", f"@{tmp_path / 'address'}")] == [None, None, "https://host/", "https://host/secret"]
+    assert main(["watch", "opc.tcp://host", "-C", str(tmp_path), "--webhook", f"@{tmp_path / 'none'}"]) == 2
+
+
+def test_a_long_run_says_so_once_in_a_while(monkeypatch, capsys):
+    monkeypatch.setattr(__main__, "PROGRESS_S", 0.05)
+    with __main__._progress() as say:
+        say("2026-03-02: 7 rows")
+        while "still reading, after 2026-03-02: 7 rows" not in capsys.readouterr().err:
+            time.sleep(0.01)

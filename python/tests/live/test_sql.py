@@ -174,6 +174,12 @@ def test_stray_times_cost_a_line_and_no_query_a_day(filled, fetched, monkeypatch
         sql.fetch(filled, fetched, table="stray", note=notes.append)
     assert len(asked) < 30 and "before 1980, such as of 1" in notes[0] and "in the future, such as of 2999-01-01" in notes[1]
     assert sorted(path.stem for path in (fetched / "data/sql/stray").iterdir()) == ["1990-01-01", "2026-03-02"]
+    made(filled, "infinite", [LONG, *(f"INSERT INTO TABLE_ VALUES ('FIC1002.PV', '{at}', 1, 'Good')" for at in ("infinity", "-infinity", "0044-03-15 BC"))])
+    notes.clear()
+    sql.fetch(filled, fetched, table="infinite", note=notes.append)
+    assert ["before 1980" in notes[0], "in the future" in notes[1]] == [True, True] and len(notes) == 2
+    wanted = {path.name: path.read_bytes() for path in (fetched / "data/sql/stray").iterdir()}
+    assert (fetched / "data/sql/infinite/2026-03-02.parquet").read_bytes() == wanted["2026-03-02.parquet"]
     made(filled, "only_stray", [LONG, "UPDATE TABLE_ SET time = '1970-01-01'"])
     with pytest.raises(Refused, match="no rows between 1980 and now"):
         sql.fetch(filled, fetched, table="only_stray")
