@@ -32,6 +32,7 @@ def judge(plant: Path, data: Path, *, keep_s: float | None, most_bytes: float | 
         "notes": [note for each in folded for note in each.problems],
         "events": [],
         "words": {},
+        "unknown": {},
         "windows": 0,
     }
     done = stiction.plant.scan(plant)
@@ -45,10 +46,15 @@ def judge(plant: Path, data: Path, *, keep_s: float | None, most_bytes: float | 
     new, reported = events.derive(events.load(plant), rows)
     events.keep(plant, new, reported)
     words: dict[str, int] = {}
+    unknown = {"window not judged": 0}
     for row in rows:
         word = row["grade"] or "not judged"
         words[word] = words.get(word, 0) + 1
-    found |= {"events": new, "words": words, "loops": len(rows)}
+        unknown["window not judged"] += row["windows"] - row["windows_judged"]
+    for each in done.unknown:
+        if each.kind != "window not judged":
+            unknown[each.kind] = unknown.get(each.kind, 0) + each.count
+    found |= {"events": new, "words": words, "unknown": unknown, "loops": len(rows)}
     return found | {"write_s": round(written - begun, 3), "scan_s": round(time.monotonic() - written, 3)}
 
 
