@@ -208,8 +208,8 @@ A table without an OP and without times, such as a list of tags, is not a record
 
 /// Exit codes of a status.
 const STATUS_CODES: &str = "Exit codes:
-  0  everything in the data is known, except tags without a partner, which may belong to no loop
-  2  a file or loop was not read, a loop has no PV, or a window was not judged, each listed with the
+  0  all files and loops were read, with a PV each, and no window has an error
+  2  a file or loop was not read, a loop has no PV, or a window has an error, each listed with the
      reason; or nothing could be done, and a single message says why";
 
 #[derive(Parser)]
@@ -447,7 +447,10 @@ fn status(folder: &Path, json: bool) -> Result<ExitCode> {
             "the last day, {last}, lies in the future; check the clocks of the data and of this computer"
         ));
     }
-    let code = match status.unknown.iter().any(|each| each.kind != unknown::Kind::Tag) {
+    // A tag may belong to no loop, and a loop in manual has nothing to judge.
+    let is_fault =
+        |each: &Unknown| !matches!(each.kind, unknown::Kind::Tag | unknown::Kind::Window);
+    let code = match status.errors > 0 || status.unknown.iter().any(is_fault) {
         true => ExitCode::from(2),
         false => ExitCode::SUCCESS,
     };
