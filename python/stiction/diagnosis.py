@@ -80,6 +80,7 @@ class Observation(Result):
         "Number of windows of evidence in it, because one of a week has more information than one of an hour.",
         default=1.0,
     )
+    grade: str | None = about("The verdict in one graded word; None for that of conclusion and probability.", default=None)
 
 
 @result
@@ -592,6 +593,7 @@ def _seen(observations: Iterable[Diagnosis | Observation]) -> list[Any]:
             (
                 number("time_s", observation.time_s),
                 text("class_", observation.class_),
+                None if observation.grade is None else text("grade", observation.grade),
                 optional("probability", observation.probability),
                 None if s is None else (s.value, s.low, s.high),
                 None if j is None else (j.value, j.low, j.high),

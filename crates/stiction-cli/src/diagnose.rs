@@ -36,7 +36,7 @@ use stiction_report::report;
   stiction diagnose plant/*.csv --brief
   stiction diagnose plant/*.csv --fail-on sticks,does-not-respond")]
 pub struct Args {
-    /// CSV, Parquet, Excel or MATLAB files; - is standard input
+    /// CSV, Parquet, Excel or MATLAB files, or folders of them; - is standard input
     #[arg(required_unless_present_any = ["schema", "methods"], value_name = "FILE")]
     files: Vec<In>,
     /// Diagnose only this loop; may be given several times
@@ -96,7 +96,8 @@ pub fn run(args: Args) -> Result<ExitCode> {
         evidence: args.report.is_some(),
         ..DiagnoseOptions::default()
     };
-    let (found, mut failures) = find_all(&args.files, &args.loops, &args.reading)?;
+    let (found, mut failures) =
+        find_all(&files::with_folders(&args.files)?, &args.loops, &args.reading)?;
     let recordings = if args.join { joined::all(found)? } else { joined::by_tag(found) };
     let (mut loops, refused) = diagnose_all(&recordings, &options);
     failures.extend(refused);

@@ -15,6 +15,7 @@ use std::fs::Metadata;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+use stiction_io::reading::Format;
 
 /// The name of standard input in messages.
 pub const STANDARD_INPUT: &str = "standard input";
@@ -44,6 +45,34 @@ impl In {
     pub fn origin(&self) -> String {
         if self.is_standard() { STANDARD_INPUT.to_owned() } else { self.0.display().to_string() }
     }
+}
+
+/// The files that `named` names: of a folder those in it whose names are those of recordings, in order.
+///
+/// # Errors
+/// If a folder cannot be listed or has none.
+pub fn with_folders(named: &[In]) -> Result<Vec<In>> {
+    let mut all = vec![];
+    for each in named {
+        if !each.is_dir() {
+            all.push(each.clone());
+            continue;
+        }
+        let there = std::fs::read_dir(&**each).with_context(|| each.origin())?;
+        let mut paths: Vec<PathBuf> = there.flatten().map(|entry| entry.path()).collect();
+        paths.retain(|path| path.is_file() && Format::is_named_like_one(path));
+        paths.sort();
+        if paths.is_empty() {
+            bail!(
+                "{}: no file in this folder has the name of a recording, such as a.csv",
+                each.origin()
+            );
+        }
+        for path in paths {
+            all.push(In::also(path)?);
+        }
+    }
+    Ok(all)
 }
 
 impl Out {

@@ -1,6 +1,6 @@
 //! `stiction inspect`: shows how a file of recordings is interpreted.
 
-use crate::files::{In, Out};
+use crate::files::{self, In, Out};
 use crate::input;
 use crate::output::{self, name as shown};
 use crate::reading_args::Reading as ReadingArgs;
@@ -48,7 +48,7 @@ A mapping file, each line of which --map can give too, as in --map zone=Europe/B
   type = \"flow\"
   pv_range = [0, 120]")]
 pub struct Args {
-    /// Files to show; - is standard input
+    /// Files to show, or folders of them; - is standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<In>,
     /// Print the results as JSON
@@ -71,10 +71,11 @@ pub struct Document {
 }
 
 pub fn run(args: Args) -> Result<()> {
-    let mut options = args.reading.options_of(&args.files)?;
+    let files = files::with_folders(&args.files)?;
+    let mut options = args.reading.options_of(&files)?;
     let mut shown = vec![];
-    let readings = match (&args.write_map, &args.files[..], &mut options[..]) {
-        (None, ..) => together::recordings(&args.files, options, || ()),
+    let readings = match (&args.write_map, &files[..], &mut options[..]) {
+        (None, ..) => together::recordings(&files, options, || ()),
         (Some(path), [file], [own]) => {
             let own = std::mem::replace(own, Ok(ReadOptions::default()))?;
             vec![Ok(written(file, &own, path)?)]

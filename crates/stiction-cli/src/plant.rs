@@ -19,6 +19,7 @@ use stiction_plant::orders::{Order, orders, to_do};
 use stiction_plant::plant_file::{self, Plant};
 use stiction_plant::report::{self, Known, ReportOptions, Reported};
 use stiction_plant::scan::{Manifest, Progress};
+use stiction_plant::unknown::{self, Unknown};
 use stiction_plant::week::Week;
 use stiction_plant::{ScanOptions, day, demo, propose, scan, summary};
 
@@ -59,7 +60,8 @@ enum Task {
     },
     /// Judge new days and changed files. May be interrupted at any time
     Scan(Scan),
-    /// Summarise the results so far
+    /// Summarise the results so far, and list what was not read or judged
+    #[command(after_help = STATUS_CODES)]
     Status {
         /// Print the results as JSON
         #[arg(long)]
@@ -202,7 +204,13 @@ const EXIT_CODES: &str = "Exit codes:
   2  some files or loops could not be read, each with a message, and everything else was judged; or
      nothing could be done, and a single message says why
 
-A table without an OP, such as a list of tags, is not a recording. A note lists it.";
+A table without an OP and without times, such as a list of tags, is not a recording. A note lists it.";
+
+/// Exit codes of a status.
+const STATUS_CODES: &str = "Exit codes:
+  0  all files and loops were read, with a PV each, and no window has an error
+  2  a file or loop was not read, a loop has no PV, or a window has an error, each listed with the
+     reason; or nothing could be done, and a single message says why";
 
 #[derive(Parser)]
 #[command(after_help = EXIT_CODES)]
@@ -255,7 +263,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
         Task::Init(of) => init(folder, &of),
         Task::Check { json } => check(folder, json),
         Task::Scan(of) => scanned(folder, &of),
-        Task::Status { json } => status(folder, json).map(|()| ExitCode::SUCCESS),
+        Task::Status { json } => status(folder, json),
         Task::Report(of) => reported(folder, &of),
         Task::Orders(of) => ordered(folder, &of).map(|()| ExitCode::SUCCESS),
         Task::Override(of) => {
@@ -426,11 +434,13 @@ fn scanned(folder: &Path, of: &Scan) -> Result<ExitCode> {
             done.files,
             different(&done.changes)
         ))?;
+        let not_known = not_known(&done.unknown);
+        output::write(None, not_known.as_bytes())?;
     }
     ended(done.files, &done.problems)
 }
 
-fn status(folder: &Path, json: bool) -> Result<()> {
+fn status(folder: &Path, json: bool) -> Result<ExitCode> {
     let plant = Plant::read(folder)?;
     let status = summary::status(folder, &plant)?;
     status.damaged.iter().for_each(output::note);
@@ -441,8 +451,15 @@ fn status(folder: &Path, json: bool) -> Result<()> {
             "the last day, {last}, lies in the future; check the clocks of the data and of this computer"
         ));
     }
+    // A tag may belong to no loop, and a loop in manual has nothing to judge.
+    let is_fault =
+        |each: &Unknown| !matches!(each.kind, unknown::Kind::Tag | unknown::Kind::Window);
+    let code = match status.errors > 0 || status.unknown.iter().any(is_fault) {
+        true => ExitCode::from(2),
+        false => ExitCode::SUCCESS,
+    };
     if json {
-        return output::json(&status);
+        return output::json(&status).map(|()| code);
     }
     let span = match (&status.first_day, &status.last_day) {
         (Some(first), Some(last)) => format!(", {first} to {last}"),
@@ -475,7 +492,20 @@ fn status(folder: &Path, json: bool) -> Result<()> {
     for sentence in status.changes.words() {
         text += &format!("{}\n", output::name(&sentence));
     }
-    output::write(None, text.as_bytes())
+    text += &not_known(&status.unknown);
+    for each in &status.unknown {
+        text += &format!("  {}: {}\n", each.kind.name(), output::name(&each.words()));
+    }
+    output::write(None, text.as_bytes())?;
+    Ok(code)
+}
+
+/// How much is not known, as a line; empty if all is.
+fn not_known(all: &[Unknown]) -> String {
+    match unknown::counted_words(all) {
+        words if words.is_empty() => words,
+        words => format!("not known: {words}\n"),
+    }
 }
 
 fn reported(folder: &Path, of: &Report) -> Result<ExitCode> {
@@ -495,19 +525,23 @@ fn reported(folder: &Path, of: &Report) -> Result<ExitCode> {
             text += &format!("{:7} {}\n", each.loops, each.action.name());
         }
         for each in &done.changes {
-            let mut day = each.day.as_ref().map_or(String::new(), |day| format!(" since {day}"));
+            let mut said = each
+                .day
+                .as_ref()
+                .map_or(each.change.name().to_owned(), |day| each.change.since(day));
             if let (Some(from), Some(to)) = (&each.from, &each.to)
                 && from != to
             {
-                day += &format!(" ({from} to {to})");
+                said += &format!(" ({from} to {to})");
             }
-            text += &format!("{}: {}{day}\n", output::name(&each.name), each.change.name());
+            text += &format!("{}: {said}\n", output::name(&each.name));
         }
         let page = folder.join(&done.folder).join(stiction_plant::page::INDEX);
         let mut orders = counted(done.orders, "work order");
         if done.orders_closed > 0 {
             orders += &format!(", {} closed by a test", done.orders_closed);
         }
+        text += &not_known(&done.unknown);
         text += &format!("{orders}; see {}\n", page.display());
         output::text(&text)?;
     }
@@ -532,7 +566,8 @@ pub struct OrdersOfWeek {
 fn ordered(folder: &Path, of: &Orders) -> Result<()> {
     let plant = Plant::read(folder)?;
     let known = Known::of(folder, &plant, of.week)?;
-    let ranking = known.ranking(&plant);
+    let mut ranking = known.ranking(&plant);
+    report::size_tests(folder, &plant, &mut ranking).iter().for_each(output::note);
     let document = OrdersOfWeek {
         plant: ranking.plant.clone(),
         week: ranking.week.to_string(),
@@ -565,13 +600,21 @@ type Said = (Kind, Option<VerdictClass>, Option<i64>, String);
 fn enter(folder: &Path, tag: &str, (kind, verdict, until, text): Said, by: By) -> Result<()> {
     let plant = Plant::read(folder)?;
     let name = log::known_loop(folder, &plant, tag)?;
+    let day = match by.day {
+        Some(day) => day,
+        None => day::parse(&overrides::today().to_string()).map_err(|e| anyhow!(e))?,
+    };
+    if let Some(until) = until.filter(|until| *until < day) {
+        bail!(
+            "--until {} is before {}, the day of the entry; give a later day, or with --day the day of the entry",
+            day::date(until),
+            day::date(day)
+        );
+    }
     let entry = Entry {
         kind,
         name: name.clone(),
-        day: match by.day {
-            Some(day) => day,
-            None => day::parse(&overrides::today().to_string()).map_err(|e| anyhow!(e))?,
-        },
+        day,
         by: by.by.or_else(|| whoami::username().ok()),
         until,
         verdict,

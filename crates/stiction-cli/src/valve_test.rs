@@ -411,6 +411,7 @@ fn was_compared(args: &Read, before: Found, after: Found) -> Result<()> {
         output::write(Some(path), page.as_bytes())?;
     }
     if args.json {
+        test_page::caution(before.page(), after.page()).iter().for_each(output::note);
         let (before, after) = (before.document(), after.document());
         return output::json(&CompareDocument { tool: output::TOOL, before, after, comparison });
     }
@@ -431,8 +432,8 @@ fn hanging<'a>(head: &str, texts: impl IntoIterator<Item = &'a String>) -> Strin
 
 fn comparison_in_words(before: &Found, after: &Found, of: &Comparison) -> String {
     let mut out = format!("{}: before and after the repair\n", after.recording.name);
-    out += &hanging("  ", &of.sentences);
     out += &hanging("  ", &test_page::caution(before.page(), after.page()));
+    out += &hanging("  ", &of.sentences);
     out += &side_by_side(&test_page::rows(before.page(), after.page()));
     for (word, found) in [("before", before), ("after", after)] {
         if let Some(carried) = &found.test.plan {
@@ -485,7 +486,12 @@ fn plan_of(file: &In) -> Result<TestPlan> {
             file.origin()
         )
     })?;
-    serde_json::from_value(plan).with_context(|| format!("--plan {}", file.origin()))
+    let plan: TestPlan =
+        serde_json::from_value(plan).with_context(|| format!("--plan {}", file.origin()))?;
+    match plan.fault() {
+        Some(why) => bail!("--plan {}: {why}; plan the test again, or correct it", file.origin()),
+        None => Ok(plan),
+    }
 }
 
 /// The manual settings from a completed sheet.

@@ -25,6 +25,7 @@ pub(crate) fn page(tool: &str, sections: &[Section], page: &Rendered) -> String 
         html lang="en" {
             head {
                 meta charset="utf-8";
+                meta name="generator" content="stiction";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { (page.title) " | stiction" }
                 link rel="stylesheet" href=(to(STYLE_PATH));

@@ -54,6 +54,7 @@ pub use clock::instant;
 pub use heat::{Heat, Tile};
 pub use live::Live;
 pub use palette::{colour, signals_css};
+pub use svg::FONTS;
 
 /// The largest magnitude that can be drawn. Beyond it, differences overflow.
 const LARGEST: f64 = 1e300;

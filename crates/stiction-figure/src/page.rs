@@ -81,6 +81,7 @@ impl Page {
             html lang="en" {
                 head {
                     meta charset="utf-8";
+                    meta name="generator" content="stiction";
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     title { (self.title) }
                     style { (PreEscaped(STYLE)) }

@@ -6,19 +6,16 @@
 //! next run that writes to the folder recognises a leftover file and removes it.
 
 use std::collections::HashSet;
-use std::fs::{self, File, Permissions};
+use std::fs::{self, File, Permissions, TryLockError};
 use std::io::{self, BufWriter, Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, PoisonError};
-use std::time::Duration;
 use tempfile::TempPath;
 
 /// Beginning of a temporary file's name.
 const PREFIX: &str = ".stiction-";
 /// End of a temporary file's name.
 const SUFFIX: &str = ".part";
-/// A younger temporary file may have been created by a writer that has not locked it yet.
-const YOUNG: Duration = Duration::from_secs(60);
 
 /// A file that is being written. It takes its name with [`keep`](Self::keep). Without that, nothing changes.
 #[derive(Debug)]
@@ -75,30 +72,15 @@ impl WholeFile {
         };
         fs::metadata(folder)?;
         remove_left_over_once(folder);
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(PREFIX).suffix(SUFFIX);
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            // As for any new file, without the permissions that the user's mask removes.
-            builder.permissions(Permissions::from_mode(0o666));
-        }
-        let (out, beside) = builder
-            .tempfile_in(folder)
-            .map_err(|error| match error.kind() {
-                ErrorKind::PermissionDenied => Error::new(
-                    error.kind(),
-                    format!(
-                        "its folder, {}, does not permit a new file; permit that, or name another",
-                        folder.display()
-                    ),
-                ),
-                // Without the temporary name, which has no meaning for the user.
-                kind => Error::from(kind),
-            })?
-            .into_parts();
-        // Where files cannot be locked, nothing is removed either.
-        let _ = out.try_lock();
+        let (out, beside) = loop {
+            let (out, beside) = temporary(folder)?;
+            // Another run may have taken it for a leftover before it was locked. Where files cannot be locked, nothing is
+            // removed.
+            let locked = out.try_lock();
+            if !matches!(locked, Err(TryLockError::WouldBlock)) && beside.exists() {
+                break (out, beside);
+            }
+        };
         Ok(Self { out: BufWriter::new(out), place: Some(Place { beside, target, permissions }) })
     }
 
@@ -128,13 +110,37 @@ impl Write for WholeFile {
     }
 }
 
+/// A new temporary file in `folder`.
+fn temporary(folder: &Path) -> io::Result<(File, TempPath)> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX).suffix(SUFFIX);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // As for any new file, without the permissions that the user's mask removes.
+        builder.permissions(Permissions::from_mode(0o666));
+    }
+    let made = builder.tempfile_in(folder).map_err(|error| match error.kind() {
+        ErrorKind::PermissionDenied => Error::new(
+            error.kind(),
+            format!(
+                "its folder, {}, does not permit a new file; permit that, or name another",
+                folder.display()
+            ),
+        ),
+        // Without the temporary name, which has no meaning for the user.
+        kind => Error::from(kind),
+    })?;
+    Ok(made.into_parts())
+}
+
 /// Removes temporary files of killed writers in `folder` that nobody has locked. Files that cannot be removed stay.
 pub fn remove_left_over(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        if name.starts_with(PREFIX) && name.ends_with(SUFFIX) && is_left_over(&entry.path()) {
-            let _ = fs::remove_file(entry.path());
+        if name.starts_with(PREFIX) && name.ends_with(SUFFIX) {
+            remove_if_left_over(&entry.path());
         }
     }
 }
@@ -148,13 +154,14 @@ fn remove_left_over_once(folder: &Path) {
     }
 }
 
-/// Whether no writer holds a temporary file, and it is not too young.
-fn is_left_over(path: &Path) -> bool {
-    let age = |there: fs::Metadata| there.modified().ok()?.elapsed().ok();
-    let is_file = |there: &fs::Metadata| there.is_file();
-    let there = fs::symlink_metadata(path).ok().filter(is_file);
-    let is_old = there.and_then(age).is_some_and(|age| age > YOUNG);
-    is_old && File::open(path).is_ok_and(|file| file.try_lock().is_ok())
+/// Removes a temporary file that no writer holds. The lock is held until it is gone.
+fn remove_if_left_over(path: &Path) {
+    if fs::symlink_metadata(path).is_ok_and(|there| there.is_file())
+        && let Ok(file) = File::open(path)
+        && file.try_lock().is_ok()
+    {
+        let _ = fs::remove_file(path);
+    }
 }
 
 /// The target of `path` after all links, which may not exist yet.
@@ -172,23 +179,15 @@ pub fn end_of_links(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::SystemTime;
-
     #[test]
     fn what_killed_writers_left_is_removed_and_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        let old = |name: &str| {
-            let file = File::create(at(name)).unwrap();
-            file.set_modified(SystemTime::now() - 2 * YOUNG).unwrap();
-            file
-        };
         for name in [".stiction-left.part", ".stiction-x.txt", "stiction-x.part"] {
-            drop(old(name));
+            File::create(at(name)).unwrap();
         }
-        File::create(at(".stiction-young.part")).unwrap();
         // Another writer, for which a lock of this process by another handle stands.
-        let held = old(".stiction-held.part");
+        let held = File::create(at(".stiction-held.part")).unwrap();
         held.try_lock().unwrap();
         write(&at("a.txt"), b"x").unwrap();
         let mut left: Vec<_> = fs::read_dir(folder.path())
@@ -196,22 +195,12 @@ mod tests {
             .map(|e| e.unwrap().file_name().into_string().unwrap())
             .collect();
         left.sort();
-        assert_eq!(
-            left,
-            [
-                ".stiction-held.part",
-                ".stiction-x.txt",
-                ".stiction-young.part",
-                "a.txt",
-                "stiction-x.part"
-            ]
-        );
+        assert_eq!(left, [".stiction-held.part", ".stiction-x.txt", "a.txt", "stiction-x.part"]);
         drop(held);
         remove_left_over(folder.path());
         assert!(!at(".stiction-held.part").exists());
-        // A file that is being written is held, however old.
+        // A file that is being written is held.
         let begun = WholeFile::create(&at("b.txt")).unwrap();
-        begun.out.get_ref().set_modified(SystemTime::now() - 2 * YOUNG).unwrap();
         remove_left_over(folder.path());
         begun.keep().unwrap();
         assert!(at("b.txt").exists());

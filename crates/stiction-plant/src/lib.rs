@@ -22,6 +22,7 @@ pub mod scan;
 pub mod store;
 pub mod summary;
 pub mod trial;
+pub mod unknown;
 pub mod week;
 
 pub use error::{Error, Result};

@@ -8,6 +8,7 @@ use crate::scan::inputs::{Changes, Inputs, Problem};
 use crate::scan::judge::TOO_LONG;
 use crate::store::Store;
 use crate::store::window::WindowRow;
+use crate::unknown::{self, Unknown};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use stiction_diagnose::diagnose::Grade;
@@ -25,6 +26,8 @@ pub struct Checked {
     pub loops: Vec<LoopThere>,
     /// Problems.
     pub problems: Vec<Problem>,
+    /// These problems, loops without a PV, and tags without a partner.
+    pub unknown: Vec<Unknown>,
     /// Files that are no recordings because they have no OP, a sentence each.
     pub no_recordings: Vec<String>,
 }
@@ -82,6 +85,8 @@ pub struct Status {
     pub damaged: Vec<String>,
     /// How the data files differ from those of the last scan.
     pub changes: Changes,
+    /// What the last scan did not read of the data, and all windows that could not be judged.
+    pub unknown: Vec<Unknown>,
 }
 
 /// The number of windows with a grade.
@@ -112,6 +117,7 @@ pub fn check(folder: &Path, plant: &Plant, seen: impl FnMut(&str)) -> Checked {
         plant: plant.file.name.clone(),
         files: inputs.files.len(),
         loops: inputs.days().into_iter().map(there).collect(),
+        unknown: unknown::of_inputs(&inputs, plant),
         problems: inputs.problems(plant),
         no_recordings: inputs.no_recordings(),
     }
@@ -170,6 +176,10 @@ pub fn status(folder: &Path, plant: &Plant) -> Result<Status> {
         grade: grade.name(),
         windows: rows.iter().filter(|row| row.grade.as_deref() == Some(grade.name())).count(),
     };
+    let mut inputs = Inputs::known(&store, plant);
+    let changes = inputs.compared(folder, plant);
+    let mut unknown = unknown::of_inputs(&inputs, plant);
+    unknown.extend(unknown::of_windows(&rows, plant));
     Ok(Status {
         plant: plant.file.name.clone(),
         loops: loops.len(),
@@ -183,6 +193,7 @@ pub fn status(folder: &Path, plant: &Plant) -> Result<Status> {
         runs: store.run_names()?.len(),
         cut_short: store.cut_short()?,
         damaged: store.damaged(),
-        changes: Inputs::known(&store, plant).changes(folder, plant),
+        changes,
+        unknown,
     })
 }

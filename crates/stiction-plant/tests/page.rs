@@ -129,7 +129,7 @@ fn a_week_of_a_thousand_loops_is_ranked_and_fits_a_page() {
         "{first:?}"
     );
 
-    let html = page(&ranking, &orders, &groups);
+    let html = page(&ranking, &orders, &groups, &[]);
     assert!(html.len() < 1_500_000, "{} bytes", html.len());
     assert_eq!(html.matches("<tr id=").count(), 1000);
     for said in [
@@ -140,9 +140,36 @@ fn a_week_of_a_thousand_loops_is_ranked_and_fits_a_page() {
         assert!(html.contains(said), "{said}");
     }
     assert!(!html.contains("root cause"));
-    assert_eq!(html, page(&rank(&plant, &log, &rows, &groups, week), &orders, &groups));
+    assert_eq!(html, page(&rank(&plant, &log, &rows, &groups, week), &orders, &groups, &[]));
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("plant-of-1000.html");
     std::fs::write(path, html).unwrap();
+}
+
+#[test]
+fn a_repair_that_did_not_help_is_a_change_once() {
+    let (plant, rows) = (plant(30), made_up(30).rows());
+    let of_week = |day: &str, week: &str| {
+        let text = format!(
+            "[[entry]]\nkind = \"repair\"\nloop = \"{}\"\nday = {day}\ntext = \"new packing\"\n",
+            name(28)
+        );
+        let log = Log::parse(&text, "log.toml").unwrap();
+        let ranking = rank(&plant, &log, &rows, &[], week.parse().unwrap());
+        let orders = orders(&ranking);
+        let html = page(&ranking, &orders, &[], &[]);
+        let finding = orders.iter().find(|order| order.name == name(28)).unwrap().finding.clone();
+        (of(&ranking, 28).clone(), finding, html)
+    };
+    let (row, finding, html) = of_week("2026-03-25", "2026-W13");
+    assert_eq!((row.change, row.change_day.as_deref()), (Change::StillSticks, Some("2026-03-25")));
+    assert_eq!(finding, "the valve sticks, still after the repair of 2026-03-25");
+    assert!(html.contains("<b class=\"change still sticks\">still sticks</b>"), "{html}");
+    assert!(html.contains("after the repair of 2026-03-25, sticks before, sticks now"));
+    assert!(!row.is_new_sticking());
+    // Two days are needed, as for any change. Then it is told once.
+    assert_eq!(of_week("2026-03-29", "2026-W13").0.change, Change::None);
+    assert_eq!(of_week("2026-03-19", "2026-W12").0.change, Change::StillSticks);
+    assert_eq!(of_week("2026-03-19", "2026-W13").0.change, Change::None);
 }
 
 #[test]

@@ -7,6 +7,7 @@ use std::time::{Duration, SystemTime};
 use stiction_plant::plant_file::Plant;
 use stiction_plant::report::{self, ReportOptions};
 use stiction_plant::scan::{Manifest, Progress};
+use stiction_plant::unknown::Unknown;
 use stiction_plant::{ScanOptions, Store, WindowRow, day, demo, log, propose, scan, summary};
 use stiction_population::LoopKind;
 
@@ -125,6 +126,64 @@ fn a_table_without_op_is_no_recording_and_no_problem() {
     let proposed = propose::propose(&folder, "N", &[".".to_owned()]).unwrap();
     assert_eq!(proposed.text.matches("# no recording: ").count(), 2, "{}", proposed.text);
     assert!(!proposed.doubts.iter().any(|doubt| doubt.contains("truth.csv")), "{proposed:?}");
+}
+
+#[test]
+fn what_was_not_read_or_judged_is_counted_and_listed() {
+    let folder = folder("unknown");
+    let broken = csv(0, 60).replacen("\n", "\nyesterday,1,2,3,4\n", 1);
+    // A recording without an OP, a loop without a PV beside a PV without an OP, and a loop in two units at a time.
+    let no_op = csv(0, 60).replace("OP", "PV").replacen(
+        "FIC1.PV,FIC1.PV,FIC2.PV,FIC2.PV",
+        "A.PV,B.PV,C.PV,D.PV",
+        1,
+    );
+    let no_pv = csv(0, 600).replacen(
+        "FIC1.PV,FIC1.OP,FIC2.PV,FIC2.OP",
+        "TIC8.PV,FIC3.OP,PIC4.PV,PIC4.OP",
+        1,
+    );
+    let unit = csv(0, 660).replacen("FIC2.OP", "FIC2.OP [mA]", 1);
+    let files = [
+        ("a.csv", csv(0, 660)),
+        ("b.csv", broken),
+        ("c.csv", no_op),
+        ("d.csv", no_pv),
+        ("e.csv", unit),
+    ];
+    plant_of(&folder, &files);
+    let done = go(&folder);
+    let kinds = |all: &[Unknown]| -> Vec<(&'static str, String)> {
+        all.iter().map(|each| (each.kind.name(), each.name.clone())).collect()
+    };
+    let expected = [
+        ("file not read", "b.csv"),
+        ("file not read", "c.csv"),
+        ("loop without a PV", "FIC3"),
+        ("tag without a partner", "TIC8.PV"),
+        ("window not judged", "FIC2"),
+    ];
+    let expected = expected.map(|(kind, name)| (kind, name.to_owned()));
+    assert_eq!(kinds(&done.unknown), expected, "{:#?}", done.unknown);
+    assert!(done.unknown.iter().all(|each| each.reason.len() > 20 && each.count == 1));
+    assert_eq!(done.problems.len(), 2, "{:?}", done.problems);
+    let plant = Plant::read(&folder).unwrap();
+    assert_eq!(kinds(&summary::status(&folder, &plant).unwrap().unknown), expected);
+    let told = report::write(&folder, &plant, &ReportOptions::default(), || ()).unwrap();
+    assert_eq!(kinds(&told.unknown), expected);
+    let page = fs::read_to_string(folder.join(&told.folder).join("index.html")).unwrap();
+    let (first, list) = page.split_once("id=\"orders\"").unwrap();
+    let counted =
+        "2 files not read, 1 loop without a PV, 1 tag without a partner, 1 window not judged";
+    assert!(first.contains(counted), "{first}");
+    for (_, name) in &expected {
+        assert!(list.contains(name.as_str()), "{name}");
+    }
+    // Nothing is unknown of a plant without faults.
+    for name in ["b.csv", "c.csv", "d.csv", "e.csv"] {
+        fs::remove_file(folder.join(name)).unwrap();
+    }
+    assert_eq!(kinds(&go(&folder).unknown), []);
 }
 
 /// The first file of rows of a plant.

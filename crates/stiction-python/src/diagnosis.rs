@@ -12,7 +12,7 @@ use pyo3::types::{IntoPyDict, PyDict};
 use rayon::prelude::*;
 use std::sync::Arc;
 use stiction::diagnose::{
-    self, Detectors, DiagnoseOptions, Estimate, KpiOptions, Observation, VerdictClass,
+    self, Detectors, DiagnoseOptions, Estimate, Grade, KpiOptions, Observation, VerdictClass,
 };
 use stiction::evidence::features;
 use stiction::recording::{GridOptions, LoopType};
@@ -93,8 +93,8 @@ impl Diagnosed {
 
 /// A value with the ends of its interval.
 type Triple = (f64, f64, f64);
-/// An observation: time, class, probability, S, J, weight, windows.
-type Seen = (f64, String, Option<f64>, Option<Triple>, Option<Triple>, f64, f64);
+/// An observation: time, class, grade, probability, S, J, weight, windows.
+type Seen = (f64, String, Option<String>, Option<f64>, Option<Triple>, Option<Triple>, f64, f64);
 
 /// Information on loops for their diagnosis.
 #[derive(FromPyObject)]
@@ -187,10 +187,15 @@ fn diagnoses_table(diagnoses: Vec<Diagnosed>) -> PyResult<ArrowTable> {
 
 fn observations(seen: Vec<Seen>) -> PyResult<Vec<Observation>> {
     let estimate = |(value, low, high)| Estimate { value, low, high };
-    let observation = |(time, class, probability, s, j, weight, windows): Seen| {
+    let observation = |(time, class, grade, probability, s, j, weight, windows): Seen| {
         let class = VerdictClass::by_name(&class).map_err(refused)?;
+        let unknown = |word: &String| PyValueError::new_err(format!("\"{word}\" is no grade"));
+        let known = |word: String| {
+            Grade::ALL.into_iter().find(|grade| grade.name() == word).ok_or_else(|| unknown(&word))
+        };
+        let grade = grade.map(known).transpose()?;
         let (s, j) = (s.map(estimate), j.map(estimate));
-        Ok(Observation { time, class, probability, s, j, weight, windows })
+        Ok(Observation { time, class, grade, probability, s, j, weight, windows })
     };
     seen.into_iter().map(observation).collect()
 }

@@ -81,6 +81,9 @@ fn read(
         .map(|plan| serde_json::from_str(&plan))
         .transpose()
         .map_err(|why| PyValueError::new_err(format!("the plan cannot be read: {why}")))?;
+    if let Some(why) = plan.as_ref().and_then(TestPlan::fault) {
+        return Err(PyValueError::new_err(format!("the plan cannot be carried out: {why}")));
+    }
     let options = ReadOptions { by_hand: sheet(done), plan, rises, ..ReadOptions::default() };
     let read = long(py, None, move |_| valve_test::read(&recording.recording, &options))?;
     read.map_err(|why| because(&name, &why))

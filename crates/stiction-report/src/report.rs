@@ -43,7 +43,7 @@ mod verdict;
 pub mod views;
 
 pub use diagnosis::html;
-pub use folder::Folder;
+pub use folder::{Folder, Heading};
 pub use history::history_html;
 pub use layout::{Badge, Block, Card, Column, Fact, Report, Section, Table, Tone};
 pub use small_trend::{Small, small_trend};

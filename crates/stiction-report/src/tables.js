@@ -46,28 +46,38 @@
     count.setAttribute("role", "status");
     label.append("Show", field, count);
     // Cells are told apart, so that words do not run from one into the next.
-    const text = (row) => [...row.cells].map((cell) => cell.textContent.toLowerCase()).join(" | ");
+    const text = (row) => [...row.cells].map((cell) => cell.textContent.toLowerCase().replace(/\s+/g, " ")).join(" | ");
+    // A number belongs to the word before it, and is a whole number: "group 1" is not "group 12".
+    const holds = (text, term) => {
+      for (let at = text.indexOf(term); at >= 0; at = text.indexOf(term, at + 1)) {
+        if (!/ \d+$/.test(term) || !/\d/.test(text[at + term.length] ?? "")) return true;
+      }
+      return false;
+    };
     const rows = [...body.rows].map((row) => ({ row, text: text(row) }));
     // Buttons: each shows the rows whose attribute of its name holds its word, among others parted by "|". Of one name
     // any counts, of several names all; none pressed shows all. A box shows the first row of each valve only.
     const buttons = [...document.querySelectorAll("[data-chips] [data-only]")];
     const first = document.querySelector("[data-chips] [data-first]");
     const filter = () => {
-      const wanted = field.value.toLowerCase().split(/\s+/).filter(Boolean);
+      const wanted = field.value.toLowerCase().trim().replace(/\s+/g, " ").match(/\S+(?: \d+(?!\S))*/g) ?? [];
       const only = {};
       for (const { dataset } of buttons.filter((each) => each.getAttribute("aria-pressed") === "true")) {
         (only[dataset.by ?? "grade"] ??= []).push(dataset.only);
       }
-      const fits = ({ dataset }) => Object.entries(only).every(([by, words]) =>
+      const fits = ({ dataset }, only) => Object.entries(only).every(([by, words]) =>
         dataset[by] === undefined || words.some((word) => dataset[by].split("|").includes(word)));
-      let shown = 0;
-      for (const { row, text } of rows) {
-        row.hidden = !wanted.every((word) => text.includes(word))
-          || !fits(row)
-          || (first?.checked && "later" in row.dataset);
-        if (!row.hidden) shown += 1;
+      const left = rows.filter(({ row, text }) =>
+        wanted.every((word) => holds(text, word)) && !(first?.checked && "later" in row.dataset));
+      const shows = (only) => left.filter(({ row }) => fits(row, only)).length;
+      for (const { row } of rows) row.hidden = true;
+      for (const { row } of left) row.hidden = !fits(row, only);
+      count.textContent = `${shows(only)} of ${rows.length}`;
+      // A button counts what the list shows with it in place of others of its name.
+      for (const button of buttons) {
+        const place = button.querySelector("[data-count]");
+        if (place) place.textContent = shows({ ...only, [button.dataset.by ?? "grade"]: [button.dataset.only] });
       }
-      count.textContent = `${shown} of ${rows.length}`;
     };
     field.addEventListener("input", filter);
     first?.addEventListener("change", filter);

@@ -72,7 +72,7 @@ pub fn caution(before: Tested<'_>, after: Tested<'_>) -> Option<String> {
     let (a, b) = (&before.recording.name, &after.recording.name);
     (!same_loop(a, b)).then(|| {
         format!(
-            "The recordings have different tags, {a} and {b}. Check that both are of the same valve."
+            "The recordings have different tags, {a} and {b}. The comparison holds only if both are of the same valve."
         )
     })
 }
@@ -104,7 +104,8 @@ pub fn comparison(
     found: &Comparison,
 ) -> Result<String, Error> {
     let name = &after.recording.name;
-    let headline = found.sentences.join(" ");
+    let caution = caution(before, after);
+    let headline = caution.iter().chain(&found.sentences).cloned().collect::<Vec<_>>().join(" ");
     let mut section = Section::new(name, Badge::from(after.test.class), headline);
     let d = found.difference.map_or("not known".to_owned(), |d| d.words().replace('-', "\u{2212}"));
     section.facts = vec![
@@ -112,7 +113,6 @@ pub fn comparison(
         Fact::new("S after", s_in_words(after.test), ""),
         Fact::new("difference of S, with its 90 % interval", d, ""),
     ];
-    section.reasons = caution(before, after).into_iter().collect();
     let table = Table::new("The two tests, side by side.").words("").words("before").words("after");
     section = section.with(rows(before, after).into_iter().fold(table, Table::row));
     let title = |word: &str, of: Tested<'_>| match of.recording.start {

@@ -223,6 +223,9 @@ fn cannot_tell(diagnosis: &Diagnosis) -> String {
             ),
             band(diagnosis),
         ]),
+        (Grade::ProbablyFine, Some(_)) if verdict.shown_probability().is_none() => {
+            format!("The valve is probably fine: {why}.")
+        }
         (Grade::ProbablyFine, Some(p)) => format!(
             "The valve is probably fine (probability of sticking {}), but this recording does not clear it: {why}.",
             percent(p)

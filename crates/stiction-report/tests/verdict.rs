@@ -348,6 +348,7 @@ fn a_history_is_drawn_with_its_repair() {
         let bad = k < 12;
         let s = if bad { 3.0 * (0.03 * k as f64).exp() } else { 0.5 + 0.02 * (k % 3) as f64 };
         Observation {
+            grade: None,
             time: start + k as f64 * DAY,
             class: VerdictClass::CannotTell,
             probability: Some(if bad {

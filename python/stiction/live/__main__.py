@@ -296,6 +296,9 @@ def _status(plant: Path, as_json: bool) -> int:
         print(f"last hour: {status['last_hour']}, judged in {status['scan_s']} s")
     for word, count in sorted(status["words"].items()):
         print(f"{count:7} {word}")
+    for kind, count in sorted(status.get("unknown", {}).items()):
+        if count:
+            print(f"{count:7} {kind}")
     if status["disk_full"]:
         print("the disk is full: values are missing")
     return code

@@ -34,6 +34,7 @@ def judge(
         "notes": [note for each in folded for note in each.problems],
         "events": [],
         "words": {},
+        "unknown": {},
         "windows": 0,
     }
     done = stiction.plant.scan(plant, time_limit_s=time_limit_s)
@@ -47,10 +48,15 @@ def judge(
     new, reported = events.derive(events.load(plant), rows)
     events.keep(plant, new, reported)
     words: dict[str, int] = {}
+    unknown = {"window not judged": 0}
     for row in rows:
         word = row["grade"] or "not judged"
         words[word] = words.get(word, 0) + 1
-    found |= {"events": new, "words": words, "loops": len(rows)}
+        unknown["window not judged"] += row["windows"] - row["windows_judged"]
+    for each in done.unknown:
+        if each.kind != "window not judged":
+            unknown[each.kind] = unknown.get(each.kind, 0) + each.count
+    found |= {"events": new, "words": words, "unknown": unknown, "loops": len(rows)}
     return found | {"write_s": round(written - begun, 3), "scan_s": round(time.monotonic() - written, 3)}
 
 

@@ -204,6 +204,10 @@ def metrics(status: Mapping[str, Any]) -> str:
             value = of(status)
             if value is not None:
                 lines += [f"# HELP {name} {meaning}", f"# TYPE {name} {kind}", f"{name} {value}"]
+    lines += ["# HELP stiction_unknown Files, loops and tags that were not read, and windows of the week that were not judged."]
+    lines += ["# TYPE stiction_unknown gauge"]
+    for kind, count in sorted(status.get("unknown", {}).items()):
+        lines.append(f'stiction_unknown{{kind="{kind}"}} {count}')
     lines += ["# HELP stiction_loops Loops by the word of their verdict.", "# TYPE stiction_loops gauge"]
     for word, count in sorted(status["words"].items()):
         lines.append(f'stiction_loops{{word="{word}"}} {count}')

@@ -876,6 +876,7 @@ class Watcher:
             "write_s": self.result.get("write_s"),
             "last_hour": (self.result.get("hours") or [None])[-1],
             "words": self.result.get("words", {}),
+            "unknown": self.result.get("unknown", {}),
             "events_unsent": self.pusher.unsent(),
         }
 

@@ -27,6 +27,7 @@ __all__ = [
     "Problem",
     "Scanned",
     "Status",
+    "Unknown",
     "check",
     "ddl",
     "demo",
@@ -58,6 +59,19 @@ class Problem(Result):
 
 
 @result
+class Unknown(Result):
+    """Something in a plant's data that was not read, or windows that could not be judged."""
+
+    kind: str = about(
+        'What it is: ``"file not read"``, ``"loop not read"``, ``"loop without a PV"``, ``"tag without a partner"`` or '
+        '``"window not judged"``.'
+    )
+    name: str = about("Its file, loop or tag.")
+    count: int = about("How many: of a loop, its windows that were not judged, otherwise 1.")
+    reason: str = about("The reason, with a remedy.")
+
+
+@result
 class Changes(Result):
     """Data files that differ from those of the last scan."""
 
@@ -80,6 +94,9 @@ class Scanned(Result):
     errors: int = about("Number of these that could not be judged.")
     parts: int = about("Parts of the stored result.")
     problems: list[Problem] = about("Files and loops that could not be read.")
+    unknown: list[Unknown] = about(
+        "These, loops without a PV, tags without a partner, and windows of this run that could not be judged."
+    )
     no_recordings: list[str] = about("Files that are not recordings because they lack an OP, a sentence each.")
     damaged: list[str] = about("Damaged files of earlier runs, a sentence each.")
     changes: Changes = about("How the data files differ from those of the scan before.")
@@ -111,6 +128,7 @@ class Checked(Result):
     files: int = about("Files in the plant's file.")
     loops: list[LoopThere] = about("Loops in them.")
     problems: list[Problem] = about("Problems with the data.")
+    unknown: list[Unknown] = about("These problems, loops without a PV, and tags without a partner.")
     no_recordings: list[str] = about("Files that are not recordings because they lack an OP, a sentence each.")
 
 
@@ -139,6 +157,7 @@ class Status(Result):
     cut_short: int = about("Unfinished runs since the last complete scan of all loops and days.")
     damaged: list[str] = about("Damaged files of results, a sentence each.")
     changes: Changes = about("How the data files differ from those of the last scan.")
+    unknown: list[Unknown] = about("What the last scan did not read, and all windows that could not be judged.")
 
 
 @result

@@ -197,15 +197,16 @@ def test_a_dripping_answer_ends_and_holds_up_no_end(tmp_path, monkeypatch):
 STATUS = {
     "connected_since": 1.0, "tags": 8, "bad_tags": ["A.PV"], "server_clock": 100.0, "newest_value": 98.5, "values_per_s": 2.5,
     "scan_s": None, "write_s": 0.1, "disk_full": False, "events_unsent": 3, "values": 7, "connections": 1, "gaps": 0, "scans": 0,
-    "windows": 0, "words": {"sticks": 2, "not judged": 1},
+    "windows": 0, "words": {"sticks": 2, "not judged": 1}, "unknown": {"file not read": 8},
 }  # fmt: skip
 
 
 def test_metrics_have_the_format_of_prometheus():
     lines = push.metrics(STATUS).splitlines()
-    sample = re.compile(r'[a-z_]+(\{word="[a-z ]+"\})? [0-9.]+')
+    sample = re.compile(r'[a-z_]+(\{(word|kind)="[a-z ]+"\})? [0-9.]+')
     assert all(line.startswith("# ") or sample.fullmatch(line) for line in lines)
     assert {'stiction_loops{word="sticks"} 2', "stiction_data_age_seconds 1.5", "stiction_up 1", "stiction_values_total 7"} <= set(lines)
+    assert 'stiction_unknown{kind="file not read"} 8' in lines
     assert not any("scan_seconds" in line for line in lines), "what is not known is left out"
 
 

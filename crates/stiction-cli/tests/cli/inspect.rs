@@ -138,6 +138,34 @@ fn a_missing_file_is_reported_once() {
     }
 }
 
+/// The files of a folder, in order, that have names of recordings.
+#[test]
+fn a_folder_stands_for_its_recordings() {
+    let folder = folder("inspect-folder");
+    std::fs::create_dir(folder.join("data")).unwrap();
+    for name in ["b.csv", "a.csv"] {
+        std::fs::copy(
+            crate::diagnose::samples().join("FIC101-sticky.csv"),
+            folder.join("data").join(name),
+        )
+        .unwrap();
+    }
+    write(&folder, "data/readme.md", "# not a recording\n");
+    let shown = run(&folder, &["inspect", "data", "--json"]).json();
+    let files: Vec<&str> = shown["files"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|file| file["file"].as_str().unwrap())
+        .collect();
+    assert_eq!(files.len(), 2, "{files:?}");
+    assert!(files[0].ends_with("a.csv") && files[1].ends_with("b.csv"), "{files:?}");
+    let found = run(&folder, &["diagnose", "data", "--brief"]).quiet_success();
+    assert!(found.contains("sticks"), "{found}");
+    let refused = run(&folder, &["diagnose", "data", "--csv", "data/a.csv"]).refusal();
+    assert!(refused.contains("a.csv"), "{refused}");
+}
+
 /// What the operating system refuses has a remedy, and what a mapping names wrongly its file.
 #[test]
 fn refusals_name_the_file_and_what_helps() {
@@ -150,7 +178,7 @@ fn refusals_name_the_file_and_what_helps() {
         (&["inspect", "a.csv", "--mapping", "no.toml"], "; correct the name"),
         (&["inspect", "none.csv"], "; correct the name"),
         #[cfg(unix)]
-        (&["inspect", "data"], "; name a file in this folder"),
+        (&["inspect", "data"], "data: no file in this folder has the name of a recording"),
         #[cfg(unix)]
         (&["inspect", "a.csv/b.csv"], "a file where a folder is needed, so correct the path"),
         (

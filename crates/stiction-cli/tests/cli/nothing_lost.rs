@@ -125,6 +125,38 @@ fn first_file(path: &Path) -> std::path::PathBuf {
     first_file(&there[0])
 }
 
+/// Pages and pictures of others need --force. What a command wrote, it writes again, with other parameters, too.
+#[test]
+fn a_page_or_picture_of_others_needs_force_and_own_output_is_written_again() {
+    let folder = with_samples("page-as-output");
+    let page = "<!doctype html><title>Notes on stiction</title><p>mine</p>\n";
+    let drawing = "<svg xmlns=\"http://www.w3.org/2000/svg\"><path d=\"M0 0\"/></svg>";
+    for (line, file, foreign) in [
+        ("diagnose FIC101-sticky.csv --report r.html", "r.html", page),
+        ("test plan FIC101-sticky.csv --sheet t.html", "t.html", page),
+        ("test plan FIC101-sticky.csv --sheet u.html", "u.html", "my notes\n"),
+        ("simulate paper/closed-loop --plot run.svg", "run.svg", drawing),
+        ("simulate paper/closed-loop --plot run.png", "run.png", "\u{89}PNG\r\n\u{1a}\n\0"),
+    ] {
+        write(&folder, file, foreign);
+        let arguments: Vec<&str> = line.split(' ').collect();
+        let refused = run(&folder, &arguments).refusal();
+        assert!(refused.contains("this program did not write it"), "{line}: {refused}");
+        assert_eq!(read(&folder, file), foreign);
+        let forced = run(&folder, &[&arguments, &["--force"][..]].concat());
+        assert_eq!(forced.code, 0, "{line}: {}", forced.err);
+        let again = run(&folder, &arguments);
+        assert_eq!(again.code, 0, "{line}: {}", again.err);
+    }
+    write(&folder, "in.csv", "t,u\n0,1\n1,2\n2,3\n");
+    for (s, j) in [("1", "1"), ("2", "0.5"), ("0", "0")] {
+        run(&folder, &["valve", "--S", s, "--J", j, "in.csv", "-o", "v.csv"]).quiet_success();
+    }
+    write(&folder, "other.csv", "t,u\n0,1\n1,2.5\n2,3\n");
+    let refused = run(&folder, &["valve", "--S", "1", "--J", "1", "other.csv", "-o", "v.csv"]);
+    assert!(refused.refusal().contains("with other data than this run writes"));
+}
+
 /// A pattern in the wrong place names a recording as an output, which the run does not read.
 #[test]
 fn a_recording_is_replaced_by_no_output() {

@@ -109,7 +109,21 @@ fn what_is_wrong_is_told_and_the_rest_judged() {
     let done = run(&folder, &["plant", "-C", "north", "scan"]);
     assert_eq!(done.code, 2);
     assert!(done.out.starts_with("1 window judged, 0 of them with an error"), "{}", done.out);
+    assert!(done.out.contains("\nnot known: 1 file not read\n"), "{}", done.out);
     assert!(done.err.contains("bad.parquet"), "{}", done.err);
+    let told = run(&folder, &["plant", "-C", "north", "status"]);
+    assert_eq!(told.code, 2, "{}", told.err);
+    assert!(
+        told.out.contains("not known: 1 file not read\n  file not read: data/bad.parquet: "),
+        "{}",
+        told.out
+    );
+    let past = ["snooze", "FIC1001", "--until", "2026-03-03", "--day", "2026-03-04"];
+    let refused = run(&folder, &[&["plant", "-C", "north"], &past[..]].concat()).refusal();
+    assert!(
+        refused.contains("--until 2026-03-03 is before 2026-03-04, the day of the entry"),
+        "{refused}"
+    );
     let wrong = run(&folder, &["plant", "-C", "north", "scan", "--since", "3.3.2026"]).refusal();
     assert!(wrong.contains("is not a day; write it like 2026-03-01"), "{wrong}");
 }
@@ -251,6 +265,8 @@ fn a_test_confirms_an_order_and_closes_one() {
     }
     let words = plant(&["orders", "--week", "2026-W10"]).quiet_success();
     assert!(words.contains("FIC207, closed: the valve does not stick, by a test on"), "{words}");
+    // The same sized test as on the page.
+    assert!(words.contains(&format!("\n  test: {}\n", open["test"].as_str().unwrap())), "{words}");
     // A repair after the test ends what the test said.
     let repair = ["note", "FIC107", "new packing", "--repair", "--day", "2026-03-05"];
     plant(&repair).quiet_success();

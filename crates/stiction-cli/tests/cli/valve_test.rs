@@ -182,6 +182,19 @@ fn what_cannot_be_planned_or_read_is_said() {
     let tested = sample("test/FIC106-tested.csv");
     let refused = run(&folder, &["test", "read", &tested, "--plan", "plan.json"]).refusal();
     assert!(refused.contains("the plan is for loop FIC101-sticky"), "{refused}");
+    let plan = read(&folder, "plan.json");
+    for (key, value, says) in [
+        ("hold_s", "-1.0", "the hold of turn 1 is -1 s, but must be above 0"),
+        ("hold_s", "0.0", "the hold of turn 1 is 0 s"),
+        ("op", "0.0", "the size of turn 1 is 0 %"),
+        ("answer", "-1.0", "the answer is -1, but must be above 0"),
+    ] {
+        let (before, rest) = plan.split_once(&format!("\"{key}\": ")).unwrap();
+        let end = rest.find([',', '\n']).unwrap();
+        write(&folder, "wrong.json", format!("{before}\"{key}\": {value}{}", &rest[end..]));
+        let refused = run(&folder, &["test", "read", &tested, "--plan", "wrong.json"]).refusal();
+        assert!(refused.contains(says), "{refused}");
+    }
     write(&folder, "plan.json", "{}");
     let refused = run(&folder, &["test", "read", &tested, "--plan", "plan.json"]).refusal();
     assert!(refused.contains("the key \"plan\" is missing"), "{refused}");
@@ -394,10 +407,9 @@ fn a_repair_is_shown_by_two_tests() {
     std::fs::copy(folder.join("FIC107.csv"), folder.join("FIC108.csv")).unwrap();
     let other = ["test", "read", "FIC107-after.csv", "--before", "FIC108.csv"];
     let words = run(&folder, &other).quiet_success();
-    assert!(
-        words.contains("The recordings have different tags, FIC108 and FIC107-after."),
-        "{words}"
-    );
+    let tags = words.find("The recordings have different tags, FIC108 and FIC107-after.");
+    let effect = words.find("The repair lowered S");
+    assert!(tags.is_some() && tags < effect, "{words}");
 }
 
 #[test]

@@ -237,6 +237,7 @@ impl Diagnosis {
         Some(Observation {
             time: origin + segment.from + segment.duration() / 2.0,
             class: self.verdict.class,
+            grade: Some(self.verdict.grade),
             probability: self.verdict.probability,
             s: self.stiction.s,
             j: self.stiction.j,

@@ -19,6 +19,7 @@ use super::verdict::{Grade, VerdictClass};
 use crate::error::{Result, finite, non_negative, require};
 use crate::fusion::Estimate;
 use crate::series::{mann_kendall, theil_sen, weighted_trend};
+use std::collections::BTreeMap;
 
 /// Smallest half-width of an interval of S, relative to S; ours.
 pub const NARROWEST: f64 = 0.05;
@@ -113,7 +114,7 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
         decided: decided.len(),
         probability,
         class,
-        grade: Grade::of_several(class, probability),
+        grade: borne_out(class, probability, &observations),
         drift,
         trend,
     })
@@ -132,6 +133,29 @@ fn bear_out(observations: &[Observation], class: VerdictClass) -> bool {
         borne_out += if each.class == class { each.weight } else { 0.0 };
     }
     2.0 * borne_out > all
+}
+
+/// The grade of several, if most observations that alone would give it have it themselves, else theirs. One in which S is too
+/// small to be a fault, or which is unlike all training loops, does not accuse or clear the valve by repetition.
+fn borne_out(class: VerdictClass, probability: Option<f64>, observations: &[Observation]) -> Grade {
+    let grade = Grade::of_several(class, probability);
+    let is_open = class == VerdictClass::CannotTell && probability.is_some();
+    let mut weights: BTreeMap<Grade, f64> = BTreeMap::new();
+    for each in observations {
+        let by = if is_open { VerdictClass::CannotTell } else { each.class };
+        if Grade::of_several(by, each.probability) == grade {
+            let own = each.grade.unwrap_or_else(|| Grade::of_several(each.class, each.probability));
+            let own = match own {
+                Grade::Fine if is_open => Grade::ProbablyFine,
+                own if is_open && own.accuses() => Grade::ProbablySticks,
+                own => own,
+            };
+            *weights.entry(own).or_default() += each.weight;
+        }
+    }
+    let agree = weights.remove(&grade).unwrap_or(0.0);
+    let others = weights.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+    others.filter(|(_, weight)| *weight >= agree).map_or(grade, |(other, _)| other)
 }
 
 /// The observations in order of time, if all their numbers are valid.
@@ -228,6 +252,7 @@ mod tests {
 
     fn seen(day: f64, probability: Option<f64>, s: Option<f64>) -> Observation {
         Observation {
+            grade: None,
             time: day * DAY,
             class: match probability {
                 Some(p) if p <= thresholds().clear => VerdictClass::DoesNotStick,
@@ -256,6 +281,39 @@ mod tests {
         assert_eq!(of(&[0.02, 0.1, 0.05]).class, VerdictClass::DoesNotStick);
         // However sure it says it is.
         assert_eq!(of(&[1.0, 0.2, 0.2, 0.2, 0.2, 0.2]).class, VerdictClass::CannotTell);
+    }
+
+    #[test]
+    fn a_day_is_not_accused_or_cleared_by_repetition() {
+        let day = |k: i32, p: f64, grade: Grade| Observation {
+            class: VerdictClass::CannotTell,
+            grade: Some(grade),
+            ..seen(f64::from(k), Some(p), None)
+        };
+        let week = |days: &[(f64, Grade)]| {
+            let all: Vec<_> = (0..).zip(days).map(|(k, (p, grade))| day(k, *p, *grade)).collect();
+            combine(&all).unwrap().grade
+        };
+        // S is too small to be a fault, on one day and on all.
+        let small = (0.92, Grade::ProbablyFine);
+        assert_eq!(week(&[small]), Grade::ProbablyFine);
+        assert_eq!(week(&[small; 5]), Grade::ProbablyFine);
+        assert_eq!(week(&[small, (0.82, Grade::ProbablySticks)]), Grade::ProbablyFine);
+        let accused = (0.88, Grade::ProbablySticks);
+        assert_eq!(week(&[small, accused, accused]), Grade::ProbablySticks);
+        // Unlike the training.
+        assert_eq!(week(&[(0.9, Grade::Unclear); 3]), Grade::Unclear);
+        assert_eq!(week(&[(0.1, Grade::Unclear); 3]), Grade::Unclear);
+        // By votes of the methods alone, or by data that cannot answer.
+        let voted = |k: i32, grade: Grade| Observation { probability: None, ..day(k, 0.5, grade) };
+        let sticks = [0, 1].map(|k| Observation {
+            class: VerdictClass::Sticks,
+            ..voted(k, Grade::ProbablySticks)
+        });
+        assert_eq!(combine(&sticks).unwrap().grade, Grade::ProbablySticks);
+        assert_eq!(week(&[(0.5, Grade::CannotAnswer)]), Grade::CannotAnswer);
+        // Days that are too weak alone, but agree.
+        assert_eq!(week(&[(0.75, Grade::Unclear); 5]), Grade::ProbablySticks);
     }
 
     #[test]

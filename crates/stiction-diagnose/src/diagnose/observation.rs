@@ -1,6 +1,6 @@
 //! The result of one recording of a valve, for combining several.
 
-use super::verdict::VerdictClass;
+use super::verdict::{Grade, VerdictClass};
 use crate::fusion::Estimate;
 
 /// The result of one recording or window of a valve.
@@ -12,6 +12,8 @@ pub struct Observation {
     pub time: f64,
     /// The conclusion.
     pub class: VerdictClass,
+    /// The verdict in one graded word; `None` for that of the conclusion and the probability.
+    pub grade: Option<Grade>,
     /// The probability that the valve sticks, where there is one.
     pub probability: Option<f64>,
     /// Stick band plus dead band, percent of span, where it was quantified.

@@ -208,6 +208,7 @@ mod tests {
 
     fn seen(time: f64, p: f64, s: Option<f64>) -> Observation {
         Observation {
+            grade: None,
             time,
             class: VerdictClass::CannotTell,
             probability: Some(p),

@@ -96,6 +96,13 @@ impl Grade {
         }
     }
 
+    /// A probability of sticking beside this grade: none where the data cannot answer, or where the valve is fine because
+    /// the S with which it would stick is no fault.
+    pub fn shown(self, probability: Option<f64>) -> Option<f64> {
+        let is_fine = matches!(self, Self::Fine | Self::ProbablyFine);
+        probability.filter(|p| self != Self::CannotAnswer && !(is_fine && *p > 0.5))
+    }
+
     /// Whether it is, or probably is, a fault of the valve.
     pub fn accuses(self) -> bool {
         matches!(self, Self::Sticks | Self::DoesNotRespond | Self::ProbablySticks)
@@ -230,9 +237,9 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// The probability as pages and tables show it: none where the data cannot answer.
+    /// The probability as pages and tables show it.
     pub fn shown_probability(&self) -> Option<f64> {
-        self.probability.filter(|_| self.grade != Grade::CannotAnswer)
+        self.grade.shown(self.probability)
     }
 }
 

@@ -93,6 +93,35 @@ pub struct TestPlan {
     pub instructions: Vec<String>,
 }
 
+impl TestPlan {
+    /// The first number that no plan can have, in words; `None` if all can be.
+    pub fn fault(&self) -> Option<String> {
+        let positive = |of: f64| of.is_finite() && of > 0.0;
+        let of_turns = (1..).zip(&self.grow).find_map(|(k, turn)| match turn {
+            Turn { hold_s, .. } if !positive(*hold_s) => {
+                Some(format!("the hold of turn {k} is {hold_s} s, but must be above 0"))
+            }
+            Turn { op, .. } if !positive(op.abs()) => {
+                Some(format!("the size of turn {k} is {op} %, but must not be 0"))
+            }
+            _ => None,
+        });
+        let rest = [
+            (self.grow.is_empty(), "it has no turns".to_owned()),
+            (self.each == 0, "it has 0 turns of each size".to_owned()),
+            (!positive(self.answer), format!("the answer is {}, but must be above 0", self.answer)),
+            (
+                !(positive(self.shrink_by) && self.shrink_by < 1.0),
+                format!(
+                    "the sizes shrink by {}, but must by a factor between 0 and 1",
+                    self.shrink_by
+                ),
+            ),
+        ];
+        of_turns.or_else(|| rest.into_iter().find_map(|(is_wrong, why)| is_wrong.then_some(why)))
+    }
+}
+
 /// Turns of each size, in the first test and in a later one.
 const EACH: usize = 2;
 const EACH_AGAIN: usize = 4;

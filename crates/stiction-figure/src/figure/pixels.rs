@@ -42,6 +42,7 @@ impl Pixels {
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_compression(png::Compression::High);
+        encoder.add_text_chunk("Software".to_owned(), "stiction".to_owned())?;
         let per_metre = (SCALE * PX_PER_METRE).round() as u32;
         encoder.set_pixel_dims(Some(png::PixelDimensions {
             xppu: per_metre,

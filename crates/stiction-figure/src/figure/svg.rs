@@ -17,7 +17,8 @@ use super::palette::{INK, Rgb};
 use super::text;
 
 /// Fonts in order of preference. The layout reserves room for the widest, the first.
-const FONTS: &str = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif";
+/// The fonts of a drawing in a file of its own.
+pub const FONTS: &str = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif";
 /// The attribute of paths in tenths of px.
 const SCALED: &str = r#" transform="scale(.1)""#;
 /// The size of most texts.

@@ -7,7 +7,7 @@ use crate::cells::{mode, quality, range};
 use crate::columns::layout::content::Content;
 use crate::columns::layout::{LoopPlan, Place, Plan, Recognised};
 use crate::columns::options::{ReadOptions, SettingsByName};
-use crate::columns::role::{self, Signal};
+use crate::columns::role::{self, Role, Signal};
 use crate::error::{Error, Result};
 use crate::names::list;
 use crate::remedy::{Remedy, Wording};
@@ -455,11 +455,17 @@ fn keep<T>(all: &mut Vec<T>, empty: &[bool]) {
     all.retain(|_| !empty.next().copied().unwrap_or(false));
 }
 
+/// Whether a column holds times or days.
+pub fn has_times(recognised: &[Recognised]) -> bool {
+    recognised.iter().any(|each| matches!(each.role, Role::Time | Role::Date))
+}
+
 /// The error for a file without an OP.
 pub fn no_op(origin: &str, recognised: &[Recognised], wording: Wording) -> Error {
     let names: Vec<&str> = recognised.iter().map(|each| &*each.column).collect();
     Error::NoOp {
         origin: origin.to_owned(),
+        has_times: has_times(recognised),
         message: format!(
             "has no column known as the controller output (OP); its columns are {}; name the column, as in {}",
             list(&names),

@@ -216,7 +216,7 @@ fn build(
         let (origin, message) = (origin.to_owned(), lacking.reason.clone());
         return Err(match lacking.is_partly_here {
             true => Error::Table { origin, message },
-            false => Error::NoOp { origin, message },
+            false => Error::NoOp { origin, message, has_times: builder::has_times(&recognised) },
         });
     };
     match &without_op[..] {

@@ -30,6 +30,8 @@ pub struct PartedFile {
     /// The row groups of each name of a long table.
     groups: Vec<Vec<usize>>,
     names: Vec<Arc<str>>,
+    /// Names of signals whose loops have no OP, as indices.
+    without_op: Vec<usize>,
 }
 
 /// The time of samples of a loop's OP.
@@ -90,6 +92,7 @@ impl PartedFile {
         };
         let named: Vec<&str> = names.iter().map(|name| &**name).collect();
         let Some(bundles) = layout::bundles(&named, about_rows, options) else { return Ok(None) };
+        let without_op = layout::without_op(&named, &bundles, options);
         let mut groups = vec![vec![]; if shape.long.is_some() { names.len() } else { 0 }];
         for (group, own) in tags.iter().enumerate() {
             own.iter().for_each(|tag| groups[*tag].push(group));
@@ -98,12 +101,22 @@ impl PartedFile {
             bundle.loops.iter().map(move |(name, _)| (name.clone(), place))
         });
         let places = places.collect();
-        Ok(Some(Self { file, shape, bundles, places, tags, groups, names }))
+        Ok(Some(Self { file, shape, bundles, places, tags, groups, names, without_op }))
     }
 
     /// The loops that have an OP, by the name of the OP.
     pub fn loops(&self) -> impl Iterator<Item = &str> {
         self.bundles.iter().flat_map(|bundle| &bundle.loops).map(|(name, _)| &**name)
+    }
+
+    /// Whether a loop has a PV.
+    pub fn has_pv(&self, name: &str) -> bool {
+        self.places.get(name).is_some_and(|place| self.bundles[*place].has_pv)
+    }
+
+    /// The names of signals that nothing reads, because their loops have no OP.
+    pub fn without_op(&self) -> impl Iterator<Item = &str> {
+        self.without_op.iter().map(|name| &*self.names[*name])
     }
 
     /// Passes to `visit`, for each loop, the first and the last time of stretches of samples of its OP. A stretch

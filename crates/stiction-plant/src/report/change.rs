@@ -21,6 +21,9 @@
 //! before. Down is *gone*. Otherwise the valve is *worse* or *better* if the gain of `ln S`, with noise [`S_NOISE`], reaches
 //! [`S_THRESHOLD`] and S grows or shrinks by [`GROWTH`]. Later windows place the change better, until the next one is found.
 //!
+//! After a known repair the valve *still sticks* if the windows of at least [`SIDE`] days since then accuse it, those before the
+//! repair do not clear it, and no other change was found. It is reported in the first such week.
+//!
 //! A single day never makes a change, because a day that is unlike all others comes and goes.
 //!
 //! # Limits
@@ -67,6 +70,8 @@ pub enum Change {
     New,
     /// The valve sticks again.
     Returned,
+    /// The valve sticks after a repair as it did before.
+    StillSticks,
     /// S grew.
     Worse,
     /// S shrank.
@@ -83,18 +88,36 @@ written_by_name!(Change);
 
 impl Change {
     /// All of them, the worst first.
-    pub const ALL: [Self; 6] =
-        [Self::New, Self::Returned, Self::Worse, Self::Better, Self::Gone, Self::None];
+    pub const ALL: [Self; 7] = [
+        Self::New,
+        Self::Returned,
+        Self::StillSticks,
+        Self::Worse,
+        Self::Better,
+        Self::Gone,
+        Self::None,
+    ];
 
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::New => "new",
             Self::Returned => "returned",
+            Self::StillSticks => "still sticks",
             Self::Worse => "worse",
             Self::Better => "better",
             Self::Gone => "gone",
             Self::None => "none",
+        }
+    }
+}
+
+impl Change {
+    /// It with its day: `new since 2026-03-06`.
+    pub fn since(self, day: &str) -> String {
+        match self {
+            Self::StillSticks => format!("still sticks after the repair of {day}"),
+            _ => format!("{} since {day}", self.name()),
         }
     }
 }
@@ -118,7 +141,7 @@ pub struct Seen {
     /// The observation of the valve.
     pub valve: Observation,
     /// Days of the window.
-    days: f64,
+    pub days: f64,
     /// Logarithms of amplitude, period, OP travel and OP reversals, where they are known.
     moves: [Option<f64>; 4],
 }
@@ -296,6 +319,7 @@ mod tests {
 
     fn seen(days: &[(f64, Option<f64>)]) -> Vec<Seen> {
         let valve = |(day, (p, s)): (usize, &(f64, Option<f64>))| Observation {
+            grade: None,
             time: day as f64 * DAY,
             class: VerdictClass::CannotTell,
             probability: Some(*p),

@@ -14,6 +14,7 @@
 
 pub mod action;
 pub mod change;
+pub mod heading;
 pub mod health;
 pub mod orders;
 pub mod page;
@@ -35,6 +36,7 @@ use crate::store::table::{Row, columns};
 use crate::store::trace::Trace;
 use crate::store::window::{ENGINE_VERSION, WindowRow};
 use crate::store::{Store, write_whole};
+use crate::unknown::{self, Unknown};
 use crate::week::Week;
 use action::Action;
 use change::Change;
@@ -43,7 +45,7 @@ use ranking::{LoopRow, Ranked, Ranking, rank};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::path::Path;
-use stiction_diagnose::diagnose::{DiagnoseOptions, diagnose};
+use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, Grade, diagnose};
 use stiction_diagnose::finding::Abstention;
 use stiction_diagnose::recording::Recording;
 use stiction_diagnose::valve_test::{self, PlanOptions, TestPlan};
@@ -126,6 +128,8 @@ pub struct Reported {
     pub pages: usize,
     /// Damaged files, data files that differ from the last scan, and reasons why pages of loops could not be written.
     pub problems: Vec<String>,
+    /// What was not read of the data, and windows of the week that could not be judged.
+    pub unknown: Vec<Unknown>,
     /// Loops whose valves began to stick, without snoozed ones.
     pub new_sticking: usize,
 }
@@ -356,11 +360,14 @@ pub fn write(
     let own = format!("{FOLDER}/{}", ranking.week);
     let to = folder.join(&own);
     let mut problems = known.remarks.clone();
-    problems.extend(Inputs::known(&Store::of(folder), plant).changes(folder, plant).words());
+    let mut inputs = Inputs::known(&Store::of(folder), plant);
+    problems.extend(inputs.compared(folder, plant).words());
     problems.extend(write_pages(folder, &to, plant, &mut ranking, options.pages, &seen)?);
     let orders = orders(&ranking);
     write_tables(&to, &ranking, &orders, groups)?;
-    write_whole(&to.join(page::INDEX), page::page(&ranking, &orders, groups).as_bytes())?;
+    let unknown = unknown::of_week(&inputs, plant, &ranking);
+    let page = page::page(&ranking, &orders, groups, &unknown);
+    write_whole(&to.join(page::INDEX), page.as_bytes())?;
 
     let loops = || ranking.loops.iter().map(|ranked| &ranked.row);
     let changed = loops().filter(|row| row.change != Change::None);
@@ -386,6 +393,7 @@ pub fn write(
         orders_closed: orders.len() - orders::to_do(&orders),
         pages: loops().filter(|row| row.page.is_some()).count(),
         problems,
+        unknown,
         new_sticking: loops().filter(|row| row.is_new_sticking() && !row.is_snoozed()).count(),
     })
 }
@@ -410,6 +418,7 @@ fn write_pages(
         let path = file_name(&mut names, plain(&row.name));
         chosen.push((place, window, path));
     }
+    let week = ranking.week;
     let windows: Vec<&WindowRow> = chosen.iter().map(|(_, window, _)| *window).collect();
     let recordings = recordings_of(folder, plant, &windows);
     let mut problems = vec![];
@@ -418,8 +427,9 @@ fn write_pages(
         let made: Vec<std::result::Result<LoopPages, String>> = part
             .par_iter()
             .zip(recordings)
-            .map(|((_, window, _), recording)| {
-                let pages = loop_pages(window, recording.as_ref().map_err(Clone::clone)?, plant);
+            .map(|((place, window, _), recording)| {
+                let recording = recording.as_ref().map_err(Clone::clone)?;
+                let pages = loop_pages(&ranking.loops[*place].row, window, recording, plant, week);
                 seen();
                 pages
             })
@@ -439,7 +449,7 @@ fn write_pages(
                             write_whole(&to.join(&sheet), html.as_bytes())?;
                             (row.plan, row.sheet) = (Some(valve_test::short(&plan)), Some(sheet));
                         }
-                        Err(Abstention(why)) => row.plan = Some(format!("none possible: {why}")),
+                        Err(Abstention(why)) => row.plan = Some(orders::impossible(&why)),
                     }
                 }
                 Err(why) => problems.push(format!("page of {}: {why}", window.name)),
@@ -449,6 +459,48 @@ fn write_pages(
     Ok(problems)
 }
 
+/// Sizes the tests of a ranking's orders, as their pages do. Returns why some could not be sized, in sentences.
+pub fn size_tests(folder: &Path, plant: &Plant, ranking: &mut Ranking<'_>) -> Vec<String> {
+    let due = |ranked: &Ranked<'_>| ranked.row.is_to_test() && !ranked.row.is_snoozed();
+    let places = (0..ranking.loops.len()).filter(|place| due(&ranking.loops[*place]));
+    let chosen: Vec<(usize, &WindowRow)> =
+        places.filter_map(|place| Some((place, telling(&ranking.loops[place])?))).collect();
+    let windows: Vec<&WindowRow> = chosen.iter().map(|(_, window)| *window).collect();
+    let recordings = recordings_of(folder, plant, &windows);
+    let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+    let sized: Vec<_> = (windows.par_iter().zip(recordings))
+        .map(|(window, recording)| Ok(planned(&judged(window, &recording?, &options)?)))
+        .collect();
+    let mut problems = vec![];
+    for ((place, window), sized) in chosen.into_iter().zip(sized) {
+        match sized {
+            Ok(Ok(plan)) => ranking.loops[place].row.plan = Some(valve_test::short(&plan)),
+            Ok(Err(why)) => ranking.loops[place].row.plan = Some(orders::impossible(&why.0)),
+            Err::<_, String>(why) => problems.push(format!("test of {}: {why}", window.name)),
+        }
+    }
+    problems
+}
+
+/// The diagnosis of a window from its samples, if they are those that were judged.
+fn judged(
+    window: &WindowRow,
+    recording: &Recording,
+    options: &DiagnoseOptions,
+) -> std::result::Result<Diagnosis, String> {
+    // Other data would contradict the ranking.
+    if window.samples_fingerprint.as_ref().is_some_and(|own| *own != fingerprint(recording)) {
+        return Err(
+            "the data files have changed since the window was judged; scan again".to_owned()
+        );
+    }
+    diagnose(recording, options).map_err(|e| e.to_string())
+}
+
+fn planned(diagnosis: &Diagnosis) -> std::result::Result<TestPlan, Abstention> {
+    valve_test::plan(diagnosis, &PlanOptions::default())
+}
+
 /// A unique file name for the page of a loop: tags may differ in characters that file names cannot hold.
 fn file_name(names: &mut BTreeSet<String>, plain: String) -> String {
     let tries = std::iter::once(plain.clone()).chain((2..).map(|k| format!("{plain}-{k}")));
@@ -456,14 +508,17 @@ fn file_name(names: &mut BTreeSet<String>, plain: String) -> String {
     format!("loops/{}.html", name.unwrap_or(plain))
 }
 
-/// The window whose page is made, of those on which the verdict rests: of a valve to repair that with the largest probability,
-/// else the last.
+/// The window whose page is made, of those on which the verdict rests: of a valve to repair that which accuses it with the
+/// largest probability, else the last.
 fn telling<'a>(ranked: &Ranked<'a>) -> Option<&'a WindowRow> {
     let mut judged = ranked.of_week.iter().copied().filter(|row| row.is_judged());
+    let key = |row: &&WindowRow| {
+        (row.grade().is_some_and(Grade::accuses), row.probability.unwrap_or(0.0))
+    };
     match ranked.row.action {
-        Action::Repair => judged.filter(|row| row.middle() >= ranked.settled).max_by(|a, b| {
-            a.probability.partial_cmp(&b.probability).unwrap_or(std::cmp::Ordering::Equal)
-        }),
+        Action::Repair => judged
+            .filter(|row| row.middle() >= ranked.settled)
+            .max_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(std::cmp::Ordering::Equal)),
         _ => judged.next_back(),
     }
 }
@@ -481,23 +536,22 @@ fn tool() -> String {
 }
 
 fn loop_pages(
+    row: &LoopRow,
     window: &WindowRow,
     recording: &Recording,
     plant: &Plant,
+    week: Week,
 ) -> std::result::Result<LoopPages, String> {
-    // A page of other data would contradict the ranking.
-    if window.samples_fingerprint.as_ref().is_some_and(|own| *own != fingerprint(recording)) {
-        return Err(
-            "the data files have changed since the window was judged; scan again".to_owned()
-        );
-    }
-    let diagnosis = diagnose(recording, &DiagnoseOptions::default()).map_err(|e| e.to_string())?;
+    let diagnosis = judged(window, recording, &DiagnoseOptions::default())?;
     let day = day::date(day::of(window.window_start as f64, &plant.zone));
     let file = format!("all files of {day} together");
     let source = Source { file, sha256: window.input_fingerprint.clone() };
     let one = Loop { diagnosis: &diagnosis, source: &source };
-    let page = Folder::new(tool(), &[one]).page(0).map_err(|e| e.to_string())?;
-    let plan = valve_test::plan(&diagnosis, &PlanOptions::default());
+    let plan = planned(&diagnosis);
+    let row =
+        LoopRow { plan: plan.as_ref().err().map(|why| orders::impossible(&why.0)), ..row.clone() };
+    let head = heading::heading(&row, week, &day, &diagnosis.verdict);
+    let page = Folder::new(tool(), &[one]).page_under(0, &head).map_err(|e| e.to_string())?;
     Ok(LoopPages { diagnosis: page, plan })
 }
 

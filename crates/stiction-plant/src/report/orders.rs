@@ -192,6 +192,7 @@ fn days(row: &LoopRow) -> String {
     match (row.change, &row.change_day, &row.since, &row.until) {
         (Change::New, Some(day), ..) => format!(", new since {day}"),
         (Change::Returned, Some(day), ..) => format!(", again since {day}"),
+        (Change::StillSticks, Some(day), ..) => format!(", still after the repair of {day}"),
         (Change::Worse, Some(day), ..) => format!(", more since {day}"),
         (_, _, Some(since), Some(until)) if since != until => format!(", {since} to {until}"),
         (_, _, Some(day), _) => format!(", {day}"),
@@ -200,14 +201,13 @@ fn days(row: &LoopRow) -> String {
 }
 
 /// What to do at the valve.
-fn action(row: &LoopRow) -> &'static str {
+pub fn action(row: &LoopRow) -> &'static str {
     match (status(row), verb(row)) {
         (Status::Closed, _) => "None: a test cleared the valve",
         (_, "does not respond") => "Check air supply, positioner, actuator and transmitter",
         (Status::Confirmed, _) => "Repair the valve",
         (Status::Open, _) if row.overruled.is_some() => "Repair the valve",
-        // A plan without a sheet is the reason why there is no test.
-        (Status::Open, _) if row.plan.is_some() && row.sheet.is_none() => {
+        (Status::Open, _) if row.plan.as_ref().is_some_and(|plan| plan.starts_with(NONE)) => {
             "Make a signature of the valve at the next stop or record its position, and repair it if it sticks"
         }
         (Status::Open, _) => "Test the valve, and repair it if the test confirms stiction",
@@ -251,7 +251,14 @@ fn test(row: &LoopRow) -> String {
     }
 }
 
-/// The test of a loop whose page was not made.
+const NONE: &str = "none possible: ";
+
+/// The test of a loop that cannot have one.
+pub fn impossible(why: &str) -> String {
+    format!("{NONE}{why}")
+}
+
+/// The test of a loop whose data could not be read again.
 const UNSIZED: &str = "in manual, step the OP up and down by growing amounts until the PV responds, then by shrinking ones \
                        (`stiction test plan` sizes the steps)";
 
@@ -263,10 +270,10 @@ mod tests {
     fn an_order_asks_for_no_test_that_cannot_be_made() {
         let row = LoopRow { action: Action::Repair, ..LoopRow::default() };
         assert!(action(&row).starts_with("Test the valve") && test(&row) == UNSIZED);
-        let why = "none possible: the loop is too slow".to_owned();
+        let why = impossible("the loop is too slow");
         let slow = LoopRow { plan: Some(why.clone()), ..row.clone() };
         assert!(action(&slow).starts_with("Make a signature of the valve") && test(&slow) == why);
-        let planned = LoopRow { sheet: Some("loops/A-test.html".to_owned()), ..slow };
+        let planned = LoopRow { plan: Some("10 sizes".to_owned()), ..slow };
         assert!(action(&planned).starts_with("Test the valve"));
     }
 }

@@ -4,7 +4,12 @@ for (const map of document.querySelectorAll("svg.map")) map.addEventListener("cl
   const tile = event.target.closest("[data-k]");
   const row = tile && document.getElementById(`k${tile.dataset.k}`);
   if (!row) return;
-  row.hidden = false;
+  if (row.hidden) {
+    for (const button of document.querySelectorAll("[data-chips] [aria-pressed=true]")) button.setAttribute("aria-pressed", false);
+    const field = document.querySelector(".filter input");
+    field.value = "";
+    field.dispatchEvent(new Event("input"));
+  }
   row.scrollIntoView({ block: "center" });
   row.querySelector("a")?.focus({ preventScroll: true });
   document.querySelector("tr.found")?.classList.remove("found");

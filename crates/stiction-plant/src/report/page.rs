@@ -10,6 +10,7 @@ use crate::report::orders::{Order, capital, to_do};
 use crate::report::ranking::{FULL, LoopRow, Ranked, Ranking};
 use crate::report::treemap::{AreaTile, LoopTile, NOWHERE, Tile, map};
 use crate::store::window::ENGINE_VERSION;
+use crate::unknown::{self, Unknown};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -38,7 +39,12 @@ const MAPS: [(&str, f64, f64, f64, f64); 2] =
 const LETTER: f64 = 5.4;
 
 /// The page.
-pub fn page(ranking: &Ranking<'_>, orders: &[Order], groups: &[Group]) -> String {
+pub fn page(
+    ranking: &Ranking<'_>,
+    orders: &[Order],
+    groups: &[Group],
+    unknown: &[Unknown],
+) -> String {
     let title = format!("{}, week {}", ranking.plant, ranking.week);
     let days = ranking.week.days();
     let (first, last) = (day::date(*days.start()), day::date(*days.end()));
@@ -51,6 +57,7 @@ pub fn page(ranking: &Ranking<'_>, orders: &[Order], groups: &[Group]) -> String
         html lang="en" {
             head {
                 meta charset="utf-8";
+                meta name="generator" content="stiction";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { (title) }
                 style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
@@ -62,6 +69,9 @@ pub fn page(ranking: &Ranking<'_>, orders: &[Order], groups: &[Group]) -> String
                         (first) " to " (last) " · " (counted(ranking.loops.len(), "loop")) ", "
                         (judged) " judged, by " (windows_judged) " of " (counted(windows as usize, "window"))
                     }
+                    @if !unknown.is_empty() {
+                        p.unknown { a href="#unknown" { "Not known" } ": " (unknown::counted_words(unknown)) "." }
+                    }
                 }
                 main {
                     div.first { (work(orders)) (changed(ranking)) }
@@ -72,6 +82,7 @@ pub fn page(ranking: &Ranking<'_>, orders: &[Order], groups: &[Group]) -> String
                     (table(ranking))
                     (columns(ranking))
                     (together(groups, ranking))
+                    (not_known(unknown))
                     (health(ranking))
                 }
                 footer { p { "stiction " (ENGINE_VERSION) } }
@@ -101,7 +112,7 @@ fn changed(ranking: &Ranking<'_>) -> Markup {
                     p { (changed.len() - LINES) " more are in the list below." }
                 }
             }
-            p.soft { "New: sticks, and did not before. Returned: sticks again. Worse, better: S grew, shrank. Gone: no longer shows stiction." }
+            p.soft { "New: sticks, and did not before. Returned: sticks again. Still sticks: after a repair. Worse, better: S grew, shrank. Gone: no longer shows stiction." }
         }
     }
 }
@@ -201,7 +212,7 @@ fn chips(ranking: &Ranking<'_>) -> Markup {
                 @let loops = count(&|row| row.action == action);
                 @if loops > 0 {
                     button type="button" data-by="action" data-only=(action.name()) aria-pressed="false" {
-                        b.{ "tile " (action.letter()) } { (action.letter()) } " " (action.name()) " " (loops)
+                        b.{ "tile " (action.letter()) } { (action.letter()) } " " (action.name()) " " span data-count { (loops) }
                     }
                 }
             }
@@ -211,13 +222,13 @@ fn chips(ranking: &Ranking<'_>) -> Markup {
                 @let loops = count(&|row| row.change == change);
                 @if loops > 0 {
                     button type="button" data-by="change" data-only=(change.name()) aria-pressed="false" {
-                        (change.name()) " " (loops)
+                        (change.name()) " " span data-count { (loops) }
                     }
                 }
             }
             @for (key, word, loops) in lists {
                 button type="button" data-by="list" data-only=(key) aria-pressed=(key == "open") {
-                    (word) " " (loops)
+                    (word) " " span data-count { (loops) }
                 }
             }
         }
@@ -412,7 +423,7 @@ fn row(place: usize, ranked: &Ranked<'_>, has_j: bool) -> Markup {
             td data-value=(row.action as usize) { b.{ "tile " (row.action.letter()) } { (row.action.letter()) } " " (row.action.name()) }
             td.number title=(format!("{} × {} × {}", rough(row.weight), rough(row.severity), rough(row.likelihood()))) { (rough(row.priority)) }
             (verdict(row))
-            (number(row.probability.map(|p| (p, percent(p).replace("more than ", ">\u{a0}").replace("less than ", "<\u{a0}").replace(" %", "")))))
+            (number(row.grade.and_then(|grade| grade.shown(row.probability)).map(|p| (p, percent(p).replace("more than ", ">\u{a0}").replace("less than ", "<\u{a0}").replace(" %", "")))))
             @match s {
                 Some((value, text)) => td.number data-value=(short(value)) title=[range] { (text) },
                 None => td.number { "–" },
@@ -637,6 +648,24 @@ fn line(order: &Order) -> Markup {
                     @if let Some(sheet) = &order.sheet { " " a href=(relative(sheet)) { "Test sheet" } "." }
                 }
                 @if let Some(note) = &order.note { p.soft { (note) } }
+            }
+        }
+    }
+}
+
+/// What was not read and not judged, with the reasons.
+fn not_known(unknown: &[Unknown]) -> Markup {
+    html! {
+        h2 #unknown { "Not known" }
+        @if unknown.is_empty() { p { "All data were read, and all windows judged." } }
+        @for (kind, count) in unknown::counts(unknown) {
+            @let all: Vec<&Unknown> = unknown.iter().filter(|each| each.kind == kind).collect();
+            details open[all.len() <= FIRST] {
+                summary { (kind.counted(count)) }
+                ul {
+                    @for each in all.iter().take(100) { li { (each.words()) } }
+                    @if all.len() > 100 { li { (all.len() - 100) " more; stiction plant status has all" } }
+                }
             }
         }
     }

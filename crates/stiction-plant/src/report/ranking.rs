@@ -107,7 +107,7 @@ columns! {
     "severity" [""] severity: f64;
     /// Weight times severity times probability.
     "priority" [""] priority: f64;
-    /// Change in the week: new, returned, worse, better, gone or none.
+    /// Change in the week: new, returned, still sticks, worse, better, gone or none.
     "change" [""] change: Change;
     /// First day after the change.
     "change_day" [""] change_day: Option<String>;
@@ -217,6 +217,13 @@ impl LoopRow {
         self.action == Action::Repair && !self.is_confirmed() && self.overruled.is_none()
     }
 
+    /// Whether a person or a test decides, in place of the verdict.
+    pub fn is_decided(&self) -> bool {
+        let decides =
+            |class: Option<VerdictClass>| class.is_some_and(|c| c != VerdictClass::CannotTell);
+        decides(self.overruled) || decides(self.test)
+    }
+
     /// Whether by the last test a valve does not stick that was to be repaired, by its windows or by an order.
     pub fn is_cleared(&self) -> bool {
         let accused = [self.grade, self.verdict_before].into_iter().flatten().any(Grade::accuses);
@@ -243,7 +250,7 @@ impl LoopRow {
             (Some(from), Some(to)) if from != to => format!(" ({from} to {to})"),
             _ => String::new(),
         };
-        Some(format!("{} since {day}{range}", self.change.name()))
+        Some(format!("{}{range}", self.change.since(day)))
     }
 
     /// Whether the valve began to stick.
@@ -358,6 +365,23 @@ impl Valve {
             Change::New | Change::Returned => accused,
             Change::Gone => !accused,
             _ => true,
+        });
+        let event = event.or_else(|| {
+            let is_last =
+                repaired == settled && begin(first) - repaired <= BEFORE as f64 * 86_400.0;
+            let is_open = |from: f64, to: f64| match combined(&observed(from, to)) {
+                Some(history) => !matches!(history.grade, Grade::Fine | Grade::ProbablyFine),
+                None => true,
+            };
+            let is_told = combined(&observed(repaired, begin(first)));
+            let is_told = is_told.is_some_and(|history| history.grade.accuses());
+            let days: f64 = seen.iter().filter(|s| s.valve.time >= repaired).map(|s| s.days).sum();
+            let sticks = is_last && accused && !is_told && days >= change::SIDE - 0.1;
+            let still = sticks
+                && is_open(repaired - BEFORE as f64 * 86_400.0, repaired)
+                && is_open(repaired, begin(first));
+            let (time, interval) = (repaired, (repaired, repaired));
+            still.then_some(Event { change: Change::StillSticks, time, interval, found: repaired })
         });
         let until = event.map_or(begin(first), |event| event.time);
         let before = combined(&observed(until - BEFORE as f64 * 86_400.0, until));

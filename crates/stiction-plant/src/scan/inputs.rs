@@ -3,7 +3,9 @@
 use crate::day;
 use crate::error::{Result, store};
 use crate::plant_file::{self, Plant};
+use crate::propose::quoted;
 use crate::store::{STORE, Store, write_whole};
+use crate::unknown::{Kind, Unknown};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -11,9 +13,11 @@ use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::UNIX_EPOCH;
+use stiction_diagnose::recording::Recording;
 use stiction_diagnose::spoken::counted;
 use stiction_io::parted::{PartedFile, Stamp};
 use stiction_io::reading::{self, Format};
+use stiction_io::role::Role;
 use stiction_io::timestamp::Zone;
 
 /// A file or loop that could not be read.
@@ -54,6 +58,9 @@ pub struct Input {
     /// The reason why it is no recording, if it is a table without an OP, such as a list of tags.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_recording: Option<String>,
+    /// Tags of loops that have no OP in it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub without_op: Vec<String>,
 }
 
 /// A loop in a file.
@@ -64,6 +71,9 @@ pub struct LoopIn {
     /// SHA-256 of its own part of the file, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
+    /// Why it has no PV in the file, if it has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub no_pv: Option<String>,
 }
 
 impl Input {
@@ -137,11 +147,13 @@ impl Changes {
 }
 
 const NAME: &str = "inputs.json";
+/// The form of the list. Files are examined again where it was another.
+const FORM: &str = "2-";
 
 impl Inputs {
     /// The files according to the store; empty if the list was lost or the settings have changed.
     pub fn known(store: &Store, plant: &Plant) -> Self {
-        let reading_hash = plant.reading_hash();
+        let reading_hash = format!("{FORM}{}", plant.reading_hash());
         let path = store.path(NAME);
         let text = std::fs::read(&path).unwrap_or_default();
         let known: Option<Self> = serde_json::from_slice(&text).ok();
@@ -191,6 +203,13 @@ impl Inputs {
             (path, Input { stamp, ..Input::default() })
         });
         self.changes_to(&now.collect(), |known, now| known.stamp != now.stamp)
+    }
+
+    /// How the files in `folder` differ from this list, which then no longer has those that are missing.
+    pub fn compared(&mut self, folder: &Path, plant: &Plant) -> Changes {
+        let changes = self.changes(folder, plant);
+        self.files.retain(|path, _| !changes.missing.contains(path));
+        changes
     }
 
     fn changes_to(
@@ -261,6 +280,34 @@ impl Inputs {
     pub fn no_recordings(&self) -> Vec<String> {
         let tables = self.files.values().filter_map(|input| input.no_recording.as_ref());
         tables.chain(&self.places.folders).cloned().collect()
+    }
+
+    /// Loops that have a PV in no file.
+    pub fn without_pv(&self) -> Vec<Unknown> {
+        let mut loops: BTreeMap<&str, Option<&str>> = BTreeMap::new();
+        for (name, own) in self.files.values().flat_map(|input| &input.loops) {
+            let known = loops.entry(name).or_insert(own.no_pv.as_deref());
+            *known = known.and(own.no_pv.as_deref());
+        }
+        let told = |(name, why): (&str, Option<&str>)| Some(Unknown::new(Kind::NoPv, name, why?));
+        loops.into_iter().filter_map(told).collect()
+    }
+
+    /// Tags that no loop uses, because none with an OP has their name.
+    pub fn without_op(&self) -> Vec<Unknown> {
+        let mut tags: BTreeMap<&str, &str> = BTreeMap::new();
+        for (path, input) in &self.files {
+            tags.extend(input.without_op.iter().map(|tag| (&**tag, &**path)));
+        }
+        let told = |(tag, path): (&str, &str)| {
+            let reason = format!(
+                "{path} has no OP with its name, so no loop uses it; if it belongs to a loop, name it in plant.toml, as in \
+                 [loop.NAME] pv = {}",
+                quoted(tag)
+            );
+            Unknown::new(Kind::Tag, tag, reason)
+        };
+        tags.into_iter().map(told).collect()
     }
 
     /// All problems, including loops of the plant's file that are in no data file.
@@ -384,9 +431,21 @@ fn of_parts(file: &PartedFile, path: &Path, zone: &Zone) -> stiction_io::Result<
     };
     let loops = days.into_iter().map(|(name, days)| {
         let sha256 = own.get(&*name).cloned();
-        (name, LoopIn { days: days.into_iter().collect(), sha256 })
+        let no_pv = (!file.has_pv(&name)).then(|| NO_PV.to_owned());
+        (name, LoopIn { days: days.into_iter().collect(), sha256, no_pv })
     });
-    Ok(Input { sha256, loops: loops.collect(), ..Input::default() })
+    let without_op = file.without_op().map(str::to_owned).collect();
+    Ok(Input { sha256, loops: loops.collect(), without_op, ..Input::default() })
+}
+
+/// The remedy for a loop without a PV.
+const NO_PV: &str = "its files have no PV of its name, so it is judged by its OP alone; if they have one, name it in plant.toml, \
+                     as in pv = \"TAG\"";
+
+/// Why a recording has no PV, if it has none: the remark of the reader, or the usual remedy.
+fn no_pv(recording: &Recording) -> Option<String> {
+    let found = recording.notes.iter().find(|note| note.contains("PV"));
+    recording.pv.is_none().then(|| found.cloned().unwrap_or_else(|| NO_PV.to_owned()))
 }
 
 /// The content of a file that must be read whole.
@@ -399,7 +458,7 @@ fn look(folder: &Path, path: &str, plant: &Plant, sha256: String) -> Input {
     };
     let reading = match reading::read(&folder.join(path), &plant.options) {
         Ok(reading) => reading,
-        Err(e @ stiction_io::Error::NoOp { .. }) => {
+        Err(e @ stiction_io::Error::NoOp { has_times: false, .. }) => {
             input.no_recording = Some(e.to_string());
             return input;
         }
@@ -416,13 +475,22 @@ fn look(folder: &Path, path: &str, plant: &Plant, sha256: String) -> Input {
             input.problems.push(problem(name, message.to_owned()));
         } else if input
             .loops
-            .insert(recording.name.clone(), LoopIn { days, sha256: None })
+            .insert(recording.name.clone(), LoopIn { days, sha256: None, no_pv: no_pv(recording) })
             .is_some()
         {
             let message = "is in the file twice; rename one of them";
             input.problems.push(problem(name, message.to_owned()));
         }
     }
+    let here = |name: &str| {
+        let missing = reading.missing.iter().map(|missing| &missing.name);
+        let read = reading.recordings.iter().map(|recording| &recording.name);
+        read.chain(missing).any(|known| known.to_lowercase() == name.to_lowercase())
+    };
+    let lone = reading.recognised.iter().filter(|each| {
+        matches!(each.role, Role::Signal(_)) && each.loop_name.as_deref().is_some_and(|l| !here(l))
+    });
+    input.without_op = lone.map(|each| each.column.clone()).collect();
     for missing in reading.missing.into_iter().filter(|missing| missing.is_partly_here) {
         input.problems.push(problem(Some(missing.name), format!("the file {}", missing.reason)));
     }

@@ -33,6 +33,7 @@ use crate::plant_file::{self, Plant};
 use crate::store::trace::Trace;
 use crate::store::window::{ENGINE_VERSION, WindowRow, model_version};
 use crate::store::{Done, Run, Store};
+use crate::unknown::{self, Unknown};
 use files::{Files, Loops};
 use inputs::{Changes, Inputs, Problem};
 pub use judge::TIME_LIMIT_S;
@@ -107,6 +108,8 @@ pub struct Manifest {
     pub parts: usize,
     /// Files and loops that could not be read.
     pub problems: Vec<Problem>,
+    /// These, loops without a PV, tags without a partner, and the windows of this run that could not be judged.
+    pub unknown: Vec<Unknown>,
     /// Files that are no recordings because they have no OP, a sentence each.
     pub no_recordings: Vec<String>,
     /// Files of earlier runs that were found damaged, a sentence each.
@@ -195,7 +198,8 @@ pub fn scan(
     let mut files = Files::of(folder, plant, (memory / 4) as usize);
     let sorted = store_of.path("sorted");
     let open: usize = loops.iter().map(|each| scan.open_days(each)).sum();
-    let mut kept = Kept { run, rows: vec![], traces: vec![], windows: 0, errors: 0, days: 0 };
+    let mut kept =
+        Kept { run, rows: vec![], traces: vec![], windows: 0, errors: 0, days: 0, unknown: vec![] };
     let mut is_whole = options.since.is_none() && options.loops.is_none();
     while let Some(from) = scan.next_segment(&mut loops) {
         let until = from + SEGMENT;
@@ -217,6 +221,8 @@ pub fn scan(
         }
     }
     remove(&sorted)?;
+    let mut unknown = unknown::of_inputs(&inputs, plant);
+    unknown.append(&mut kept.unknown);
     let manifest = Manifest {
         plant: plant.file.name.clone(),
         run: (kept.run.parts() > 0).then(|| kept.run.name.clone()),
@@ -228,6 +234,7 @@ pub fn scan(
         errors: kept.errors,
         parts: kept.run.parts(),
         problems: inputs.problems(plant),
+        unknown,
         no_recordings: inputs.no_recordings(),
         damaged: store_of.damaged(),
         changes,
@@ -348,16 +355,18 @@ struct Kept {
     errors: usize,
     /// Days of loops that are done.
     days: usize,
+    unknown: Vec<Unknown>,
 }
 
 impl Kept {
-    fn write(&mut self) -> Result<()> {
+    fn write(&mut self, plant: &Plant) -> Result<()> {
         if self.rows.is_empty() {
             return Ok(());
         }
         self.run.write_traces(&self.traces)?;
         self.run.write(&self.rows)?;
         self.windows += self.rows.len();
+        self.unknown.extend(unknown::of_windows(&self.rows, plant));
         self.errors += self.rows.iter().filter(|row| row.error.is_some()).count();
         self.rows.clear();
         self.traces.clear();
@@ -412,7 +421,7 @@ impl<'s, 'a> Segment<'s, 'a> {
                 }
             }
             if kept.rows.len() >= PART || next.is_none() {
-                kept.write()?;
+                kept.write(self.scan.plant)?;
                 if written(kept.days).is_break() {
                     return Ok(ControlFlow::Break(()));
                 }

@@ -97,7 +97,7 @@ pub struct Tags {
 pub fn loops(names: &[&str], rows: &[usize], plant: &Plant) -> Vec<Tags> {
     if let Some(bundles) = layout::bundles(names, rows, &plant.options) {
         let of = |bundle: layout::Bundle| {
-            let layout::Bundle { loops, names } = bundle;
+            let layout::Bundle { loops, names, .. } = bundle;
             loops.into_iter().map(move |(name, op)| Tags { name, tags: names.clone(), op })
         };
         return bundles.into_iter().flat_map(of).collect();

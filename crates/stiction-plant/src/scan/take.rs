@@ -46,6 +46,7 @@ pub fn take(
         errors: rows.iter().filter(|row| row.error.is_some()).count(),
         parts: run.parts(),
         problems: vec![],
+        unknown: vec![],
         no_recordings: vec![],
         damaged: store_of.damaged(),
         changes: Changes::default(),

@@ -153,6 +153,7 @@ impl WindowRow {
         Some(Observation {
             time: self.middle(),
             class: VerdictClass::by_name(self.verdict.as_deref()?).ok()?,
+            grade: self.grade(),
             probability: self.probability,
             s: estimate(self.s, self.s_low, self.s_high),
             j: estimate(self.j, self.j_low, self.j_high),

@@ -1,14 +1,15 @@
 //! Many loops as a folder with a page per loop and an index that can be sorted, searched and filtered.
 
 use super::diagnosis::{by_rank, report};
-use super::layout::{Badge, STYLE, TABLES, badge, number};
+use super::head::sizes;
+use super::layout::{Badge, STYLE, Section, TABLES, badge, number};
 use super::small_trend::{Small, small_trend};
 use crate::Error;
 use crate::document::{self, Loop};
 use crate::words::{self, percent, rough, spoken};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::collections::BTreeMap;
-use stiction_diagnose::diagnose::{Diagnosis, Grade};
+use stiction_diagnose::diagnose::{Diagnosis, Estimate, Grade};
 use stiction_diagnose::recording::fitness::Class;
 use stiction_figure::page::relative;
 
@@ -25,6 +26,46 @@ pub struct Folder<'a> {
     tool: String,
     /// The loops, worst first.
     loops: Vec<Loop<'a>>,
+}
+
+/// The verdict on several windows of a loop, which heads the page of one of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Heading {
+    /// The verdict in one graded word.
+    pub grade: Grade,
+    /// The verdict, a sentence.
+    pub verdict: String,
+    /// The probability that the valve sticks.
+    pub probability: Option<f64>,
+    /// S, percent of span.
+    pub s: Option<Estimate>,
+    /// J, percent of span.
+    pub j: Option<Estimate>,
+    /// What to do.
+    pub actions: Vec<String>,
+    /// Whether the actions of the window follow.
+    pub continues: bool,
+    /// Which window the figures and the evidence show, a sentence.
+    pub shows: String,
+}
+
+impl Heading {
+    /// Puts the verdict on all windows in place of that on one.
+    fn over(&self, section: &mut Section) {
+        section.badge = Badge::from(self.grade);
+        section.headline.clone_from(&self.verdict);
+        section.reasons.insert(0, self.shows.clone());
+        let Some(head) = &mut section.head else { return };
+        head.probability = self.grade.shown(self.probability);
+        // Those of the window, and its detection limit if S is known.
+        head.facts.retain(|fact| match &fact.name {
+            name if name.starts_with("detection limit") => self.s.is_none(),
+            name => !name.starts_with("S, ") && !name.starts_with("J, "),
+        });
+        head.facts.splice(0..0, sizes(self.s, self.j));
+        let own = std::mem::replace(&mut head.actions, self.actions.clone());
+        head.actions.extend(own.into_iter().filter(|_| self.continues));
+    }
 }
 
 impl<'a> Folder<'a> {
@@ -58,6 +99,17 @@ impl<'a> Folder<'a> {
         report(&self.tool, one).home(format!("../{INDEX}")).html()
     }
 
+    /// The same under the verdict on several windows of the loop.
+    ///
+    /// # Errors
+    /// As [`html`](super::html).
+    pub fn page_under(&self, place: usize, heading: &Heading) -> Result<String, Error> {
+        let one = self.loops.get(place..=place).unwrap_or_default();
+        let mut report = report(&self.tool, one).home(format!("../{INDEX}"));
+        report.sections.iter_mut().for_each(|section| heading.over(section));
+        report.html()
+    }
+
     /// The index.
     pub fn index(&self) -> String {
         let title = match self.loops.len() {
@@ -69,6 +121,7 @@ impl<'a> Folder<'a> {
             html lang="en" {
                 head {
                     meta charset="utf-8";
+                    meta name="generator" content="stiction";
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     title { (title) }
                     style { (PreEscaped(STYLE)) }
@@ -95,7 +148,7 @@ impl<'a> Folder<'a> {
             p.chips data-chips {
                 @for (grade, count) in counts {
                     button type="button" data-only=(grade.name()) aria-pressed="false" {
-                        (badge(&Badge::from(grade))) " " (count)
+                        (badge(&Badge::from(grade))) " " span data-count { (count) }
                     }
                 }
                 @if several {

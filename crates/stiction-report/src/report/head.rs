@@ -5,7 +5,7 @@ use super::layout::{Badge, Fact, Head, Tone};
 use super::views::{self, Context};
 use crate::document::Source;
 use crate::words::{self, percent, rough, sentence, spoken};
-use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Grade};
+use stiction_diagnose::diagnose::{Basis, Cause, Diagnosis, Estimate, Grade};
 use stiction_diagnose::fit::prospects::Remedy;
 use stiction_diagnose::recording::fitness::{Class, Measure, MeasureId};
 
@@ -66,12 +66,7 @@ pub(super) fn line(diagnosis: &Diagnosis, source: &Source) -> String {
 }
 
 pub(super) fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
-    let mut facts = vec![];
-    let stiction = &diagnosis.stiction;
-    facts.extend(
-        stiction.s.map(|s| Fact::new("S, stick band plus dead band", words::interval(s), "")),
-    );
-    facts.extend(stiction.j.map(|j| Fact::new("J, slip jump", words::interval(j), "")));
+    let mut facts = sizes(diagnosis.stiction.s, diagnosis.stiction.j);
     if let Some(limit) = diagnosis.verdict.s_below {
         let name = format!("detection limit of S ({:.0} %)", 100.0 * limit.confidence);
         facts.push(Fact::new(name, rough(limit.value), "%"));
@@ -96,6 +91,13 @@ pub(super) fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
     let travel = diagnosis.kpis.get("OP travel").and_then(|kpi| kpi.value);
     facts.extend(travel.map(|t| Fact::new("OP travel", rough(t), "%/h")));
     facts
+}
+
+/// S and J as facts.
+pub(super) fn sizes(s: Option<Estimate>, j: Option<Estimate>) -> Vec<Fact> {
+    let s = s.map(|s| Fact::new("S, stick band plus dead band", words::interval(s), ""));
+    let j = j.map(|j| Fact::new("J, slip jump", words::interval(j), ""));
+    s.into_iter().chain(j).collect()
 }
 
 /// The actions, most urgent first.

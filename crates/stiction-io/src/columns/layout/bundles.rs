@@ -29,6 +29,8 @@ pub struct Bundle {
     pub loops: Vec<(String, usize)>,
     /// All of them, as indices.
     pub names: Vec<usize>,
+    /// Whether a PV is among them.
+    pub has_pv: bool,
 }
 
 /// The shape of a table, from the names of its columns. `None` if they do not show it, or if there are no times.
@@ -113,6 +115,7 @@ pub fn bundles(names: &[&str], rows: &[usize], options: &ReadOptions) -> Option<
             bundles.len() - 1
         });
         bundles[place].names.push(i);
+        bundles[place].has_pv |= role == Some(Role::Signal(Signal::Pv));
         if !matches!(role, Some(Role::Signal(_) | Role::Quality(_))) {
             continue;
         }
@@ -132,4 +135,15 @@ pub fn bundles(names: &[&str], rows: &[usize], options: &ReadOptions) -> Option<
     }
     bundles.retain(|bundle| !bundle.loops.is_empty());
     (bundles.len() > 1).then_some(bundles)
+}
+
+/// The signals of loops among `names` that are in none of the bundles, because their loop has no OP.
+pub fn without_op(names: &[&str], bundles: &[Bundle], options: &ReadOptions) -> Vec<usize> {
+    let given = Given::of(options);
+    let used: HashSet<usize> = bundles.iter().flat_map(|bundle| &bundle.names).copied().collect();
+    let is_signal = |name: &str| {
+        candidate(name, &given)
+            .is_some_and(|of| matches!(of.role, Role::Signal(_)) && of.loop_name.is_some())
+    };
+    (0..names.len()).filter(|k| !used.contains(k) && is_signal(names[*k])).collect()
 }

@@ -15,7 +15,7 @@ mod plan;
 pub(crate) mod side_by_side;
 mod time_column;
 
-pub use bundles::{Bundle, Shape, bundles, shape};
+pub use bundles::{Bundle, Shape, bundles, shape, without_op};
 pub use plan::{Layout, LoopPlan, MissingLoop, Place, Plan, Recognised, Tag};
 
 use crate::columns::options::ReadOptions;
