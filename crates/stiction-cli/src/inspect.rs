@@ -73,19 +73,20 @@ pub struct Document {
 pub fn run(args: Args) -> Result<()> {
     let mut options = args.reading.options_of(&args.files)?;
     let mut shown = vec![];
-    let readings = match (&args.write_map, &args.files[..], &mut options[..]) {
-        (None, ..) => together::recordings(&args.files, options, || ()),
+    let summaries: Vec<Result<Summary>> = match (&args.write_map, &args.files[..], &mut options[..])
+    {
+        (None, ..) => together::read(&args.files, options, || ()),
         (Some(path), [file], [own]) => {
             let own = std::mem::replace(own, Ok(ReadOptions::default()))?;
-            vec![Ok(written(file, &own, path)?)]
+            vec![Ok(Summary::from(&written(file, &own, path)?))]
         }
         (Some(_), ..) => bail!("--write-map writes the mapping of one file; name only one"),
     };
     if args.write_map.as_ref().is_some_and(Out::is_standard) {
         return Ok(());
     }
-    for (k, reading) in readings.into_iter().enumerate() {
-        let summary = Summary::from(&reading?);
+    for (k, summary) in summaries.into_iter().enumerate() {
+        let summary = summary?;
         if args.json {
             shown.push(summary);
         } else {
