@@ -13,7 +13,7 @@ const CHUNK: usize = 4 << 20;
 
 /// Text, of which more may follow in a file.
 pub struct Input<'b> {
-    /// The text that was read and not yet passed over.
+    /// The text that was read and is not used yet.
     pub text: Cow<'b, str>,
     rest: Option<Rest<'b>>,
 }
@@ -42,7 +42,7 @@ impl<'b> Input<'b> {
         self.rest.is_some()
     }
 
-    /// Passes over some bytes of the text, and reads on. A text that is not used at all is doubled.
+    /// Drops the first bytes of the text, and reads on. A text of which nothing is dropped is doubled.
     ///
     /// # Errors
     /// If the file cannot be read, or is no longer UTF-8.
