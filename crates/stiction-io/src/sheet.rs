@@ -120,12 +120,12 @@ impl Sheet {
         self.len() == 0
     }
 
-    /// Why stored cells could not be fetched, if so.
+    /// Why stored cells could not be fetched, if so. All columns of a file are in one store.
     pub(crate) fn failure(&self) -> Option<String> {
-        self.columns.iter().find_map(|column| match &column.cells {
+        match &self.columns.first()?.cells {
             Cells::Text(texts) => texts.failure(),
             _ => None,
-        })
+        }
     }
 
     /// The number in the file of the row at `index`.

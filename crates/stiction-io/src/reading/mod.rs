@@ -225,7 +225,7 @@ fn build(
             seen.insert(name.to_lowercase());
             let recording = builder.recording(each, name)?;
             // Cells that could not be fetched are no samples.
-            if let Some(message) = sheet.failure() {
+            if let Some(message) = original.failure() {
                 return Err(Error::Table { origin: origin.to_owned(), message });
             }
             visit(recording, &time.clock);
