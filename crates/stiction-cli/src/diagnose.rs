@@ -5,7 +5,7 @@ mod methods;
 mod summary;
 
 use crate::files::{self, In, Out};
-use crate::loops::{Diagnosed, diagnose_all, find_all};
+use crate::loops::{Diagnosed, diagnose_all, diagnose_file, find_all};
 use crate::output;
 use crate::overrule;
 use crate::reading_args::Reading;
@@ -96,11 +96,18 @@ pub fn run(args: Args) -> Result<ExitCode> {
         evidence: args.report.is_some(),
         ..DiagnoseOptions::default()
     };
-    let (found, mut failures) =
-        find_all(&files::with_folders(&args.files)?, &args.loops, &args.reading)?;
-    let recordings = if args.join { joined::all(found)? } else { joined::by_tag(found) };
-    let (mut loops, refused) = diagnose_all(&recordings, &options);
-    failures.extend(refused);
+    let files = files::with_folders(&args.files)?;
+    let (mut loops, failures) = match &files[..] {
+        // Recordings of one file are never joined.
+        [file] if !args.join => diagnose_file(file, &args.loops, &args.reading, &options)?,
+        files => {
+            let (found, mut failures) = find_all(files, &args.loops, &args.reading)?;
+            let recordings = if args.join { joined::all(found)? } else { joined::by_tag(found) };
+            let (loops, refused) = diagnose_all(&recordings, &options);
+            failures.extend(refused);
+            (loops, failures)
+        }
+    };
     overrule::apply(&mut loops)?;
     let found: Vec<Loop<'_>> = loops.iter().map(Diagnosed::found).collect();
 

@@ -4,11 +4,37 @@ use crate::files::In;
 use crate::watch;
 use std::process::{ExitCode, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use stiction::recording::Recording;
+use stiction_io::timestamp::Clock;
 use stiction_io::{Error, ReadOptions, Reading, Result, Table, bytes, reading};
 
 /// The recordings in a file of any format.
 pub fn recordings(file: &In, options: &ReadOptions) -> Result<Reading> {
-    reading::parse(&all(file)?, &file.origin(), options)
+    match is_on_disk(file) {
+        true => reading::read(file, options),
+        false => reading::parse(&all(file)?, &file.origin(), options),
+    }
+}
+
+/// Passes the recordings in a file of any format to `visit`, one after the other, each with the clock of the file.
+pub fn visit(
+    file: &In,
+    options: &ReadOptions,
+    visit: &mut dyn FnMut(Recording, &Clock),
+) -> Result<Reading> {
+    if is_on_disk(file) {
+        return reading::visit(file, options, visit);
+    }
+    let mut reading = recordings(file, options)?;
+    for recording in std::mem::take(&mut reading.recordings) {
+        visit(recording, &reading.time.clock);
+    }
+    Ok(reading)
+}
+
+/// Whether an argument names a file, and neither standard input nor a database.
+fn is_on_disk(file: &In) -> bool {
+    !file.is_standard() && !file.to_str().is_some_and(watch::is_address)
 }
 
 /// The recordings in a file, and the mapping file by which they are read again.

@@ -74,19 +74,19 @@ pub fn run(args: Args) -> Result<()> {
     let files = files::with_folders(&args.files)?;
     let mut options = args.reading.options_of(&files)?;
     let mut shown = vec![];
-    let readings = match (&args.write_map, &files[..], &mut options[..]) {
-        (None, ..) => together::recordings(&files, options, || ()),
+    let summaries: Vec<Result<Summary>> = match (&args.write_map, &files[..], &mut options[..]) {
+        (None, ..) => together::read(&files, options, || ()),
         (Some(path), [file], [own]) => {
             let own = std::mem::replace(own, Ok(ReadOptions::default()))?;
-            vec![Ok(written(file, &own, path)?)]
+            vec![Ok(Summary::from(&written(file, &own, path)?))]
         }
         (Some(_), ..) => bail!("--write-map writes the mapping of one file; name only one"),
     };
     if args.write_map.as_ref().is_some_and(Out::is_standard) {
         return Ok(());
     }
-    for (k, reading) in readings.into_iter().enumerate() {
-        let summary = Summary::from(&reading?);
+    for (k, summary) in summaries.into_iter().enumerate() {
+        let summary = summary?;
         if args.json {
             shown.push(summary);
         } else {

@@ -7,20 +7,69 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use stiction_io::reading::file_per_tag::{SignalFile, read_together};
 use stiction_io::role::Signal;
-use stiction_io::{ReadOptions, Reading, bytes};
+use stiction_io::summary::Loop;
+use stiction_io::{ReadOptions, Reading, Summary, bytes};
 
-/// The recordings in all files, in their order. Files that are read together are at the place of the first.
-pub fn recordings(
+/// What a command keeps of a file.
+pub trait Kept: Send + Sized {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// As for [`input::recordings`].
+    fn read(file: &In, options: &ReadOptions) -> stiction_io::Result<Self>;
+
+    /// What is kept of files that were read together.
+    fn of(reading: Reading) -> Self;
+
+    /// Whether it is one loop with only an OP.
+    fn is_lone_op(&self) -> bool;
+}
+
+impl Kept for Reading {
+    fn read(file: &In, options: &ReadOptions) -> stiction_io::Result<Self> {
+        input::recordings(file, options)
+    }
+
+    fn of(reading: Reading) -> Self {
+        reading
+    }
+
+    fn is_lone_op(&self) -> bool {
+        matches!(&self.recordings[..],
+            [one] if one.pv.is_none() && one.sp.is_none() && one.vp.is_none() && one.mode.is_none())
+    }
+}
+
+impl Kept for Summary {
+    fn read(file: &In, options: &ReadOptions) -> stiction_io::Result<Self> {
+        let mut loops = vec![];
+        let reading = input::visit(file, options, &mut |recording, clock| {
+            loops.push(Loop::of(&recording, clock));
+        })?;
+        Ok(Self { loops, ..Self::from(&reading) })
+    }
+
+    fn of(reading: Reading) -> Self {
+        Self::from(&reading)
+    }
+
+    fn is_lone_op(&self) -> bool {
+        matches!(&self.loops[..], [one] if one.signals.len() == 1 && one.modes.is_none())
+    }
+}
+
+/// What is kept of all files, in their order. Files that are read together are at the place of the first.
+pub fn read<T: Kept>(
     files: &[In],
     options: Vec<Result<ReadOptions>>,
     done: impl Fn() + Sync,
-) -> Vec<Result<Reading>> {
-    let mut readings: Vec<Option<Result<Reading>>> = files
+) -> Vec<Result<T>> {
+    let mut readings: Vec<Option<Result<T>>> = files
         .par_iter()
         .zip(&options)
         .map(|(file, own)| {
             let reading = match own {
-                Ok(own) => input::recordings(file, own).map_err(anyhow::Error::from),
+                Ok(own) => T::read(file, own).map_err(anyhow::Error::from),
                 Err(error) => Err(anyhow!("{error:#}")),
             };
             done();
@@ -33,18 +82,19 @@ pub fn recordings(
     readings.into_iter().flatten().collect()
 }
 
-/// Whether a file may hold one signal: it was refused, or has only an OP.
-fn may_be_signal(reading: &Result<Reading>) -> bool {
-    let Ok(reading) = reading else { return true };
-    matches!(&reading.recordings[..],
-        [one] if one.pv.is_none() && one.sp.is_none() && one.vp.is_none() && one.mode.is_none())
-}
-
 /// Reads files with one signal each together, and states how to assign those whose signal is unknown.
-fn join(files: &[In], options: &[Result<ReadOptions>], readings: &mut [Option<Result<Reading>>]) {
+fn join<T: Kept>(
+    files: &[In],
+    options: &[Result<ReadOptions>],
+    readings: &mut [Option<Result<T>>],
+) {
     let mut of_loop: BTreeMap<Option<String>, Vec<(usize, SignalFile)>> = BTreeMap::new();
     for (k, file) in files.iter().enumerate().filter(|(_, file)| !file.is_standard()) {
-        let is_one = readings[k].as_ref().is_some_and(may_be_signal);
+        // It was refused, or has only an OP.
+        let is_one = match &readings[k] {
+            Some(Ok(reading)) => reading.is_lone_op(),
+            refused => refused.is_some(),
+        };
         let (true, Ok(options), Ok(bytes)) = (is_one, &options[k], bytes::read(file)) else {
             continue;
         };
@@ -69,7 +119,7 @@ fn join(files: &[In], options: &[Result<ReadOptions>], readings: &mut [Option<Re
             continue;
         }
         let Ok(options) = &options[places[0]] else { continue };
-        let reading = read_together(&signals, options).map_err(anyhow::Error::from);
+        let reading = read_together(&signals, options).map(T::of).map_err(anyhow::Error::from);
         places.iter().for_each(|place| readings[*place] = None);
         readings[places[0]] = Some(reading);
     }

@@ -23,6 +23,7 @@ mod remedy;
 pub mod scenario;
 pub mod sheet;
 pub mod table;
+pub mod texts;
 pub mod timestamp;
 pub mod whole;
 #[cfg(feature = "spreadsheet")]
@@ -42,3 +43,4 @@ pub use remedy::{Remedy, Wording};
 pub use scenario::{Scenario, fitted};
 pub use sheet::Sheet;
 pub use table::Table;
+pub use texts::Texts;

@@ -1,6 +1,7 @@
 //! The common result of all file formats: named columns of cells, not yet interpreted.
 
-use std::sync::Arc;
+use crate::texts::{Texts, View};
+use std::borrow::Cow;
 
 /// A table from a file of any format.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -51,8 +52,8 @@ pub struct Column {
 pub enum Cells {
     /// Numbers, with NaN for missing ones.
     Numbers(Vec<f64>),
-    /// Text as written, empty if missing. Repeated words, such as tags, share one copy.
-    Text(Vec<Arc<str>>),
+    /// Text as written, empty if missing.
+    Text(Texts),
     /// Times, s since 1970-01-01, with NaN for missing ones. Times without a zone are local.
     Times {
         /// The times.
@@ -62,7 +63,37 @@ pub enum Cells {
     },
 }
 
+/// The cells of a column, to be read row by row.
+#[derive(Debug)]
+pub(crate) enum Viewed<'a> {
+    Numbers(&'a [f64]),
+    Text(View<'a>),
+    Times(&'a [f64]),
+}
+
+impl Viewed<'_> {
+    /// A cell as text, empty if missing.
+    pub(crate) fn text(&self, row: usize) -> Cow<'_, str> {
+        match self {
+            Self::Text(cells) => Cow::Borrowed(&cells[row]),
+            Self::Numbers(numbers) | Self::Times(numbers) if numbers[row].is_nan() => {
+                Cow::Borrowed("")
+            }
+            Self::Numbers(numbers) | Self::Times(numbers) => Cow::Owned(numbers[row].to_string()),
+        }
+    }
+}
+
 impl Cells {
+    /// The cells, fetched if they are stored.
+    pub(crate) fn view(&self) -> Viewed<'_> {
+        match self {
+            Self::Numbers(numbers) => Viewed::Numbers(numbers),
+            Self::Text(texts) => Viewed::Text(texts.view()),
+            Self::Times { seconds, .. } => Viewed::Times(seconds),
+        }
+    }
+
     /// Number of cells.
     pub fn len(&self) -> usize {
         match self {
@@ -89,6 +120,14 @@ impl Sheet {
         self.len() == 0
     }
 
+    /// Why stored cells could not be fetched, if so. All columns of a file are in one store.
+    pub(crate) fn failure(&self) -> Option<String> {
+        match &self.columns.first()?.cells {
+            Cells::Text(texts) => texts.failure(),
+            _ => None,
+        }
+    }
+
     /// The number in the file of the row at `index`.
     pub fn row(&self, index: usize) -> usize {
         self.rows.get(index).copied().unwrap_or(index + 1)
@@ -103,9 +142,7 @@ impl Sheet {
                 Cells::Times { seconds, utc } => {
                     Cells::Times { seconds: numbers(seconds), utc: *utc }
                 }
-                Cells::Text(cells) => {
-                    Cells::Text(places.iter().map(|row| Arc::clone(&cells[*row])).collect())
-                }
+                Cells::Text(cells) => Cells::Text(cells.at(places)),
             },
             ..column.clone_without_cells()
         };
@@ -130,7 +167,7 @@ impl Sheet {
         for (own, more) in self.columns.iter_mut().zip(other.columns) {
             match (&mut own.cells, more.cells) {
                 (Cells::Numbers(own), Cells::Numbers(more)) => own.extend(more),
-                (Cells::Text(own), Cells::Text(more)) => own.extend(more),
+                (Cells::Text(own), Cells::Text(more)) => own.append(more),
                 (Cells::Times { seconds: own, .. }, Cells::Times { seconds: more, .. }) => {
                     own.extend(more);
                 }

@@ -112,7 +112,7 @@ fn columns_of_a_matrix() {
     let sheets = read("matrix.mat");
     assert_eq!(names(&sheets[0]), ["Time", "OP", "PV", "mode"]);
     assert_eq!(numbers(&sheets[0], "OP"), each(op));
-    assert_eq!(sheets[0].columns[3].cells, Cells::Text(vec!["MAN".into(); ROWS]));
+    assert_eq!(sheets[0].columns[3].cells, Cells::Text(["MAN"; ROWS].into_iter().collect()));
     assert!(
         left_out(&sheets[0])
             .contains(&("wide", "is a matrix of 3 rows and 5 columns, not a vector"))

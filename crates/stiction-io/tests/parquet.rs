@@ -29,7 +29,7 @@ fn times(utc: bool, value: impl Fn(f64) -> f64) -> Cells {
 }
 
 fn text(value: impl Fn(usize) -> &'static str) -> Cells {
-    Cells::Text((0..ROWS).map(|k| value(k).into()).collect())
+    Cells::Text((0..ROWS).map(value).collect())
 }
 
 /// NaN does not equal itself, so cells are compared as they are shown.

@@ -52,6 +52,22 @@ fn text(columns: &[(String, Vec<String>)]) -> String {
     std::iter::once(names).chain((0..rows).map(row)).collect::<Vec<_>>().join("\n") + "\n"
 }
 
+#[test]
+fn recordings_can_be_visited_one_after_the_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("f.csv");
+    std::fs::write(&path, "t,A.OP,A.PV,B.OP\n0,50,1,60\n1,51,2,61\n2,52,3,60\n").unwrap();
+    let options = ReadOptions::default();
+    let whole = reading::read(&path, &options).unwrap();
+    let mut recordings = vec![];
+    let visited = reading::visit(&path, &options, &mut |recording, clock| {
+        assert_eq!(*clock, whole.time.clock);
+        recordings.push(recording);
+    });
+    assert_eq!(recordings.len(), 2);
+    assert_eq!(Reading { recordings, ..visited.unwrap() }, whole);
+}
+
 proptest! {
     #[test]
     fn the_order_of_columns_does_not_matter(

@@ -464,7 +464,7 @@ fn recordings_of_columns(
             Given::Times(seconds, utc) => {
                 Cells::Times { seconds: seconds.as_slice()?.to_vec(), utc }
             }
-            Given::Text(texts) => Cells::Text(texts.into_iter().map(Into::into).collect()),
+            Given::Text(texts) => Cells::Text(texts.iter().map(|text| &**text).collect()),
         };
         Ok(Column { name, unit: None, cells })
     };
@@ -502,7 +502,7 @@ pub fn sheet_of(origin: &str, table: AnyRecordBatch) -> PyResult<Sheet> {
             let more = self::cells(RecordBatch::column(batch, place), &name)?;
             match (&mut cells, more) {
                 (Cells::Numbers(all), Cells::Numbers(more)) => all.extend(more),
-                (Cells::Text(all), Cells::Text(more)) => all.extend(more),
+                (Cells::Text(all), Cells::Text(more)) => all.append(more),
                 (Cells::Times { seconds, .. }, Cells::Times { seconds: more, .. }) => {
                     seconds.extend(more);
                 }
@@ -539,7 +539,7 @@ fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
         return Ok(Cells::Numbers(numbers));
     }
     let texts = |texts: &mut dyn Iterator<Item = Option<&str>>| {
-        Cells::Text(texts.map(|text| text.unwrap_or_default().trim().into()).collect())
+        Cells::Text(texts.map(|text| text.unwrap_or_default().trim()).collect())
     };
     Ok(match array.data_type() {
         DataType::Utf8 => texts(&mut array.as_string::<i32>().iter()),
@@ -573,11 +573,11 @@ fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
                 if known.is_empty() { vec![0; array.len()] } else { dictionary.normalized_keys() };
             let at = |i: usize| (!array.is_null(i)).then(|| places[i]);
             match known {
-                Cells::Text(known) => Cells::Text(
-                    (0..array.len())
-                        .map(|i| at(i).map_or_else(|| "".into(), |k| known[k].clone()))
-                        .collect(),
-                ),
+                Cells::Text(known) => {
+                    let known = known.view();
+                    let text = |i: usize| at(i).map_or("", |k| &known[k]);
+                    Cells::Text((0..array.len()).map(text).collect())
+                }
                 Cells::Numbers(known) => Cells::Numbers(
                     (0..array.len()).map(|i| at(i).map_or(f64::NAN, |k| known[k])).collect(),
                 ),

@@ -3,6 +3,7 @@
 use crate::files::STANDARD_INPUT;
 use crate::output;
 use anyhow::{Result, bail};
+use std::collections::HashMap;
 use std::path::Path;
 use stiction::recording::Recording;
 use stiction_io::Overrides;
@@ -65,16 +66,22 @@ fn not_of_the_whole(files: &[Found]) -> stiction_io::Result<Vec<String>> {
 /// Joins the recordings of each tag whose files have tags and dates. Others stay separate, with a note to the user.
 pub fn by_tag(found: Vec<Found>) -> Vec<(Source, Recording)> {
     let mut groups: Vec<Vec<Found>> = vec![];
+    let mut of_tag: HashMap<String, Vec<usize>> = HashMap::new();
     for each in found {
-        let same = |group: &&mut Vec<Found>| {
-            group[0].is_tagged
-                && each.is_tagged
-                && group[0].recording.name.eq_ignore_ascii_case(&each.recording.name)
-                && group.iter().all(|other| other.source.file != each.source.file)
+        let mut of_none = vec![];
+        let own = match each.is_tagged {
+            true => of_tag.entry(each.recording.name.to_ascii_lowercase()).or_default(),
+            false => &mut of_none,
         };
-        match groups.iter_mut().find(same) {
-            Some(group) => group.push(each),
-            None => groups.push(vec![each]),
+        let is_new = |place: &&usize| {
+            groups[**place].iter().all(|other| other.source.file != each.source.file)
+        };
+        match own.iter().find(is_new) {
+            Some(place) => groups[*place].push(each),
+            None => {
+                own.push(groups.len());
+                groups.push(vec![each]);
+            }
         }
     }
     let mut all = vec![];

@@ -162,7 +162,8 @@ pub fn decimal_mark(columns: &[Column]) -> Found {
     let (mut comma, mut either) = (false, None);
     for column in columns {
         let Cells::Text(cells) = &column.cells else { continue };
-        if cells.first().is_some_and(|cell| starts_otherwise(cell)) {
+        let cells = cells.view();
+        if cells.first().is_some_and(starts_otherwise) {
             continue;
         }
         for cell in cells.iter().filter(|cell| cell.contains(['.', ','])) {

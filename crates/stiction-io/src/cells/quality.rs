@@ -2,7 +2,7 @@
 
 use crate::cells::number::{self, DecimalMark};
 use crate::remedy::{Remedy, Wording};
-use crate::sheet::Cells;
+use crate::sheet::{Cells, Viewed};
 use Quality::{Bad, Good, Missing, Uncertain};
 use stiction_diagnose::recording::Quality;
 
@@ -124,12 +124,11 @@ pub fn read(
 ) -> Result<Column, (usize, String)> {
     // Successive cells are mostly the same.
     let mut last: Option<(&str, Said)> = None;
-    let mut said = |row: usize| match cells {
-        Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => {
-            of_number(numbers[row], words)
-        }
-        Cells::Text(cells) => {
-            let cell = &*cells[row];
+    let view = cells.view();
+    let mut said = |row: usize| match &view {
+        Viewed::Numbers(numbers) | Viewed::Times(numbers) => of_number(numbers[row], words),
+        Viewed::Text(cells) => {
+            let cell = &cells[row];
             let said = match last {
                 Some((before, said)) if before == cell => said,
                 _ => of_cell(cell, words, mark),
@@ -161,7 +160,7 @@ pub fn read(
             Err((*row, format!("{number} {why}; {}", remedy(&number))))
         }
         (Said::Unknown, _) => {
-            let cell = if let Cells::Text(cells) = cells {
+            let cell = if let Viewed::Text(cells) = &view {
                 number::shown(&cells[*row])
             } else {
                 String::new()
@@ -302,7 +301,7 @@ mod tests {
 
     fn told(name: &str, cells: &[&str]) -> Result<Vec<Quality>, (usize, String)> {
         let own = [("Handwert".to_owned(), Uncertain)];
-        let cells = Cells::Text(cells.iter().map(|cell| (*cell).into()).collect());
+        let cells = Cells::Text(cells.iter().copied().collect());
         let rows: Vec<usize> = (0..cells.len()).collect();
         read(name, &cells, &rows, &own, DecimalMark::Point, Wording::default())
             .map(|column| column.qualities)

@@ -291,7 +291,7 @@ impl Labels {
 }
 
 fn text(name: &str, cells: Vec<Arc<str>>) -> Column {
-    Column { name: name.to_owned(), unit: None, cells: Cells::Text(cells) }
+    Column { name: name.to_owned(), unit: None, cells: Cells::Text(cells.into()) }
 }
 
 /// A sheet with a row for each sample.

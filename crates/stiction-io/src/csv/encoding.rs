@@ -51,6 +51,12 @@ pub fn decode<'b>(bytes: &'b [u8], origin: &str) -> Result<Decoded<'b>> {
     Ok(Decoded { text, encoding: encoding.name(), note })
 }
 
+/// Whether `bytes` begin like those of another format than text.
+pub fn has_signature(bytes: &[u8]) -> bool {
+    const SIGNATURES: [&[u8]; 3] = [b"PAR1", b"MATLAB 5.0", b"MATLAB 7.3"];
+    SIGNATURES.iter().any(|signature| bytes.starts_with(signature))
+}
+
 /// Detects UTF-16 without a byte order mark. Its first characters are those of a header and so mostly ASCII, and then
 /// every other byte is zero.
 fn utf_16(bytes: &[u8]) -> Option<&'static Encoding> {

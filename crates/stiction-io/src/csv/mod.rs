@@ -2,6 +2,7 @@
 
 mod annotated;
 mod encoding;
+mod input;
 mod odd;
 mod top;
 
@@ -12,11 +13,13 @@ use crate::columns::options::ReadOptions;
 use crate::columns::role;
 use crate::error::{Error, Result};
 use crate::sheet::{Cells, Column, Sheet};
+use crate::texts::{self, Filling, Texts};
 use csv::StringRecord;
 use encoding::decode;
+use input::Input;
 use odd::Odd;
 use std::collections::{HashMap, HashSet};
-use std::sync::Arc;
+use std::path::Path;
 use top::{Line, Top};
 
 /// The notation of a CSV file.
@@ -46,6 +49,9 @@ pub struct CsvSheet {
 /// Number of records used to detect the delimiter and the width of the table.
 const LOOKED_AT: usize = 200;
 
+/// The fewest bytes of a file that is read some at a time.
+const LARGE: u64 = 64 << 20;
+
 /// The most records up to the end of the header.
 const LONGEST_TOP: usize = 1000;
 
@@ -61,22 +67,49 @@ const LONGEST_TOP: usize = 1000;
 /// # Limits
 /// Cells that would take more than 4 GiB are refused.
 pub fn read(bytes: &[u8], origin: &str) -> Result<CsvSheet> {
-    read_within(Budget::of(bytes.len()), bytes, origin)
+    let decoded = decode(bytes, origin)?;
+    let (encoding, notes) = (decoded.encoding, decoded.note.into_iter().collect());
+    let budget = Budget::of(bytes.len());
+    read_within(budget, texts::MOST_HELD, Input::whole(decoded.text), encoding, notes, origin)
 }
 
-fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvSheet> {
+/// Reads a file of text that is large and in UTF-8, some of it at a time, and returns the SHA-256 of its bytes, too.
+/// `None` for any other file.
+///
+/// # Errors
+/// As for [`read`].
+pub(crate) fn read_large(path: &Path, origin: &str) -> Result<Option<(CsvSheet, String)>> {
+    let Some((input, sha256)) = input::large(path, LARGE)? else { return Ok(None) };
+    let budget = Budget::new(usize::MAX);
+    let read = read_within(budget, texts::MOST_HELD, input, "UTF-8", vec![], origin)?;
+    Ok(Some((read, sha256)))
+}
+
+/// Reads an `input`, of whose cells `most` bytes stay in memory.
+fn read_within(
+    mut budget: Budget,
+    most: usize,
+    mut input: Input<'_>,
+    encoding: &'static str,
+    mut notes: Vec<String>,
+    origin: &str,
+) -> Result<CsvSheet> {
     let wrong = |message: String| Error::Table { origin: origin.to_owned(), message };
-    let decoded = decode(bytes, origin)?;
-    let text = &*decoded.text;
-    if text.trim().is_empty() {
+    let is_looked_at = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
+    while input.goes_on() && lines(&input.text).filter(is_looked_at).nth(LOOKED_AT).is_none() {
+        input.pass(0).map_err(wrong)?;
+    }
+    if input.text.trim().is_empty() {
         return Err(wrong("is empty; a header row and rows of samples are needed".to_owned()));
     }
-    let mut notes: Vec<String> = decoded.note.into_iter().collect();
-    if annotated::is(text) {
-        let sheet = annotated::read(text, &mut budget).map_err(wrong)?;
+    if annotated::is(&input.text) {
+        while input.goes_on() {
+            input.pass(0).map_err(wrong)?;
+        }
+        let sheet = annotated::read(&input.text, &mut budget).map_err(wrong)?;
         let found = number::decimal_mark(&sheet.columns);
         let dialect = Dialect {
-            encoding: decoded.encoding,
+            encoding,
             delimiter: ',',
             decimal_mark: found.mark,
             mark_is_sure: found.is_sure,
@@ -87,8 +120,13 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
             notes,
         });
     }
-    let delimiter = told_delimiter(text).unwrap_or_else(|| delimiter(text));
-    let first = beginning(text, delimiter).map_err(wrong)?;
+    let delimiter = told_delimiter(&input.text).unwrap_or_else(|| delimiter(&input.text));
+    let first = loop {
+        match beginning(&input, delimiter).map_err(wrong)? {
+            Some(first) => break first,
+            None => input.pass(0).map_err(wrong)?,
+        }
+    };
     let mut top = Top::find(&first, width(&first)).map_err(wrong)?;
     notes.append(&mut top.notes);
     let mut attributes = std::mem::take(&mut top.attributes);
@@ -96,30 +134,36 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
     // Where signals have clocks of their own, shorter ones end before the others.
     let pads = side_by_side::has_clocks(&named_by, &ReadOptions::default());
 
-    let mut columns: Vec<Vec<Arc<str>>> = top.names.iter().map(|_| vec![]).collect();
+    let mut filling = Filling::new(top.names.len(), most);
     let (mut rows, mut comments, mut odd) = (vec![], 0, Odd::default());
-    let mut records = Records::new(text, delimiter);
-    while let Some((line, record)) = records.next().map_err(wrong)? {
-        if line < top.first {
-            continue;
+    let mut line = 1;
+    loop {
+        let mut records = Records::of(&input, delimiter, line);
+        while let Some((line, record)) = records.next().map_err(wrong)? {
+            if line < top.first {
+                continue;
+            }
+            if is_comment(record) {
+                comments += 1;
+                attributes.extend(attribute(record));
+                continue;
+            }
+            if odd.takes(line, record, &top, pads) {
+                continue;
+            }
+            let cells = record.as_slice().len() + top.names.len() * texts::BESIDE;
+            budget.spend(cells).map_err(|message| wrong(format!("row {line} {message}")))?;
+            filling.push(record.iter().map(str::trim)).map_err(wrong)?;
+            rows.push(line);
         }
-        if is_comment(record) {
-            comments += 1;
-            attributes.extend(attribute(record));
-            continue;
+        if !input.goes_on() {
+            break;
         }
-        if odd.takes(line, record, &top, pads) {
-            continue;
-        }
-        let text: usize = record.iter().map(str::len).sum();
-        let cells = columns.len() * size_of::<Arc<str>>();
-        budget.spend(text + cells).map_err(|message| wrong(format!("row {line} {message}")))?;
-        let mut cells = record.iter();
-        for column in &mut columns {
-            column.push(cells.next().map_or("", str::trim).into());
-        }
-        rows.push(line);
+        line = records.line;
+        let passed = records.at;
+        input.pass(passed).map_err(wrong)?;
     }
+    let mut columns = filling.end().map_err(wrong)?;
     notes.extend(odd.notes(&mut columns, &mut rows).map_err(wrong)?);
     if rows.is_empty() {
         return Err(wrong("has no row of samples below its header".to_owned()));
@@ -128,7 +172,7 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
         notes.push(format!("{comments} comment lines among the rows are not samples"));
     }
 
-    notes.extend(cut(text, &columns, &rows));
+    notes.extend(cut(&input.text, &columns, &rows));
 
     let unit = |i: usize| {
         let unit = top.units.as_ref()?.get(i)?.trim_matches(['[', ']', '(', ')']);
@@ -142,7 +186,7 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
         // A delimiter at the end of every line makes no column.
         .filter(|column| {
             !column.name.is_empty()
-                || matches!(&column.cells, Cells::Text(cells) if cells.iter().any(|c| !c.is_empty()))
+                || matches!(&column.cells, Cells::Text(cells) if cells.view().iter().any(|c| !c.is_empty()))
         })
         .collect();
     let columns = named(columns, &mut notes);
@@ -158,7 +202,7 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
         ..Sheet::default()
     };
     let dialect = Dialect {
-        encoding: decoded.encoding,
+        encoding,
         delimiter: delimiter.into(),
         decimal_mark: found.mark,
         mark_is_sure: found.is_sure,
@@ -168,21 +212,21 @@ fn read_within(mut budget: Budget, bytes: &[u8], origin: &str) -> Result<CsvShee
 
 /// Checks whether a file seems to be cut within its last value. No line break follows that value, and it is shorter
 /// than most of the values above, or its decimals end differently.
-fn cut(text: &str, columns: &[Vec<Arc<str>>], rows: &[usize]) -> Option<String> {
+fn cut(text: &str, columns: &[Texts], rows: &[usize]) -> Option<String> {
     /// Number of values above that are compared.
     const ABOVE: usize = 10;
     /// Number of them that counts as most.
     const MOST: usize = 8;
-    let (last, above) = columns.last()?.split_last()?;
-    if text.ends_with(['\r', '\n']) || above.len() < ABOVE {
+    if text.ends_with(['\r', '\n']) || rows.len() <= ABOVE {
         return None;
     }
-    let above = &above[above.len() - ABOVE..];
-    let shorter = |value: &&Arc<str>| last.chars().count() < value.chars().count();
-    let ends_in_zero =
-        |value: &Arc<str>| value.contains(['.', ',']) && value.ends_with(['0', '.', ',']);
-    let is_cut = above.iter().filter(shorter).count() >= MOST
-        || ends_in_zero(last) && !above.iter().any(ends_in_zero);
+    let values = columns.last()?.view();
+    let last = values.last()?;
+    let above = || values.iter().rev().skip(1).take(ABOVE);
+    let shorter = |value: &&str| last.chars().count() < value.chars().count();
+    let ends_in_zero = |value: &str| value.contains(['.', ',']) && value.ends_with(['0', '.', ',']);
+    let is_cut =
+        above().filter(shorter).count() >= MOST || ends_in_zero(last) && !above().any(ends_in_zero);
     is_cut.then(|| {
         format!(
             "the file seems to be cut in row {}, because it does not end with a line break and the last value, \
@@ -232,40 +276,56 @@ fn lines(text: &str) -> impl Iterator<Item = &str> {
 /// blank lines.
 struct Records<'t> {
     text: &'t [u8],
+    /// Whether text follows that may belong to the last record.
+    goes_on: bool,
     reader: csv::Reader<&'t [u8]>,
     record: StringRecord,
+    /// The place up to which lines are counted, and its line.
     at: usize,
     line: usize,
 }
 
 impl<'t> Records<'t> {
     fn new(text: &'t str, delimiter: u8) -> Self {
+        let text = text.as_bytes();
         let reader = csv::ReaderBuilder::new()
             .delimiter(delimiter)
             .has_headers(false)
             .flexible(true)
-            .from_reader(text.as_bytes());
-        Self { text: text.as_bytes(), reader, record: StringRecord::new(), at: 0, line: 1 }
+            .from_reader(text);
+        Self { text, goes_on: false, reader, record: StringRecord::new(), at: 0, line: 1 }
+    }
+
+    /// The records that are complete in the text of an `input`, which begins on this line.
+    fn of(input: &'t Input<'_>, delimiter: u8, line: usize) -> Self {
+        Self { goes_on: input.goes_on(), line, ..Self::new(&input.text, delimiter) }
     }
 
     /// The next record that is not blank, and its line, from 1.
     fn next(&mut self) -> std::result::Result<Option<(usize, &StringRecord)>, String> {
         loop {
             let start = self.reader.position().byte() as usize;
-            if !self.reader.read_record(&mut self.record).map_err(|e| e.to_string())? {
+            let is_record = self.reader.read_record(&mut self.record).map_err(|e| e.to_string())?;
+            let is_at_end = self.reader.position().byte() as usize == self.text.len();
+            if !is_record || (is_at_end && self.goes_on) {
+                self.count_to(start);
                 return Ok(None);
             }
             let is_end = |b: &&u8| matches!(**b, b'\r' | b'\n');
-            let begin = start + self.text[start..].iter().take_while(is_end).count();
-            for i in self.at..begin {
-                let pair = self.text[i] == b'\r' && self.text.get(i + 1) == Some(&b'\n');
-                self.line += usize::from(is_end(&&self.text[i]) && !pair);
-            }
-            self.at = begin;
+            self.count_to(start + self.text[start..].iter().take_while(is_end).count());
             if filled(&self.record) > 0 {
                 return Ok(Some((self.line, &self.record)));
             }
         }
+    }
+
+    /// Counts the lines up to a place.
+    fn count_to(&mut self, place: usize) {
+        for i in self.at..place {
+            let pair = self.text[i] == b'\r' && self.text.get(i + 1) == Some(&b'\n');
+            self.line += usize::from(matches!(self.text[i], b'\r' | b'\n') && !pair);
+        }
+        self.at = place;
     }
 }
 
@@ -273,16 +333,18 @@ fn trimmed(cell: &str) -> String {
     cell.trim().to_owned()
 }
 
-/// The first records that are not blank, with their lines.
-fn beginning(text: &str, delimiter: u8) -> std::result::Result<Vec<Line>, String> {
-    let mut records = Records::new(text, delimiter);
+/// The first records that are not blank, with their lines; `None` if the `input` must be read on for them.
+fn beginning(input: &Input<'_>, delimiter: u8) -> std::result::Result<Option<Vec<Line>>, String> {
+    let mut records = Records::of(input, delimiter, 1);
     let mut first = vec![];
-    while first.len() < LONGEST_TOP
-        && let Some((line, record)) = records.next()?
-    {
-        first.push((line, record.clone()));
+    while first.len() < LONGEST_TOP {
+        match records.next()? {
+            Some((line, record)) => first.push((line, record.clone())),
+            None if input.goes_on() => return Ok(None),
+            None => break,
+        }
     }
-    Ok(first)
+    Ok(Some(first))
 }
 
 /// The most frequent number of filled cells of the records that are not comments; the larger of equals.
@@ -397,13 +459,99 @@ fn sample_time(attributes: &[(String, String)], origin: &str) -> Result<Option<f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sha2::{Digest, Sha256};
+    use std::borrow::Cow;
+
+    /// Texts that are longer than the header may be, with all that may stand at the border of two parts.
+    fn texts() -> Vec<String> {
+        let row = |k: usize, end: &str| {
+            let (minute, second) = (k / 60, k % 60);
+            format!("2025-03-01 00:{minute:02}:{second:02},{}.5,60{end}", 40 + k % 200)
+        };
+        let rows = |end: &str| -> String { (0..LONGEST_TOP + 60).map(|k| row(k, end)).collect() };
+        let with = |header: &str, end: &str| format!("{header}{end}{}", rows(end));
+        let plain = with("time,op,pv", "\n");
+        vec![
+            plain.clone(),
+            with("time,op,pv", "\r\n"),
+            with("time,op,pv", "\r"),
+            with("time,op,pv", "\n\n\r\n"),
+            plain.trim_end().to_owned(),
+            plain.trim_end().trim_end_matches('0').to_owned(),
+            format!("{plain}Total,9\n\nend of file\n"),
+            format!("{plain}{plain}# a: comment\n{}", rows("\n")),
+            format!("sep=;\n{}", plain.replace(',', ";")),
+            plain.replace(",60", ",\"60\""),
+            plain.replace("60\n", "\"6\r\n0\"\n"),
+            plain.replace("55.5,60", "55.5"),
+            plain.replace("time", "Zeit \u{e4}\u{20ac}").replace("60\n", "60 \u{1f600}\n"),
+            plain.replace("0,239", "0,\"239"),
+            format!("\n,,\n \n{plain}\n,,\n"),
+            "no,table".to_owned(),
+            " \n \r\n".to_owned(),
+            format!("#datatype,dateTime,double\n{}", plain.replace("time,op", "_time,_value")),
+        ]
+    }
+
+    #[test]
+    fn a_file_read_in_parts_is_the_same() {
+        let read = |input: Input<'_>, most| {
+            let read = read_within(Budget::new(usize::MAX), most, input, "UTF-8", vec![], "f.csv");
+            read.map_err(|error| error.to_string())
+        };
+        for text in texts() {
+            let whole = read(Input::whole(Cow::Borrowed(&text)), usize::MAX);
+            for chunk in [1, 3, 50] {
+                let parted = read(Input::parted(text.as_bytes(), chunk), 10 * chunk);
+                assert_eq!(parted, whole, "{chunk}: {text}");
+            }
+        }
+        assert!(texts().iter().filter(|text| csv_of(text).is_ok()).count() > 12);
+    }
+
+    fn csv_of(text: &str) -> Result<CsvSheet> {
+        super::read(text.as_bytes(), "f.csv")
+    }
+
+    #[test]
+    fn only_large_text_in_utf_8_is_read_in_parts() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("f.csv");
+        let plain = "time,op\n0,50 \u{b0}\n".repeat(3);
+        let utf_16 = plain.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let latin = plain.chars().map(|c| c as u8).collect();
+        for (bytes, expected) in [
+            (plain.clone().into_bytes(), Some(&*plain)),
+            (format!("\u{feff}{plain}").into_bytes(), Some(&*plain)),
+            (utf_16, None),
+            (latin, None),
+            (b"PAR1,time".to_vec(), None),
+            (b"time,op\n0,\0\n".to_vec(), None),
+        ] {
+            std::fs::write(&path, &bytes).unwrap();
+            let large = input::large(&path, 0).unwrap();
+            let read = large.map(|(mut input, sha256)| {
+                while input.goes_on() {
+                    input.pass(0).unwrap();
+                }
+                assert_eq!(sha256, format!("{:x}", Sha256::digest(&bytes)));
+                input.text.into_owned()
+            });
+            assert_eq!(read.as_deref(), expected);
+            assert!(input::large(&path, 1000).unwrap().is_none());
+        }
+    }
 
     #[test]
     fn what_would_take_too_much_is_refused_at_its_row() {
-        let text = b"t,op\n0,50\n1,51\n2,52\n";
-        let row = 3 + 2 * size_of::<String>();
-        assert!(read_within(Budget::new(3 * row), text, "f.csv").is_ok());
-        let message = read_within(Budget::new(2 * row), text, "f.csv").unwrap_err().to_string();
+        let text = "t,op\n0,50\n1,51\n2,52\n";
+        let row = 3 + 2 * texts::BESIDE;
+        let within = |bytes| {
+            let input = Input::whole(Cow::Borrowed(text));
+            read_within(Budget::new(bytes), bytes, input, "UTF-8", vec![], "f.csv")
+        };
+        assert!(within(3 * row).is_ok());
+        let message = within(2 * row).unwrap_err().to_string();
         assert!(message.starts_with("f.csv: row 4 would take more than"), "{message}");
     }
 }

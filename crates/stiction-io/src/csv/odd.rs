@@ -3,9 +3,9 @@
 use super::top::Top;
 use super::{filled, trimmed};
 use crate::cells::number;
+use crate::texts::Texts;
 use crate::timestamp;
 use csv::StringRecord;
-use std::sync::Arc;
 
 /// The most lines at the end of a file that are no samples.
 const MOST_TRAILERS: usize = 20;
@@ -45,18 +45,17 @@ impl Odd {
     /// If so many rows are torn or too long that the delimiter must be wrong.
     pub fn notes(
         mut self,
-        columns: &mut [Vec<Arc<str>>],
+        columns: &mut [Texts],
         rows: &mut Vec<usize>,
     ) -> Result<Vec<String>, String> {
         let mut notes = vec![];
         let mut trailers: Vec<(usize, String)> = vec![];
         let wide = columns.len() > 1;
-        while trailers.len() < MOST_TRAILERS && wide && is_trailer(columns) {
-            let cells: Vec<Arc<str>> = columns.iter_mut().filter_map(Vec::pop).collect();
-            let text: Vec<&str> =
-                cells.iter().map(|cell| &**cell).filter(|c| !c.is_empty()).collect();
-            trailers.push((rows.pop().unwrap_or(0), text.join(" ")));
+        while trailers.len() < MOST_TRAILERS && wide && is_trailer(columns, rows.len()) {
+            let cells: Vec<String> = last(columns, rows.len()).filter(|c| !c.is_empty()).collect();
+            trailers.push((rows.pop().unwrap_or(0), cells.join(" ")));
         }
+        columns.iter_mut().for_each(|column| column.truncate(rows.len()));
         let last = rows.last().copied().unwrap_or(0);
         let is_text = |text: &str| !text.starts_with(|c: char| c.is_ascii_digit() || c == '.');
         while let Some((line, text, _)) =
@@ -117,9 +116,16 @@ fn lines(unfit: &[(usize, String, usize)]) -> String {
     format!("rows {}{more}", shown.join(", "))
 }
 
-/// Whether the last row is no sample. It begins with a word that begins no other row, has no time, and has few cells or
+/// The cells of the last of so many rows.
+fn last(columns: &[Texts], rows: usize) -> impl Iterator<Item = String> {
+    columns
+        .iter()
+        .filter_map(move |column| Some(column.view().get(rows.checked_sub(1)?)?.to_owned()))
+}
+
+/// Whether the last of so many rows is no sample. It begins with a word that begins no other row, has no time, and has few cells or
 /// is a statistic.
-fn is_trailer(columns: &[Vec<Arc<str>>]) -> bool {
+fn is_trailer(columns: &[Texts], rows: usize) -> bool {
     const STATISTICS: [&str; 14] = [
         "total",
         "sum",
@@ -136,22 +142,23 @@ fn is_trailer(columns: &[Vec<Arc<str>>]) -> bool {
         "moyenne",
         "fin",
     ];
-    let Some((first, above)) = columns[0].split_last() else { return false };
+    let Some(above) = rows.checked_sub(1) else { return false };
+    let view = columns[0].view();
+    let first = &view[above];
     let is_value = first.is_empty()
         || first.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '.' | '+'))
         || number::looks_like(first)
         || timestamp::looks_like(first)
         || number::word(first).is_some();
-    if is_value || above.is_empty() {
+    if is_value || above == 0 {
         return false;
     }
-    let cells =
-        || columns.iter().filter_map(|column| column.last()).filter(|cell| !cell.is_empty());
+    let cells = || last(columns, rows).filter(|cell| !cell.is_empty());
     let is_few = cells().count() <= (columns.len() - 1).min(2);
     let word = first.to_lowercase();
     let word = word.trim_start_matches(|c: char| !c.is_alphanumeric());
     let is_statistic = STATISTICS.iter().any(|known| word.starts_with(known));
     (is_few || is_statistic)
-        && !cells().any(|cell| timestamp::looks_like(cell))
-        && !above.contains(first)
+        && !cells().any(|cell| timestamp::looks_like(&cell))
+        && !view.iter().take(above).any(|cell| cell == first)
 }

@@ -197,7 +197,7 @@ fn sheet(fields: &Fields, part: &str, origin: &str) -> Option<Sheet> {
                     add_column(
                         &mut sheet,
                         name.clone(),
-                        Cells::Text(texts.into_iter().map(Into::into).collect()),
+                        Cells::Text(texts.iter().map(|text| &**text).collect()),
                     );
                 }
                 Some(texts) => {

@@ -74,7 +74,7 @@ pub fn read_column(
         }
     }
     Ok(match kind {
-        Kind::Text => Cells::Text(text),
+        Kind::Text => Cells::Text(text.into()),
         _ => kind.cells(numbers),
     })
 }

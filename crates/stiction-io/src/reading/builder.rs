@@ -11,7 +11,7 @@ use crate::columns::role::{self, Role, Signal};
 use crate::error::{Error, Result};
 use crate::names::list;
 use crate::remedy::{Remedy, Wording};
-use crate::sheet::{Cells, Column, Sheet};
+use crate::sheet::{Column, Sheet, Viewed};
 use crate::timestamp::{Clock, Times};
 use stiction_diagnose::recording::{
     Channel, Columns, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource, Recording,
@@ -234,13 +234,14 @@ impl<'a> Builder<'a> {
     ) -> Result<Channel> {
         let source = self.source(place);
         let said = self.qualities(plan, signal, &source, notes)?;
+        let cells = source.column.cells.view();
         let mut values = Vec::with_capacity(source.rows.len());
         let mut qualities = Vec::with_capacity(source.rows.len());
         for (k, row) in source.rows.iter().enumerate() {
             let said = said.as_ref().map_or(Quality::Good, |said| said[k]);
-            let (value, quality) = match &source.column.cells {
-                Cells::Text(cells) => self.sample(&source, *row, &cells[*row], said)?,
-                Cells::Numbers(numbers) => match numbers[*row] {
+            let (value, quality) = match &cells {
+                Viewed::Text(cells) => self.sample(&source, *row, &cells[*row], said)?,
+                Viewed::Numbers(numbers) => match numbers[*row] {
                     value if value.is_nan() => (value, Quality::Missing),
                     value if value.is_infinite() && said.is_usable() => {
                         let message = format!("{value} is not a finite number; correct it");
@@ -248,7 +249,7 @@ impl<'a> Builder<'a> {
                     }
                     value => (value, Quality::Good),
                 },
-                Cells::Times { .. } => {
+                Viewed::Times(_) => {
                     let message = format!("holds a time, but is used as {}", signal.name());
                     return Err(self.wrong(&source, *row, message));
                 }
@@ -258,8 +259,7 @@ impl<'a> Builder<'a> {
         }
         let mut time: Vec<f64> = source.rows.iter().map(|row| self.times.seconds[*row]).collect();
         if qualities.contains(&Quality::Missing) && matches!(self.plan.place, Place::Columns) {
-            let empty: Vec<bool> =
-                source.rows.iter().map(|row| is_empty(source.column, *row)).collect();
+            let empty: Vec<bool> = source.rows.iter().map(|row| is_empty(&cells, *row)).collect();
             if rhythm::are_other_rows(&time, &values, &empty) {
                 sparse.push(source.name);
                 keep(&mut time, &empty);
@@ -368,8 +368,9 @@ impl<'a> Builder<'a> {
         notes: &mut Vec<String>,
     ) -> Result<Modes> {
         let mut source = self.source(place);
+        let cells = source.column.cells.view();
         if matches!(self.plan.place, Place::Columns) {
-            let full = |row: &usize| !is_empty(source.column, *row);
+            let full = |row: &usize| !is_empty(&cells, *row);
             let full: Vec<usize> = source.rows.iter().copied().filter(full).collect();
             let is_most = 2 * full.len() < source.rows.len();
             if !full.is_empty() && (is_sparse || is_most) {
@@ -379,9 +380,9 @@ impl<'a> Builder<'a> {
         let said = self.qualities(plan, Signal::Mode, &source, notes)?;
         let switch = self.switch(place, &source, notes);
         let (mut modes, mut codes, mut nothing) = (Vec::with_capacity(source.rows.len()), false, 0);
-        let numbers = source.rows.iter().filter_map(|row| match &source.column.cells {
-            Cells::Text(cells) => number::parse(&cells[*row], self.mark),
-            Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => Some(numbers[*row]),
+        let numbers = source.rows.iter().filter_map(|row| match &cells {
+            Viewed::Text(cells) => number::parse(&cells[*row], self.mark),
+            Viewed::Numbers(numbers) | Viewed::Times(numbers) => Some(numbers[*row]),
         });
         let kind = mode::Codes::of(source.name, numbers);
         for (k, row) in source.rows.iter().enumerate() {
@@ -391,9 +392,9 @@ impl<'a> Builder<'a> {
                 continue;
             }
             let number;
-            let (cell, mark) = match &source.column.cells {
-                Cells::Text(cells) => (&*cells[*row], self.mark),
-                Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => {
+            let (cell, mark) = match &cells {
+                Viewed::Text(cells) => (&cells[*row], self.mark),
+                Viewed::Numbers(numbers) | Viewed::Times(numbers) => {
                     number = numbers[*row].to_string();
                     (&*number, DecimalMark::Point)
                 }
@@ -442,10 +443,10 @@ impl<'a> Builder<'a> {
 }
 
 /// Whether nothing is written in a cell.
-fn is_empty(column: &Column, row: usize) -> bool {
-    match &column.cells {
-        Cells::Text(cells) => cells[row].is_empty(),
-        Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => numbers[row].is_nan(),
+fn is_empty(cells: &Viewed<'_>, row: usize) -> bool {
+    match cells {
+        Viewed::Text(cells) => cells[row].is_empty(),
+        Viewed::Numbers(numbers) | Viewed::Times(numbers) => numbers[row].is_nan(),
     }
 }
 

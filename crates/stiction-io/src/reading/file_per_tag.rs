@@ -1,15 +1,15 @@
 //! Files that hold one signal each, such as `FIC101.PV.csv`, `FIC101.SP.csv` and `FIC101.OP.csv`, read together as one
 //! loop.
 
-use super::format::{Format, sheets};
-use super::{Reading, build, join};
+use super::format::{File, Format, sheets};
+use super::{Reading, collected, join};
 use crate::columns::options::{Mapped, ReadOptions};
 use crate::columns::role::{self, Role, SEPARATORS, Signal};
 use crate::error::Result;
-use crate::sheet::{Cells, Column, Sheet};
+use crate::sheet::{Cells, Column, Sheet, Viewed};
 use sha2::{Digest, Sha256};
+use std::borrow::Cow;
 use std::path::Path;
-use std::sync::Arc;
 
 /// A file with the times and values of one signal.
 #[derive(Debug, Clone)]
@@ -54,8 +54,9 @@ impl SignalFile {
         let tag = match of(Role::Tag).map(|tag| &sheet.columns[tag].cells) {
             None => None,
             Some(Cells::Text(cells)) => {
+                let cells = cells.view();
                 let first = cells.first()?;
-                Some(first.to_string()).filter(|_| cells.iter().all(|cell| cell == first))
+                Some(first.to_owned()).filter(|_| cells.iter().all(|cell| cell == first))
             }
             Some(_) => return None,
         };
@@ -119,21 +120,14 @@ pub fn read_together(files: &[SignalFile], options: &ReadOptions) -> Result<Read
     for (k, file) in files.iter().enumerate() {
         places.extend((0..file.sheet.len()).map(|row| (k, row)));
     }
-    let tags: Vec<Arc<str>> = files.iter().map(|file| Arc::from(&*file.tag())).collect();
+    let tags: Vec<String> = files.iter().map(SignalFile::tag).collect();
     let text = |of: &dyn Fn(&SignalFile) -> Option<usize>| -> Cells {
-        let cell = |(k, row): &(usize, usize)| -> Arc<str> {
-            let Some(column) = of(&files[*k]) else { return "".into() };
-            match &files[*k].sheet.columns[column].cells {
-                Cells::Text(cells) => Arc::clone(&cells[*row]),
-                Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. }
-                    if numbers[*row].is_nan() =>
-                {
-                    "".into()
-                }
-                Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => {
-                    numbers[*row].to_string().into()
-                }
-            }
+        let columns = files.iter().map(|file| Some(&file.sheet.columns[of(file)?]));
+        let views: Vec<Option<Viewed<'_>>> =
+            columns.map(|column| Some(column?.cells.view())).collect();
+        let cell = |(k, row): &(usize, usize)| match &views[*k] {
+            None => Cow::Borrowed(""),
+            Some(cells) => cells.text(*row),
         };
         Cells::Text(places.iter().map(cell).collect())
     };
@@ -155,7 +149,7 @@ pub fn read_together(files: &[SignalFile], options: &ReadOptions) -> Result<Read
     };
     let column = |name: &str, cells: Cells| Column { name: name.to_owned(), unit: None, cells };
     let mut columns = vec![
-        column("tag", Cells::Text(places.iter().map(|(k, _)| Arc::clone(&tags[*k])).collect())),
+        column("tag", Cells::Text(places.iter().map(|(k, _)| &*tags[*k]).collect())),
         column("time", time),
         column("value", text(&|file| Some(file.value))),
     ];
@@ -191,7 +185,7 @@ pub fn read_together(files: &[SignalFile], options: &ReadOptions) -> Result<Read
     let sha256 = join::sha256(files.iter().map(|file| &*file.sha256));
     let format = first.map_or(Format::Memory, |file| file.format);
     let options = ReadOptions { map, ..options.clone() };
-    build(format, &[sheet], notes, sha256, &origin, &options)
+    collected(File { format, sheets: vec![sheet], notes, sha256 }, &origin, &options)
 }
 
 /// The user's role for a file by its name.

@@ -1,8 +1,10 @@
 //! Detects the format of a file, and reads its sheets.
 
+use crate::bytes;
 use crate::csv::{self, Dialect};
 use crate::error::{Error, Result};
 use crate::sheet::Sheet;
+use sha2::{Digest, Sha256};
 use std::path::Path;
 
 /// The format of a file.
@@ -58,6 +60,41 @@ fn not_built_in(origin: &str, what: &str, feature: &str) -> Error {
         message: format!(
             "is {what}, which this program was built without (feature \"{feature}\"); save it as CSV"
         ),
+    }
+}
+
+/// A file with its sheets.
+pub struct File {
+    pub format: Format,
+    pub sheets: Vec<Sheet>,
+    /// Notes for the user.
+    pub notes: Vec<String>,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+}
+
+impl File {
+    /// The file in `bytes`.
+    ///
+    /// # Errors
+    /// As for [`sheets`].
+    pub fn of(bytes: &[u8], origin: &str) -> Result<Self> {
+        let (format, sheets, notes) = sheets(bytes, origin)?;
+        Ok(Self { format, sheets, notes, sha256: format!("{:x}", Sha256::digest(bytes)) })
+    }
+
+    /// The file at `path`. A large file of text is read some of it at a time.
+    ///
+    /// # Errors
+    /// If it cannot be read, or as for [`sheets`].
+    pub fn open(path: &Path, origin: &str) -> Result<Self> {
+        match csv::read_large(path, origin)? {
+            Some((csv, sha256)) => {
+                let (format, sheets) = (Format::Csv(csv.dialect), vec![csv.sheet]);
+                Ok(Self { format, sheets, notes: csv.notes, sha256 })
+            }
+            None => Self::of(&bytes::read(path)?, origin),
+        }
     }
 }
 

@@ -17,7 +17,6 @@ mod written;
 pub use format::Format;
 pub use written::{mapping_of, same};
 
-use crate::bytes;
 use crate::cells::number;
 use crate::columns::layout::{self, Layout, MissingLoop, Plan, Recognised, side_by_side};
 use crate::columns::options::ReadOptions;
@@ -28,9 +27,8 @@ use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column, Sheet};
 use crate::timestamp::{Clock, Times};
 use builder::{Builder, no_op};
-use format::sheets;
+use format::{File, sheets};
 use naming::{Names, common_start};
-use sha2::{Digest, Sha256};
 use std::collections::HashSet;
 use std::path::Path;
 use stiction_diagnose::recording::Recording;
@@ -48,12 +46,12 @@ pub struct TimeColumn {
 
 impl TimeColumn {
     /// The notation of the `times` of a sheet.
-    fn of(sheet: &Sheet, plan: &Plan, options: &ReadOptions, times: Times) -> Self {
+    fn of(sheet: &Sheet, plan: &Plan, options: &ReadOptions, times: &Times) -> Self {
         let used = plan.time.filter(|_| options.sample_time.is_none());
         Self {
             column: used.map(|column| sheet.columns[column].name.clone()),
-            format: times.format,
-            clock: times.clock,
+            format: times.format.clone(),
+            clock: times.clock.clone(),
         }
     }
 }
@@ -89,7 +87,22 @@ pub struct Reading {
 /// # Errors
 /// If it cannot be read, or as for [`parse`].
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading> {
-    parse(&bytes::read(path)?, &path.display().to_string(), options)
+    let origin = path.display().to_string();
+    collected(File::open(path, &origin)?, &origin, options)
+}
+
+/// Passes the recordings in the file at `path` to `visit` one after the other, each with the clock of the file, so that they need
+/// not all be in memory. The reading has none.
+///
+/// # Errors
+/// As for [`read`], also after some of the recordings.
+pub fn visit(
+    path: &Path,
+    options: &ReadOptions,
+    visit: &mut dyn FnMut(Recording, &Clock),
+) -> Result<Reading> {
+    let origin = path.display().to_string();
+    build(File::open(path, &origin)?, &origin, options, visit)
 }
 
 /// Reads recordings from `bytes`, whose format is detected from their beginning. `origin` is their name in errors,
@@ -99,10 +112,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading> {
 /// If the bytes are of no known format, or no column is known as a controller output; if a cell does not fit its
 /// column and is not a known word; or if the times cannot be read.
 pub fn parse(bytes: &[u8], origin: &str, options: &ReadOptions) -> Result<Reading> {
-    let (format, sheets, notes) = sheets(bytes, origin)?;
-    let sheets = parts::chosen(sheets, origin, options)?;
-    let sha256 = format!("{:x}", Sha256::digest(bytes));
-    build(format, &sheets, notes, sha256, origin, options)
+    collected(File::of(bytes, origin)?, origin, options)
 }
 
 /// The names of all columns in `bytes`, so that a user can assign those that [`parse`] does not recognise.
@@ -122,18 +132,26 @@ pub fn columns(bytes: &[u8], origin: &str) -> Result<Vec<String>> {
 /// As for [`parse`], except for the format.
 pub fn of_sheet(sheet: Sheet, options: &ReadOptions) -> Result<Reading> {
     let origin = sheet.origin.clone();
-    build(Format::Memory, &[sheet], vec![], String::new(), &origin, options)
+    let (format, sheets, sha256) = (Format::Memory, vec![sheet], String::new());
+    collected(File { format, sheets, notes: vec![], sha256 }, &origin, options)
 }
 
-/// Reads recordings from the sheets of a file.
+/// Reads the recordings of a file.
+fn collected(file: File, origin: &str, options: &ReadOptions) -> Result<Reading> {
+    let mut recordings = vec![];
+    let reading = build(file, origin, options, &mut |recording, _| recordings.push(recording))?;
+    Ok(Reading { recordings, ..reading })
+}
+
+/// Reads the recordings of a file, and passes each to `visit`.
 fn build(
-    mut format: Format,
-    sheets: &[Sheet],
-    mut notes: Vec<String>,
-    sha256: String,
+    file: File,
     origin: &str,
     options: &ReadOptions,
+    visit: &mut dyn FnMut(Recording, &Clock),
 ) -> Result<Reading> {
+    let File { mut format, sheets, mut notes, sha256 } = file;
+    let sheets = &parts::chosen(sheets, origin, options)?[..];
     let mut names = Names { origin, parts: common_start(sheets), several: sheets.len() > 1 };
     let understood;
     let sheets = match format {
@@ -148,7 +166,8 @@ fn build(
         }
         _ => sheets,
     };
-    let (mut recordings, mut recognised, mut first) = (vec![], vec![], None);
+    let mut first: Option<(Layout, TimeColumn)> = None;
+    let (mut seen, mut recognised): (HashSet<String>, _) = (HashSet::new(), vec![]);
     let (mut missing, mut untagged): (Vec<MissingLoop>, _) = (vec![], vec![]);
     let mut without_op: Vec<&str> = vec![];
     for original in sheets {
@@ -196,14 +215,21 @@ fn build(
         }
         let builder = Builder::new(sheet, &plan, options, mark)?;
         notes.extend(builder.times.notes.iter().map(about));
+        let time = || TimeColumn::of(sheet, &plan, options, &builder.times);
+        let (_, time) = first.get_or_insert_with(|| (plan.layout, time()));
         for each in plan.loops.iter().filter(|each| each.unread.is_none()) {
             let (name, tells) = names.of(each, sheet);
             if !tells {
                 untagged.push(name.clone());
             }
-            recordings.push(builder.recording(each, name)?);
+            seen.insert(name.to_lowercase());
+            let recording = builder.recording(each, name)?;
+            // Cells that could not be fetched are no samples.
+            if let Some(message) = original.failure() {
+                return Err(Error::Table { origin: origin.to_owned(), message });
+            }
+            visit(recording, &time.clock);
         }
-        first.get_or_insert((plan.layout, TimeColumn::of(sheet, &plan, options, builder.times)));
     }
     let Some((layout, time)) = first else {
         let lacking = missing.iter().max_by_key(|each| each.is_partly_here);
@@ -228,8 +254,6 @@ fn build(
         }
     }
     // Another part of the file may have what one part lacks.
-    let mut seen: HashSet<String> =
-        recordings.iter().map(|read: &Recording| read.name.to_lowercase()).collect();
     missing.sort_by_key(|each| !each.is_partly_here);
     missing.retain(|each| seen.insert(each.name.to_lowercase()));
     let elsewhere: Vec<&str> =
@@ -243,7 +267,7 @@ fn build(
         format,
         layout,
         time,
-        recordings,
+        recordings: vec![],
         recognised,
         missing,
         untagged,
@@ -259,8 +283,8 @@ fn without_header(format: Format, sheets: &[Sheet], wording: Wording) -> Option<
         return None;
     }
     let cells = sheet.columns.iter().map(|column| match &column.cells {
-        Cells::Text(cells) => cells.first().map_or("", |cell| cell),
-        _ => "",
+        Cells::Text(cells) => cells.view().first().unwrap_or("").to_owned(),
+        _ => String::new(),
     });
     let row = cells.collect::<Vec<_>>().join(&dialect.delimiter.to_string());
     let of = |role: &str, place: usize| wording.of(Remedy::map(role, &format!("column {place}")));
@@ -295,7 +319,9 @@ mod tests {
     }
 
     fn built(sheets: &[Sheet], options: &ReadOptions) -> Result<Reading> {
-        build(Format::Matlab, sheets, vec![], String::new(), "f.mat", options)
+        let (sheets, sha256) = (sheets.to_vec(), String::new());
+        let file = File { format: Format::Matlab, sheets, notes: vec![], sha256 };
+        collected(file, "f.mat", options)
     }
 
     #[test]

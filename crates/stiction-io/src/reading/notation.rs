@@ -10,7 +10,7 @@ use crate::columns::role::Signal;
 use crate::error::{Error, Result};
 use crate::remedy::Remedy;
 use crate::sheet::{Cells, Sheet};
-use std::sync::Arc;
+use crate::texts::{Texts, View};
 
 /// Successive values are near each other if they differ by less than this factor, the fourth root of 1000.
 const NEAR: f64 = 5.623;
@@ -22,15 +22,16 @@ struct Source<'a> {
     /// Its name, of the column or the tag.
     name: &'a str,
     column: &'a str,
-    cells: &'a [Arc<str>],
+    cells: &'a Texts,
     /// Its rows; all if none.
     rows: Option<&'a [usize]>,
 }
 
-impl<'a> Source<'a> {
-    fn cells(&self) -> impl Iterator<Item = (usize, &'a str)> + '_ {
-        let count = self.rows.map_or(self.cells.len(), <[usize]>::len);
-        (0..count).map(|k| self.rows.map_or(k, |rows| rows[k])).map(|row| (row, &*self.cells[row]))
+impl Source<'_> {
+    /// Its rows and cells, from a `view` of the column.
+    fn cells<'v>(&self, view: &'v View<'_>) -> impl Iterator<Item = (usize, &'v str)> {
+        let count = self.rows.map_or(view.len(), <[usize]>::len);
+        (0..count).map(|k| self.rows.map_or(k, |rows| rows[k])).map(|row| (row, &view[row]))
     }
 }
 
@@ -70,8 +71,7 @@ pub fn settle(
     if let Some(given) = options.decimal_mark {
         return Ok((given, vec![]));
     }
-    let open: Vec<Open<'_>> =
-        sources(sheet, plan, options).into_iter().filter_map(Open::of).collect();
+    let open: Vec<Open<'_>> = sources(sheet, plan, options).filter_map(Open::of).collect();
     let decided = open.iter().find_map(Open::decided);
     let mark = match (found.is_sure, decided) {
         (false, Some(mark)) => mark,
@@ -98,13 +98,17 @@ pub fn settle(
 }
 
 /// The numeric sources in text that `plan` uses.
-fn sources<'a>(sheet: &'a Sheet, plan: &'a Plan, options: &ReadOptions) -> Vec<Source<'a>> {
-    let source = |name: &'a str, column: usize, rows: Option<&'a [usize]>| {
+fn sources<'a>(
+    sheet: &'a Sheet,
+    plan: &'a Plan,
+    options: &ReadOptions,
+) -> impl Iterator<Item = Source<'a>> {
+    let source = move |name: &'a str, column: usize, rows: Option<&'a [usize]>| {
         let column = &sheet.columns[column];
         let Cells::Text(cells) = &column.cells else { return None };
         Some(Source { name, column: &column.name, cells, rows })
     };
-    let signal = |place: usize| match &plan.place {
+    let signal = move |place: usize| match &plan.place {
         Place::Columns => source(&sheet.columns[place].name, place, None),
         Place::Rows { tags, value, .. } => {
             source(&tags[place].name, *value, Some(&tags[place].rows))
@@ -114,18 +118,17 @@ fn sources<'a>(sheet: &'a Sheet, plan: &'a Plan, options: &ReadOptions) -> Vec<S
     let time = plan.time.filter(|_| options.sample_time.is_none());
     plan.loops
         .iter()
-        .flat_map(|each| numeric.into_iter().filter_map(|signal| each.signal(signal)))
+        .flat_map(move |each| numeric.into_iter().filter_map(move |signal| each.signal(signal)))
         .filter_map(signal)
         .chain(time.and_then(|time| source(&sheet.columns[time].name, time, None)))
-        .collect()
 }
 
 /// Whether `mark` certainly separates thousands in one of the `cells`, as in 1.234,5 or 1.234.567.
 fn parts_thousands(cells: &Cells, mark: DecimalMark) -> bool {
     let Cells::Text(cells) = cells else { return false };
-    cells
-        .iter()
-        .any(|cell| cell.contains(mark.mark()) && number::shows(cell) == Shows::Mark(mark.other()))
+    let is_it =
+        |cell: &str| cell.contains(mark.mark()) && number::shows(cell) == Shows::Mark(mark.other());
+    cells.view().iter().any(is_it)
 }
 
 impl<'a> Open<'a> {
@@ -135,7 +138,8 @@ impl<'a> Open<'a> {
         let (mut is_mixed, mut whole, mut decimal, mut thousands) = (false, false, 0, 0);
         // The last number, and whether it has a mark.
         let mut last: Option<(&str, bool)> = None;
-        for (row, cell) in source.cells() {
+        let view = source.cells.view();
+        for (row, cell) in source.cells(&view) {
             let has_mark = match number::shows(cell) {
                 Shows::Mark(_) => return None,
                 Shows::NoNumber if last.is_none() && number::starts_otherwise(cell) => return None,
@@ -186,7 +190,8 @@ impl<'a> Open<'a> {
 
     /// The lowest and highest value with this decimal mark.
     fn values(&self, mark: DecimalMark) -> String {
-        let values = self.source.cells().filter_map(|(_, cell)| number::parse(cell, mark));
+        let view = self.source.cells.view();
+        let values = self.source.cells(&view).filter_map(|(_, cell)| number::parse(cell, mark));
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
             (low.min(value), high.max(value))
         });
@@ -221,7 +226,7 @@ impl<'a> Open<'a> {
                 "the \"{}\" in \"{}\" has two readings: as a decimal mark, the values are {}, as a separator of \
                  thousands {}; {remedy}",
                 self.mark.mark(),
-                cells[self.row],
+                &cells.view()[self.row],
                 self.values(decimal),
                 self.values(thousands),
             ),
@@ -264,7 +269,7 @@ mod tests {
     use super::*;
 
     fn meaning(cells: &str) -> Option<Meaning> {
-        let cells: Vec<Arc<str>> = cells.split(' ').map(Into::into).collect();
+        let cells: Texts = cells.split(' ').collect();
         let source = Source { name: "PV", column: "PV", cells: &cells, rows: None };
         Open::of(source).map(|open| open.meaning)
     }

@@ -8,7 +8,7 @@ use crate::columns::options::ReadOptions;
 use crate::error::Result;
 use crate::parquet::{Holds, ParquetFile};
 use crate::reading::{self, Reading};
-use crate::sheet::{Cells, Sheet};
+use crate::sheet::{Cells, Column, Sheet};
 use sha2::{Digest, Sha256};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -78,8 +78,7 @@ impl PartedFile {
                         Holds::Word(word) => vec![place(word)],
                         _ => {
                             let sheet = file.sheet(&[tag], &[group])?;
-                            let Some(Cells::Text(cells)) = sheet.columns.first().map(|c| &c.cells)
-                            else {
+                            let Some(cells) = sheet.columns.first().and_then(words) else {
                                 return Ok(None);
                             };
                             distinct(cells).into_iter().map(&mut place).collect()
@@ -158,10 +157,7 @@ impl PartedFile {
             let Some(Cells::Times { seconds, .. }) = sheet.columns.first().map(|c| &c.cells) else {
                 continue;
             };
-            let words = match sheet.columns.get(1).map(|column| &column.cells) {
-                Some(Cells::Text(words)) => Some(words),
-                _ => None,
-            };
+            let words = sheet.columns.get(1).and_then(words);
             let by_word: HashMap<&str, usize> =
                 there.iter().map(|tag| (&*self.names[*tag], *tag)).collect();
             let mut last: Option<(&Arc<str>, Option<usize>)> = None;
@@ -290,10 +286,8 @@ impl PartedFile {
 
     /// The tags in a sheet of a long table.
     pub fn tags<'s>(&self, sheet: &'s Sheet) -> &'s [Arc<str>] {
-        match self.shape.long.and_then(|(tag, _)| sheet.columns.get(tag)).map(|tag| &tag.cells) {
-            Some(Cells::Text(tags)) => tags,
-            _ => &[],
-        }
+        let tags = self.shape.long.and_then(|(tag, _)| sheet.columns.get(tag)).and_then(words);
+        tags.unwrap_or(&[])
     }
 
     /// The recordings of these loops, from a sheet that holds no others.
@@ -349,7 +343,7 @@ impl PartedFile {
         let wanted: HashSet<&str> = names.iter().map(|name| &*self.names[*name]).collect();
         let mut there = groups.iter().flat_map(|group| &self.tags[*group]);
         if there.any(|tag| !wanted.contains(&*self.names[*tag]))
-            && let Cells::Text(tags) = &sheet.columns[tag].cells
+            && let Some(tags) = words(&sheet.columns[tag])
         {
             let is_wanted = |row: &usize| wanted.contains(&*tags[*row]);
             let kept: Vec<usize> = (0..tags.len()).filter(is_wanted).collect();
@@ -377,6 +371,14 @@ impl PartedFile {
         groups.sort_unstable();
         groups.dedup();
         groups
+    }
+}
+
+/// The words of a column.
+fn words(column: &Column) -> Option<&[Arc<str>]> {
+    match &column.cells {
+        Cells::Text(texts) => texts.words(),
+        _ => None,
     }
 }
 

@@ -192,7 +192,8 @@ impl From<&Recognised> for Column {
 }
 
 impl Loop {
-    fn of(recording: &Recording, clock: &Clock) -> Self {
+    /// The summary of a recording whose file has this clock.
+    pub fn of(recording: &Recording, clock: &Clock) -> Self {
         let (first, last) = ends(&recording.op.time);
         let signals = [
             ("op", Some(&recording.op)),

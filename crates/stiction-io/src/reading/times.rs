@@ -7,13 +7,13 @@ use crate::columns::role::{self, Role};
 use crate::error::{Error, Result};
 use crate::names::list;
 use crate::remedy::{Remedy, Wording};
-use crate::sheet::{Cells, Column, Sheet};
+use crate::sheet::{Cells, Column, Sheet, Viewed};
+use crate::texts::Texts;
 use crate::timestamp::{self, Clock, Times, Told};
 use jiff::ToSpan;
 use jiff::civil::Date;
 use jiff::tz::Offset;
 use std::borrow::Cow;
-use std::sync::Arc;
 
 /// Reads the times of all rows of `sheet`, or computes them from its sample time.
 ///
@@ -104,21 +104,21 @@ fn no_times(sheet: &Sheet, by_rows: bool, wording: Wording) -> String {
 /// A column of days and one of times of day, combined. `None` if the second column is complete without the first.
 fn joined(sheet: &Sheet, date: usize, time: &Column) -> Option<Column> {
     let date = &sheet.columns[date];
+    let (days, times) = (date.cells.view(), time.cells.view());
     let cells = (0..sheet.len()).map(|row| {
-        let (day, time) = (day(&date.cells, row)?, time_of_day(&time.cells, row)?);
-        let text =
-            if day.is_empty() || time.is_empty() { String::new() } else { format!("{day} {time}") };
-        Some(Arc::from(text))
+        let (day, time) = (day(&days, row)?, time_of_day(&times, row)?);
+        let is_empty = day.is_empty() || time.is_empty();
+        Some(Cow::Owned(if is_empty { String::new() } else { format!("{day} {time}") }))
     });
     Some(Column {
         name: format!("{} {}", date.name, time.name),
         unit: None,
-        cells: Cells::Text(cells.collect::<Option<Vec<Arc<str>>>>()?),
+        cells: Cells::Text(cells.collect::<Option<Texts>>()?),
     })
 }
 
 /// The day in a cell, without a time of day at its end.
-fn day(cells: &Cells, row: usize) -> Option<Cow<'_, str>> {
+fn day<'v>(cells: &'v Viewed<'_>, row: usize) -> Option<Cow<'v, str>> {
     let of_number = |number: f64| {
         let day = match number {
             20_000.0..80_000.0 => {
@@ -134,7 +134,7 @@ fn day(cells: &Cells, row: usize) -> Option<Cow<'_, str>> {
         Some(Cow::Owned(day.to_string()))
     };
     match cells {
-        Cells::Text(cells) => {
+        Viewed::Text(cells) => {
             let cell = cells[row].trim();
             let is_midnight = |(_, time): &(&str, &str)| {
                 timestamp::time_of_day(time).and_then(|time| time.of_day()) == Some(0.0)
@@ -143,8 +143,8 @@ fn day(cells: &Cells, row: usize) -> Option<Cow<'_, str>> {
             let day = parts.filter(is_midnight).map_or(cell, |(day, _)| day);
             number::parse(day, DecimalMark::Point).and_then(of_number).or(Some(Cow::Borrowed(day)))
         }
-        Cells::Numbers(numbers) => of_number(numbers[row]),
-        Cells::Times { seconds, .. } => {
+        Viewed::Numbers(numbers) => of_number(numbers[row]),
+        Viewed::Times(seconds) => {
             let at = jiff::Timestamp::from_second(seconds[row].floor() as i64).ok()?;
             Some(Cow::Owned(Offset::UTC.to_datetime(at).date().to_string()))
         }
@@ -153,7 +153,7 @@ fn day(cells: &Cells, row: usize) -> Option<Cow<'_, str>> {
 
 /// The time of day in a cell: as text, as a part of a day, or behind the day zero of a spreadsheet. `None` if it
 /// includes a day of its own.
-fn time_of_day(cells: &Cells, row: usize) -> Option<Cow<'_, str>> {
+fn time_of_day<'v>(cells: &'v Viewed<'_>, row: usize) -> Option<Cow<'v, str>> {
     let of_seconds = |seconds: f64| {
         let millis = (seconds * 1e3).round() as u64;
         let (minutes, rest) = (millis / 60_000, millis % 60_000);
@@ -163,7 +163,7 @@ fn time_of_day(cells: &Cells, row: usize) -> Option<Cow<'_, str>> {
     let of_number =
         |number: f64| (0.0..1.0).contains(&number).then(|| of_seconds(number * 86_400.0))?;
     match cells {
-        Cells::Text(cells) => {
+        Viewed::Text(cells) => {
             let cell = cells[row].trim();
             if cell.contains([':', 'h']) || cell.is_empty() {
                 let zero_days = [
@@ -186,8 +186,8 @@ fn time_of_day(cells: &Cells, row: usize) -> Option<Cow<'_, str>> {
                 None => (!timestamp::looks_like(cell)).then_some(Cow::Borrowed(cell)),
             }
         }
-        Cells::Numbers(numbers) => of_number(numbers[row]),
-        Cells::Times { seconds, .. } => {
+        Viewed::Numbers(numbers) => of_number(numbers[row]),
+        Viewed::Times(seconds) => {
             let is_zero_day = seconds[row] < -2.0e9 || (0.0..86_400.0).contains(&seconds[row]);
             is_zero_day.then(|| of_seconds(seconds[row].rem_euclid(86_400.0)))?
         }

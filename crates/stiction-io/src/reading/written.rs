@@ -10,7 +10,7 @@ use crate::columns::options::ReadOptions;
 use crate::columns::role::Signal;
 use crate::error::{Error, Result};
 use crate::reading::Format;
-use crate::sheet::{Cells, Sheet};
+use crate::sheet::{Sheet, Viewed};
 use crate::timestamp::{Clock, TimeFormat};
 use std::collections::BTreeMap;
 use stiction_diagnose::recording::{Channel, Range, Recording};
@@ -265,8 +265,9 @@ impl Draft {
             else {
                 continue;
             };
+            let cells = said.cells.view();
             for (row, quality) in rows.iter().zip(read) {
-                if let Cell::Number(number) = Cell::of(&said.cells, *row, mark) {
+                if let Cell::Number(number) = Cell::of(&cells, *row, mark) {
                     let value = quoted(name_of(&quality::NAMES, quality));
                     self.set(Table::Quality, &number, value, code.name());
                 }
@@ -274,12 +275,13 @@ impl Draft {
         }
         let Some((cells, mut rows)) = of.signal(Signal::Mode).map(place) else { return };
         let modes = recording.mode.as_ref().map_or(&[][..], |modes| &modes.modes);
-        if let (Cells::Text(cells), true) = (cells, rows.len() > modes.len()) {
+        let cells = cells.view();
+        if let (Viewed::Text(cells), true) = (&cells, rows.len() > modes.len()) {
             // Empty cells were rows of other signals.
             rows.retain(|row: &usize| !cells[*row].is_empty());
         }
         for (row, mode) in rows.iter().zip(modes) {
-            let (Cell::Number(cell) | Cell::Word(cell)) = Cell::of(cells, *row, mark);
+            let (Cell::Number(cell) | Cell::Word(cell)) = Cell::of(&cells, *row, mark);
             // A word that is known is no guess. A word that is not known is the position of a switch.
             let said = mode::of_cell(&cell, &options.modes, mode::Codes::Common, mark);
             if let Some(mode::Said::Code(_)) | None = said {
@@ -354,14 +356,14 @@ enum Cell {
 }
 
 impl Cell {
-    fn of(cells: &Cells, row: usize, mark: DecimalMark) -> Self {
+    fn of(cells: &Viewed<'_>, row: usize, mark: DecimalMark) -> Self {
         let number = match cells {
-            Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => Some(numbers[row]),
-            Cells::Text(cells) => number::parse(&cells[row], mark),
+            Viewed::Numbers(numbers) | Viewed::Times(numbers) => Some(numbers[row]),
+            Viewed::Text(cells) => number::parse(&cells[row], mark),
         };
         match (number, cells) {
             (Some(number), _) if number.is_finite() => Self::Number(number.to_string()),
-            (_, Cells::Text(cells)) => Self::Word(cells[row].to_string()),
+            (_, Viewed::Text(cells)) => Self::Word(cells[row].to_string()),
             _ => Self::Word(String::new()),
         }
     }

@@ -11,10 +11,10 @@ use crate::cells::number;
 use crate::error::Result;
 use crate::remedy::Remedy;
 use crate::sheet::{Cells, Column};
+use crate::texts::View;
 use jiff::civil::DateTime;
 use jiff::fmt::strtime::BrokenDownTime;
 use jiff::tz::{AmbiguousOffset, Offset};
-use std::sync::Arc;
 
 /// Seconds from 1970 to the end of year 9999, and back.
 const CALENDAR: f64 = 2.5e11;
@@ -42,7 +42,7 @@ pub fn read(column: &Column, context: &Context<'_>) -> Result<Times> {
             check_present(column, numbers, context)?;
             context.numbers(column, numbers)?
         }
-        Cells::Text(cells) => context.text(column, cells)?,
+        Cells::Text(cells) => context.text(column, &cells.view())?,
     };
     plausible::check(&times, column, context)?;
     Ok(times)
@@ -64,6 +64,24 @@ pub(super) type Written = (DateTime, Option<Offset>);
 
 fn as_utc(local: DateTime) -> i128 {
     Offset::UTC.to_timestamp(local).map_or(0, |timestamp| timestamp.as_nanosecond())
+}
+
+/// The order of the dates and all times of a column whose first row decides the order and whose other rows fit. Most
+/// columns are like this, and then no stamps need to be kept.
+fn plain(cells: &View<'_>) -> Option<(DateOrder, Vec<Written>)> {
+    let first = scan(cells.first()?)?;
+    let mut orders = first.orders();
+    let (Some(order), None) = (orders.next(), orders.next()) else { return None };
+    let mut date = first.date;
+    let written = |cell: &str| {
+        let stamp = scan(cell).filter(|stamp| !stamp.is_abbreviated)?;
+        if stamp.date != date && stamp.orders().all(|possible| possible != order) {
+            return None;
+        }
+        date = stamp.date;
+        Some((stamp.civil(order)?, stamp.offset))
+    };
+    Some((order, cells.iter().map(written).collect::<Option<_>>()?))
 }
 
 impl Context<'_> {
@@ -104,8 +122,8 @@ impl Context<'_> {
         self.nanos(column, seconds, 1.0)?.into_iter().enumerate().map(civil).collect()
     }
 
-    fn text(&self, column: &Column, cells: &[Arc<str>]) -> Result<Times> {
-        if let Some(i) = cells.iter().position(|cell| cell.is_empty()) {
+    fn text(&self, column: &Column, cells: &View<'_>) -> Result<Times> {
+        if let Some(i) = cells.iter().position(str::is_empty) {
             let message = format!(
                 "is empty; every row needs a time, so give one or remove the row{}",
                 plausible::sample_time(self)
@@ -120,14 +138,14 @@ impl Context<'_> {
             }
             _ => {}
         }
-        let first = cells.first().map_or("", |cell| &**cell);
+        let first = cells.first().unwrap_or("");
         let is_stamp = scan(first).is_some();
         if self.format.is_none() && !is_stamp && time_of_day::scan(first).is_some() {
             return self.times_of_day(column, cells);
         }
         let numeric = number::parse(first, self.mark).is_some() && !is_stamp;
         if numeric || self.format.is_some() {
-            let number = |(i, cell): (usize, &Arc<str>)| {
+            let number = |(i, cell): (usize, &str)| {
                 number::parse(cell, self.mark).ok_or_else(|| {
                     let message = format!(
                         "\"{}\" is not a number, as this time format requires; correct it{}",
@@ -140,12 +158,15 @@ impl Context<'_> {
             let numbers = cells.iter().enumerate().map(number).collect::<Result<Vec<_>>>()?;
             return self.numbers(column, &numbers);
         }
+        if let Some((order, written)) = plain(cells) {
+            return self.resolve(column, &written, TimeFormat::Date(order).describe());
+        }
         let stamps = self.stamps(column, cells)?;
         let order = self.order(column, cells, &stamps)?;
         self.dates(column, cells, &stamps, order)
     }
 
-    fn by_pattern(&self, column: &Column, cells: &[Arc<str>], pattern: &str) -> Result<Times> {
+    fn by_pattern(&self, column: &Column, cells: &View<'_>, pattern: &str) -> Result<Times> {
         let wrong = |i: usize, e: jiff::Error| {
             let cell = number::shown(&cells[i]);
             let given = self.wording.of(Remedy::TimeFormat(vec![pattern.to_owned()]));
@@ -155,8 +176,8 @@ impl Context<'_> {
             );
             self.wrong(column, i, message)
         };
-        let parts = |(i, cell): (usize, &Arc<str>)| {
-            BrokenDownTime::parse(pattern, &**cell).map_err(|e| wrong(i, e))
+        let parts = |(i, cell): (usize, &str)| {
+            BrokenDownTime::parse(pattern, cell).map_err(|e| wrong(i, e))
         };
         let parts = cells.iter().enumerate().map(parts).collect::<Result<Vec<_>>>()?;
         let has_no_day = |parts: &BrokenDownTime| {
@@ -184,8 +205,8 @@ impl Context<'_> {
         self.resolve(column, &written, pattern.to_owned())
     }
 
-    fn stamps(&self, column: &Column, cells: &[Arc<str>]) -> Result<Vec<Stamp>> {
-        let stamp = |(i, cell): (usize, &Arc<str>)| {
+    fn stamps(&self, column: &Column, cells: &View<'_>) -> Result<Vec<Stamp>> {
+        let stamp = |(i, cell): (usize, &str)| {
             scan(cell).ok_or_else(|| {
                 let cell = number::shown(cell);
                 let other = match i {
@@ -206,7 +227,7 @@ impl Context<'_> {
     }
 
     /// The only order of year, month and day in which every date exists.
-    fn order(&self, column: &Column, cells: &[Arc<str>], stamps: &[Stamp]) -> Result<DateOrder> {
+    fn order(&self, column: &Column, cells: &View<'_>, stamps: &[Stamp]) -> Result<DateOrder> {
         let mut orders: Vec<DateOrder> = stamps.first().map_or(vec![], |s| s.orders().collect());
         for (i, stamp) in stamps.iter().enumerate() {
             // Most dates equal those of the row above.
@@ -217,12 +238,12 @@ impl Context<'_> {
             if orders.is_empty() {
                 let rows = plausible::sample_time(self);
                 let message = if stamp.orders().next().is_none() {
-                    format!("\"{}\" is not a day of the calendar; correct it{rows}", cells[i])
+                    format!("\"{}\" is not a day of the calendar; correct it{rows}", &cells[i])
                 } else {
                     format!(
                         "\"{}\" has a different order of day and month from the rows above; write all dates \
                          alike{rows}",
-                        cells[i]
+                        &cells[i]
                     )
                 };
                 return Err(self.wrong(column, i, message));
@@ -234,7 +255,7 @@ impl Context<'_> {
                 column,
                 format!(
                     "dates such as \"{}\" can be {}, and no row decides; give {}",
-                    cells.first().map_or("", |cell| &**cell),
+                    cells.first().unwrap_or(""),
                     orders.iter().map(|o| o.name()).collect::<Vec<_>>().join(" or "),
                     self.wording.of(Remedy::TimeFormat(
                         orders.iter().map(|order| order.name().replace(' ', "-")).collect()
@@ -247,7 +268,7 @@ impl Context<'_> {
     fn dates(
         &self,
         column: &Column,
-        cells: &[Arc<str>],
+        cells: &View<'_>,
         stamps: &[Stamp],
         order: DateOrder,
     ) -> Result<Times> {
@@ -255,7 +276,7 @@ impl Context<'_> {
             let local = stamp.civil(order).ok_or_else(|| {
                 let message = format!(
                     "\"{}\" is not a day when read as {}; leave {} out{}",
-                    cells[i],
+                    &cells[i],
                     order.name(),
                     self.wording.of(Remedy::TimeFormat(vec![])),
                     plausible::sample_time(self)
@@ -268,7 +289,7 @@ impl Context<'_> {
         if let Some(i) = abbreviated.filter(|_| self.zone.is_none()) {
             let message = format!(
                 "\"{}\" ends with the abbreviation of a zone, which is not unique; give the zone, as in {}",
-                cells[i],
+                &cells[i],
                 self.wording.of(Remedy::Zone(Some("Europe/Berlin".to_owned())))
             );
             return Err(self.wrong(column, i, message));

@@ -10,7 +10,7 @@ use super::format::{TimeFormat, is_plain_name, unit_name};
 use crate::cells::number;
 use crate::error::{Error, Result};
 use crate::remedy::{Remedy, Wording};
-use crate::sheet::{Cells, Column};
+use crate::sheet::{Cells, Column, Viewed};
 use jiff::tz::Offset;
 use std::ops::{Range, RangeInclusive};
 use stiction_diagnose::spoken;
@@ -342,19 +342,28 @@ fn collapsed(
     column: &Column,
     context: &Context<'_>,
 ) -> Vec<usize> {
-    let differ = |a: usize, b: usize| {
-        let others = context.sheet.columns.iter().filter(|each| each.name != column.name);
-        others.map(|each| &each.cells).any(|cells| match cells {
-            Cells::Text(cells) => cells[a] != cells[b],
-            Cells::Numbers(cells) | Cells::Times { seconds: cells, .. } => {
-                cells[a].to_bits() != cells[b].to_bits()
+    let pairs = series.iter().flat_map(|rows| rows.windows(2)).map(|pair| (pair[0], pair[1]));
+    let mut same: Vec<(usize, usize)> =
+        pairs.filter(|(a, b)| times.seconds[*a] == times.seconds[*b]).collect();
+    let mut rows = vec![];
+    for other in context.sheet.columns.iter().filter(|each| each.name != column.name) {
+        if same.is_empty() {
+            break;
+        }
+        let cells = other.cells.view();
+        same.retain(|(a, b)| {
+            let is_equal = match &cells {
+                Viewed::Text(cells) => cells[*a] == cells[*b],
+                Viewed::Numbers(cells) | Viewed::Times(cells) => {
+                    cells[*a].to_bits() == cells[*b].to_bits()
+                }
+            };
+            if !is_equal {
+                rows.push(*b);
             }
-        })
-    };
-    let pairs = series.iter().flat_map(|rows| rows.windows(2));
-    let same = pairs.filter(|pair| times.seconds[pair[0]] == times.seconds[pair[1]]);
-    let mut rows: Vec<usize> =
-        same.filter(|pair| differ(pair[0], pair[1])).map(|pair| pair[1]).collect();
+            is_equal
+        });
+    }
     rows.sort_unstable();
     rows
 }
@@ -362,7 +371,7 @@ fn collapsed(
 /// The cell of `column` in a row, as messages show it; both cells for a day and a time of day in two columns.
 fn shown(column: &Column, row: usize) -> String {
     match &column.cells {
-        Cells::Text(cells) => number::shown(&cells[row]),
+        Cells::Text(cells) => number::shown(&cells.view()[row]),
         Cells::Numbers(cells) => cells[row].to_string(),
         Cells::Times { seconds, .. } => Clock::Utc.show(Some(0.0), seconds[row]),
     }

@@ -8,8 +8,8 @@ use crate::cells::number;
 use crate::error::Result;
 use crate::remedy::Remedy;
 use crate::sheet::Column;
+use crate::texts::View;
 use jiff::SignedDuration;
-use std::sync::Arc;
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
@@ -148,8 +148,8 @@ impl ClockTime {
 
 impl Context<'_> {
     /// The times of a column whose cells are times of day, or times since a start.
-    pub fn times_of_day(&self, column: &Column, cells: &[Arc<str>]) -> Result<Times> {
-        let read = |(i, cell): (usize, &Arc<str>)| {
+    pub fn times_of_day(&self, column: &Column, cells: &View<'_>) -> Result<Times> {
+        let read = |(i, cell): (usize, &str)| {
             scan(cell).ok_or_else(|| {
                 let message = format!(
                     "\"{}\" is not a time of day, but the rows above are; correct it{}",
@@ -172,7 +172,7 @@ impl Context<'_> {
     }
 
     /// What the numbers between the colons are.
-    fn parts(&self, column: &Column, cells: &[Arc<str>], times: &[ClockTime]) -> Result<Parts> {
+    fn parts(&self, column: &Column, cells: &View<'_>, times: &[ClockTime]) -> Result<Parts> {
         let count = times.first().map_or(3, |time| time.count);
         if let Some(i) = times.iter().position(|time| time.count != count) {
             let message = format!(
@@ -201,7 +201,7 @@ impl Context<'_> {
         let formats = vec!["%H:%M".to_owned(), "%M:%S".to_owned()];
         let message = format!(
             "times such as \"{}\" can be hours and minutes or minutes and seconds, and no row decides; give {}{}",
-            cells.first().map_or("", |cell| &**cell),
+            cells.first().unwrap_or(""),
             self.wording.of(Remedy::TimeFormat(formats)),
             plausible::sample_time(self)
         );

@@ -219,15 +219,15 @@ impl Grid {
         let rows: Vec<usize> = sheet.rows.iter().map(|line| line.saturating_sub(1)).collect();
         for column in &mut sheet.columns {
             let Cells::Text(texts) = &column.cells else { continue };
+            let texts = texts.view();
             let is_same = |place: &usize| {
-                rows.iter()
-                    .zip(texts)
-                    .all(|(row, text)| *self.get(*row, *place).written() == **text)
+                let mut both = rows.iter().zip(texts.iter());
+                both.all(|(row, text)| *self.get(*row, *place).written() == *text)
             };
             // Columns without names and cells are no part of the table.
             let Some(place) = (next..width).find(is_same) else { continue };
             next = place + 1;
-            if texts.iter().all(|text| text.is_empty()) {
+            if texts.iter().all(str::is_empty) {
                 notes.push(format!(
                     "\"{}\" has no values; a formula has one once a spreadsheet program has calculated and saved it",
                     column.name

@@ -8,7 +8,6 @@ use crate::plant_file::Plant;
 use crate::scan::judge::{Judge, Judged};
 use crate::store::window::WindowRow;
 use rayon::prelude::*;
-use std::sync::Arc;
 use stiction_diagnose::recording::Recording;
 use stiction_io::layout;
 use stiction_io::reading;
@@ -109,7 +108,7 @@ pub fn loops(names: &[&str], rows: &[usize], plant: &Plant) -> Vec<Tags> {
         origin: ORIGIN.to_owned(),
         columns: vec![
             column("time", Cells::Times { seconds: vec![0.0; tags.len()], utc: true }),
-            column("tag", Cells::Text(tags.iter().map(|k| Arc::from(names[*k])).collect())),
+            column("tag", Cells::Text(tags.iter().map(|k| names[*k]).collect())),
             column("value", Cells::Numbers(vec![0.0; tags.len()])),
         ],
         ..Sheet::default()

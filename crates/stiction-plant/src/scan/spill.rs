@@ -135,10 +135,11 @@ fn block(sheet: &Sheet) -> Vec<u8> {
                 let mut places: HashMap<&str, usize> = HashMap::new();
                 let mut known: Vec<&str> = vec![];
                 // Consecutive words are mostly equal.
-                let mut last: Option<(&Arc<str>, usize)> = None;
-                for cell in cells {
+                let mut last: Option<(&str, usize)> = None;
+                let cells = cells.view();
+                for cell in cells.iter() {
                     let place = match last {
-                        Some((word, place)) if Arc::ptr_eq(word, cell) => place,
+                        Some((word, place)) if word == cell => place,
                         _ => *places.entry(cell).or_insert_with(|| {
                             known.push(cell);
                             known.len() - 1
@@ -206,7 +207,7 @@ mod tests {
         let sheet = Sheet {
             columns: vec![
                 column("time", Cells::Times { seconds: vec![1.0, 2.0, 3.0, 4.0], utc: true }),
-                column("tag", Cells::Text(tags.iter().map(|tag| (*tag).into()).collect())),
+                column("tag", Cells::Text(tags.iter().copied().collect())),
                 column("value", Cells::Numbers(vec![0.5, f64::NAN, 1.5, 2.5])),
             ],
             ..Sheet::default()

@@ -8,7 +8,6 @@ use crate::error::{Error, Result};
 use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Sheet};
 use std::collections::{HashMap, HashSet};
-use std::sync::Arc;
 
 /// The columns that describe whole rows: times, tags, values, a common quality.
 pub struct AboutRows {
@@ -123,12 +122,13 @@ pub fn tags(sheet: &Sheet, column: usize, wording: Wording) -> Result<Vec<Tag>> 
             ),
         });
     };
+    let cells = cells.view();
     let mut places: HashMap<&str, usize> = HashMap::new();
     let mut tags: Vec<Tag> = vec![];
-    let mut last: Option<(&Arc<str>, usize)> = None;
+    let mut last: Option<(&str, usize)> = None;
     for (row, cell) in cells.iter().enumerate() {
-        // Rows of a tag mostly follow each other, and share its name.
-        if let Some((_, place)) = last.filter(|(known, _)| Arc::ptr_eq(known, cell)) {
+        // Rows of a tag mostly follow each other.
+        if let Some((_, place)) = last.filter(|(known, _)| *known == cell) {
             tags[place].rows.push(row);
             continue;
         }
@@ -141,7 +141,7 @@ pub fn tags(sheet: &Sheet, column: usize, wording: Wording) -> Result<Vec<Tag>> 
             });
         }
         let place = *places.entry(cell).or_insert_with(|| {
-            tags.push(Tag { name: cell.to_string(), rows: vec![] });
+            tags.push(Tag { name: cell.to_owned(), rows: vec![] });
             tags.len() - 1
         });
         tags[place].rows.push(row);

@@ -3,7 +3,7 @@
 use super::plan::Place;
 use crate::cells::mode;
 use crate::cells::number::{self, DecimalMark};
-use crate::sheet::{Cells, Sheet};
+use crate::sheet::{Cells, Sheet, Viewed};
 
 /// The cells of the names of a sheet, either columns or tags.
 pub struct Content<'a> {
@@ -20,15 +20,15 @@ impl Content<'_> {
             Place::Columns => (name, None),
             Place::Rows { tags, value, .. } => (*value, Some(&tags[name].rows)),
         };
-        let cells = &self.sheet.columns[column].cells;
-        let is = |row: usize| match cells {
-            Cells::Text(cells) => text(&cells[row]),
-            Cells::Numbers(cells) => number(cells[row]),
-            Cells::Times { .. } => false,
+        let cells = self.sheet.columns[column].cells.view();
+        let is = |row: usize| match &cells {
+            Viewed::Text(cells) => text(&cells[row]),
+            Viewed::Numbers(cells) => number(cells[row]),
+            Viewed::Times(_) => false,
         };
         match rows {
             Some(rows) => rows.iter().all(|row| is(*row)),
-            None => (0..cells.len()).all(is),
+            None => (0..self.sheet.columns[column].cells.len()).all(is),
         }
     }
 
@@ -71,7 +71,8 @@ impl Content<'_> {
                     && cells.iter().enumerate().all(|(row, cell)| counts(Some(*cell), row, first))
             }
             Cells::Text(cells) => {
-                let first = cells.first().and_then(|cell| whole(cell)).unwrap_or(f64::NAN);
+                let cells = cells.view();
+                let first = cells.first().and_then(whole).unwrap_or(f64::NAN);
                 matches!(first, 0.0 | 1.0)
                     && cells.iter().enumerate().all(|(row, cell)| counts(whole(cell), row, first))
             }

@@ -7,10 +7,11 @@ use crate::cells::number;
 use crate::columns::options::{Mapped, ReadOptions};
 use crate::columns::role::{self, Role, SEPARATORS};
 use crate::names::list;
-use crate::sheet::{Cells, Column, LeftOut, Sheet};
+use crate::sheet::{Cells, Column, LeftOut, Sheet, Viewed};
 use crate::timestamp;
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
-use std::sync::Arc;
+use std::rc::Rc;
 
 /// Words at the end or beginning of the name of a signal's clock.
 const CLOCK_WORDS: [&str; 12] = [
@@ -70,17 +71,17 @@ pub fn unfold(sheet: &Sheet, options: &ReadOptions) -> Option<Unfolded> {
         .iter()
         .flat_map(|clock| clock.values.iter().map(|(value, ..)| (*value, clock.time)))
         .collect();
-    let mut places: Vec<(usize, Arc<str>, Option<usize>, usize)> = vec![];
+    let mut places: Vec<(usize, Rc<str>, Option<usize>, usize)> = vec![];
     for (column, tag, quality) in &values {
         let own = &sheet.columns[*column];
-        let tag: Arc<str> = match &own.unit {
+        let tag: Rc<str> = match &own.unit {
             Some(unit) if role::without_unit(tag).1.is_none() => format!("{tag} [{unit}]").into(),
-            _ => Arc::from(*tag),
+            _ => Rc::from(*tag),
         };
-        let time = &sheet.columns[time_of[column]].cells;
-        let is_there = |row: &usize| !(is_nothing(time, *row) && is_nothing(&own.cells, *row));
+        let (time, values) = (sheet.columns[time_of[column]].cells.view(), own.cells.view());
+        let is_there = |row: &usize| !(is_nothing(&time, *row) && is_nothing(&values, *row));
         let rows = (0..sheet.len()).filter(is_there);
-        places.extend(rows.map(|row| (*column, Arc::clone(&tag), *quality, row)));
+        places.extend(rows.map(|row| (*column, Rc::clone(&tag), *quality, row)));
     }
     let time_name = match &times[..] {
         [one] => one.name.clone(),
@@ -88,7 +89,7 @@ pub fn unfold(sheet: &Sheet, options: &ReadOptions) -> Option<Unfolded> {
     };
     let of = |name: &str, cells: Cells| Column { name: name.to_owned(), unit: None, cells };
     let mut columns = vec![
-        of("tag", Cells::Text(places.iter().map(|place| Arc::clone(&place.1)).collect())),
+        of("tag", Cells::Text(places.iter().map(|place| &*place.1).collect())),
         Column {
             unit: times[0].unit.clone(),
             ..of(&time_name, gathered(sheet, places.iter().map(|p| Some((time_of[&p.0], p.3)))))
@@ -314,6 +315,7 @@ fn counts(cells: &Cells) -> bool {
             first.is_some() && known.next_back().is_none_or(|last| Some(last) != first)
         }
         Cells::Text(cells) => {
+            let cells = cells.view();
             let mut known = cells.iter().filter(|cell| number::word(cell).is_none());
             let Some(first) = known.next() else { return false };
             let last = known.next_back();
@@ -326,10 +328,10 @@ fn counts(cells: &Cells) -> bool {
 }
 
 /// Whether a cell is empty, or a word for a missing value.
-fn is_nothing(cells: &Cells, row: usize) -> bool {
+fn is_nothing(cells: &Viewed<'_>, row: usize) -> bool {
     match cells {
-        Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. } => numbers[row].is_nan(),
-        Cells::Text(cells) => {
+        Viewed::Numbers(numbers) | Viewed::Times(numbers) => numbers[row].is_nan(),
+        Viewed::Text(cells) => {
             cells[row].is_empty()
                 || number::word(&cells[row]) == Some(stiction_diagnose::recording::Quality::Missing)
         }
@@ -355,13 +357,11 @@ fn gathered(sheet: &Sheet, places: impl Iterator<Item = Option<(usize, usize)>> 
             return Cells::Times { seconds: places.map(numbers).collect(), utc: zone };
         }
     }
-    let text = |place: Option<(usize, usize)>| match place.map(|(column, row)| (cells(column), row))
-    {
-        None => Arc::from(""),
-        Some((Cells::Text(cells), row)) => Arc::clone(&cells[row]),
-        Some((Cells::Numbers(numbers) | Cells::Times { seconds: numbers, .. }, row)) => {
-            if numbers[row].is_nan() { Arc::from("") } else { numbers[row].to_string().into() }
-        }
+    let views: HashMap<usize, Viewed<'_>> =
+        columns.iter().map(|column| (*column, cells(*column).view())).collect();
+    let text = |place: Option<(usize, usize)>| match place {
+        None => Cow::Borrowed(""),
+        Some((column, row)) => views[&column].text(row),
     };
     Cells::Text(places.map(text).collect())
 }

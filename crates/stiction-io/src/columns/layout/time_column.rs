@@ -9,7 +9,7 @@ use crate::cells::number::{self, DecimalMark};
 use crate::columns::role::{self, Role};
 use crate::names::list;
 use crate::remedy::Remedy;
-use crate::sheet::{Cells, Sheet};
+use crate::sheet::{Cells, Sheet, Viewed};
 use crate::timestamp::{is_epoch, scan, time_of_day};
 use std::collections::HashSet;
 
@@ -191,7 +191,7 @@ fn best(sheet: &Sheet, good: &[usize], clock: impl Fn(usize) -> Option<Clock>) -
 /// The number of different cells.
 fn different(cells: &Cells) -> usize {
     match cells {
-        Cells::Text(cells) => cells.iter().collect::<HashSet<_>>().len(),
+        Cells::Text(cells) => cells.view().iter().collect::<HashSet<_>>().len(),
         Cells::Numbers(cells) | Cells::Times { seconds: cells, .. } => {
             cells.iter().map(|cell| cell.to_bits()).collect::<HashSet<_>>().len()
         }
@@ -207,9 +207,9 @@ fn is_day_number(cells: &Cells) -> bool {
     match cells {
         Cells::Numbers(cells) => !cells.is_empty() && cells.iter().all(is_day),
         Cells::Text(cells) => {
-            let number = |cell: &std::sync::Arc<str>| number::parse(cell, DecimalMark::Point);
+            let number = |cell: &str| number::parse(cell, DecimalMark::Point);
             !cells.is_empty()
-                && cells.iter().all(|cell| number(cell).is_some_and(|cell| is_day(&cell)))
+                && cells.view().iter().all(|cell| number(cell).is_some_and(|cell| is_day(&cell)))
         }
         Cells::Times { .. } => false,
     }
@@ -217,10 +217,11 @@ fn is_day_number(cells: &Cells) -> bool {
 
 /// Whether numbers count rows, from 0 or 1 on.
 fn is_count(cells: &Cells) -> bool {
-    let number = |row: usize| match cells {
-        Cells::Numbers(cells) => Some(cells[row]),
-        Cells::Text(cells) => number::parse(&cells[row], DecimalMark::Point),
-        Cells::Times { .. } => None,
+    let view = cells.view();
+    let number = |row: usize| match &view {
+        Viewed::Numbers(cells) => Some(cells[row]),
+        Viewed::Text(cells) => number::parse(&cells[row], DecimalMark::Point),
+        Viewed::Times(_) => None,
     };
     let first = (!cells.is_empty()).then(|| number(0)).flatten();
     first.is_some_and(|first| {
@@ -237,17 +238,18 @@ impl Clock {
         let blocks = begins.map(|begin| begin.min(count)..(begin + BLOCK).min(count));
         let (mut kind, mut times, mut only_days): (Option<Kind>, Vec<Vec<f64>>, bool) =
             (None, vec![], true);
+        let view = cells.view();
         let (mut unread, mut all) = (0, 0);
         for block in blocks {
             let mut of_block = vec![];
             for row in block {
                 all += 1;
-                let read = match cells {
-                    Cells::Times { seconds, .. } => {
+                let read = match &view {
+                    Viewed::Times(seconds) => {
                         Some((Kind::Dates { only_days: false }, seconds[row]))
                     }
-                    Cells::Numbers(cells) => Some((Kind::Numbers { is_epoch: false }, cells[row])),
-                    Cells::Text(cells) => text(&cells[row]),
+                    Viewed::Numbers(cells) => Some((Kind::Numbers { is_epoch: false }, cells[row])),
+                    Viewed::Text(cells) => text(&cells[row]),
                 };
                 let read = read.filter(|(_, at)| at.is_finite());
                 let Some((of_cell, at)) =
