@@ -121,7 +121,7 @@ fn of_days(ranked: &Ranked<'_>, wrong: &mut impl FnMut(&str)) {
     }
     let accuses = row.grade.is_some_and(Grade::accuses);
     let fine = |day: &&&WindowRow| matches!(day.grade(), Some(Grade::Fine | Grade::ProbablyFine));
-    if accuses && !judged.is_empty() && judged.iter().all(|day| fine(&day)) {
+    if accuses && !judged.is_empty() && judged.iter().all(fine) {
         wrong("the week accuses a valve that is fine on each day");
     }
 }
