@@ -685,9 +685,9 @@ class Watcher:
             self.say_once("back", f"the server's clock went back by {span(self.clock - now)}, to {hours.shown(now)}")
             self._went_back(now)
         elif usual is not None and step - usual > max(60.0, 20.0 * usual):
-            self.say_once("jump", f"the server's clock jumped ahead by {span(now - self.clock)}, to {hours.shown(now)}", 60.0)
             # A pause of this process is no jump.
             if step - self.speed * passed > 60.0:
+                self.say_once("jump", f"the server's clock jumped ahead by {span(now - self.clock)}, to {hours.shown(now)}", 60.0)
                 self._jumped(now)
         self._steps.append(step)
         difference = now / US - time.time()
