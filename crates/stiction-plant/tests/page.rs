@@ -162,7 +162,7 @@ fn a_repair_that_did_not_help_is_a_change_once() {
     };
     let (row, finding, html) = of_week("2026-03-25", "2026-W13");
     assert_eq!((row.change, row.change_day.as_deref()), (Change::StillSticks, Some("2026-03-25")));
-    assert_eq!(finding, "the valve sticks, still after the repair of 2026-03-25");
+    assert_eq!(finding, "the valve probably sticks, still after the repair of 2026-03-25");
     assert!(html.contains("<b class=\"change still sticks\">still sticks</b>"), "{html}");
     assert!(html.contains("after the repair of 2026-03-25, sticks before, sticks now"));
     assert!(!row.is_new_sticking());

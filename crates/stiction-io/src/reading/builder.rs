@@ -456,9 +456,12 @@ fn keep<T>(all: &mut Vec<T>, empty: &[bool]) {
     all.retain(|_| !empty.next().copied().unwrap_or(false));
 }
 
-/// Whether a column holds times or days.
+/// Whether a column holds times or days, and the table is no list of tags.
 pub fn has_times(recognised: &[Recognised]) -> bool {
-    recognised.iter().any(|each| matches!(each.role, Role::Time | Role::Date))
+    let has = |of: fn(&Role) -> bool| recognised.iter().any(|each| of(&each.role));
+    has(|role| matches!(role, Role::Time | Role::Date))
+        && (!has(|role| *role == Role::Tag)
+            || has(|role| matches!(role, Role::Value | Role::Signal(_))))
 }
 
 /// The error for a file without an OP.
