@@ -73,7 +73,7 @@ pub enum Error {
         origin: String,
         /// What it has instead, and the remedy if it is a recording.
         message: String,
-        /// Whether it has times and is no list of tags.
+        /// Whether it has times, as a recording has and a list of tags has not.
         has_times: bool,
     },
     /// A column of a table is wrong.

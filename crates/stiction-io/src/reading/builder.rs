@@ -456,12 +456,11 @@ fn keep<T>(all: &mut Vec<T>, empty: &[bool]) {
     all.retain(|_| !empty.next().copied().unwrap_or(false));
 }
 
-/// Whether a column holds times or days, and the table is no list of tags.
+/// Whether a column holds times or days. Alone, S is rather an amount of stiction than seconds.
 pub fn has_times(recognised: &[Recognised]) -> bool {
-    let has = |of: fn(&Role) -> bool| recognised.iter().any(|each| of(&each.role));
-    has(|role| matches!(role, Role::Time | Role::Date))
-        && (!has(|role| *role == Role::Tag)
-            || has(|role| matches!(role, Role::Value | Role::Signal(_))))
+    recognised.iter().any(|each| {
+        matches!(each.role, Role::Time | Role::Date) && !each.column.eq_ignore_ascii_case("s")
+    })
 }
 
 /// The error for a file without an OP.
