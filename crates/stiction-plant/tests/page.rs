@@ -164,11 +164,7 @@ fn a_repair_that_did_not_help_is_a_change_once() {
     assert_eq!((row.change, row.change_day.as_deref()), (Change::StillSticks, Some("2026-03-25")));
     assert_eq!(finding, "the valve probably sticks, still after the repair of 2026-03-25");
     assert!(html.contains("<b class=\"change still sticks\">still sticks</b>"), "{html}");
-    assert!(
-        html.contains(
-            "after the repair of 2026-03-25, sticks before, probably sticks now"
-        )
-    );
+    assert!(html.contains("after the repair of 2026-03-25, sticks before, probably sticks now"));
     assert!(!row.is_new_sticking());
     // Two days are needed, as for any change. Then it is told once.
     assert_eq!(of_week("2026-03-29", "2026-W13").0.change, Change::None);
