@@ -8,8 +8,8 @@
 //!   that was never measured.
 //! * **Values between samples**: a straight line for PV and VP, the last value for OP, SP, mode and any channel
 //!   that is stored on change. A sample within 1e-6 sample times of a point of the grid is kept bit for bit.
-//! * **Missing samples**: up to [`LONGEST_BRIDGE`] consecutive samples are bridged, by a [regression](bridge) on their
-//!   neighbours in OP, PV and SP where that estimates known samples best; where more of OP or PV are missing, the
+//! * **Missing samples**: up to [`LONGEST_BRIDGE`] consecutive samples are bridged, by a regression on their neighbours
+//!   in OP, PV and SP where that estimates known samples best (`bridge`); where more of OP or PV are missing, the
 //!   recording is cut. Two samples of a regular channel more than 1.5 of its steps apart have missing
 //!   ones between them. A missing SP holds. VP is bridged if it is known in [`LEAST_KNOWN_VP`] of a segment, and
 //!   left out of the segment otherwise.
