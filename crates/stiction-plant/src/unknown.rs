@@ -69,8 +69,11 @@ impl Unknown {
 
     /// It as a sentence.
     pub fn words(&self) -> String {
-        // The message about a file names it.
-        let reason = self.reason.strip_prefix(&format!("{}: ", self.name)).unwrap_or(&self.reason);
+        // The message about a file names it, after the folder of the plant.
+        let reason = match self.reason.split_once(&format!("{}: ", self.name)) {
+            Some((folder, reason)) if !folder.contains(": ") => reason,
+            _ => &self.reason,
+        };
         format!("{}: {reason}", self.name)
     }
 }
