@@ -110,9 +110,7 @@ impl Change {
             Self::None => "none",
         }
     }
-}
 
-impl Change {
     /// It with its day: `new since 2026-03-06`.
     pub fn since(self, day: &str) -> String {
         match self {
