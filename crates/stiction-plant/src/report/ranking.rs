@@ -418,6 +418,8 @@ fn ranked<'a>(
     // Figures are those of the valve as it is now.
     let counts = |row: &&WindowRow| row.is_judged() && row.middle() >= settled;
     let judged: Vec<&WindowRow> = of_week.iter().copied().filter(counts).collect();
+    let answers = |row: &&&WindowRow| row.grade() != Some(Grade::CannotAnswer);
+    let used: Vec<&&WindowRow> = judged.iter().filter(answers).collect();
     let numbers = |of: fn(&WindowRow) -> Option<f64>| -> Vec<f64> {
         judged.iter().filter_map(|row| of(row)).collect()
     };
@@ -475,9 +477,9 @@ fn ranked<'a>(
         change_from: event.map(|event| date(event.interval.0)),
         change_to: event.map(|event| date(event.interval.1)),
         verdict_before: before,
-        windows_used: judged.len() as i64,
-        since: judged.first().map(|row| date(row.window_start as f64)),
-        until: judged.last().map(|row| date((row.window_start + row.window_s - 1) as f64)),
+        windows_used: used.len() as i64,
+        since: used.first().map(|row| date(row.window_start as f64)),
+        until: used.last().map(|row| date((row.window_start + row.window_s - 1) as f64)),
         overruled: overruled.and_then(|entry| entry.verdict),
         override_reason: overruled.map(|entry| entry.words()),
         test: test.as_ref().map(|test| test.class),
