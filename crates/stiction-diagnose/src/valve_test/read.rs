@@ -789,13 +789,9 @@ mod tests {
             })
             .collect();
         let by_hand = Some(ByHand { sets, known_by: KnownBy::Sheet });
-        match read(&recording, &ReadOptions { by_hand, ..asked() }) {
-            Ok(reading) => {
-                assert!(reading.steps.len() <= MOST_TURNS);
-                assert!(reading.reasons.iter().any(|r| r.contains("set by hand 200000 times")));
-            }
-            Err(why) => assert_eq!(why.0, TOO_FEW),
-        }
+        let reading = read(&recording, &ReadOptions { by_hand, ..asked() }).unwrap();
+        assert!((10..=MOST_TURNS).contains(&reading.steps.len()));
+        assert!(reading.reasons.iter().any(|r| r.contains("set by hand 200000 times")));
     }
 
     #[test]

@@ -14,7 +14,8 @@
 //! operator as exactly.
 //!
 //! # Limits
-//! The PV must be recorded as the controller sees it. Compression hides the law, and then the levels decide alone.
+//! The PV must be recorded as the controller sees it. Compression hides the law, and then the levels decide alone. Eight levels are
+//! too few for both fits, so a test that short is known only by its mode or sheet.
 
 use super::Level;
 use nalgebra::{Matrix3, Vector3};
