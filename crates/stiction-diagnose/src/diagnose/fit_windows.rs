@@ -1,11 +1,11 @@
-//! The fit windows of a long segment.
+//! The fit windows of a long recording, or of one in several segments.
 //!
 //! One hour of saturation, one frozen morning or one afternoon of set-point changes makes some windows unfit, but
 //! not the whole week. Unfit windows are left out and the others are judged; the number of both is reported.
 
 use super::oscillations::Oscillations;
 use super::steps::Stops;
-use crate::evidence::windows;
+use crate::evidence::{windows, windows_of_all};
 use crate::parallel::*;
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
 use crate::recording::{Grid, Recording, Segment};
@@ -13,9 +13,9 @@ use crate::recording::{Grid, Recording, Segment};
 /// A measure of the whole recording, unknown to a part of a segment.
 const OF_ALL: MeasureId = MeasureId::BridgedSamples;
 
-/// The windows of a segment to judge, and the fitness of all of it. They are the fit windows if there are any, else
-/// all windows. `whole` is the fitness of the undivided segment. For a segment of one window the result is that
-/// window and `whole`.
+/// The windows to judge, and the fitness of all of them. They are the fit windows of all segments if there are any,
+/// else all windows of the longest segment. `whole` is the fitness of this undivided segment. With one window the
+/// result is that window and `whole`.
 pub(super) fn fit_windows(
     recording: &Recording,
     grid: &Grid,
@@ -23,7 +23,7 @@ pub(super) fn fit_windows(
     whole: Fitness,
     stops: Stops<'_>,
 ) -> (Vec<Segment>, Fitness) {
-    let all = windows(segment);
+    let all = windows_of_all(&grid.segments);
     if all.len() < 2 {
         return (all, whole);
     }
@@ -39,7 +39,7 @@ pub(super) fn fit_windows(
     let judged: Vec<Segment> =
         all.iter().zip(&fit).filter(|(_, fit)| **fit).map(|(window, _)| window.clone()).collect();
     if judged.is_empty() {
-        return (all, whole);
+        return (windows(segment), whole);
     }
     let k = judged.len();
     let mut measures = whole.measures;
@@ -58,7 +58,7 @@ pub(super) fn fit_windows(
         unfit_at: None,
         class: if k < n { Class::Caveats } else { Class::Fit },
         reason: match k == n {
-            true => format!("all {n} windows of the segment are fit"),
+            true => format!("all {n} windows are fit"),
             false => format!("{k} of {n} windows are fit, only they are judged"),
         },
     });

@@ -201,7 +201,7 @@ pub fn diagnose_with_progress(
     }
     let windows = weighed.map_or(vec![], |weighing| weighing.windows.clone());
     let mut notes = recording.notes.clone();
-    notes.extend(segment.and_then(|segment| cut(&grid, segment)));
+    notes.extend(weighed.and_then(|weighing| cut(&grid, weighing)));
     notes.extend(ByHand::of(recording).and_then(|by_hand| test_beside(&by_hand)));
     let relation = belonging.relation.as_ref();
     let followed = by_position.is_some() && mistaken.is_none();
@@ -274,12 +274,21 @@ fn not_known(why: &str) -> Stiction {
     Stiction { why_not: Some(why.to_owned()), ..Stiction::default() }
 }
 
-/// The note that only a part of the recording is judged.
-fn cut(grid: &Grid, segment: &Segment) -> Option<String> {
+/// The note on the segments that are judged, if there are several.
+fn cut(grid: &Grid, weighing: &Weighing) -> Option<String> {
     let count = grid.segments.len();
-    let share = 100.0 * segment.duration() / (grid.duration + grid.sample_time);
+    let counts = |segment: &&Segment| {
+        let until = segment.from + segment.duration();
+        weighing.windows.iter().any(|window| (segment.from..until).contains(&window.from))
+    };
+    let used = grid.segments.iter().filter(counts).count();
+    let judged: f64 = weighing.windows.iter().map(|window| window.duration).sum();
+    let share = (100.0 * judged / (grid.duration + grid.sample_time)).min(100.0);
     (count > 1).then(|| {
-        format!("the recording has {count} segments; only the longest is judged, {share:.0} % of the duration")
+        format!(
+            "the recording has {count} segments; the verdict uses {used} of them, {share:.0} % of the duration, and \
+             the published methods the longest"
+        )
     })
 }
 
@@ -321,7 +330,8 @@ fn missing_slips(
         }
         _ => false,
     };
-    few_slips(weighing, segment.duration()).filter(|_| too_little)
+    let judged: f64 = weighing.windows.iter().map(|window| window.duration).sum();
+    few_slips(weighing, segment.duration().max(judged)).filter(|_| too_little)
 }
 
 /// The reason without a segment to judge.
@@ -367,5 +377,36 @@ mod tests {
         for most in (0..all).step_by(7) {
             assert!(matches!(until(most).0, Err(Error::Cancelled)), "{most} of {all}");
         }
+    }
+
+    #[test]
+    fn a_gap_costs_only_what_is_missing() {
+        let n = 9_000;
+        let wave = |k: usize| (std::f64::consts::TAU * k as f64 / 40.0).sin();
+        let noise = crate::oscillation::test_signals::noise(n, 3);
+        let of = |from: usize, to: usize| -> Recording {
+            let mut op: Vec<f64> = (0..n).map(|k| 50.0 + 5.0 * wave(k) + 0.2 * noise[k]).collect();
+            let pv: Vec<f64> =
+                (0..n).map(|k| 30.0 + wave(k + 30) + 0.1 * noise[n - 1 - k]).collect();
+            op[from..to].fill(f64::NAN);
+            Recording::regular("A", 1.0, &op, Some(&pv), None).unwrap()
+        };
+        let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+        let from_of = |diagnosis: &Diagnosis| -> Vec<f64> {
+            diagnosis.windows.iter().map(|window| window.from).collect()
+        };
+        // Two gaps: the shorter segments count beside the longest.
+        let gaps = of(2_000, 2_060);
+        let diagnosis = diagnose(&gaps, &options).unwrap();
+        assert_eq!(from_of(&diagnosis), [0.0, 2_060.0, 5_000.0]);
+        assert_eq!(diagnosis.judged.as_ref().map(|judged| judged.from_s), Some(2_060.0));
+        let note =
+            "the recording has 2 segments; the verdict uses 2 of them, 100 % of the duration";
+        assert!(diagnosis.notes.iter().any(|said| said.starts_with(note)), "{:?}", diagnosis.notes);
+        // A stretch shorter than any training loop is left out.
+        let short = diagnose(&of(100, 160), &options).unwrap();
+        assert!(from_of(&short).iter().all(|from| *from >= 160.0), "{:?}", from_of(&short));
+        let note = "the recording has 2 segments; the verdict uses 1 of them";
+        assert!(short.notes.iter().any(|said| said.starts_with(note)), "{:?}", short.notes);
     }
 }

@@ -20,7 +20,7 @@ mod waves;
 mod windows;
 
 pub use prepared::{Dense, Prepared, Trace, high_passed};
-pub use windows::windows;
+pub use windows::{windows, windows_of_all};
 
 pub mod information;
 pub mod model;

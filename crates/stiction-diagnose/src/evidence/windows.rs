@@ -24,6 +24,8 @@ pub const WINDOW_CYCLES: f64 = 25.0;
 pub const FEWEST_CYCLES: f64 = 12.0;
 /// The longest period of a cycle of the loop that needs longer windows, s.
 pub const SLOWEST_S: f64 = 4.0 * 3600.0;
+/// Fewest samples of a segment beside the longest: those of the shortest training loops.
+const SHORTEST: usize = 300;
 /// Factor between the tried lengths of windows.
 const LONGER: usize = 4;
 /// Number of windows whose period is computed.
@@ -32,6 +34,18 @@ const ASKED: usize = 5;
 /// The windows of a segment in order of time: the segment itself if it is short, else evenly spread ones.
 pub fn windows(segment: &Segment) -> Vec<Segment> {
     spread(segment, length(segment), MOST_WINDOWS)
+}
+
+/// The windows of several segments in order of time, at most as many as of one: evenly spread ones. Segments of less than
+/// [`SHORTEST`] samples have none, except the longest of all.
+pub fn windows_of_all(segments: &[Segment]) -> Vec<Segment> {
+    let least = segments.iter().map(Segment::len).max().unwrap_or(0).min(SHORTEST);
+    let counts = |segment: &&Segment| segment.len() >= least;
+    let all: Vec<Segment> = segments.iter().filter(counts).flat_map(windows).collect();
+    match all.len() {
+        n if n <= MOST_WINDOWS => all,
+        n => (0..MOST_WINDOWS).map(|k| all[(n - 1) * k / (MOST_WINDOWS - 1)].clone()).collect(),
+    }
 }
 
 /// Samples of a window.
@@ -101,6 +115,18 @@ mod tests {
         // Long cycles make long windows.
         let of_slow = windows(&segment(30_000, 500.0));
         assert!(of_slow.len() == 3 && of_slow[0].len() > 12_000, "{}", of_slow[0].len());
+    }
+
+    #[test]
+    fn all_segments_have_windows() {
+        let segments = [9_000, 500, 299, 3_000].map(|n| segment(n, 40.0));
+        let all = windows_of_all(&segments);
+        let samples: Vec<usize> = all.iter().map(Segment::len).collect();
+        assert_eq!(samples, [4_000, 4_000, 4_000, 500, 3_000]);
+        assert_eq!(windows_of_all(&segments[..1]), windows(&segments[0]));
+        assert_eq!(windows_of_all(&segments[2..3]), windows(&segments[2]));
+        let many = vec![segment(500, 40.0); 100];
+        assert_eq!(windows_of_all(&many).len(), MOST_WINDOWS);
     }
 
     #[test]
