@@ -24,7 +24,7 @@ pub const WINDOW_CYCLES: f64 = 25.0;
 pub const FEWEST_CYCLES: f64 = 12.0;
 /// The longest period of a cycle of the loop that needs longer windows, s.
 pub const SLOWEST_S: f64 = 4.0 * 3600.0;
-/// Fewest samples of a segment beside the longest: those of the shortest training loops.
+/// Fewest samples of a segment beside the longest.
 const SHORTEST: usize = 300;
 /// Factor between the tried lengths of windows.
 const LONGER: usize = 4;
@@ -37,7 +37,7 @@ pub fn windows(segment: &Segment) -> Vec<Segment> {
 }
 
 /// The windows of several segments in order of time, at most as many as of one: evenly spread ones. Segments of less than
-/// [`SHORTEST`] samples have none, except the longest of all.
+/// 300 samples, the shortest of training loops, have none, except the longest of all.
 pub fn windows_of_all(segments: &[Segment]) -> Vec<Segment> {
     let least = segments.iter().map(Segment::len).max().unwrap_or(0).min(SHORTEST);
     let counts = |segment: &&Segment| segment.len() >= least;
