@@ -30,12 +30,15 @@ pub fn read(column: &Column, context: &Context<'_>) -> Result<Times> {
     let times = match &column.cells {
         Cells::Times { seconds, utc } => {
             check_present(column, seconds, context)?;
+            let nanos = context.nanos(column, seconds, 1.0)?;
+            let format = "times of the file";
             if *utc {
-                let nanos = context.nanos(column, seconds, 1.0)?;
-                context.since_start(nanos, "times of the file", Clock::Utc)
+                context.since_start(nanos, format, Clock::Utc)
+            } else if context.zone.is_none() && plausible::are_of_recordings(seconds) {
+                context.local(nanos, format)
             } else {
-                let civil = context.civil(column, seconds)?;
-                context.resolve(column, &civil, "times of the file".to_owned())?
+                let civil = context.civil(column, &nanos)?;
+                context.resolve(column, &civil, format.to_owned())?
             }
         }
         Cells::Numbers(numbers) => {
@@ -112,14 +115,26 @@ impl Context<'_> {
         numbers.iter().enumerate().map(nanos).collect()
     }
 
-    /// Local times given as seconds since 1970.
-    fn civil(&self, column: &Column, seconds: &[f64]) -> Result<Vec<Written>> {
-        let civil = |(i, nanos): (usize, i128)| {
-            jiff::Timestamp::from_nanosecond(nanos)
+    /// Local times given since 1970.
+    fn civil(&self, column: &Column, nanos: &[i128]) -> Result<Vec<Written>> {
+        let civil = |(i, nanos): (usize, &i128)| {
+            jiff::Timestamp::from_nanosecond(*nanos)
                 .map(|timestamp| (Offset::UTC.to_datetime(timestamp), None))
                 .map_err(|e| self.wrong(column, i, e.to_string()))
         };
-        self.nanos(column, seconds, 1.0)?.into_iter().enumerate().map(civil).collect()
+        nanos.iter().enumerate().map(civil).collect()
+    }
+
+    /// Local times since 1970 of an unknown zone.
+    fn local(&self, nanos: Vec<i128>, format: &str) -> Times {
+        let jump = self.jump(&nanos);
+        let mut times = self.since_start(nanos, format, Clock::Local);
+        times.notes.push(format!(
+            "the times have no zone and are interpreted as UTC; if this matters, give {}",
+            self.wording.of(Remedy::Zone(None))
+        ));
+        times.notes.extend(jump);
+        times
     }
 
     fn text(&self, column: &Column, cells: &View<'_>) -> Result<Times> {
@@ -330,7 +345,7 @@ impl Context<'_> {
                 // Days have too many digits to resolve a few microseconds.
                 let seconds = |day: &f64| ((day + zero / unit) * unit * 1e3).round() / 1e3;
                 let seconds: Vec<f64> = numbers.iter().map(seconds).collect();
-                let civil = self.civil(column, &seconds)?;
+                let civil = self.civil(column, &self.nanos(column, &seconds, 1.0)?)?;
                 self.resolve(column, &civil, format.describe())?
             }
             Some(zero) => {
@@ -424,15 +439,8 @@ impl Context<'_> {
             return Ok(times);
         }
         let Some(zone) = self.zone else {
-            let nanos: Vec<i128> = written.iter().map(|(local, _)| as_utc(*local)).collect();
-            let jump = self.jump(&nanos);
-            let mut times = self.since_start(nanos, &format, Clock::Local);
-            times.notes.push(format!(
-                "the times have no zone and are interpreted as UTC; if this matters, give {}",
-                self.wording.of(Remedy::Zone(None))
-            ));
-            times.notes.extend(jump);
-            return Ok(times);
+            let nanos = written.iter().map(|(local, _)| as_utc(*local)).collect();
+            return Ok(self.local(nanos, &format));
         };
         let (nanos, notes) = self.zoned(column, written, zone)?;
         let mut times = self.since_start(nanos, &format, Clock::Zone(zone.name().to_owned()));

@@ -26,6 +26,11 @@ pub const YEARS: RangeInclusive<i16> = 1900..=2200;
 /// The same in s since 1970.
 const OF_RECORDINGS: RangeInclusive<f64> = -2_208_988_800.0..=7_289_654_400.0;
 
+/// Whether recordings can have all of these times, s since 1970.
+pub fn are_of_recordings(seconds: &[f64]) -> bool {
+    seconds.iter().all(|s| OF_RECORDINGS.contains(s))
+}
+
 /// Dates accepted without a question if another interpretation also gives a date, s since 1970: 1995 to 2050.
 const RECENT: Range<f64> = 788_918_400.0..2_524_608_000.0;
 
