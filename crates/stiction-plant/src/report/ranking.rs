@@ -28,6 +28,7 @@ use crate::report::tested::{LastTest, s_in_words};
 use crate::store::table::columns;
 use crate::store::window::WindowRow;
 use crate::week::Week;
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 use stiction_diagnose::diagnose::{
@@ -276,8 +277,9 @@ pub fn rank<'a>(
     for name in plant.file.loops.keys().filter(|name| !seen.contains(&name.to_lowercase())) {
         by_loop.insert(name, vec![]);
     }
+    let by_loop: Vec<(&str, Vec<&WindowRow>)> = by_loop.into_iter().collect();
     let mut loops: Vec<Ranked<'a>> = by_loop
-        .into_iter()
+        .into_par_iter()
         .map(|(name, mut windows)| {
             windows.sort_by_key(|row| row.window_start);
             ranked(plant, log, name, windows, groups, week)
