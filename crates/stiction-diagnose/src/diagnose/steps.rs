@@ -201,7 +201,9 @@ pub fn diagnose_with_progress(
     }
     let windows = weighed.map_or(vec![], |weighing| weighing.windows.clone());
     let mut notes = recording.notes.clone();
-    notes.extend(weighed.and_then(|weighing| cut(&grid, weighing)));
+    let by_windows = matches!(verdict.basis, Basis::Evidence | Basis::OpAlone);
+    let gave = weighed.filter(|_| by_windows);
+    notes.extend(segment.and_then(|segment| cut(&grid, segment, gave)));
     notes.extend(ByHand::of(recording).and_then(|by_hand| test_beside(&by_hand)));
     let relation = belonging.relation.as_ref();
     let followed = by_position.is_some() && mistaken.is_none();
@@ -274,22 +276,30 @@ fn not_known(why: &str) -> Stiction {
     Stiction { why_not: Some(why.to_owned()), ..Stiction::default() }
 }
 
-/// The note on the segments that are judged, if there are several.
-fn cut(grid: &Grid, weighing: &Weighing) -> Option<String> {
+/// The note on the segments that are judged, if there are several: those of the windows that gave the verdict, or else
+/// the longest.
+fn cut(grid: &Grid, longest: &Segment, windows: Option<&Weighing>) -> Option<String> {
     let count = grid.segments.len();
+    let share = |duration: f64| 100.0 * duration / (grid.duration + grid.sample_time);
+    if count < 2 {
+        return None;
+    }
+    let Some(weighing) = windows else {
+        return Some(format!(
+            "the recording has {count} segments; only the longest is judged, {:.0} % of the duration",
+            share(longest.duration())
+        ));
+    };
     let counts = |segment: &&Segment| {
         let until = segment.from + segment.duration();
         weighing.windows.iter().any(|window| (segment.from..until).contains(&window.from))
     };
-    let used = grid.segments.iter().filter(counts).count();
-    let judged: f64 = weighing.windows.iter().map(|window| window.duration).sum();
-    let share = (100.0 * judged / (grid.duration + grid.sample_time)).min(100.0);
-    (count > 1).then(|| {
-        format!(
-            "the recording has {count} segments; the verdict uses {used} of them, {share:.0} % of the duration, and \
-             the published methods the longest"
-        )
-    })
+    Some(format!(
+        "the recording has {count} segments; the verdict uses {} of them, {:.0} % of the duration, and the published \
+         methods the longest",
+        grid.segments.iter().filter(counts).count(),
+        share(weighing.covered())
+    ))
 }
 
 /// The note on a valve test in the recording, which the verdict does not use.
@@ -330,8 +340,7 @@ fn missing_slips(
         }
         _ => false,
     };
-    let judged: f64 = weighing.windows.iter().map(|window| window.duration).sum();
-    few_slips(weighing, segment.duration().max(judged)).filter(|_| too_little)
+    few_slips(weighing, segment.duration().max(weighing.covered())).filter(|_| too_little)
 }
 
 /// The reason without a segment to judge.
@@ -395,13 +404,11 @@ mod tests {
         let from_of = |diagnosis: &Diagnosis| -> Vec<f64> {
             diagnosis.windows.iter().map(|window| window.from).collect()
         };
-        // Two gaps: the shorter segments count beside the longest.
-        let gaps = of(2_000, 2_060);
-        let diagnosis = diagnose(&gaps, &options).unwrap();
+        // The shorter segment counts beside the longest.
+        let diagnosis = diagnose(&of(2_000, 2_060), &options).unwrap();
         assert_eq!(from_of(&diagnosis), [0.0, 2_060.0, 5_000.0]);
         assert_eq!(diagnosis.judged.as_ref().map(|judged| judged.from_s), Some(2_060.0));
-        let note =
-            "the recording has 2 segments; the verdict uses 2 of them, 100 % of the duration";
+        let note = "the recording has 2 segments; the verdict uses 2 of them, 99 % of the duration";
         assert!(diagnosis.notes.iter().any(|said| said.starts_with(note)), "{:?}", diagnosis.notes);
         // A stretch shorter than any training loop is left out.
         let short = diagnose(&of(100, 160), &options).unwrap();

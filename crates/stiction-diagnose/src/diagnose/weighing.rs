@@ -232,6 +232,11 @@ impl Weighing {
         Self { doubt, ..self }
     }
 
+    /// Duration of its windows, s, what overlaps counted once.
+    pub(super) fn covered(&self) -> f64 {
+        covered(self.windows.iter().map(|window| (window.from, window.duration)))
+    }
+
     /// The probability of a cause.
     pub fn likelihood(&self, cause: Cause) -> f64 {
         self.causes.iter().find(|(each, _)| *each == cause).map_or(0.0, |(_, share)| *share)
@@ -266,12 +271,20 @@ fn strangest(bundle: &fusion::Bundle, evidence: &Evidence) -> Vec<String> {
     reference.unlike(&evidence.values).into_iter().take(NAMED).map(words).collect()
 }
 
-/// Share of the samples of evenly spread windows that are in no other window: 1 if none overlap.
+/// Share of the samples of windows in order of time that are in no other window: 1 if none overlap.
 fn distinct(windows: &[Segment]) -> f64 {
-    let [first, .., last] = windows else { return 1.0 };
-    let covered = last.from - first.from + last.duration();
+    let spans = windows.iter().map(|window| (window.from, window.duration()));
     let sum: f64 = windows.iter().map(Segment::duration).sum();
-    if sum > 0.0 { (covered / sum).min(1.0) } else { 1.0 }
+    if sum > 0.0 { (covered(spans) / sum).min(1.0) } else { 1.0 }
+}
+
+/// Duration of spans `(from, duration)` in order of time, what overlaps counted once.
+fn covered(spans: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let add = |(sum, end): (f64, f64), (from, duration): (f64, f64)| {
+        let until = from + duration;
+        (sum + (until - from.max(end)).max(0.0), end.max(until))
+    };
+    spans.fold((0.0, f64::NEG_INFINITY), add).0
 }
 
 /// An S that is a number.
@@ -308,8 +321,9 @@ mod tests {
         assert_eq!(distinct(&[window(0)]), 1.0);
         assert_eq!(distinct(&[window(0), window(100), window(200)]), 1.0);
         assert_eq!(distinct(&[window(0), window(50)]), 0.75);
-        // Gaps make no more of them.
+        // Gaps make no more of them, and hide no overlap.
         assert_eq!(distinct(&[window(0), window(1_000)]), 1.0);
+        assert_eq!(distinct(&[window(0), window(50), window(1_000), window(1_050)]), 0.75);
         assert_eq!(distinct(&[]), 1.0);
     }
 
