@@ -193,12 +193,12 @@ fn data(diagnosis: &Diagnosis) -> String {
     };
     let Some(segment) = diagnosis.segment() else { return class.to_owned() };
     format!(
-        "{class}; {} samples of {}, {} in all{}",
+        "{class}; {} samples of {}, {}{}",
         segment.len(),
         spoken::time(segment.sample_time),
         spoken::time(segment.duration()),
         match diagnosis.grid.segments.len() {
-            1 => String::new(),
+            1 => " in all".to_owned(),
             n => format!(", the longest of {n} segments"),
         }
     )

@@ -174,6 +174,17 @@ impl Diagnosis {
         self.grid.segments.get(self.judged.as_ref()?.segment)
     }
 
+    /// Duration of what gave the verdict, s: that of all weighed windows, what overlaps counted once, or else of the
+    /// longest segment. `None` if no segment was judged.
+    pub fn judged_s(&self) -> Option<f64> {
+        let longest = self.segment()?.duration();
+        let weighed = match (self.verdict.basis, &self.evidence) {
+            (Basis::Evidence | Basis::OpAlone, Some(weighing)) => weighing.covered(),
+            _ => 0.0,
+        };
+        Some(longest.max(weighed))
+    }
+
     /// The dominant oscillation and its signal: that of the error if it oscillates, else that of the OP if it
     /// oscillates, else that of the error, if there is one.
     pub fn oscillation(&self) -> Option<(&'static str, &Oscillation)> {

@@ -407,6 +407,7 @@ mod tests {
         // The shorter segment counts beside the longest.
         let diagnosis = diagnose(&of(2_000, 2_060), &options).unwrap();
         assert_eq!(from_of(&diagnosis), [0.0, 2_060.0, 5_000.0]);
+        assert_eq!(diagnosis.judged_s(), Some(8_940.0));
         assert_eq!(diagnosis.judged.as_ref().map(|judged| judged.from_s), Some(2_060.0));
         let note = "the recording has 2 segments; the verdict uses 2 of them, 99 % of the duration";
         assert!(diagnosis.notes.iter().any(|said| said.starts_with(note)), "{:?}", diagnosis.notes);

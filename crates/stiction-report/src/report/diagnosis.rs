@@ -190,7 +190,8 @@ fn facts(diagnosis: &Diagnosis) -> Vec<Fact> {
     facts.push(Fact::new("data", Badge::from(diagnosis.fitness.class).text(), ""));
     facts.push(Fact::new("type of loop", diagnosis.loop_type.name(), ""));
     if let Some(segment) = diagnosis.segment() {
-        facts.push(Fact::new("judged", spoken(segment.duration()), ""));
+        let judged_s = diagnosis.judged_s().unwrap_or(segment.duration());
+        facts.push(Fact::new("judged", spoken(judged_s), ""));
         if diagnosis.start.is_some() {
             facts.push(Fact::new("from", moment(diagnosis, segment.from), ""));
         }

@@ -52,10 +52,18 @@ pub(super) fn head(
 pub(super) fn line(diagnosis: &Diagnosis, source: &Source) -> String {
     let mut parts = vec![diagnosis.loop_type.name().to_owned()];
     if let Some(segment) = diagnosis.segment() {
-        let (from, to) = (segment.from, segment.from + segment.duration());
+        let (mut from, mut to) = (segment.from, segment.from + segment.duration());
+        let judged_s = diagnosis.judged_s().unwrap_or(to - from);
+        if judged_s > to - from {
+            for window in &diagnosis.windows {
+                (from, to) = (from.min(window.from), to.max(window.from + window.duration));
+            }
+        }
         let date = |at: f64| super::moment::date(diagnosis, at);
-        let lasting = spoken(segment.duration());
+        let lasting = spoken(judged_s);
+        let has_gaps = judged_s < 0.999 * (to - from);
         parts.push(match (date(from), date(to)) {
+            (Some(from), Some(to)) if has_gaps => format!("{lasting} from {from} to {to}"),
             (Some(from), Some(to)) => format!("{from} to {to} ({lasting})"),
             _ => lasting,
         });

@@ -103,8 +103,8 @@ pub fn trends(segments: &[Segment], judged: usize, context: &Context<'_>) -> Opt
     {
         let ends = (at(judged.from), at(judged.from + judged.duration()));
         let top = panels.remove(0);
-        let top = top.note(Annotation::vertical_line(ends.0, "judged from here"));
-        panels.insert(0, top.note(Annotation::vertical_line(ends.1, "to here")));
+        let top = top.note(Annotation::vertical_line(ends.0, "longest segment"));
+        panels.insert(0, top.note(Annotation::vertical_line(ends.1, "its end")));
     }
 
     let samples: usize = segments.iter().map(|s| s.len()).sum();
