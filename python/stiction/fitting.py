@@ -112,8 +112,8 @@ class RecordedSwing(Result):
     """The recorded swing."""
 
     period_s: float = about("Its period, s.")
-    op: float = about("Half of the OP's typical peak-to-peak value, percent of span.")
-    pv: float = about("Half of the PV's typical peak-to-peak value, in PV units.")
+    op: float = about("Swing of the OP (`Oscillation.amplitude`), percent of span.")
+    pv: float = about("Swing of the PV about its set point, in PV units.")
 
 
 @result
@@ -135,8 +135,8 @@ class FittedCycle(Result):
     )
     cycling: float = about("Share of the fitted loops that limit-cycle, from 0 to 1.")
     pv_swing_left: Estimate | None = about(
-        "Share of the PV's swing that would remain if the valve followed its OP; None without an oscillation, or "
-        "if it could not be computed."
+        "Share of the PV's oscillation (root of its power near the period) that would remain if the valve followed its OP; "
+        "None without an oscillation, or if it could not be computed."
     )
     explained: bool | None = about(
         "Whether the valve explains the swing, because the fitted loop cycles as recorded, or because most of the swing "
@@ -165,7 +165,7 @@ class Prospect(Result):
         '``"as it is"``, ``"valve repaired"``, ``"retuned"``, ``"repaired and retuned"``, ``"positioner"``, or the '
         "name of a compensator."
     )
-    pv_swing: Estimate = about("Half of the PV's peak-to-peak value, in PV units.")
+    pv_swing: Estimate = about("Swing of the PV about its set point, in PV units.")
     pv_swing_ratio: Estimate = about("The ratio of this value to that of the loop as it is, loop by loop; 20 for 20 or more.")
     error: Estimate = about("Mean absolute control error, in PV units.")
     error_ratio: Estimate = about("The ratio of this value to that of the loop as it is, loop by loop; 20 for 20 or more.")
@@ -174,8 +174,8 @@ class Prospect(Result):
         "Settling time after a load step, s; None if half of the loops do not settle."
     )
     sure: float = about(
-        "Share of the fitted loops whose PV swing falls by at least 20 %; from 0.95 on the benefit is "
-        "called certain."
+        "Probability that the PV swing falls by more than 20 %; from 0.95 on the benefit is called certain, above 0.5 "
+        "probable."
     )
     tuning: Proposal | None = about("The tuning, if the action is one.")
 
@@ -204,7 +204,7 @@ class Prospects(Result):
         made = _plots.axes(ax, 2, sharex=False, height=max(2.0, 0.33 * len(self.actions)))
         names = [row.action for row in self.actions]
         quantities = (
-            ("half of the PV's peak-to-peak value (PV units)", [row.pv_swing for row in self.actions]),
+            ("swing of the PV (PV units)", [row.pv_swing for row in self.actions]),
             ("mean absolute control error (PV units)", [row.error for row in self.actions]),
         )
         for each, (label, found) in zip(made, quantities):
@@ -222,7 +222,7 @@ class Ring(Result):
 
     action: str = about("The action, as in `Prospect`.")
     before: float
-    after: float = about("Half of the PV's peak-to-peak value before and after the action, in PV units.")
+    after: float = about("Swing of the PV before and after the action, in PV units.")
     predicted: Estimate = about("The prediction for the value after.")
     as_predicted: bool = about("Whether the result is within the predicted interval, or better.")
     sentence: str = about("The comparison in words.")

@@ -65,7 +65,9 @@ class Oscillation(Result):
     found: bool = about("Whether it oscillates.")
     basis: str | None = about("The evidence for it.", kind='{"autocorrelation", "spectral peak"} or None')
     period_s: float | None = about("Period of the dominant oscillation, s.")
-    amplitude: float | None = about("Half of its typical peak-to-peak value, units of the signal.")
+    amplitude: float | None = about(
+        "Swing, in units of the signal: half of the peak-to-peak value in a period, without noise, the median over the periods."
+    )
     cycles: float | None = about("Number of periods in the signal.")
     regularity: float | None = about(
         "Regularity of the zero crossings of the autocorrelation (Thornhill, Huang and Zhang, 2003); above 1 is "

@@ -295,8 +295,16 @@ fn not(why: Option<&str>) -> String {
 
 /// The effects of actions, as text.
 pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
-    let head =
-        ["action", "PV swing ±", "x present", "error", "x present", "travel %/h", "load s", "sure"];
+    let head = [
+        "action",
+        "PV swing ±",
+        "x present",
+        "error",
+        "x present",
+        "travel %/h",
+        "load s",
+        "benefit",
+    ];
     let mut rows: Vec<Vec<String>> = vec![head.map(str::to_owned).to_vec()];
     let range = |of: &Estimate| format!("{} to {}", rough(of.low), rough(of.high));
     for row in &found.actions {
@@ -308,19 +316,20 @@ pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
             Prospect::range(&row.error_ratio, &row.error_ratio),
             range(&row.travel),
             row.settling_s.as_ref().map_or("-".to_owned(), range),
-            format!("{:.0} %", 100.0 * row.sure),
+            row.benefit().to_owned(),
         ]);
     }
     let mut out = format!(
         "{}: effects of actions, on {} loops that agree with the recording\n\n{}\n",
         output::name(name),
         found.loops,
-        text::columns(&rows, &[false, true, true, true, true, true, true, true])
+        text::columns(&rows, &[false, true, true, true, true, true, true, false])
     );
     let words = "Ranges are 5 to 95 % points, ranked by the upper end of the control error. PV swing is half of its \
-        peak-to-peak value. \"x present\" is the ratio to the loop as it is. Error is the mean absolute control \
-        error. Load s is the settling time after a load step, - if the loop does not settle. Sure is the share of \
-        the loops whose PV swings clearly less.";
+        peak-to-peak value in a period, without noise. \"x present\" is the ratio to the loop as it is. Error is the \
+        mean absolute control error. Load s is the settling time after a load step, - if the loop does not settle. \
+        The benefit is certain if PV swing falls by more than 20 % with a probability of at least 95 %, and \
+        probable above 50 %.";
     for line in text::wrapped(words, 96) {
         out += &format!("{line}\n");
     }

@@ -149,7 +149,7 @@ fn of_recording(args: &Args) -> Result<()> {
         Ok(all.swap_remove(0))
     };
     let before = one(&In::also(&args.scenario)?)?;
-    let name = before.diagnosed.diagnosis.name.clone();
+    let name = before.diagnosed.diagnosis.name;
     let fit = before
         .fit
         .map_err(|why| anyhow::anyhow!("loop {name} has no prediction for an action: {why}"))?;
@@ -158,13 +158,13 @@ fn of_recording(args: &Args) -> Result<()> {
     let after = match &args.after {
         None => None,
         Some(path) => {
-            let after = one(path)?;
-            let of = after.diagnosed.diagnosis;
+            let after = one(path)?.diagnosed.diagnosis;
             let what = args.action.unwrap_or(Remedy::Repair);
-            Some(
-                ring(&prospects, what, &before.diagnosed.diagnosis, &of)
-                    .map_err(|why| anyhow::anyhow!("{}: {why}", path.display()))?,
-            )
+            let found = match after.segment() {
+                Some(segment) => ring(&prospects, what, &fit, segment),
+                None => Err("no segment in automatic is long enough".to_owned()),
+            };
+            Some(found.map_err(|why| anyhow::anyhow!("{}: {why}", path.display()))?)
         }
     };
     if args.json {

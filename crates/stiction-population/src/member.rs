@@ -271,7 +271,7 @@ struct Valve {
     fittings: Vec<Fitting>,
 }
 
-fn fitted(from: usize, model: AnyModel) -> Fitting {
+pub(super) fn fitted(from: usize, model: AnyModel) -> Fitting {
     Fitting { from, model, position: None }
 }
 

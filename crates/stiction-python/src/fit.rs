@@ -80,7 +80,10 @@ impl Fitted {
     ) -> PyResult<Bound<'py, PyAny>> {
         let action = Remedy::by_name(action).map_err(refused)?;
         let after = diagnosed(py, &after, told)?;
-        let found = fit::ring::ring(self.foreseen(py)?, action, &self.diagnosis, &after)
+        let segment = after.segment().ok_or_else(|| {
+            self.because("no segment in automatic of the recording after is long enough")
+        })?;
+        let found = fit::ring::ring(self.foreseen(py)?, action, &self.fit, segment)
             .map_err(|why| self.because(&why))?;
         let said = plain(py, &found)?;
         said.set_item("action", found.action.name())?;

@@ -119,6 +119,19 @@ fn what_an_action_would_bring_and_what_came() {
         assert!(after["sentence"].as_str().expect("words").contains(said), "{after}");
     }
     refuses(&folder, &["what-if", &file, "--after", &file, "--action", "pray"], "nothing, repair");
+    // The example of docs/guides/engineer.md, with more seeds.
+    for seed in [3, 5, 6, 7] {
+        let (noise, after) = (format!("noise.seed={seed}"), format!("after-{seed}.csv"));
+        let mut made = vec!["simulate", "samples/sticky-flow", "--columns", "t,sp,pv,op"];
+        for set in [&noise, "duration=3600", "valve.S=0.4", "valve.J=0.1"] {
+            made.extend(["--set", set]);
+        }
+        made.extend(["-o", &after]);
+        run(&folder, &made).quiet_success();
+        let found = &run(&folder, &["what-if", &file, "--after", &after, "--json"]).json()["after"];
+        let (is, low) = (at(found, "after"), at(found, "predicted/low"));
+        assert!(low <= is && is <= at(found, "predicted/high"), "{seed}: {found}");
+    }
 }
 
 #[test]

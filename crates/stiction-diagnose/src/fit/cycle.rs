@@ -13,6 +13,7 @@ use super::without::left;
 use crate::diagnose::Diagnosis;
 use crate::fusion::Estimate;
 use crate::limit_cycle::exact;
+use crate::oscillation::swing;
 use crate::parallel::*;
 use crate::recording::Segment;
 use crate::spoken::{rough, time};
@@ -36,9 +37,9 @@ pub const MOST_LEFT: f64 = 0.7;
 pub struct Swing {
     /// Its period, s.
     pub period_s: f64,
-    /// Half of the OP's typical peak-to-peak value, percent.
+    /// The [`swing()`] of the OP, percent.
     pub op: f64,
-    /// The same of the PV, in its units.
+    /// The same of the PV about its set point, in its units.
     pub pv: f64,
 }
 
@@ -64,8 +65,8 @@ pub struct Cycle {
     pub predicted: Option<Predicted>,
     /// Share of the drawn loops that cycle at all.
     pub cycling: f64,
-    /// Share of the PV's swing that would remain if the valve followed its OP; `None` if nothing oscillates or it
-    /// could not be computed.
+    /// Share of the PV's oscillation, the root of its power near the period, that would remain if the valve followed its
+    /// OP; `None` if nothing oscillates or it could not be computed.
     pub pv_swing_left: Option<Estimate>,
     /// Whether the valve explains the swing: the fitted loop cycles as the recording does, or at most [`MOST_LEFT`]
     /// of the swing would remain without it. `None` if nothing oscillates.
@@ -155,17 +156,8 @@ pub(super) fn tested(
 fn recorded(diagnosis: &Diagnosis, segment: &Segment) -> Option<Swing> {
     let (_, oscillation) = diagnosis.oscillation().filter(|(_, found)| found.found)?;
     let period_s = oscillation.period_s?;
-    let swing = |x: &[f64]| swing_of(x, period_s, segment.sample_time);
-    Some(Swing { period_s, op: swing(&segment.op)?, pv: swing(segment.pv.as_deref()?)? })
-}
-
-/// Half of a signal's typical peak-to-peak value over a period: the median over its periods, smoothed over a tenth
-/// of one so that noise adds little. `None` if it is shorter than one period.
-fn swing_of(x: &[f64], period_s: f64, sample_time: f64) -> Option<f64> {
-    let length = ((period_s / sample_time).round() as usize).max(3);
-    let x: Vec<f64> = x.windows((length / 10).max(1)).map(crate::series::mean).collect();
-    let swings: Vec<f64> = x.chunks_exact(length).map(crate::series::span).collect();
-    (!swings.is_empty()).then(|| 0.5 * crate::series::median(&swings))
+    let of = |x: &[f64]| swing(x, period_s / segment.sample_time);
+    Some(Swing { period_s, op: of(&segment.op)?, pv: of(&segment.deviation()?)? })
 }
 
 fn sentence(cycle: &Cycle) -> String {
@@ -189,7 +181,7 @@ fn sentence(cycle: &Cycle) -> String {
             true => format!("fall by {:.0} to {:.0} %", fall(left.high), fall(left.low)),
             false => format!("change by {:+.0} to {:+.0} %", -fall(left.low), -fall(left.high)),
         };
-        format!("; with a valve that follows its OP, PV swing would {by}")
+        format!("; with a valve that follows its OP, the PV's oscillation would {by}")
     });
     let so = match cycle.explained {
         Some(true) => "The valve explains the swing",

@@ -1,9 +1,10 @@
 //! Whether the predicted effect of an action was reached.
 
 use super::prospects::{Prospects, Remedy};
-use crate::diagnose::Diagnosis;
+use super::{Fit, Swing};
 use crate::fusion::Estimate;
-use crate::series::{median, span};
+use crate::oscillation::swing;
+use crate::recording::Segment;
 use crate::spoken::rough;
 
 /// The predicted and the recorded effect of an action.
@@ -13,7 +14,7 @@ pub struct Ring {
     /// The action.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub action: Remedy,
-    /// Half of the PV's peak-to-peak value before, in its units.
+    /// The [`swing()`] of the PV before, in its units.
     pub before: f64,
     /// The same after.
     pub after: f64,
@@ -25,42 +26,33 @@ pub struct Ring {
     pub sentence: String,
 }
 
-/// Compares the prediction for an action with a recording after it.
+/// Compares the prediction for an action on a fitted loop with a segment recorded after it.
 ///
-/// The swing after it is measured over the period before, so that a loop without a cycle is measured as well. It
-/// includes noise, as the prediction does.
+/// Both swings are measured over the period before, so that a loop without a cycle is measured as well.
 ///
 /// # Errors
-/// In words: if there is no prediction for this action, or one of the recordings has no PV.
+/// In words: if there is no prediction for this action, nothing oscillated before, or the PV is missing or shorter
+/// than a period.
 pub fn ring(
     prospects: &Prospects,
     action: Remedy,
-    before: &Diagnosis,
-    after: &Diagnosis,
+    fit: &Fit,
+    after: &Segment,
 ) -> Result<Ring, String> {
     let row = prospects
         .actions
         .iter()
         .find(|row| row.action == action)
         .ok_or_else(|| format!("there is no prediction for \"{}\"", action.name()))?;
-    let period = before
-        .oscillation()
-        .and_then(|(_, found)| found.period_s)
+    let Swing { period_s, pv: was, .. } = fit
+        .cycle
+        .known()
+        .and_then(|cycle| cycle.recorded)
         .ok_or("the loop did not oscillate before, so no swing can fall")?;
-    let swing = |of: &Diagnosis| -> Option<f64> {
-        let segment = of.segment()?;
-        let length = ((period / segment.sample_time).round() as usize).max(3);
-        let swings = segment.pv.as_deref()?.chunks_exact(length).map(span);
-        let swings: Vec<f64> = swings.collect();
-        (!swings.is_empty()).then(|| 0.5 * median(&swings))
-    };
-    let missing = |which: &str| {
-        format!(
-            "the PV in the recording {which} is missing or shorter than a period of the loop before"
-        )
-    };
-    let was = swing(before).ok_or_else(|| missing("before"))?;
-    let is = swing(after).ok_or_else(|| missing("after"))?;
+    let is = after
+        .deviation()
+        .and_then(|pv| swing(&pv, period_s / after.sample_time))
+        .ok_or("the PV is missing or shorter than a period of the loop before")?;
     let predicted = row.pv_swing;
     let as_predicted = is <= predicted.high;
     let sentence = format!(

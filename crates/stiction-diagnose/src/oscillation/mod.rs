@@ -8,14 +8,14 @@ pub mod iae;
 pub mod regularity;
 pub mod separate;
 pub mod spectral_peak;
+pub mod swing;
 
 pub use episodes::Episode;
 pub use regularity::Regularity;
 pub use separate::Peak;
+pub use swing::swing;
 
-use crate::series::{
-    Spectrum, detrended, fft_length, max, mean, median, min, noise_std, span, std,
-};
+use crate::series::{Spectrum, detrended, fft_length, max, min, noise_std, span, std};
 use crate::spoken::time;
 use iae::{Supervised, Supervision};
 use std::f64::consts::SQRT_2;
@@ -53,8 +53,8 @@ pub struct Oscillation {
     pub basis: Option<OscillationBasis>,
     /// Period of the dominant oscillation, s; `None` if none was found.
     pub period_s: Option<f64>,
-    /// Half of the typical peak-to-peak value of that oscillation, in the signal's units: the median
-    /// over its periods. The signal is smoothed, over at most a tenth of a period, until noise adds about a hundredth.
+    /// The swing of the signal with that period, in its units: half of the peak-to-peak value in a period, without
+    /// noise, the median over the periods.
     pub amplitude: Option<f64>,
     /// Number of periods in the signal.
     pub cycles: Option<f64>,
@@ -179,7 +179,7 @@ pub fn analyse(signal: &[f64], sample_time: f64) -> Oscillation {
         found.basis = Some(basis);
         found.period_s = Some(period * sample_time);
         found.cycles = Some(n as f64 / period);
-        found.amplitude = Some(range * typical_amplitude(&x, period));
+        found.amplitude = swing(&x, period).map(|swing| range * swing);
         found.episodes = episodes::episodes(&within, period, sample_time);
         found.episodes.iter_mut().for_each(|episode| episode.amplitude *= range);
         if period >= 8.0 {
@@ -205,29 +205,6 @@ fn autocorrelation(spectrum: &Spectrum, n: usize) -> Vec<f64> {
     let mut lags = power.inverse();
     lags.truncate(n);
     lags
-}
-
-/// Half the median peak-to-peak value over whole periods of the series, smoothed only as far as its noise requires,
-/// because smoothing cuts sharp peaks.
-fn typical_amplitude(x: &[f64], period: f64) -> f64 {
-    /// Standard deviations by which noise moves the extreme of a period.
-    const EXTREME: f64 = 2.0;
-    /// The part of the amplitude that noise may add.
-    const ADDED: f64 = 0.01;
-    let longest = (0.05 * period).floor();
-    let window = (EXTREME * noise_std(x) / (ADDED * 0.5 * span(x))).powi(2);
-    let half = (0.5 * (window - 1.0)).ceil().clamp(0.0, longest) as usize;
-    let smooth: Vec<f64> =
-        if half == 0 { x.to_vec() } else { x.windows(2 * half + 1).map(mean).collect() };
-    let spans: Vec<f64> = (0..)
-        .map(|k| {
-            ((f64::from(k) * period).round() as usize, (f64::from(k + 1) * period).round() as usize)
-        })
-        .take_while(|(_, to)| *to <= smooth.len())
-        // One sample more, so that fast periods keep both extremes.
-        .map(|(from, to)| span(&smooth[from..(to + 1).min(smooth.len())]))
-        .collect();
-    if spans.is_empty() { 0.5 * span(&smooth) } else { 0.5 * median(&spans) }
 }
 
 #[cfg(test)]
@@ -276,21 +253,6 @@ mod tests {
         assert!(found.supervised.unwrap().oscillates);
         assert_eq!(found.episodes.len(), 1);
         assert!((found.peaks[0].share - 12.5 / 13.5).abs() < 0.05);
-    }
-
-    /// Smoothing must not cut the peaks of a clean signal.
-    #[test]
-    fn sharp_peaks_keep_their_height() {
-        let triangle =
-            |k: usize| 3.0 * (4.0 * ((k as f64 / 100.0).rem_euclid(1.0) - 0.5).abs() - 1.0);
-        let clean: Vec<f64> = (0..1500).map(triangle).collect();
-        assert!((analyse(&clean, 1.0).amplitude.unwrap() - 3.0).abs() < 0.05);
-        let with_noise = |sigma: f64| -> Vec<f64> {
-            clean.iter().zip(noise(1500, 4)).map(|(x, e)| x + sigma * e).collect()
-        };
-        assert!((analyse(&with_noise(0.01), 1.0).amplitude.unwrap() - 3.0).abs() < 0.1);
-        let amplitude = analyse(&with_noise(0.5), 1.0).amplitude.unwrap();
-        assert!((2.6..3.3).contains(&amplitude), "{amplitude}");
     }
 
     #[test]

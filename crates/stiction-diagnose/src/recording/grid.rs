@@ -115,6 +115,16 @@ impl Segment {
         self.op.is_empty()
     }
 
+    /// The PV less the set point, or the PV if there is none; `None` without a PV.
+    pub fn deviation(&self) -> Option<Vec<f64>> {
+        let pv = self.pv.as_ref()?;
+        let sp = self.sp.as_ref().filter(|sp| sp.iter().all(|value| value.is_finite()));
+        Some(match sp {
+            Some(sp) => pv.iter().zip(sp).map(|(pv, sp)| pv - sp).collect(),
+            None => pv.clone(),
+        })
+    }
+
     /// Its duration, s, with the last sample held.
     pub fn duration(&self) -> f64 {
         self.len() as f64 * self.sample_time

@@ -121,7 +121,6 @@ pub(super) fn recommendation(
 ) -> Vec<String> {
     let Some(present) = as_it_is(rows) else { return vec![] };
     let mut said = vec![];
-    let swings = present.nominal().measures;
     if unstable {
         let tuning = retuning.as_ref().ok().map(|retuning| {
             format!(
@@ -157,11 +156,7 @@ pub(super) fn recommendation(
             format!("The limit cycle of the present loop could not be predicted ({reason})")
         }
     };
-    said.push(format!(
-        "{state}. In the simulation the PV swings by ±{} with a mean error of {}.",
-        set(swings.pv_half_pp),
-        set(present.error())
-    ));
+    said.push(format!("{state}. In the simulation its mean error is {}.", set(present.error())));
     said.push(repair(rows, present, options, bands));
     if unstable {
         return said;

@@ -297,18 +297,19 @@ pub fn compare_with_progress(
         .flat_map(|method| cases.map(|case| (*method, case)))
         .filter(|(method, case)| method.is_some() || case.noise || *case == Case::NOMINAL)
         .collect();
-    let played: Vec<(Vec<Number>, CompensatorOutcome)> = jobs
+    let results: Vec<(Vec<Number>, CompensatorOutcome)> = jobs
         .par_iter()
         .map(|(method, case)| {
             let plant = if case.noise { &noisy } else { &plant };
-            let played = outcome(plant, known, *method, *case, options)?;
-            if done() { Ok(played) } else { Err(Error::Cancelled) }
+            let (parameters, run) = played(plant, known, *method, *case, options)?;
+            let outcome = measured(&run, *case, options)?;
+            if done() { Ok((parameters, outcome)) } else { Err(Error::Cancelled) }
         })
         .collect::<Result<_>>()?;
     let row = |method: Option<Method>| {
         let of = |case: Case| {
             let same = |job: &(Option<Method>, Case)| job.0 == method && job.1 == case;
-            jobs.iter().position(same).map(|k| &played[k])
+            jobs.iter().position(same).map(|k| &results[k])
         };
         let nominal = of(Case::NOMINAL)?;
         let outcomes =
@@ -318,7 +319,7 @@ pub fn compare_with_progress(
     Ok(Comparison { rows: rows.into_iter().filter_map(row).collect() })
 }
 
-/// The nominal case of [`compare`] alone, of one method or of the uncompensated loop.
+/// The nominal case of [`compare`] alone, of one method or of the uncompensated loop, and its run.
 ///
 /// # Errors
 /// As [`compare`].
@@ -327,9 +328,10 @@ pub fn nominal(
     known: &Knowledge,
     method: Option<Method>,
     options: &CompareOptions,
-) -> Result<CompensatorOutcome> {
+) -> Result<(CompensatorOutcome, CompensatedRun)> {
     let plant = set_up(plant, options)?;
-    Ok(outcome(&plant, known, method, Case::NOMINAL, options)?.1)
+    let (_, run) = played(&plant, known, method, Case::NOMINAL, options)?;
+    Ok((measured(&run, Case::NOMINAL, options)?, run))
 }
 
 /// The loop with the steps of the protocol, for its length.
@@ -358,13 +360,13 @@ fn set_up(plant: &ClosedLoop, options: &CompareOptions) -> Result<ClosedLoop> {
 }
 
 /// Runs one case with the parameters of the method.
-fn outcome(
+fn played(
     plant: &ClosedLoop,
     known: &Knowledge,
     method: Option<Method>,
     case: Case,
     options: &CompareOptions,
-) -> Result<(Vec<Number>, CompensatorOutcome)> {
+) -> Result<(Vec<Number>, CompensatedRun)> {
     let assumed = Knowledge {
         s: known.s * case.s_factor,
         j: known.j.map(|j| j * case.j_factor),
@@ -375,17 +377,24 @@ fn outcome(
     let mut compensator = method.unwrap_or(Method::Knocker).automatic(&assumed)?;
     let parameters = method.map_or_else(Vec::new, |_| compensator.parameters());
     let from_s = if method.is_some() { options.from_s } else { f64::INFINITY };
-    let played: CompensatedRun = run(plant, compensator.as_mut(), from_s)?;
+    Ok((parameters, run(plant, compensator.as_mut(), from_s)?))
+}
+
+/// The measures of a run.
+fn measured(
+    run: &CompensatedRun,
+    case: Case,
+    options: &CompareOptions,
+) -> Result<CompensatorOutcome> {
     let [window, set_point_at, load_at, end] = options.times();
-    let settling = |from, to| settling_s(&played, from, to, options.settling_band);
-    let iae_per_s = |from, to| Measures::of(&played, from, to).map(|measures| measures.iae_per_s);
-    let outcome = CompensatorOutcome {
+    let settling = |from, to| settling_s(run, from, to, options.settling_band);
+    let iae_per_s = |from, to| Measures::of(run, from, to).map(|measures| measures.iae_per_s);
+    Ok(CompensatorOutcome {
         case,
-        measures: Measures::of(&played, window, set_point_at)?,
+        measures: Measures::of(run, window, set_point_at)?,
         set_point_iae_per_s: iae_per_s(set_point_at, load_at)?,
         load_iae_per_s: iae_per_s(load_at, end)?,
         set_point_settling_s: settling(set_point_at, load_at)?,
         load_settling_s: settling(load_at, end)?,
-    };
-    Ok((parameters, outcome))
+    })
 }

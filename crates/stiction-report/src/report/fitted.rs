@@ -159,18 +159,13 @@ fn actions(found: &Prospects) -> Table {
         .words("valve travel, %/h")
         .words("benefit");
     found.actions.iter().fold(table, |table, row| {
-        let benefit = match row.sure {
-            sure if sure >= 0.95 => "certain",
-            sure if sure > 0.5 => "probable",
-            _ => "not certain",
-        };
         table.row([
             row.action.name().to_owned(),
             Prospect::range(&row.error_ratio, &row.error_ratio),
             Prospect::range(&row.pv_swing_ratio, &row.pv_swing_ratio),
             Prospect::range(&row.pv_swing, &row.pv_swing_ratio),
             range(&row.travel),
-            if row.action.name() == "as it is" { String::new() } else { benefit.to_owned() },
+            row.benefit().to_owned(),
         ])
     })
 }
