@@ -298,6 +298,8 @@ class Known:
     """The time up to which they hold all values; None without a journal."""
     last: dict[str, int] = field(default_factory=dict)
     """The last time of each tag."""
+    lost: dict[str, int] = field(default_factory=dict)
+    """Of each tag whose last row begins a gap (`LOST`), its time."""
     sequence: int = 0
     """The highest number of a record that states a time."""
 
@@ -311,7 +313,7 @@ def known(plant: Path, before: int = 1 << 62) -> Known:
         tags, begin = _read_head(path)
         if not tags:
             continue
-        own = np.full(len(tags) + 1, -(1 << 62), np.int64)
+        own, lost = np.full((2, len(tags) + 1), -(1 << 62), np.int64)
         for block in _blocks(path, begin):
             marks = block[(block["tag"] == MARK) & (block["status"] == 0)]
             numbers = np.nan_to_num(marks["value"], nan=0.0)
@@ -320,9 +322,14 @@ def known(plant: Path, before: int = 1 << 62) -> Known:
             newest = max([newest, *zip(numbers[within].tolist(), marks["time"][within].tolist())])
             block = block[block["time"] <= before]
             np.maximum.at(own, np.minimum(block["tag"], len(tags)), block["time"])
-        for tag, time in zip(tags, own):
+            block = block[block["status"] == LOST]
+            np.maximum.at(lost, np.minimum(block["tag"], len(tags)), block["time"])
+        for tag, time, gap in zip(tags, own, lost):
             if time > found.last.get(tag, -(1 << 62)):
                 found.last[tag] = int(time)
+                found.lost.pop(tag, None)
+                if gap == time:
+                    found.lost[tag] = int(gap)
     if newest[0] >= 0.0:
         found.until = int(newest[1])
         # What is later was dated by a clock that went back since.

@@ -144,6 +144,8 @@ class Watcher:
         self.clocks, self.wall = SourceClocks(), time.monotonic
         # Tags whose values are not stored because of their times.
         self.misdating: set[int] = set()
+        # When the last gap of a tag began because of them.
+        self.lost: dict[int, int] = {}
         # When an older value of a tag was last stored as still valid.
         self.held: dict[int, int] = {}
         # The server's clock before and after its last jumps ahead, and this computer's clock.
@@ -303,6 +305,7 @@ class Watcher:
         for name, at in known.last.items():
             if name in place:
                 self.last[place[name]] = at
+        self.lost = {place[name]: at for name, at in known.lost.items() if name in place}
         self.types: dict[int, Any] = {}
         self.bad: set[int] = set()
         self.until = self.stored = until or 0
@@ -421,14 +424,15 @@ class Watcher:
         return False
 
     def _misdate(self, index: int) -> bool:
-        """Begins a gap of a tag whose values are not stored, and returns whether it is a new one."""
-        if index in self.misdating:
-            return False
+        """Begins a gap of a tag whose values are not stored, and returns whether they were until now."""
+        is_new = index not in self.misdating
         self.misdating.add(index)
         last = max(self.last[index], self.held.get(index, 0))
-        if last > 0 and not self.full:
+        # A connection may have stored a present value in the midst of it.
+        if last >= max(1, self.lost.get(index, 0)) and not self.full:
+            self.lost[index] = last + 1
             self.recorder.add(index, last + 1, math.nan, hours.LOST)
-        return True
+        return is_new
 
     def _number(self, index: int, value: Any, status: int) -> float:
         """The value as a number; not a number for a bad or other value."""
@@ -579,12 +583,13 @@ class Watcher:
             self.recorder.add(index, part.begin + 1, math.nan, hours.LOST)
 
     def _past(self, index: int, value: Any, begin: int) -> None:
-        """Stores a value of the history. The last one before its beginning is held there."""
+        """Stores a value of the history. The last one before its beginning is held there, unless a gap of the tag began after it."""
         status = value.StatusCode.value if value.StatusCode is not None else 0
         if status == opcua.NO_BOUND:
             return
-        if value.SourceTimestamp is not None and opcua.microseconds(value.SourceTimestamp) < begin:
-            self._hold(index, value, begin)
+        if value.SourceTimestamp is not None and (at := opcua.microseconds(value.SourceTimestamp)) < begin:
+            if not at < self.lost.get(index, at) <= begin:
+                self._hold(index, value, begin)
         else:
             self._value(index, value, live=False)
 
@@ -748,6 +753,7 @@ class Watcher:
         self.until = self.stored = min(self.until, until)
         self.last = [min(at, until) for at in self.last]
         self.held = {index: min(at, until) for index, at in self.held.items()}
+        self.lost = {index: at for index, at in self.lost.items() if at <= until}
         if self.full:
             return
         try:

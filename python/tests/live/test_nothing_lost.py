@@ -319,3 +319,11 @@ def test_any_sequence_of_faults_leaves_each_value_or_a_gap_and_a_line(tmp_path, 
     trial = Trial(tmp_path, seed, seed % 2 == 0, seed // 2 % 2 == 0, monkeypatch)
     trial.run()
     assert trial.faults() == [], trial.told
+
+
+@pytest.mark.parametrize("ends", ["stop", "kill", "outage"])
+def test_a_value_from_before_a_gap_is_not_held_after_it(tmp_path, monkeypatch, ends):
+    """The clock of a source is behind, so its values are not stored, and the last one of the history is older than the gap."""
+    trial = Trial(tmp_path, 1, True, True, monkeypatch, [(2655, "source", 1500, -3000), (2741, ends, 300, 0)])
+    trial.run()
+    assert trial.faults() == [], trial.told
