@@ -310,10 +310,12 @@ class Watcher:
         self.bad: set[int] = set()
         self.until = self.stored = until or 0
         status = read_status(self.options.plant) or {}
+        # What was stored before the clock went back is later than all that is known.
+        back = status.get("back")
+        self.back = tuple(back) if back else None
         if until:
-            self.fill_from, back = status.get("fill_from"), status.get("back")
+            self.fill_from = status.get("fill_from")
             self.jumps = [tuple(each) for each in status.get("jumps") or ()]
-            self.back = tuple(back) if back else None
         self.recorder = hours.Recorder(self.options.plant, self.names)
         self.recorder.sequence = hours.known(self.options.plant).sequence
 
