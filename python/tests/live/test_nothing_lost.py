@@ -62,6 +62,10 @@ class World:
     def clock(self):
         return self.true() + self.shift
 
+    def present_at(self, name, time):
+        own = self.truth[name]
+        return own[max(0, bisect.bisect_right(own, (time, 1e300)) - 1)][1]
+
     def computer(self):
         return self.true() + self.computer_shift
 
@@ -297,9 +301,13 @@ class Trial:
             false = sorted((at, value) for at, value in good if at not in offered.get(value, ()))
             if false:
                 faults.append((name, "false", [(at - START) / SECOND for at, _ in false[:5]], len(false)))
-            # What a wrong clock dated holds nothing.
+            # What a wrong clock dated holds nothing. No collector can tell that the history holds a value of another time.
             right = {value: at for at, value in self.world.truth[name]}
-            series = rows, [each for each in rows if each[2] != 0 or right.get(each[1]) == each[0]]
+            moved = {value for at, value in self.world.past[name] if right[value] != at}
+            is_right = lambda at, value, status: (  # noqa: E731
+                right.get(value) == at if status == 0 else value not in moved or value == self.world.present_at(name, at)
+            )
+            series = rows, [each for each in rows if is_right(*each)]
             missing, told = [], []
             for at, value in truth:
                 # As a wrong clock dated it, or as the history dates it.
