@@ -771,7 +771,7 @@ class Watcher:
     def _recall(self, until: int) -> None:
         """Finds the last values up to a time that are stored, after which a gap begins."""
         known = hours.known(self.options.plant, until).last
-        self.last = [max(at, known.get(name, at)) for name, at in zip(self.names, self.last)]
+        self.last = [known.get(name, at) for name, at in zip(self.names, self.last)]
 
     def _ask_again(self, now: int) -> None:
         """Ends the connection, so that the next one fills the gap."""
