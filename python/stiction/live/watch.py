@@ -524,6 +524,8 @@ class Watcher:
         gap, begin, now = times
         found: dict[int, int] = {}
         without: dict[int, int] = {}
+        # The last value of a tag in the history, and its time.
+        newest: dict[int, tuple[int, Any]] = {}
         told = time.monotonic()
         if begin < now:
             at = begin
@@ -540,6 +542,9 @@ class Watcher:
                         continue
                     for value in values:
                         self._past(index, value, begin)
+                    value = next((each for each in reversed(values) if each.SourceTimestamp is not None and _is_value(each)), None)
+                    if value is not None and (moment := opcua.microseconds(value.SourceTimestamp)) >= newest.get(index, (moment,))[0]:
+                        newest[index] = moment, value
                     found[index] = found.get(index, 0) + sum(_is_value(value) for value in values)
                     if time.monotonic() - told > PROGRESS_S:
                         told = time.monotonic()
@@ -561,6 +566,10 @@ class Watcher:
             if gap and not found.get(index) and (self.was_wrong or moment > max(gap, last[index])):
                 # It has changed meanwhile, perhaps more than once. A wrong clock may have dated it before.
                 self.recorder.add(index, max(gap, last[index]) + 1, math.nan, hours.LOST)
+                lost += 1
+            elif gap and moment < newest.get(index, (moment,))[0] and value.Value != newest[index][1].Value:
+                # The clock of its source was set back, and the history has what followed at other times.
+                self.recorder.add(index, max(gap, newest[index][0]) + 1, math.nan, hours.LOST)
                 lost += 1
             if status >= hours.BAD:
                 self.recorder.add(index, now, math.nan, status)

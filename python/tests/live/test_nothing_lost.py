@@ -345,3 +345,9 @@ def test_a_clock_that_was_far_behind_leaves_a_gap_though_the_collector_was_stopp
     trial = Trial(tmp_path, 1, has_history, True, monkeypatch, [(360, "jump", 1500, -500 * 86_400), (518, "stop", 300, 0)])
     trial.run()
     assert trial.faults() == [], trial.told
+
+
+def test_a_source_whose_clock_goes_back_while_the_collector_is_stopped_leaves_a_gap(tmp_path, monkeypatch):
+    trial = Trial(tmp_path, 1, True, False, monkeypatch, [(586, "stop", 1500, 0), (1617, "source", 1500, -500 * 86_400)])
+    trial.run()
+    assert trial.faults() == [], trial.told
