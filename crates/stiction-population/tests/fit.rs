@@ -474,8 +474,8 @@ fn rings(seed: u64, n: usize) -> Vec<[Ring; 2]> {
         Some([after(Remedy::Repair, &made.after)?, after(Remedy::AsItIs, &made.unrepaired)?])
     };
     let mut all = vec![];
-    for from in (seed..).step_by(100) {
-        all.par_extend((from..from + 100).into_par_iter().filter_map(one));
+    for from in (seed..).step_by(20) {
+        all.par_extend((from..from + 20).into_par_iter().filter_map(one));
         if all.len() >= n {
             break;
         }
@@ -487,7 +487,7 @@ fn rings(seed: u64, n: usize) -> Vec<[Ring; 2]> {
 /// Of how many loops the swing after an action lies in its interval. `STICTION_LOOPS=300` measures more of them.
 #[test]
 fn swings_after_a_repair_lie_in_their_intervals() {
-    let n = std::env::var("STICTION_LOOPS").ok().and_then(|n| n.parse().ok()).unwrap_or(40);
+    let n = std::env::var("STICTION_LOOPS").ok().and_then(|n| n.parse().ok()).unwrap_or(20);
     let all = rings(REPAIRED, n);
     for k in 0..2 {
         let action = all[0][k].action.name();

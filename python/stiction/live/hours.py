@@ -298,10 +298,10 @@ class Known:
     """The time up to which they hold all values; None without a journal."""
     last: dict[str, int] = field(default_factory=dict)
     """The last time of each tag."""
-    lost: dict[str, int] = field(default_factory=dict)
-    """Of each tag whose last row begins a gap (`LOST`), its time."""
     sequence: int = 0
     """The highest number of a record that states a time."""
+    lost: dict[str, int] = field(default_factory=dict)
+    """Of each tag whose last row begins a gap (`LOST`), its time."""
 
 
 def known(plant: Path, before: int = 1 << 62) -> Known:
