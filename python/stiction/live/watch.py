@@ -154,6 +154,12 @@ class Watcher:
         self.back: tuple[int, int] | None = None
         # Whether the gap to be filled is that of a wrong clock.
         self.was_wrong = False
+        # What an earlier run left open. An attempt to connect that fails states it again.
+        status = read_status(folder) or {}
+        self.fill_from = status.get("fill_from")
+        self.jumps = [tuple(each) for each in status.get("jumps") or ()]
+        back = status.get("back")
+        self.back = tuple(back) if back else None
 
     # What a person reads.
 
@@ -309,13 +315,9 @@ class Watcher:
         self.types: dict[int, Any] = {}
         self.bad: set[int] = set()
         self.until = self.stored = until or 0
-        status = read_status(self.options.plant) or {}
-        # What was stored before the clock went back is later than all that is known.
-        back = status.get("back")
-        self.back = tuple(back) if back else None
-        if until:
-            self.fill_from = status.get("fill_from")
-            self.jumps = [tuple(each) for each in status.get("jumps") or ()]
+        # If the clock went back, what was stored before is later than all that is known.
+        if not until:
+            self.fill_from, self.jumps = None, []
         self.recorder = hours.Recorder(self.options.plant, self.names)
         self.recorder.sequence = hours.known(self.options.plant).sequence
 

@@ -351,3 +351,10 @@ def test_a_source_whose_clock_goes_back_while_the_collector_is_stopped_leaves_a_
     trial = Trial(tmp_path, 1, True, False, monkeypatch, [(586, "stop", 1500, 0), (1617, "source", 1500, -500 * 86_400)])
     trial.run()
     assert trial.faults() == [], trial.told
+
+
+def test_a_start_that_finds_no_server_forgets_nothing_of_the_run_before(tmp_path, monkeypatch):
+    """The clock of the server is wrong when the collector is killed, and the server is down when it starts again."""
+    trial = Trial(tmp_path, 1, True, True, monkeypatch, [(2910, "jump", 1500, 3000), (4017, "kill", 1500, 0), (5338, "outage", 300, 0)])
+    trial.run()
+    assert trial.faults() == [], trial.told
