@@ -524,6 +524,9 @@ class Watcher:
     ) -> None:
         """Reads what is missing from the server's history, and marks what stays missing."""
         gap, begin, now = times
+        # A source whose clock is ahead of the server's has values after its present moment.
+        limit = now + int(AHEAD * self.speed)
+        end = max([now, *(at for at in map(_moment_of, present.values()) if at is not None and at <= limit)])
         found: dict[int, int] = {}
         without: dict[int, int] = {}
         # The last value of a tag in the history, and its time.
@@ -531,11 +534,11 @@ class Watcher:
         told = time.monotonic()
         if begin < now:
             at = begin
-            while at < now:
-                until = min(at - at % CHUNK + CHUNK, now)
+            while at < end:
+                until = min(at - at % CHUNK + CHUNK, end)
                 asked = {k: node for k, node in nodes.items() if k not in without}
                 # The value at the seam comes with the next part.
-                async for index, values in server.history(asked, at, until - (until < now)):
+                async for index, values in server.history(asked, at, until - (until < end)):
                     if isinstance(values, int):
                         without[index] = values
                         continue
@@ -544,7 +547,8 @@ class Watcher:
                         continue
                     for value in values:
                         self._past(index, value, begin)
-                    value = next((each for each in reversed(values) if each.SourceTimestamp is not None and _is_value(each)), None)
+                    # A later one may be newer than the present value.
+                    value = next((each for each in reversed(values) if _is_value(each) and _is_until(each, now)), None)
                     if value is not None and (moment := opcua.microseconds(value.SourceTimestamp)) >= newest.get(index, (moment,))[0]:
                         newest[index] = moment, value
                     found[index] = found.get(index, 0) + sum(_is_value(value) for value in values)
@@ -562,8 +566,8 @@ class Watcher:
                 self.say(f"the server has no history of {len(without)} tags ({why})")
         lost = 0
         for index, value in present.items():
-            source = value.SourceTimestamp or value.ServerTimestamp
-            moment = now if source is None else opcua.microseconds(source)
+            source = _moment_of(value)
+            moment = now if source is None else source
             status = value.StatusCode.value if value.StatusCode is not None else 0
             if gap and not found.get(index) and (self.was_wrong or moment > max(gap, last[index])):
                 # It has changed meanwhile, perhaps more than once. A wrong clock may have dated it before.
@@ -915,6 +919,17 @@ class Watcher:
 def _is_value(value: Any) -> bool:
     """Whether it is more than the answer that there is no value at a bound."""
     return value.StatusCode is None or value.StatusCode.value != opcua.NO_BOUND
+
+
+def _is_until(value: Any, time: int) -> bool:
+    """Whether its source dates it up to a time."""
+    return value.SourceTimestamp is not None and opcua.microseconds(value.SourceTimestamp) <= time
+
+
+def _moment_of(value: Any) -> int | None:
+    """The time of a value of the server; None without one."""
+    at = value.SourceTimestamp or value.ServerTimestamp
+    return None if at is None else opcua.microseconds(at)
 
 
 def read_status(plant: Path) -> dict[str, Any] | None:
