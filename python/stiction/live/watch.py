@@ -154,6 +154,8 @@ class Watcher:
         self.back: tuple[int, int] | None = None
         # Whether the gap to be filled is that of a wrong clock.
         self.was_wrong = False
+        # After a wrong clock: up to when a present value is believed.
+        self._ceiling = 1 << 62
         # What an earlier run left open. An attempt to connect that fails states it again.
         status = read_status(folder) or {}
         self.fill_from = status.get("fill_from")
@@ -267,7 +269,7 @@ class Watcher:
         gap = min(filter(None, (self.until, self._filled())), default=0)
         gap = min(gap, self.clock)
         self._first = set(nodes)
-        self._floor = gap or self.clock - FRESH
+        self._floor, self._ceiling = gap or self.clock - FRESH, self.clock if self.was_wrong else 1 << 62
         self._ticked, self._early = 0, []
         last = list(self.last) if gap else [0] * len(self.last)
         refused = await server.subscribe(
@@ -367,7 +369,7 @@ class Watcher:
         moment = self.clock if at is None else opcua.microseconds(at)
         if live and index in self._first:
             self._first.discard(index)
-            if moment <= self._floor:
+            if moment <= self._floor or moment > self._ceiling:
                 return  # It was stored when it changed, or is stored as held.
         if live and moment > self.clock + int(AHEAD * self.speed) and not settled:
             # The last reading of the clock may be an old one.
@@ -579,7 +581,9 @@ class Watcher:
                 lost += 1
             if status >= hours.BAD:
                 self.recorder.add(index, now, math.nan, status)
-            elif now - moment > FRESH:
+            elif self._ceiling < moment <= now:
+                self._value(index, value, live=False)
+            elif now - moment > FRESH or moment > self._ceiling:
                 self._hold(index, value, now)
         for index in range(len(self.names)):
             if index not in nodes:

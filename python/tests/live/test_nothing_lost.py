@@ -334,7 +334,7 @@ class Trial:
 
 
 # Later ones are of faults that were found.
-@pytest.mark.parametrize("seed", [*range(8), 85, 101, 128, 158])
+@pytest.mark.parametrize("seed", [*range(8), 85, 101, 128, 152, 158])
 def test_any_sequence_of_faults_leaves_each_value_or_a_gap_and_a_line(tmp_path, monkeypatch, seed):
     trial = Trial(tmp_path, seed, seed % 2 == 0, seed // 2 % 2 == 0, monkeypatch)
     trial.run()
@@ -371,5 +371,11 @@ def test_a_start_that_finds_no_server_forgets_nothing_of_the_run_before(tmp_path
 
 def test_values_of_sources_that_are_ahead_of_the_server_come_from_the_history_after_an_outage(tmp_path, monkeypatch):
     trial = Trial(tmp_path, 1, True, False, monkeypatch, [(726, "outage", 300, 0), (900, "jump", 1500, -20)])
+    trial.run()
+    assert trial.faults() == [], trial.told
+
+
+def test_a_present_value_that_a_wrong_clock_dated_ahead_does_not_move_a_later_gap(tmp_path, monkeypatch):
+    trial = Trial(tmp_path, 152, True, True, monkeypatch, [(1819, "jump", 1500, 300), (1989, "source", 40, 3000)])
     trial.run()
     assert trial.faults() == [], trial.told
