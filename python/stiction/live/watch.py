@@ -150,8 +150,10 @@ class Watcher:
         self.held: dict[int, int] = {}
         # The server's clock before and after its last jumps ahead, and this computer's clock.
         self.jumps: list[tuple[int, int, int]] = []
-        # The server's clock before and after it last went back.
-        self.back: tuple[int, int] | None = None
+        # The server's clock before and after it last went back, and from when on values are asked for again when it is right.
+        self.back: tuple[int, int, int] | None = None
+        # Of each tag, the last time that this connection stored before.
+        self._before_back: list[int] = []
         # Whether the gap to be filled is that of a wrong clock.
         self.was_wrong = False
         # After a wrong clock: up to when a present value is believed.
@@ -161,7 +163,7 @@ class Watcher:
         self.fill_from = status.get("fill_from")
         self.jumps = [tuple(each) for each in status.get("jumps") or ()]
         back = status.get("back")
-        self.back = tuple(back) if back else None
+        self.back = (back[0], back[1], back[-1] if len(back) > 2 else back[0]) if back else None
 
     # What a person reads.
 
@@ -270,7 +272,7 @@ class Watcher:
         gap = min(gap, self.clock)
         self._first = set(nodes)
         self._floor, self._ceiling = gap or self.clock - FRESH, self.clock if self.was_wrong else 1 << 62
-        self._ticked, self._early = 0, []
+        self._ticked, self._early, self._before_back = 0, [], []
         last = list(self.last) if gap else [0] * len(self.last)
         refused = await server.subscribe(
             nodes,
@@ -474,6 +476,12 @@ class Watcher:
         """Notes that the server dropped values of a tag between the last one and this time."""
         after = self.last[index] if self.last[index] > 0 else self._floor
         after = self.dropped.get(index, (after, 0))[0]
+        if self.back is not None and self._before_back:
+            # It may have dropped them before its clock went back.
+            clock, now, begin = self.back
+            if (last := max(self._before_back[index], self._floor)) < begin:
+                self.back = clock, now, last
+                self._write_status()
         if before <= after:
             return  # They came from the history already.
         self.dropped[index] = (after, before)
@@ -733,6 +741,8 @@ class Watcher:
             return
         self.back, self.was_wrong = None, True
         self.until = self.stored = back[0]
+        if back[2] < back[0]:
+            self.fill_from = min(back[2], self.fill_from or back[2])
         if not self.full:
             with contextlib.suppress(OSError):
                 self.recorder.mark(self.until)
@@ -746,7 +756,7 @@ class Watcher:
         if self._undo(now):
             self._ask_again(now)
         if self.back is None and self.clock - now > FRESH:
-            self.back = self.clock, now
+            self.back, self._before_back = (self.clock, now, self.clock), list(self.last)
         # A clock that goes back by more is not believed.
         if self.clock - now < BEHIND:
             self._take_back(now)

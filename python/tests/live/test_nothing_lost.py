@@ -334,7 +334,7 @@ class Trial:
 
 
 # Later ones are of faults that were found.
-@pytest.mark.parametrize("seed", [*range(8), 85, 101, 128, 152, 158])
+@pytest.mark.parametrize("seed", [*range(8), 85, 101, 116, 128, 152, 153, 158])
 def test_any_sequence_of_faults_leaves_each_value_or_a_gap_and_a_line(tmp_path, monkeypatch, seed):
     trial = Trial(tmp_path, seed, seed % 2 == 0, seed // 2 % 2 == 0, monkeypatch)
     trial.run()
@@ -377,5 +377,14 @@ def test_values_of_sources_that_are_ahead_of_the_server_come_from_the_history_af
 
 def test_a_present_value_that_a_wrong_clock_dated_ahead_does_not_move_a_later_gap(tmp_path, monkeypatch):
     trial = Trial(tmp_path, 152, True, True, monkeypatch, [(1819, "jump", 1500, 300), (1989, "source", 40, 3000)])
+    trial.run()
+    assert trial.faults() == [], trial.told
+
+
+@pytest.mark.parametrize("has_history", [False, True])
+@pytest.mark.parametrize("jump", [-3000, -500 * 86_400])
+def test_what_a_server_dropped_before_its_clock_went_back_is_in_the_gap(tmp_path, monkeypatch, has_history, jump):
+    """The seldom tag loses values, the server tells of it with the next value, and its clock goes back between."""
+    trial = Trial(tmp_path, 5, has_history, True, monkeypatch, [(3451, "drop", 3, 0), (4246, "jump", 1500, jump)])
     trial.run()
     assert trial.faults() == [], trial.told
