@@ -3,8 +3,8 @@
 use crate::finding::Abstention;
 use crate::recording::Segment;
 use crate::series::{
-    Periodogram, correlation, decimated, detrended, max, min, periodogram, quantile, span,
-    standardised, std,
+    Periodogram, correlation, decimated, detrended, max, min, periodogram, quantile, running_sums,
+    span, standardised, std,
 };
 
 /// Fewest samples per period after averaging, if there are as many.
@@ -230,13 +230,7 @@ impl Trace {
 /// `x` less its centred moving mean over `width` samples, or fewer near the ends.
 pub fn high_passed(x: &[f64], width: f64) -> Vec<f64> {
     let half = (0.5 * width).round().max(0.0) as usize;
-    let mut sum = 0.0;
-    let sums: Vec<f64> = std::iter::once(0.0)
-        .chain(x.iter().map(|v| {
-            sum += v;
-            sum
-        }))
-        .collect();
+    let sums = running_sums(x);
     let about = |k: usize| (k.saturating_sub(half), (k + half + 1).min(x.len()));
     let without = |(k, v): (usize, &f64)| {
         let (from, to) = about(k);

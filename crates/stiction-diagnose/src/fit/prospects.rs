@@ -189,15 +189,20 @@ impl Prospect {
 
     /// Whether the benefit is certain.
     pub fn certain(&self) -> bool {
-        self.benefit() == "certain"
+        self.sure >= 0.95
+    }
+
+    /// Whether it is probable, and not certain.
+    pub fn probable(&self) -> bool {
+        self.sure > 0.5 && !self.certain()
     }
 
     /// How certain the benefit is: `certain`, `probable` or `not certain`; empty for the loop as it is.
     pub fn benefit(&self) -> &'static str {
-        match self.sure {
-            _ if self.action == Remedy::AsItIs => "",
-            sure if sure >= 0.95 => "certain",
-            sure if sure > 0.5 => "probable",
+        match self.action {
+            Remedy::AsItIs => "",
+            _ if self.certain() => "certain",
+            _ if self.probable() => "probable",
             _ => "not certain",
         }
     }
@@ -413,7 +418,7 @@ fn proposal(tuned: &Controller, draws: &[&Draw]) -> Option<Proposal> {
 }
 
 /// The recorded oscillation, if there is one.
-fn recorded_cycle(fit: &Fit) -> Option<Swing> {
+pub(super) fn recorded_cycle(fit: &Fit) -> Option<Swing> {
     fit.cycle.known().and_then(|cycle| cycle.recorded)
 }
 
@@ -535,7 +540,7 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
             "Repair the valve: PV swing would fall by {}.",
             repair.fall()
         )),
-        Some(repair) if repair.benefit() == "probable" => all.push(format!(
+        Some(repair) if repair.probable() => all.push(format!(
             "Repairing the valve would probably help: PV swing would fall by {}. Do the manual test first.",
             repair.fall()
         )),
@@ -550,7 +555,7 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
     {
         let said = if retune.certain() {
             format!("PV swing would fall by {}", retune.fall())
-        } else if retune.benefit() == "probable" {
+        } else if retune.probable() {
             "PV swing would probably fall".to_owned()
         } else {
             "the cycle is not expected to end while the valve sticks".to_owned()

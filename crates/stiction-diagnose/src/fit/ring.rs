@@ -1,6 +1,6 @@
 //! Whether the predicted effect of an action was reached.
 
-use super::prospects::{Prospects, Remedy};
+use super::prospects::{Prospects, Remedy, recorded_cycle};
 use super::{Fit, Swing};
 use crate::fusion::Estimate;
 use crate::oscillation::swing;
@@ -44,11 +44,8 @@ pub fn ring(
         .iter()
         .find(|row| row.action == action)
         .ok_or_else(|| format!("there is no prediction for \"{}\"", action.name()))?;
-    let Swing { period_s, pv: was, .. } = fit
-        .cycle
-        .known()
-        .and_then(|cycle| cycle.recorded)
-        .ok_or("the loop did not oscillate before, so no swing can fall")?;
+    let Swing { period_s, pv: was, .. } =
+        recorded_cycle(fit).ok_or("the loop did not oscillate before, so no swing can fall")?;
     let is = after
         .deviation()
         .and_then(|pv| swing(&pv, period_s / after.sample_time))

@@ -1,6 +1,6 @@
 //! The swing of a signal: how far it moves to either side in a period.
 
-use crate::series::{detrended, median, noise_std, span};
+use crate::series::{detrended, median, noise_std, running_sums, span};
 
 /// The width of the smoothing is chosen so that it cuts corners by as much as the rest of the noise adds.
 const BALANCE: f64 = 0.6;
@@ -40,13 +40,7 @@ pub fn swing(signal: &[f64], period: f64) -> Option<f64> {
 /// Means over `2 half + 1` samples, or fewer of a short series.
 fn averaged(x: &[f64], half: usize) -> Vec<f64> {
     let width = 2 * half + 1;
-    let mut sum = 0.0;
-    let sums: Vec<f64> = std::iter::once(0.0)
-        .chain(x.iter().map(|v| {
-            sum += v;
-            sum
-        }))
-        .collect();
+    let sums = running_sums(x);
     sums.iter().zip(sums.iter().skip(width)).map(|(a, b)| (b - a) / width as f64).collect()
 }
 

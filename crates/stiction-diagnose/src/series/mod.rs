@@ -24,7 +24,7 @@ pub use resample::decimated;
 pub use spectrum::{Periodogram, Spectrum, fft_length, periodogram};
 pub use statistics::{
     centred, detrended, excess_kurtosis, median, median_absolute_deviation, noise_std, quantile,
-    sample_std, skewness, standardised,
+    running_sums, sample_std, skewness, standardised,
 };
 pub use stiction_model::numeric::summary::{max, mean, min, reversals, span, std, variance};
 pub use transform::{Transform, band_passed};

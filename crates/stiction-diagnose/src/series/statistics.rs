@@ -57,6 +57,17 @@ pub fn noise_std(x: &[f64]) -> f64 {
     if second.is_empty() { 0.0 } else { 1.4826 * median(&second) / 6f64.sqrt() }
 }
 
+/// The sums of the first 0, 1, ... samples, one more than there are samples.
+pub fn running_sums(x: &[f64]) -> Vec<f64> {
+    let mut sum = 0.0;
+    std::iter::once(0.0)
+        .chain(x.iter().map(|v| {
+            sum += v;
+            sum
+        }))
+        .collect()
+}
+
 /// The samples less their mean.
 pub fn centred(x: &[f64]) -> Vec<f64> {
     let m = mean(x);
