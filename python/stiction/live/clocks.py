@@ -34,6 +34,10 @@ class SourceClocks:
         # The lag of a tag, and the server's clock and this computer's when it began.
         self._late: dict[int, tuple[int, int, float]] = {}
 
+    def was_late(self, index: int) -> bool:
+        """Whether the last value of a tag was behind."""
+        return index in self._late
+
     def judge(self, index: int, moment: int, clock: int, known: int, tolerance: int, now_s: float) -> Belief:
         """What is thought of the time of a value of a tag whose times are known up to `known`. All are in microseconds, but this
         computer's time `now_s`.

@@ -150,8 +150,9 @@ class Watcher:
         self.held: dict[int, int] = {}
         # The server's clock before and after its last jumps ahead, and this computer's clock.
         self.jumps: list[tuple[int, int, int]] = []
-        # The server's clock before and after it last went back, and from when on values are asked for again when it is right.
-        self.back: tuple[int, int, int] | None = None
+        # The server's clock before and after it last went back, from when on values are asked for again when it is right, and this
+        # computer's clock.
+        self.back: tuple[int, int, int, int] | None = None
         # Of each tag, the last time that this connection stored before.
         self._before_back: list[int] = []
         # Whether the gap to be filled is that of a wrong clock.
@@ -163,7 +164,7 @@ class Watcher:
         self.fill_from = status.get("fill_from")
         self.jumps = [tuple(each) for each in status.get("jumps") or ()]
         back = status.get("back")
-        self.back = (back[0], back[1], back[-1] if len(back) > 2 else back[0]) if back else None
+        self.back = (back[0], back[1], back[2], back[3]) if back and len(back) == 4 else None
 
     # What a person reads.
 
@@ -268,6 +269,9 @@ class Watcher:
                 self.say_once(f"space {names[k]}", f"{names[k]}: the server has no namespace of {self.tags[names[k]]}")
         self._believe(hours.known(self.options.plant, self.clock + AHEAD) if self.until > self.clock + AHEAD else None)
         self._undo(self.clock)
+        if (back := self.back) is not None and self.clock >= back[0] and self._is_undone(self.clock, back[0], back[1], back[3]):
+            # It was set right while there was no connection.
+            self._set_right(back)
         gap = min(filter(None, (self.until, self._filled())), default=0)
         gap = min(gap, self.clock)
         self._first = set(nodes)
@@ -365,7 +369,11 @@ class Watcher:
 
     def _value(self, index: int, value: Any, live: bool, settled: bool = False) -> None:
         status = value.StatusCode.value if value.StatusCode is not None else 0
-        at = next((at for at in (value.SourceTimestamp, value.ServerTimestamp) if at is not None and at.year > 1970), None)
+        at = value.SourceTimestamp
+        if at is None or at.year <= 1970:
+            at = value.ServerTimestamp
+            if at is not None and at.year <= 1970:
+                at = None
         if at is None:
             self.say_once(f"timeless {index}", f"{self.names[index]}: has no time; the server's clock is used")
         moment = self.clock if at is None else opcua.microseconds(at)
@@ -373,23 +381,10 @@ class Watcher:
             self._first.discard(index)
             if moment <= self._floor or moment > self._ceiling:
                 return  # It was stored when it changed, or is stored as held.
-        if live and moment > self.clock + int(AHEAD * self.speed) and not settled:
-            # The last reading of the clock may be an old one.
-            self._early.append((index, value))
-            return
-        if moment > self.clock + int(AHEAD * self.speed) or (live and moment < self.clock - BEHIND):
-            self.counts["misdated"] += 1
-            side = "ahead of" if moment > self.clock else "far behind"
-            self.say_once(
-                f"{side} {index}",
-                f"{self.names[index]}: a value of {hours.shown(moment)} is {side} the server's clock ({hours.shown(self.clock)}); it was "
-                "not stored. Correct the clock of the source",
-            )
-            if live:
-                self._misdate(index)
-            return
-        if live and not self._is_believed(index, moment):
-            self.counts["misdated"] += 1
+        # The time of most values is near the server's clock, and nothing is known against their source.
+        is_near = -AHEAD <= self.clock - moment <= LATE
+        is_usual = is_near and index not in self.misdating and not self.clocks.was_late(index)
+        if not is_usual and not self._is_dated_rightly(index, value, moment, live, settled):
             return
         if status & opcua.OVERFLOW == opcua.OVERFLOW:
             if live:
@@ -412,6 +407,29 @@ class Watcher:
         self.recorder.add(index, moment, number, status)
         if moment > self.last[index]:
             self.last[index] = moment
+
+    def _is_dated_rightly(self, index: int, value: Any, moment: int, live: bool, settled: bool) -> bool:
+        """Whether a value of an unusual time, or of a source with unusual times, is stored now. What is not stored begins a gap."""
+        latest = self.clock + int(AHEAD * self.speed)
+        if live and moment > latest and not settled:
+            # The last reading of the clock may be an old one.
+            self._early.append((index, value))
+            return False
+        if moment > latest or (live and moment < self.clock - BEHIND):
+            self.counts["misdated"] += 1
+            side = "ahead of" if moment > self.clock else "far behind"
+            self.say_once(
+                f"{side} {index}",
+                f"{self.names[index]}: a value of {hours.shown(moment)} is {side} the server's clock ({hours.shown(self.clock)}); it was "
+                "not stored. Correct the clock of the source",
+            )
+            if live:
+                self._misdate(index)
+            return False
+        if live and not self._is_believed(index, moment):
+            self.counts["misdated"] += 1
+            return False
+        return True
 
     def _is_believed(self, index: int, moment: int) -> bool:
         """Whether a value's time can be right. What is not stored begins a gap."""
@@ -478,9 +496,9 @@ class Watcher:
         after = self.dropped.get(index, (after, 0))[0]
         if self.back is not None and self._before_back:
             # It may have dropped them before its clock went back.
-            clock, now, begin = self.back
+            clock, now, begin, computer = self.back
             if (last := max(self._before_back[index], self._floor)) < begin:
-                self.back = clock, now, last
+                self.back = clock, now, last, computer
                 self._write_status()
         if before <= after:
             return  # They came from the history already.
@@ -739,6 +757,11 @@ class Watcher:
             # A start after a kill finds it there.
             self._write_status()
             return
+        self._set_right(back)
+        self._ask_again(now)
+
+    def _set_right(self, back: tuple[int, int, int, int]) -> None:
+        """The clock that went back is right again, so all is known up to when it went back."""
         self.back, self.was_wrong = None, True
         self.until = self.stored = back[0]
         if back[2] < back[0]:
@@ -749,14 +772,13 @@ class Watcher:
                 self.recorder.flush()
                 # Values of the moment before it went back are right.
                 self._recall(self.until + int(5 * US * self.speed))
-        self._ask_again(now)
 
     def _went_back(self, now: int) -> None:
         """The clock went back: for good, for a time, or from a time when it was wrong."""
         if self._undo(now):
             self._ask_again(now)
         if self.back is None and self.clock - now > FRESH:
-            self.back, self._before_back = (self.clock, now, self.clock), list(self.last)
+            self.back, self._before_back = (self.clock, now, self.clock, int(time.time() * US)), list(self.last)
         # A clock that goes back by more is not believed.
         if self.clock - now < BEHIND:
             self._take_back(now)
@@ -777,7 +799,7 @@ class Watcher:
     def _is_undone(self, now: int, before: int, after: int, computer: int) -> bool:
         """Whether the clock is behind where it jumped to, or nearer to where it would be without the jump, by this computer's clock."""
         passed = int(max(0.0, time.time() * US - computer) * self.speed)
-        return now < after or abs(now - before - passed) < abs(now - after - passed)
+        return before < after and now < after or abs(now - before - passed) < abs(now - after - passed)
 
     def _take_back(self, until: int, void: int | None = None) -> None:
         """Nothing is known after a time, and the values of another one and later ones are wrong."""

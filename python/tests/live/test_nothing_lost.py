@@ -334,7 +334,7 @@ class Trial:
 
 
 # Later ones are of faults that were found.
-@pytest.mark.parametrize("seed", [*range(8), 85, 101, 116, 128, 152, 153, 158])
+@pytest.mark.parametrize("seed", [*range(8), 85, 101, 116, 128, 152, 153, 158, 185])
 def test_any_sequence_of_faults_leaves_each_value_or_a_gap_and_a_line(tmp_path, monkeypatch, seed):
     trial = Trial(tmp_path, seed, seed % 2 == 0, seed // 2 % 2 == 0, monkeypatch)
     trial.run()
