@@ -33,6 +33,11 @@ fn contradictions(d: &Diagnosis) -> Vec<String> {
         must(!matches!(direct.decision, Decision::Sticks | Decision::DoesNotStick), "who decided?");
         return wrong;
     };
+    if said.class == VerdictClass::CannotTell && d.verdict.basis == Basis::Evidence {
+        must(d.verdict.class == VerdictClass::Sticks, "OP and PV may only accuse");
+        must(d.verdict.reasons.contains(&direct.reason), "the position is not told");
+        return wrong;
+    }
     must(d.verdict.basis == Basis::ValvePosition, "the position is not the basis");
     must(d.verdict.class == said.class, "two verdicts");
     must(d.verdict.reasons[0] == direct.reason, "verdict and finding say different things");
@@ -53,7 +58,8 @@ fn contradictions(d: &Diagnosis) -> Vec<String> {
                 must(s.value >= 0.4 && s.high.is_finite(), "S of a healthy valve");
                 must(j.value <= s.value && j.high <= s.high, "J above S");
             } else {
-                must(false, "no S or J");
+                let why = d.stiction.why_not.as_deref().unwrap_or_default();
+                must(why.contains("too wide for a number"), "no S or J");
             }
         }
         VerdictClass::DoesNotStick => {
@@ -197,6 +203,63 @@ fn figures_with_a_recorded_position() {
     table("moves between samples", &seen, |o| o.loop_of.truth.acts > 1);
 }
 
+/// A recording of every `by`th sample.
+fn thinned(recording: &Recording, by: usize) -> Recording {
+    let thin = |channel: &Channel| {
+        let every = |x: &[f64]| x.iter().step_by(by).copied().collect();
+        Channel::new("", every(&channel.time), every(&channel.values)).unwrap()
+    };
+    let [pv, sp, vp] = [&recording.pv, &recording.sp, &recording.vp].map(|c| c.as_ref().map(thin));
+    Recording { op: thin(&recording.op), pv, sp, vp, ..recording.clone() }
+}
+
+#[test]
+#[ignore = "minutes: the verdict with and without a position that is sampled more slowly than the controller acts"]
+fn figures_by_steps_of_the_controller() {
+    println!(
+        "| steps | found, without VP | found | S within 15 % | limits broken | healthy: accused | healthy: cleared |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for steps in [1, 2, 4, 8] {
+        let one = |k: u64| {
+            let Positioned { recording, truth } = positioned(777_001, k).unwrap();
+            let by = steps / truth.acts.min(steps);
+            let serves = by * truth.acts == steps && recording.op.values.len() / by >= 200;
+            serves.then(|| {
+                let with = thinned(&recording, by);
+                let without = diagnosed(&Recording { vp: None, ..with.clone() });
+                (truth, diagnosed(&with), without)
+            })
+        };
+        let seen: Vec<_> = (0..400).into_par_iter().filter_map(one).collect();
+        let (sticks, healthy): (Vec<_>, Vec<_>) = seen.iter().partition(|(truth, ..)| truth.sticks);
+        let found = |d: &Diagnosis| d.verdict.class == VerdictClass::Sticks;
+        let cleared = |d: &Diagnosis| d.verdict.class == VerdictClass::DoesNotStick;
+        let hits: Vec<_> = sticks.iter().filter(|(_, d, _)| found(d)).collect();
+        let errors: Vec<f64> = hits
+            .iter()
+            .filter_map(|(truth, d, _)| Some((d.stiction.s?.value / truth.s - 1.0).abs()))
+            .collect();
+        let near = errors.iter().filter(|error| **error <= 0.15).count();
+        let limits: Vec<bool> = sticks
+            .iter()
+            .filter_map(|(truth, d, _)| Some(d.verdict.s_below?.value < truth.s))
+            .collect();
+        let broken = limits.iter().filter(|is| **is).count();
+        println!(
+            "| {steps} | {} | {} of {} | {near} of {} | {broken} of {} | {} of {} | {} |",
+            sticks.iter().filter(|(.., without)| found(without)).count(),
+            hits.len(),
+            sticks.len(),
+            errors.len(),
+            limits.len(),
+            healthy.iter().filter(|(_, d, _)| found(d)).count(),
+            healthy.len(),
+            healthy.iter().filter(|(_, d, _)| cleared(d)).count(),
+        );
+    }
+}
+
 /// Of healthy valves behind any lag fewer than a hundredth may be accused; of 60 there is none.
 #[test]
 fn lags_are_not_taken_for_stiction() {
@@ -212,10 +275,10 @@ fn lags_are_not_taken_for_stiction() {
     assert!(accused.is_empty(), "{accused:?}");
 }
 
-/// Of valves whose band shows, nine of ten are found where every move is recorded, with S in its interval.
+/// Of valves whose band shows, nine of ten are found where every move is recorded, and S, where it is a number, is in its interval.
 #[test]
 fn bands_that_show_are_found() {
-    let seen: Vec<(bool, bool)> = (0..150)
+    let seen: Vec<(bool, Option<bool>)> = (0..150)
         .into_par_iter()
         .filter_map(|k| {
             let Positioned { recording, truth } = positioned(6, k).unwrap();
@@ -223,16 +286,18 @@ fn bands_that_show_are_found() {
             let noise = noise.max(truth.transmitter.quantum / 12f64.sqrt());
             let shows = truth.sticks && truth.acts == 1 && truth.slips >= 10;
             (shows && truth.s >= 3.0 * noise && truth.s >= 0.5).then(|| {
-                let found = diagnosed(&recording).stiction.s;
-                (found.is_some(), found.is_some_and(|s| s.low <= truth.s && truth.s <= s.high))
+                let d = diagnosed(&recording);
+                let inside = d.stiction.s.map(|s| s.low <= truth.s && truth.s <= s.high);
+                (d.verdict.class == VerdictClass::Sticks, inside)
             })
         })
         .collect();
-    let count = |of: &dyn Fn(&(bool, bool)) -> bool| seen.iter().filter(|one| of(one)).count();
-    let (found, inside) = (count(&|one| one.0), count(&|one| one.1));
-    assert!(seen.len() >= 20, "{}", seen.len());
+    let found = seen.iter().filter(|(found, _)| *found).count();
+    let inside: Vec<bool> = seen.iter().filter_map(|(_, inside)| *inside).collect();
+    let held = inside.iter().filter(|is| **is).count();
+    assert!(seen.len() >= 20 && 3 * inside.len() >= 2 * found, "{} {found}", seen.len());
     assert!(10 * found >= 9 * seen.len(), "{found} of {}", seen.len());
-    assert!(20 * inside >= 17 * found, "{inside} of {found}");
+    assert!(20 * held >= 17 * inside.len(), "{held} of {}", inside.len());
 }
 
 #[test]

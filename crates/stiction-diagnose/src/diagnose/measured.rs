@@ -1,4 +1,8 @@
 //! The verdict on a valve with a recorded position: class, S, J and sentences from one judgement.
+//!
+//! Where the position leaves open whether the valve sticks, OP and PV may still accuse it ([`ByPosition::verdict`]): a position that
+//! is sampled more slowly than the controller acts may show less than they do. They do not clear it, because the limit from the
+//! position is usually the smaller one.
 
 use super::verdict::{Basis, Limit, Stiction, Verdict, VerdictClass};
 use crate::finding::Abstention;
@@ -7,6 +11,7 @@ use crate::identify::lagged_position::{Behaviour, Interval, Judgement, Moves};
 use crate::methods::Subject;
 use crate::recording::Doubt;
 use crate::recording::fitness::{Class, Fitness, MeasureId};
+use crate::spoken::rough;
 
 /// Measures of fitness that a position needs, too. All others concern the PV, or cycles, which a position does not
 /// need.
@@ -17,11 +22,15 @@ const NEEDED: [MeasureId; 4] = [
     MeasureId::OpMoves,
 ];
 
+/// Width of the interval of S, in S, up to which it is a number if moves of the OP between samples are missed; ours. Of simulated
+/// valves with wider intervals every third S is wrong by more than 15 %.
+pub const WIDEST_MISSED: f64 = 0.5;
+
 /// The verdict from a recorded position. Class, S, J, limit and reasons come from the same judgement:
 ///
 /// | Judgement | Class | S and J | Limit of S |
 /// |---|---|---|---|
-/// | sticks | sticks | those of the fit | none |
+/// | sticks | sticks | those of the fit, if moves are missed only up to [`WIDEST_MISSED`] | none |
 /// | follows | does not stick | none | below 1 % |
 /// | does not move | does not respond | none | none |
 /// | open | cannot tell | none | the largest S that the recording allows |
@@ -89,12 +98,23 @@ pub(super) fn concluded(judged: &Judgement, sample_time: f64) -> ByPosition {
         Behaviour::Sticks | Behaviour::Follows => None,
     });
     let estimate = |Interval { value, low, high }: Interval| Estimate { value, low, high };
-    let sticks = class == VerdictClass::Sticks;
+    let is_wide = judged.moves == Moves::MayBeMissed
+        && judged.s.high - judged.s.low > WIDEST_MISSED * judged.s.value;
+    let sticks = class == VerdictClass::Sticks && !is_wide;
     let why_not = match judged.behaviour {
+        Behaviour::Sticks if is_wide => Some(format!(
+            "S is between {} and {} % ({:.0} % interval), too wide for a number, because the controller may have acted between two \
+             samples; record at its rate",
+            rough(judged.s.low),
+            rough(judged.s.high),
+            100.0 * COVERAGE
+        )),
         Behaviour::Sticks => None,
-        Behaviour::Follows => Some("by its measured position, the valve does not stick"),
-        Behaviour::DoesNotMove => Some("a valve that does not respond never slips"),
-        Behaviour::Open => Some("the measured position cannot show whether the valve sticks"),
+        Behaviour::Follows => Some("by its measured position, the valve does not stick".to_owned()),
+        Behaviour::DoesNotMove => Some("a valve that does not respond never slips".to_owned()),
+        Behaviour::Open => {
+            Some("the measured position cannot show whether the valve sticks".to_owned())
+        }
     };
     let bounded = matches!(judged.behaviour, Behaviour::Follows | Behaviour::Open);
     ByPosition {
@@ -110,7 +130,7 @@ pub(super) fn concluded(judged: &Judgement, sample_time: f64) -> ByPosition {
             s: sticks.then(|| estimate(judged.s)),
             j: sticks.then(|| estimate(judged.j)),
             coverage: sticks.then_some(COVERAGE),
-            why_not: why_not.map(str::to_owned),
+            why_not,
             definitions: vec![],
         },
         s_limit: (bounded && judged.s_limit.is_finite()).then_some(judged.s_limit),
@@ -118,8 +138,16 @@ pub(super) fn concluded(judged: &Judgement, sample_time: f64) -> ByPosition {
 }
 
 impl ByPosition {
-    /// The verdict from the position instead of that from OP and PV, because the position shows the stem itself.
-    pub fn verdict(&self, without: Verdict) -> Verdict {
+    /// The verdict from the position instead of that from OP and PV, because the position shows the stem itself. If it leaves open
+    /// whether the valve sticks, OP and PV may accuse it, unless their `S` is above the position's limit.
+    pub fn verdict(&self, without: Verdict, s: Option<Estimate>) -> Verdict {
+        let accuse = without.basis == Basis::Evidence && without.class == VerdictClass::Sticks;
+        let agree = s.zip(self.s_limit).is_none_or(|(s, limit)| s.low <= limit);
+        if self.class == VerdictClass::CannotTell && accuse && agree {
+            let mut verdict = without;
+            verdict.reasons.extend(self.reasons.first().cloned());
+            return verdict;
+        }
         Verdict {
             class: self.class,
             basis: Basis::ValvePosition,
@@ -130,5 +158,42 @@ impl ByPosition {
             alternatives: vec![],
             ..without
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn op_and_pv_accuse_where_the_position_leaves_it_open() {
+        let open = ByPosition {
+            class: VerdictClass::CannotTell,
+            reasons: vec!["by the measured position, S may be up to 4 %".to_owned()],
+            stiction: Stiction::default(),
+            s_limit: Some(4.0),
+        };
+        let found = |class| Verdict {
+            class,
+            basis: Basis::Evidence,
+            probability: Some(0.95),
+            ..Verdict::default()
+        };
+        let s = |low: f64| Some(Estimate { value: low + 1.0, low, high: low + 2.0 });
+        let verdict = open.verdict(found(VerdictClass::Sticks), s(2.0));
+        assert_eq!((verdict.class, verdict.basis), (VerdictClass::Sticks, Basis::Evidence));
+        assert_eq!(verdict.reasons, open.reasons);
+        // The position excludes that S.
+        let verdict = open.verdict(found(VerdictClass::Sticks), s(5.0));
+        assert_eq!(
+            (verdict.class, verdict.basis),
+            (VerdictClass::CannotTell, Basis::ValvePosition)
+        );
+        // They do not clear it, and not against a position that decides.
+        let verdict = open.verdict(found(VerdictClass::DoesNotStick), None);
+        assert_eq!(verdict.class, VerdictClass::CannotTell);
+        let follows = ByPosition { class: VerdictClass::DoesNotStick, ..open };
+        let verdict = follows.verdict(found(VerdictClass::Sticks), s(2.0));
+        assert_eq!(verdict.class, VerdictClass::DoesNotStick);
     }
 }

@@ -167,7 +167,12 @@ pub fn diagnose_with_progress(
     let mistaken = belonging.ends();
     match &by_position {
         _ if mistaken.is_some() => {}
-        Some(Ok(said)) => verdict = said.verdict(verdict),
+        Some(Ok(said)) => {
+            // Without a PV of this loop, OP and PV decide nothing.
+            let belong = belonging.relation.as_ref().is_none_or(|r| r.mismatch.is_none());
+            let without = if belong { verdict } else { Verdict::default() };
+            verdict = said.verdict(without, weighed.map(|weighing| weighing.s));
+        }
         Some(Err(Abstention(why))) if fitness.class != Class::Unfit => {
             verdict
                 .contradictions
@@ -176,6 +181,7 @@ pub fn diagnose_with_progress(
         _ => {}
     }
     let by_position = by_position.and_then(std::result::Result::ok);
+    let by_position = by_position.filter(|_| verdict.basis == Basis::ValvePosition);
     let few_slips = segment
         .zip(weighed.filter(|_| mistaken.is_none()))
         .and_then(|(segment, weighing)| missing_slips(segment, weighing, &verdict, &fitness));

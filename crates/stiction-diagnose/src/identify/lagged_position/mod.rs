@@ -39,7 +39,7 @@
 //! likelihood.
 //!
 //! If the controller may have acted between two samples ([`Moves::MayBeMissed`]), the stem has followed unrecorded
-//! moves: the upper end for S is then w higher.
+//! moves: the upper end for S is then 1.5 w higher, and valves without such a gain in likelihood stick from 3.5 on.
 //!
 //! # Parameters
 //! None. The widths of the intervals are quantiles over simulated recordings (conformal: the smallest t at which an
@@ -196,20 +196,23 @@ const POSSIBLE_J: f64 = 5.0;
 fn unseen(moves: Moves) -> f64 {
     match moves {
         Moves::Recorded => 0.0,
-        Moves::MayBeMissed => 1.0,
+        Moves::MayBeMissed => 1.5,
     }
 }
 
 /// The t from which a valve sticks.
 const STICKS: f64 = 2.5;
+/// The same if moves may be missed.
+const STICKS_MISSED: f64 = 3.5;
 
 /// The same, by the ratio of S to the OP's changes and the gain of its likelihood over `n` samples.
-fn threshold(s: f64, op_change: f64, gained: f64, n: usize) -> f64 {
+fn threshold(s: f64, op_change: f64, gained: f64, n: usize, moves: Moves) -> f64 {
     let clear = s >= 3.0 * op_change && gained > 3.0 * (n as f64).ln();
-    match (s < 1.5 * op_change, clear) {
-        (true, _) => 5.0,
-        (false, true) => 2.0,
-        (false, false) => STICKS,
+    match (s < 1.5 * op_change, clear, moves) {
+        (true, ..) => 5.0,
+        (false, true, Moves::Recorded) => 2.0,
+        (false, true, Moves::MayBeMissed) | (false, false, Moves::Recorded) => STICKS,
+        (false, false, Moves::MayBeMissed) => STICKS_MISSED,
     }
 }
 
@@ -282,7 +285,7 @@ pub fn judge(op: &[f64], vp: &[f64], moves: Moves) -> Result<Judgement, Abstenti
         j: Interval { value: j, low: j_low, high: j_high.min(high) },
         s_limit: high,
         t,
-        threshold: threshold(s, op_change, gained, n),
+        threshold: threshold(s, op_change, gained, n, moves),
         moves,
         op_change,
         friction: best.candidate.friction,
