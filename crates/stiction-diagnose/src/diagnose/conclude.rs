@@ -1,7 +1,8 @@
 //! The verdict: the order of the checks.
 
 use super::belonging::Belonging;
-use super::by_evidence::{by_evidence, thresholds};
+use super::by_evidence::by_evidence;
+use super::no_response::NAMED_FROM;
 use super::reasons::{alternatives, sayings};
 use super::verdict::{Basis, Verdict, VerdictClass, Votes};
 use super::weighing::Weighing;
@@ -76,9 +77,7 @@ fn of_unfit(
         return preliminary;
     }
     let weighed = Verdict { probability: Some(weighing.probability), ..preliminary };
-    let idle = weighing.probability >= thresholds().accuse
-        && weighing.mismatch <= 1.0
-        && weighing.likelihood(Cause::NoResponse) > weighing.likelihood(Cause::StickingValve);
+    let idle = weighing.mismatch <= 1.0 && weighing.likelihood(Cause::NoResponse) >= NAMED_FROM;
     if op_only || !idle {
         return weighed;
     }
