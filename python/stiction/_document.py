@@ -188,11 +188,13 @@ class Verdict(Result):
 
     class_: str = about("The conclusion: `sticks`, `does not stick`, `does not respond` or `cannot tell`.")
     grade: str = about(
-        "The verdict in one graded word. It splits `cannot tell` into `probably sticks`, `unclear`, `probably fine` "
-        "and `data cannot answer`. The others are `sticks`, `fine` and `does not respond`."
+        "The verdict in one graded word. It splits `cannot tell` into `probably sticks`, `unclear`, `probably fine`, "
+        "`too little to matter` and `data cannot answer`, and `does not stick` into `fine` and `no stiction visible`. "
+        "The others are `sticks` and `does not respond`."
     )
     probability: float | None = about(
-        "The probability that the valve sticks, where a calibrated model gives one. A majority has none."
+        "The probability of sticking that the recording can show, where a calibrated model gives one. A majority has "
+        "none."
     )
     basis: str = about("Its basis, such as `evidence in OP and PV`.")
     S_below: Limit | None = about(

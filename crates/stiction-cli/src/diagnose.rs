@@ -21,7 +21,8 @@ use stiction_report::report;
 /// Diagnose recorded loops: check the data, look for a limit cycle, and judge whether the valve sticks.
 ///
 /// Reads SP, PV, OP and, where recorded, valve position and mode from CSV, Parquet, Excel or MATLAB files. `stiction
-/// inspect` shows how the files are interpreted. The longest segment in automatic of each loop is judged. Recordings
+/// inspect` shows how the files are interpreted. All segments in automatic of each loop are judged together.
+/// The probability is that of sticking that the recording can show; a smaller S may hide below the detection limit. Recordings
 /// of one tag with dates are joined across files. A person's verdict, kept by `stiction override`, is shown beside
 /// the computed one.
 ///

@@ -47,7 +47,7 @@ pub fn coloured(grade: Grade, word: &str) -> String {
         Grade::Sticks | Grade::DoesNotRespond => 0,
         Grade::ProbablySticks => 1,
         Grade::Unclear => 2,
-        Grade::ProbablyFine | Grade::Fine => 3,
+        Grade::ProbablyFine | Grade::NoneVisible | Grade::TooLittle | Grade::Fine => 3,
         Grade::CannotAnswer => 4,
     };
     format!("{}{word}{END}", COLOURS[place].0)

@@ -30,6 +30,9 @@ pub struct PlantFile {
     pub pattern: Option<String>,
     /// The longest time to judge a window of a loop, s; [`TIME_LIMIT_S`](crate::scan::TIME_LIMIT_S) by default.
     pub time_limit_s: Option<u32>,
+    /// The largest detection limit of a valve that is fine, percent of span;
+    /// [`FINE_UP_TO`](stiction_diagnose::diagnose::FINE_UP_TO) by default.
+    pub fine_up_to: Option<f64>,
     /// Meaning of the words and codes of mode tags.
     #[serde(default)]
     pub modes: BTreeMap<String, ModeName>,
@@ -162,6 +165,9 @@ impl Plant {
                 Err(e) => problem("", "pattern", e),
             }
         }
+        if !file.fine_up_to.is_none_or(|limit| limit > 0.0 && limit <= 100.0) {
+            problem("", "fine_up_to", "must be a percentage of span above 0, up to 100".to_owned());
+        }
         if file.time_limit_s == Some(0) {
             problem("", "time_limit_s", "must be a whole number of seconds above 0".to_owned());
         }
@@ -251,7 +257,10 @@ impl Plant {
         let facts = self.facts(name);
         let own = facts.map(LoopFacts::of_reading);
         let model = crate::store::window::model_version();
-        hash(&format!("{:?}", (&file.zone, &file.pattern, &file.modes, own, model)))
+        hash(&format!(
+            "{:?}",
+            (&file.zone, &file.pattern, &file.modes, own, model, file.fine_up_to)
+        ))
     }
 }
 
@@ -369,6 +378,7 @@ watch = true
                 "plant.toml, line 15, loop.FIC101.weight: must be a number above 0",
             ),
             ("{signal}", "x", "plant.toml, line 5, pattern: "),
+            ("[modes]", "fine_up_to = 0\n[modes]", "plant.toml, line 6, fine_up_to: must be"),
             ("[modes]", "time_limit_s = 0\n[modes]", "plant.toml, line 6, time_limit_s: must be"),
         ] {
             let message = told(&ALL.replace(from, to));

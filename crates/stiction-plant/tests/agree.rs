@@ -120,7 +120,7 @@ fn of_days(ranked: &Ranked<'_>, wrong: &mut impl FnMut(&str)) {
         wrong(&format!("the week says {:?}, its only day {:?}", row.grade, only.grade()));
     }
     let accuses = row.grade.is_some_and(Grade::accuses);
-    let fine = |day: &&&WindowRow| matches!(day.grade(), Some(Grade::Fine | Grade::ProbablyFine));
+    let fine = |day: &&&WindowRow| day.grade().is_some_and(Grade::spares);
     if accuses && !judged.is_empty() && judged.iter().all(fine) {
         wrong("the week accuses a valve that is fine on each day");
     }

@@ -2,7 +2,9 @@
 //! `cargo test --release -p stiction-population --test population grades:: -- --ignored --nocapture` prints.
 
 use rayon::prelude::*;
-use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Grade, diagnose};
+use stiction_diagnose::diagnose::{
+    Detectors, DiagnoseOptions, FINE_UP_TO, Grade, VerdictClass, diagnose,
+};
 use stiction_population::member;
 
 /// Loops on which no rule was chosen.
@@ -50,4 +52,30 @@ fn table_of_grades() {
     for (grade, all, sticks) in table(5_000) {
         println!("| {grade} | {all} | {:.0} % |", 100.0 * sticks as f64 / all.max(1) as f64);
     }
+}
+
+/// A cleared valve is fine up to the limit that matters to the user, and no other verdict depends on it.
+#[test]
+fn fine_needs_a_limit_that_matters() {
+    let of = |k: u64, fine_up_to: f64| {
+        let options = DiagnoseOptions {
+            detectors: Detectors::None,
+            fine_up_to,
+            ..DiagnoseOptions::default()
+        };
+        diagnose(&member(SEED, k).unwrap().recording, &options).unwrap().verdict
+    };
+    let differ = (0..60).filter(|k| {
+        let (strict, usual, lax) = (of(*k, 0.01), of(*k, FINE_UP_TO), of(*k, 1e6));
+        assert_eq!((strict.class, usual.class), (usual.class, lax.class));
+        if usual.class != VerdictClass::DoesNotStick {
+            assert_eq!((strict.grade, usual.grade), (usual.grade, lax.grade));
+            return false;
+        }
+        let is_small = usual.s_below.unwrap().value <= FINE_UP_TO;
+        assert_eq!(usual.grade, if is_small { Grade::Fine } else { Grade::NoneVisible });
+        assert_eq!((strict.grade, lax.grade), (Grade::NoneVisible, Grade::Fine));
+        true
+    });
+    assert!(differ.count() >= 5);
 }

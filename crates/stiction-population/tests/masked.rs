@@ -46,9 +46,7 @@ fn grades(loops: u64, longest: u64) -> Vec<(u64, f64, Grade, Grade)> {
 }
 
 fn opposite(a: Grade, b: Grade) -> bool {
-    let faulty = |g| matches!(g, Grade::Sticks | Grade::ProbablySticks | Grade::DoesNotRespond);
-    let fine = |g| matches!(g, Grade::Fine | Grade::ProbablyFine);
-    faulty(a) && fine(b) || fine(a) && faulty(b)
+    a.accuses() && b.spares() || a.spares() && b.accuses()
 }
 
 #[test]

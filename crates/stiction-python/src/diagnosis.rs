@@ -121,7 +121,7 @@ impl Told {
             grid: GridOptions { sample_time: self.sample_time },
             kpis: KpiOptions { dead_time: self.dead_time },
             detectors,
-            evidence: false,
+            ..DiagnoseOptions::default()
         })
     }
 }

@@ -11,6 +11,9 @@ use stiction_diagnose::spoken::{self, number};
 
 pub use stiction_diagnose::spoken::{percent, unparted as spoken};
 
+/// The meaning of the probability of a verdict.
+pub const PROBABILITY: &str = "The probability is that of sticking that the recording can show; a smaller S may hide below the detection limit.";
+
 /// A rough number with two digits and a typographic minus.
 pub fn rough(value: f64) -> String {
     if value.is_finite() { spoken::rough(value).replace('-', "\u{2212}") } else { number(value) }
@@ -101,7 +104,18 @@ fn verdict_alone(diagnosis: &Diagnosis) -> String {
             let cause = verdict.alternatives.first().map_or(String::new(), |other| {
                 format!("The most likely explanation is {}.", cause(other.cause.name()))
             });
-            join([format!("The valve most likely does not stick{left}."), limit(diagnosis), cause])
+            let says = match verdict.s_below.filter(|_| verdict.grade == Grade::NoneVisible) {
+                Some(limit) => format!(
+                    "No stiction is visible{left}, but an S of up to {} % could hide in this recording ({:.0} % confidence).",
+                    rough(limit.value),
+                    100.0 * limit.confidence
+                ),
+                None => join([
+                    format!("The valve most likely does not stick{left}."),
+                    limit(diagnosis),
+                ]),
+            };
+            join([says, cause])
         }
     }
 }
@@ -223,9 +237,7 @@ fn cannot_tell(diagnosis: &Diagnosis) -> String {
             ),
             band(diagnosis),
         ]),
-        (Grade::ProbablyFine, Some(_)) if verdict.shown_probability().is_none() => {
-            format!("The valve is probably fine: {why}.")
-        }
+        (Grade::TooLittle, _) => format!("The valve sticks too little to matter: {why}."),
         (Grade::ProbablyFine, Some(p)) => format!(
             "The valve is probably fine (probability of sticking {}), but this recording does not clear it: {why}.",
             percent(p)

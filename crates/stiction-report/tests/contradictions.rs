@@ -151,6 +151,8 @@ const RULES: [Rule; 20] = [
                 "does not look like",
             ],
             Grade::ProbablyFine => &["probably fine", "indicate that the valve does not stick"],
+            Grade::NoneVisible => &["No stiction is visible"],
+            Grade::TooLittle => &["sticks too little to matter"],
             Grade::Fine => &["most likely does not stick", "follows the controller"],
             Grade::DoesNotRespond => &["does not respond"],
             Grade::CannotAnswer => &["cannot answer", "are probably wrong", "is unclear"],
@@ -159,6 +161,8 @@ const RULES: [Rule; 20] = [
             "The valve most likely sticks",
             "The valve probably sticks",
             "is probably fine",
+            "No stiction is visible",
+            "sticks too little to matter",
             "most likely does not stick",
         ];
         let wrong =
@@ -209,7 +213,10 @@ const RULES: [Rule; 20] = [
         repair.then_some(not)
     }),
     ("who is cleared is not explained by the valve", |page| {
-        matches!(page.diagnosis.verdict.grade, Grade::Fine | Grade::ProbablyFine)
+        page.diagnosis
+            .verdict
+            .grade
+            .spares()
             .then(|| page.find(|text| text.contains("valve explains the swing")))?
     }),
     ("ten cycles are not asked of who has them", |page| {

@@ -98,7 +98,7 @@ impl Shown {
         let right = match verdict.grade {
             Grade::Sticks | Grade::ProbablySticks => truth.sticks && truth.responds,
             Grade::DoesNotRespond => !truth.responds,
-            Grade::Fine | Grade::ProbablyFine => {
+            Grade::Fine | Grade::TooLittle | Grade::NoneVisible | Grade::ProbablyFine => {
                 let hidden = verdict.s_below.is_some_and(|limit| truth.s < limit.value);
                 if truth.sticks && hidden {
                     return Worth::WithinLimit;

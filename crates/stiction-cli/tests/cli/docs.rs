@@ -229,6 +229,8 @@ fn symbol(grade: &str) -> String {
         "probably sticks" => "◐",
         "unclear" => "?",
         "probably fine" => "◌",
+        "no stiction visible" => "◎",
+        "too little to matter" => "◦",
         "fine" => "○",
         _ => "–",
     };

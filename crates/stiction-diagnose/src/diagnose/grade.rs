@@ -3,12 +3,13 @@
 //! # Rule
 //! | Grade | Condition |
 //! |---|---|
-//! | sticks | the verdict accuses the valve |
 //! | sticks | The verdict accuses the valve |
 //! | probably sticks | Evidence makes it [likely](PROBABLY_FROM), but does not accuse; or families of published methods find it |
 //! | unclear | The probability is between the limits, or the recording is unlike the training |
-//! | probably fine | Evidence makes sticking [unlikely](PROBABLY_FINE_UP_TO), but does not clear the valve; or S is too small to be a fault |
-//! | fine | The verdict clears the valve |
+//! | probably fine | Evidence makes sticking [unlikely](PROBABLY_FINE_UP_TO), but does not clear the valve |
+//! | no stiction visible | The verdict clears the valve, but S up to a limit above [`FINE_UP_TO`] could hide |
+//! | too little to matter | The valve sticks by its probability, but S is too small to be a fault |
+//! | fine | The verdict clears the valve, and the detection limit is at most [`FINE_UP_TO`] |
 //! | does not respond | The OP travels, the flow or the stem does not |
 //! | data cannot answer | The data are unfit, or their columns look mistaken |
 //! # Limits
@@ -24,6 +25,8 @@ use crate::recording::fitness::Class;
 pub const PROBABLY_FROM: f64 = 0.8;
 /// Probability up to which a valve that is not cleared is probably fine.
 pub const PROBABLY_FINE_UP_TO: f64 = 0.2;
+/// Detection limit up to which a cleared valve is fine, percent of span; ours. Smaller S seldom makes a loop cycle visibly.
+pub const FINE_UP_TO: f64 = 3.0;
 
 impl Grade {
     /// The grade of several recordings of a valve together: by their conclusion, else by their probability.
@@ -46,15 +49,19 @@ impl Grade {
         }
     }
 
-    /// The grade of a loop; see the [rule](self).
-    pub(super) fn of(diagnosis: &Diagnosis) -> Self {
+    /// The grade of a loop whose S matters from `fine_up_to` percent on; see the [rule](self).
+    pub(super) fn of(diagnosis: &Diagnosis, fine_up_to: f64) -> Self {
         let verdict = &diagnosis.verdict;
         match (verdict.class, verdict.basis) {
             (VerdictClass::DoesNotRespond, _) => Self::DoesNotRespond,
             (VerdictClass::Sticks, Basis::Majority) => Self::ProbablySticks,
             (VerdictClass::Sticks, _) => Self::Sticks,
             (VerdictClass::DoesNotStick, Basis::Majority) => Self::ProbablyFine,
-            (VerdictClass::DoesNotStick, _) => Self::Fine,
+            (VerdictClass::DoesNotStick, Basis::ValvePosition) => Self::Fine,
+            (VerdictClass::DoesNotStick, _) => match verdict.s_below {
+                Some(limit) if limit.value <= fine_up_to => Self::Fine,
+                _ => Self::NoneVisible,
+            },
             _ if diagnosis.mistaken().is_some() || diagnosis.segment().is_none() => {
                 Self::CannotAnswer
             }
@@ -62,8 +69,7 @@ impl Grade {
             _ if diagnosis.fitness.class == Class::Unfit => Self::CannotAnswer,
             _ => match diagnosis.undecided_by() {
                 Some(Ruling::Mistaken) => Self::CannotAnswer,
-                // The stiction would be too small to be a fault.
-                Some(Ruling::Harmless) => Self::ProbablyFine,
+                Some(Ruling::Harmless) => Self::TooLittle,
                 Some(Ruling::Strange) => Self::Unclear,
                 _ => verdict.probability.map_or(Self::Unclear, Self::undecided),
             },

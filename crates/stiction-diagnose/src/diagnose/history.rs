@@ -35,7 +35,7 @@ pub struct History {
     /// The conclusion: by the combined probability, else that of more than half of the weight of those that
     /// decided.
     pub class: VerdictClass,
-    /// The verdict in one graded word. It splits "cannot tell" into "probably sticks", "unclear" and "probably fine".
+    /// The verdict in one graded word. See [`Verdict::grade`](super::Verdict::grade).
     pub grade: Grade,
     /// The combined probability that the valve sticks; `None` if no observation has one.
     pub probability: Option<f64>,
@@ -146,7 +146,7 @@ fn borne_out(class: VerdictClass, probability: Option<f64>, observations: &[Obse
         if Grade::of_several(by, each.probability) == grade {
             let own = each.grade.unwrap_or_else(|| Grade::of_several(each.class, each.probability));
             let own = match own {
-                Grade::Fine if is_open => Grade::ProbablyFine,
+                Grade::Fine | Grade::NoneVisible if is_open => Grade::ProbablyFine,
                 own if is_open && own.accuses() => Grade::ProbablySticks,
                 own => own,
             };
@@ -295,10 +295,10 @@ mod tests {
             combine(&all).unwrap().grade
         };
         // S is too small to be a fault, on one day and on all.
-        let small = (0.92, Grade::ProbablyFine);
-        assert_eq!(week(&[small]), Grade::ProbablyFine);
-        assert_eq!(week(&[small; 5]), Grade::ProbablyFine);
-        assert_eq!(week(&[small, (0.82, Grade::ProbablySticks)]), Grade::ProbablyFine);
+        let small = (0.92, Grade::TooLittle);
+        assert_eq!(week(&[small]), Grade::TooLittle);
+        assert_eq!(week(&[small; 5]), Grade::TooLittle);
+        assert_eq!(week(&[small, (0.82, Grade::ProbablySticks)]), Grade::TooLittle);
         let accused = (0.88, Grade::ProbablySticks);
         assert_eq!(week(&[small, accused, accused]), Grade::ProbablySticks);
         // Unlike the training.

@@ -35,7 +35,7 @@ pub use by_evidence::{LARGEST_LIMIT, Ruling, Signs, thresholds};
 pub use conclude::{FEWEST_VOTES, MIMICS, preliminary};
 pub use diagnosis::{Diagnosis, Judged};
 pub use few_slips::{FewSlips, few_slips};
-pub use grade::{PROBABLY_FINE_UP_TO, PROBABLY_FROM};
+pub use grade::{FINE_UP_TO, PROBABLY_FINE_UP_TO, PROBABLY_FROM};
 pub use history::{Drift, History, combine};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use measured::{ByPosition, by_position};

@@ -7,6 +7,7 @@ use super::definitions::definitions;
 use super::diagnosis::{Diagnosis, Judged, silent};
 use super::few_slips::{FewSlips, few_slips};
 use super::fit_windows::fit_windows;
+use super::grade::FINE_UP_TO;
 use super::kpis::{KpiOptions, Kpis};
 use super::measured::{ByPosition, by_position};
 use super::no_response::NoResponse;
@@ -27,7 +28,7 @@ use crate::valve_test::{self, PlanOptions};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Inputs to a diagnosis in addition to the recording.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct DiagnoseOptions {
     /// The loop type, if it is not in the recording.
     pub loop_type: Option<LoopType>,
@@ -40,6 +41,21 @@ pub struct DiagnoseOptions {
     /// Whether findings keep the [data](Finding::looked_at) that a report draws. They need about twice the memory of
     /// the recording.
     pub evidence: bool,
+    /// The largest detection limit, percent of span, up to which a cleared valve is [fine](super::Grade::Fine).
+    pub fine_up_to: f64,
+}
+
+impl Default for DiagnoseOptions {
+    fn default() -> Self {
+        Self {
+            loop_type: None,
+            grid: GridOptions::default(),
+            kpis: KpiOptions::default(),
+            detectors: Detectors::default(),
+            evidence: false,
+            fine_up_to: FINE_UP_TO,
+        }
+    }
 }
 
 /// The published methods that a diagnosis runs. They take most of its time, so leave out those that are not needed.
@@ -239,7 +255,7 @@ pub fn diagnose_with_progress(
         notes,
         grid,
     };
-    diagnosis.verdict.grade = Grade::of(&diagnosis);
+    diagnosis.verdict.grade = Grade::of(&diagnosis, options.fine_up_to);
     if test_due {
         match valve_test::plan(&diagnosis, &PlanOptions::default()) {
             Ok(plan) => diagnosis.verdict.confirm = Some(plan),

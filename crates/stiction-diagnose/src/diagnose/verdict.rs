@@ -64,7 +64,11 @@ pub enum Grade {
     Unclear,
     /// It is probably fine, without proof in this recording.
     ProbablyFine,
-    /// It does not stick.
+    /// No stiction is visible, but a larger S than matters could hide in the recording.
+    NoneVisible,
+    /// It sticks by no more than a healthy valve may.
+    TooLittle,
+    /// It does not stick by more than a limit that matters.
     Fine,
     /// The data cannot answer.
     #[default]
@@ -73,12 +77,14 @@ pub enum Grade {
 
 impl Grade {
     /// All of them, the worst first.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::Sticks,
         Self::DoesNotRespond,
         Self::ProbablySticks,
         Self::Unclear,
         Self::ProbablyFine,
+        Self::NoneVisible,
+        Self::TooLittle,
         Self::Fine,
         Self::CannotAnswer,
     ];
@@ -91,16 +97,23 @@ impl Grade {
             Self::ProbablySticks => "probably sticks",
             Self::Unclear => "unclear",
             Self::ProbablyFine => "probably fine",
+            Self::NoneVisible => "no stiction visible",
+            Self::TooLittle => "too little to matter",
             Self::Fine => "fine",
             Self::CannotAnswer => "data cannot answer",
         }
     }
 
-    /// A probability of sticking beside this grade: none where the data cannot answer, or where the valve is fine because
-    /// the S with which it would stick is no fault.
+    /// A probability of sticking beside this grade: none where the data cannot answer, or where the S with which the valve would
+    /// stick is no fault.
     pub fn shown(self, probability: Option<f64>) -> Option<f64> {
-        let is_fine = matches!(self, Self::Fine | Self::ProbablyFine);
-        probability.filter(|p| self != Self::CannotAnswer && !(is_fine && *p > 0.5))
+        let is_none = matches!(self, Self::CannotAnswer | Self::TooLittle);
+        probability.filter(|p| !is_none && !(self.spares() && *p > 0.5))
+    }
+
+    /// Whether it is, or probably is, no fault of the valve.
+    pub fn spares(self) -> bool {
+        matches!(self, Self::ProbablyFine | Self::NoneVisible | Self::TooLittle | Self::Fine)
     }
 
     /// Whether it is, or probably is, a fault of the valve.
@@ -206,10 +219,11 @@ impl Votes {
 pub struct Verdict {
     /// The conclusion: `sticks`, `does not stick`, `does not respond` or `cannot tell`.
     pub class: VerdictClass,
-    /// The verdict in one graded word. It splits `cannot tell` into `probably sticks`, `unclear`, `probably fine` and `data
-    /// cannot answer`. The others are `sticks`, `fine` and `does not respond`.
+    /// The verdict in one graded word. It splits `cannot tell` into `probably sticks`, `unclear`, `probably fine`,
+    /// `too little to matter` and `data cannot answer`, and `does not stick` into `fine` and `no stiction visible`. The
+    /// others are `sticks` and `does not respond`.
     pub grade: Grade,
-    /// The probability that the valve sticks, where a calibrated model gives one. A majority has none.
+    /// The probability of sticking that the recording can show, where a calibrated model gives one. A majority has none.
     pub probability: Option<f64>,
     /// Its basis, such as `evidence in OP and PV`.
     pub basis: Basis,

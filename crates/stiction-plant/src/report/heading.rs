@@ -47,6 +47,10 @@ fn verdict(row: &LoopRow, grade: Grade) -> String {
         Grade::ProbablyFine => {
             with("The valve is probably fine", p.map(|p| format!("probability of sticking {p}")))
         }
+        Grade::NoneVisible => {
+            with("No stiction is visible", p.map(|p| format!("probability of sticking {p}")))
+        }
+        Grade::TooLittle => "The valve sticks too little to matter".to_owned(),
         Grade::Fine => with("The valve is fine", p.map(|p| format!("probability of sticking {p}"))),
         Grade::CannotAnswer => "The data cannot answer".to_owned(),
     };

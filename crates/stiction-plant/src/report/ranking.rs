@@ -372,7 +372,7 @@ impl Valve {
             let is_last =
                 repaired == settled && begin(first) - repaired <= BEFORE as f64 * 86_400.0;
             let is_open = |from: f64, to: f64| match combined(&observed(from, to)) {
-                Some(history) => !matches!(history.grade, Grade::Fine | Grade::ProbablyFine),
+                Some(history) => !history.grade.spares(),
                 None => true,
             };
             let is_told = combined(&observed(repaired, begin(first)));

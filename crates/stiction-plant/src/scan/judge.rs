@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc;
 use std::time::Duration;
-use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, diagnose};
+use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, FINE_UP_TO, diagnose};
 use stiction_diagnose::recording::{ByHand, Channel, Modes, Recording};
 use stiction_diagnose::valve_test::{self, ReadOptions, TestReading};
 use stiction_io::join;
@@ -72,7 +72,12 @@ impl<'a> Judge<'a> {
 
     /// Judges the window of `count` days from `day` on, with the samples of its days and of the day before.
     pub fn window(&self, parts: Parts<'_>, day: i64, count: i64) -> Judged {
-        let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+        let fine_up_to = self.plant.file.fine_up_to.unwrap_or(FINE_UP_TO);
+        let options = DiagnoseOptions {
+            detectors: Detectors::None,
+            fine_up_to,
+            ..DiagnoseOptions::default()
+        };
         let recording =
             match parts.map_err(str::to_owned).and_then(|p| self.recording(p, day, count)) {
                 Ok(Some(recording)) => recording,

@@ -165,10 +165,16 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
             all.extend(words::what_would_answer(diagnosis));
             all
         }
-        Grade::ProbablyFine | Grade::Fine => match elsewhere() {
-            Some(look) => vec![look],
-            None => vec!["Leave the valve alone.".to_owned()],
-        },
+        Grade::ProbablyFine | Grade::NoneVisible | Grade::TooLittle | Grade::Fine => {
+            let leave = || match verdict.s_below.filter(|_| verdict.grade == Grade::NoneVisible) {
+                Some(limit) => format!(
+                    "Leave the valve alone, or test it if an S of up to {} % would matter.",
+                    rough(limit.value)
+                ),
+                None => "Leave the valve alone.".to_owned(),
+            };
+            vec![elsewhere().unwrap_or_else(leave)]
+        }
         Grade::CannotAnswer => words::what_would_answer(diagnosis).into_iter().collect(),
     }
 }
@@ -221,6 +227,8 @@ impl From<Grade> for Badge {
             Grade::ProbablySticks => ("◐", Tone::Warning),
             Grade::Unclear => ("?", Tone::Open),
             Grade::ProbablyFine => ("◌", Tone::Good),
+            Grade::NoneVisible => ("◎", Tone::Good),
+            Grade::TooLittle => ("◦", Tone::Good),
             Grade::Fine => ("○", Tone::Good),
             Grade::CannotAnswer => ("–", Tone::Open),
         };

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::document::Source;
-use crate::words::percent;
+use crate::words::{PROBABILITY, percent};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -634,7 +634,7 @@ impl Page {
                 div.said {
                     p.verdict { (badge(&section.badge)) }
                     @if let Some((share, words)) = head.likelihood() {
-                        p.probability { (bar(share)) " sticks: " (words) }
+                        p.probability title=(PROBABILITY) { (bar(share)) " sticks: " (words) }
                     }
                     p.headline { (section.headline) }
                     @if !section.reasons.is_empty() { ul.reasons { (listed(&section.reasons)) } }

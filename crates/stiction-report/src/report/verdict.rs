@@ -71,7 +71,8 @@ fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
     }
     match &diagnosis.evidence {
         Some(weighing) if verdict.basis == Basis::Evidence => {
-            section.with(measured(weighing, verdict.class))
+            let meaning = Block::Paragraph(words::PROBABILITY.to_owned());
+            section.with(meaning).with(measured(weighing, verdict.class))
         }
         _ => section,
     }

@@ -112,9 +112,8 @@ pub struct Judged {
 impl Judged {
     /// Whether it accuses a valve that the other clears, or the reverse.
     pub fn is_opposite(&self, other: &Self) -> bool {
-        let clears = |grade| matches!(grade, Grade::Fine | Grade::ProbablyFine);
-        let accuses = |grade: Grade| grade.accuses();
-        (accuses(self.grade) && clears(other.grade)) || (clears(self.grade) && accuses(other.grade))
+        let (one, two) = (self.grade, other.grade);
+        (one.accuses() && two.spares()) || (one.spares() && two.accuses())
     }
 
     /// What it says and the other does not.
