@@ -128,7 +128,7 @@ def index(browser: Browser, path: Path, kept: Path) -> None:
     chip.focus()
     page.keyboard.press("Enter")
     assert chip.get_attribute("aria-pressed") == "true"
-    within("narrowing down", 143)
+    within("narrowing down", 111)
     page.keyboard.press("Enter")
     page.locator("[data-first]").check()
     assert 800 < rows.count() < 1000, rows.count()
