@@ -30,7 +30,7 @@ pub const WIDEST_MISSED: f64 = 0.5;
 ///
 /// | Judgement | Class | S and J | Limit of S |
 /// |---|---|---|---|
-/// | sticks | sticks | those of the fit, if moves are missed only up to [`WIDEST_MISSED`] | none |
+/// | sticks | sticks | those of the fit, if moves are missed only up to half of S wide | none |
 /// | follows | does not stick | none | below 1 % |
 /// | does not move | does not respond | none | none |
 /// | open | cannot tell | none | the largest S that the recording allows |

@@ -108,7 +108,7 @@ impl Grade {
     /// stick is no fault.
     pub fn shown(self, probability: Option<f64>) -> Option<f64> {
         let is_none = matches!(self, Self::CannotAnswer | Self::TooLittle);
-        probability.filter(|p| !is_none && !(self.spares() && *p > 0.5))
+        probability.filter(|p| !(is_none || self.spares() && *p > 0.5))
     }
 
     /// Whether it is, or probably is, no fault of the valve.
