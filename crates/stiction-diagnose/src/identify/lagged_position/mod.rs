@@ -39,7 +39,7 @@
 //! likelihood.
 //!
 //! If the controller may have acted between two samples ([`Moves::MayBeMissed`]), the stem has followed unrecorded
-//! moves: the upper end for S is then 1.5 w higher, and valves without such a gain in likelihood stick from 3.5 on.
+//! moves: the upper end for S is then 1.5 w higher, and the thresholds of 2 and 2.5 are 2.5 and 3.5.
 //!
 //! # Parameters
 //! None. The widths of the intervals are quantiles over simulated recordings (conformal: the smallest t at which an
