@@ -25,7 +25,7 @@ use crate::recording::fitness::Class;
 pub const PROBABLY_FROM: f64 = 0.8;
 /// Probability up to which a valve that is not cleared is probably fine.
 pub const PROBABLY_FINE_UP_TO: f64 = 0.2;
-/// Detection limit up to which a cleared valve is fine, percent of span; ours. Smaller S seldom makes a loop cycle visibly.
+/// Detection limit up to which a cleared valve is fine, percent of span; ours.
 pub const FINE_UP_TO: f64 = 3.0;
 
 impl Grade {

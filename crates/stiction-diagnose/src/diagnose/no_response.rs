@@ -194,7 +194,7 @@ const ONE_WAY: f64 = 0.8;
 const AWAY: f64 = 10.0;
 /// Share of the OP's span above which no loop can hold its PV to the last digit: this rest names the fault alone.
 const OVERWHELMING: f64 = 20.0;
-/// Probability from which the evidence alone names it. Of simulated loops with more, 96 % do not respond; with 0.5 or more, 88 %.
+/// Probability from which the evidence alone names it; ours. `docs/accuracy.md` reports how often "does not respond" is right.
 pub const NAMED_FROM: f64 = 0.7;
 /// Probability from which the evidence names it if the PV rests.
 const SUPPORTED_FROM: f64 = 0.2;
