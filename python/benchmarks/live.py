@@ -1,6 +1,7 @@
 """Measures the collector of live data, on a server that plays a demo plant on 127.0.0.1.
 
     python python/benchmarks/live.py soak --loops 50 --minutes 120
+    python python/benchmarks/live.py faults --loops 30 --minutes 120
     python python/benchmarks/live.py cpu --loops 1000 --minutes 2
     python python/benchmarks/live.py play --loops 200 --speed 100 --minutes 120
     python python/benchmarks/live.py sql --loops 200 --days 7
@@ -18,12 +19,14 @@ import argparse
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
+import numpy as np
 import psycopg
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -54,7 +57,7 @@ def cpu(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def begun(folder: Path, loops: int, days: int, *arguments: object) -> tuple[Process, Process, Path]:
+def begun(folder: Path, loops: int, days: int, *arguments: object) -> tuple[Process, list[object], Process, Path]:
     plant, watched = folder / "played", folder / "watched"
     stiction.plant.demo(plant, loops=loops, days=days)
     watched.mkdir()
@@ -62,21 +65,42 @@ def begun(folder: Path, loops: int, days: int, *arguments: object) -> tuple[Proc
     port = free_port()
     server = Process(SERVER, "--plant", plant, "--port", port, *arguments)
     print(server.answer("listening", 600), flush=True)
-    url = f"opc.tcp://127.0.0.1:{port}"
-    watch = Process(
-        "-m", "stiction.live", "watch", url, "-C", watched, "--security", "none", "--publish", "500ms", "--sample", "0s", "--queue", "10000"
-    )
+    words = ["-m", "stiction.live", "watch", f"opc.tcp://127.0.0.1:{port}", "-C", watched, "--security", "none", "--publish", "500ms"]
+    words += ["--sample", "0s", "--queue", "10000"]
+    watch = Process(*words)
     watch.says("connected to", 120)
-    return server, watch, watched
+    return server, words, watch, watched
 
 
-def soak(folder: Path, loops: int, minutes: float) -> int:
+def disturb(minute: int, server: Process, words: list[object], watch: Process) -> Process:
+    """What happens in this minute of ten, and the collector that runs afterwards."""
+    match minute % 10:
+        case 2:
+            server.process.send_signal(signal.SIGSTOP)
+            time.sleep(45)
+            server.process.send_signal(signal.SIGCONT)
+        case 5:
+            server.tell("jump 14400")
+            time.sleep(3)
+            server.tell("jump -14400")
+        case 8:
+            watch.end(kill=True)
+            time.sleep(20)
+            watch = Process(*words)
+            watch.says("connected to", 120)
+        case _:
+            return watch
+    print(f"minute {minute}: {watch.log[-3:]}", flush=True)
+    return watch
+
+
+def soak(folder: Path, loops: int, minutes: float, faults: bool) -> int:
     days = 2 + int(minutes * 100 / 1440)
-    server, watch, watched = begun(folder, loops, days, "--speed", 100)
+    server, words, watch, watched = begun(folder, loops, days, "--speed", 100)
     server.tell("play")
-    end, series = time.monotonic() + 60 * minutes, []
-    while time.monotonic() < end and watch.process.poll() is None:
-        time.sleep(min(60.0, max(1.0, end - time.monotonic())))
+    begin, series = time.monotonic(), []
+    while (left := begin + 60 * minutes - time.monotonic()) > 0 and watch.process.poll() is None:
+        time.sleep(min(60.0, max(1.0, left)))
         state = json.loads((watched / ".stiction/live/status.json").read_text())
         series.append(memory(watch.process.pid))
         print(
@@ -84,6 +108,8 @@ def soak(folder: Path, loops: int, minutes: float) -> int:
             f"{state['last_hour']}, scan {state['scan_s']} s",
             flush=True,
         )
+        if faults:
+            watch = disturb(len(series), server, words, watch)
     server.tell("requests")
     asked = server.answer("requests")["requests"]
     print(json.dumps(asked))
@@ -91,7 +117,7 @@ def soak(folder: Path, loops: int, minutes: float) -> int:
     server.end(kill=True)
     quarter = series[len(series) // 4 :]
     growth = 100 * (max(quarter) / quarter[0] - 1)
-    wrong = missing = count = 0
+    wrong = missing = marked = count = 0
     data = played(folder / "played", None)
     for path in sorted((watched / "data").glob("*/*.parquet")):
         begin = hours._journal_hour(Path(f"{path.parent.name}T{path.stem}.0.values"))
@@ -100,11 +126,14 @@ def soak(folder: Path, loops: int, minutes: float) -> int:
             own = (times >= begin) & (times < begin + hours.HOUR)
             known = set(zip(times[own].tolist(), values[own].tolist()))
             found = {(t, v) for t, v, s in zip(rows.time.tolist(), rows.value.tolist(), rows.status.tolist()) if s == 0}
-            wrong, missing, count = wrong + len(found - known), missing + len(known - found), count + len(found)
+            behind = rows.status[np.searchsorted(rows.time, [t for t, _ in known - found]) - 1] == hours.LOST
+            wrong, marked, count = wrong + len(found - known), marked + int(behind.sum()), count + len(found)
+            missing += len(known - found) - int(behind.sum())
     services = {kind.__name__ for kind in opcua.SERVICES}
-    print(f"{count} values, {missing} missing, {wrong} wrong; memory grew by {growth:.1f} % after the first quarter; exit code {code}")
+    print(f"{count} values, {missing} missing without a mark, {marked} marked as lost, {wrong} wrong; ", end="")
+    print(f"memory grew by {growth:.1f} % after the first quarter; exit code {code}")
     print(f"services that are not listed: {sorted(set(asked) - services) or 'none'}")
-    return int(bool(wrong or missing or set(asked) - services or growth > 5 or code))
+    return int(bool(wrong or missing or (marked and not faults) or set(asked) - services or growth > 5 or code))
 
 
 def play(folder: Path, loops: int, speed: float, minutes: float, encrypted: bool) -> int:
@@ -151,7 +180,7 @@ def play(folder: Path, loops: int, speed: float, minutes: float, encrypted: bool
 
 
 def load(folder: Path, loops: int, minutes: float) -> int:
-    server, watch, watched = begun(folder, loops, 1, "--speed", 0.001, "--last", 60)
+    server, _, watch, watched = begun(folder, loops, 1, "--speed", 0.001, "--last", 60)
     tags = server.answer("listening")["tags"]
     before, begin = cpu(watch.process.pid), time.monotonic()
     server.tell(f"flood {tags} {60 * minutes}")
@@ -218,7 +247,7 @@ def sql(folder: Path, loops: int, days: int) -> int:
 
 def main() -> int:
     whole = argparse.ArgumentParser()
-    whole.add_argument("what", choices=["soak", "cpu", "play", "sql"])
+    whole.add_argument("what", choices=["soak", "faults", "cpu", "play", "sql"])
     whole.add_argument("--loops", type=int, default=50)
     whole.add_argument("--minutes", type=float, default=120)
     whole.add_argument("--speed", type=float, default=100)
@@ -227,8 +256,8 @@ def main() -> int:
     known = whole.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="stiction-live-"))
     try:
-        if known.what == "soak":
-            return soak(folder, known.loops, known.minutes)
+        if known.what in ("soak", "faults"):
+            return soak(folder, known.loops, known.minutes, known.what == "faults")
         if known.what == "play":
             return play(folder, known.loops, known.speed, known.minutes, known.encrypted)
         if known.what == "sql":

@@ -104,6 +104,9 @@ pub struct Diagnosis {
     pub windows: Vec<Window>,
     /// Remarks to the user by the reader of the file or another step.
     pub notes: Vec<String>,
+    /// The part of a very long segment that the published methods and the oscillation read.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub recent: Option<Segment>,
 }
 
 /// The part of a recording that was judged.
@@ -259,7 +262,7 @@ impl Diagnosis {
 
     /// Data of the detectors for plots of their evidence.
     pub fn subject(&self) -> Option<Subject<'_>> {
-        let segment = self.segment()?;
+        let segment = self.recent.as_ref().or(self.segment())?;
         Some(Subject::new(segment, self.loop_type, self.oscillations.period(segment)))
     }
 }

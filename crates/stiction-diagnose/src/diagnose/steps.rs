@@ -90,6 +90,16 @@ impl Detectors {
     }
 }
 
+/// Most samples of a segment that the published methods, the oscillation and the check of the columns read: three days
+/// at 1 s. They are for records of thousands of samples, and their cost grows with the length.
+pub const READ_BY_METHODS: usize = 1 << 18;
+
+/// The last [`READ_BY_METHODS`] samples of a longer segment.
+fn recent(segment: &Segment) -> Option<Segment> {
+    let before = segment.len().checked_sub(READ_BY_METHODS).filter(|before| *before > 0)?;
+    Some(segment.part(before, READ_BY_METHODS))
+}
+
 /// A segment as input to the detectors, with the period of the dominant oscillation if there is one.
 pub fn subject(segment: &Segment, loop_type: LoopType) -> Subject<'_> {
     Subject::new(segment, loop_type, Oscillations::of(segment).period(segment))
@@ -102,7 +112,10 @@ pub fn subject(segment: &Segment, loop_type: LoopType) -> Subject<'_> {
 pub fn fitness(recording: &Recording, options: &GridOptions) -> Result<Fitness> {
     let recording = &*recording.masked();
     let grid = Grid::of(recording, options)?;
-    let period = grid.longest().and_then(|s| subject(s, recording.loop_type).period);
+    let period = grid.longest().and_then(|segment| {
+        let recent = recent(segment);
+        subject(recent.as_ref().unwrap_or(segment), recording.loop_type).period
+    });
     Ok(assessed(recording, &grid, period, &|| false).1)
 }
 
@@ -158,11 +171,13 @@ pub fn diagnose_with_progress(
     let grid = Grid::of(recording, &options.grid)?;
     let loop_type = options.loop_type.unwrap_or(recording.loop_type);
     let segment = grid.longest();
-    let oscillations = segment.map_or_else(Oscillations::default, Oscillations::of);
-    let period = segment.and_then(|segment| oscillations.period(segment));
+    let recent = segment.and_then(recent);
+    let read = recent.as_ref().or(segment);
+    let oscillations = read.map_or_else(Oscillations::default, Oscillations::of);
+    let period = read.and_then(|segment| oscillations.period(segment));
 
     let (fit, fitness) = assessed(recording, &grid, period, &stops);
-    let subject = segment.map(|segment| Subject::new(segment, loop_type, period));
+    let subject = read.map(|segment| Subject::new(segment, loop_type, period));
     let mut findings = findings(&options.detectors, subject.as_ref(), &stops);
     check()?;
     let kpis = segment
@@ -178,7 +193,7 @@ pub fn diagnose_with_progress(
     let by_position = subject.as_ref().and_then(|subject| by_position(subject, &fitness));
     let by_position = by_position.map(|said| said.map(|said| said.in_doubt(doubt)));
     let measured = matches!(by_position, Some(Ok(_)));
-    let belonging = segment.map_or_else(Belonging::default, |s| Belonging::of(s, measured));
+    let belonging = read.map_or_else(Belonging::default, |s| Belonging::of(s, measured));
     let mut verdict = conclude(&fitness, oscillates, &findings, weighed, op_only, &belonging);
     let mistaken = belonging.ends();
     match &by_position {
@@ -226,6 +241,7 @@ pub fn diagnose_with_progress(
     let by_windows = matches!(verdict.basis, Basis::Evidence | Basis::OpAlone);
     let gave = weighed.filter(|_| by_windows);
     notes.extend(segment.and_then(|segment| cut(&grid, segment, gave)));
+    notes.extend(recent.as_ref().map(read_in_part));
     notes.extend(ByHand::of(recording).and_then(|by_hand| test_beside(&by_hand)));
     let relation = belonging.relation.as_ref();
     let followed = by_position.is_some() && mistaken.is_none();
@@ -253,6 +269,7 @@ pub fn diagnose_with_progress(
         windows,
         evidence: weighing.and_then(std::result::Result::ok),
         notes,
+        recent,
         grid,
     };
     diagnosis.verdict.grade = Grade::of(&diagnosis, options.fine_up_to);
@@ -322,6 +339,14 @@ fn cut(grid: &Grid, longest: &Segment, windows: Option<&Weighing>) -> Option<Str
         grid.segments.iter().filter(counts).count(),
         share(weighing.covered())
     ))
+}
+
+/// The note on a segment of which some steps read the last part.
+fn read_in_part(recent: &Segment) -> String {
+    format!(
+        "the published methods, the oscillation and the check of the columns read the last {} of the segment",
+        time(recent.duration())
+    )
 }
 
 /// The note on a valve test in the recording, which the verdict does not use.
@@ -408,6 +433,31 @@ mod tests {
         for most in (0..all).step_by(7) {
             assert!(matches!(until(most).0, Err(Error::Cancelled)), "{most} of {all}");
         }
+    }
+
+    #[test]
+    fn of_a_very_long_segment_the_methods_read_the_last_part() {
+        let n = READ_BY_METHODS + 20_000;
+        // It oscillates only in the first 20,000 samples.
+        let noise = crate::oscillation::test_signals::noise(n, 3);
+        let swing = |k: usize| if k < 20_000 { 5.0 } else { 0.0 };
+        let wave = |k: usize| (std::f64::consts::TAU * k as f64 / 40.0).sin();
+        let op: Vec<f64> = (0..n).map(|k| 50.0 + swing(k) * wave(k) + noise[k]).collect();
+        let of = |op: &[f64]| {
+            let recording = Recording::regular("A", 1.0, op, None, None).unwrap();
+            let only = Detectors::Only(vec![methods::MethodId::ALL[0]]);
+            let options = DiagnoseOptions { detectors: only, ..DiagnoseOptions::default() };
+            diagnose(&recording, &options).unwrap()
+        };
+        let (whole, last) = (of(&op), of(&op[20_000..]));
+        assert_eq!(whole.subject().unwrap().segment.from, 20_000.0);
+        assert_eq!(whole.segment().unwrap().len(), n);
+        assert!(whole.recent.is_some() && last.recent.is_none());
+        assert!(!whole.oscillation().unwrap().1.found);
+        assert_eq!(whole.findings, last.findings);
+        let note = "the published methods, the oscillation and the check of the columns read the last 3 d";
+        assert!(whole.notes.iter().any(|said| said.starts_with(note)), "{:?}", whole.notes);
+        assert!(whole.windows.iter().any(|window| window.from == 0.0));
     }
 
     #[test]

@@ -52,7 +52,9 @@ pub fn windows_of_all(segments: &[Segment]) -> Vec<Segment> {
 fn length(segment: &Segment) -> usize {
     let n = segment.len();
     let mut tried = WINDOW_SAMPLES;
-    while tried < n {
+    // Longer ones would show only slower cycles.
+    let longest = LONGER as f64 * FEWEST_CYCLES * SLOWEST_S / segment.sample_time;
+    while tried < n && (tried == WINDOW_SAMPLES || tried as f64 <= longest) {
         let period = typical_period(segment, tried);
         let short_enough = tried == WINDOW_SAMPLES || period * segment.sample_time <= SLOWEST_S;
         if FEWEST_CYCLES * period <= tried as f64 && short_enough {
