@@ -18,7 +18,7 @@ pub use planned_tests::Document as TestsDocument;
 pub use results::Document;
 pub use stiction_report::bench::results::Results as ComparedDocument;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use clap::{Parser, ValueEnum};
 use entrants::Source;
 use measure::{Measured, Plan};
@@ -46,7 +46,8 @@ use tasks::Task;
 /// as "op=CV; pv=FLOW". Recordings must lie in the folder of the index, unless --allow-outside is given.
 ///
 /// With --detector, a program of your own is measured. It reads a recording as JSON in each line of its standard input,
-/// and writes an answer as JSON in a line. With --suite alone, the verdict and the methods answer the same loops.
+/// and writes an answer as JSON in a line. Without any answer the exit code is 2. With --suite alone, the verdict and the
+/// methods answer the same loops.
 #[derive(Parser)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 #[command(after_help = "Examples:
@@ -307,6 +308,8 @@ fn compared(args: &Args, detectors: Detectors) -> Result<()> {
     if loops.suite.is_none() {
         entrants::check(&loops.labels)?;
     }
+    // Why a program answered nothing.
+    let mut silent = None;
     let (asked, entries) = match &args.detector {
         Some(command) => {
             let how = How {
@@ -321,6 +324,8 @@ fn compared(args: &Args, detectors: Detectors) -> Result<()> {
                 version: args.detector_version.clone().unwrap_or_default(),
                 command: command.clone(),
             };
+            let failures = answers.iter().map(|answer| answer.failure.clone());
+            silent = failures.collect::<Option<Vec<_>>>().and_then(|all| all.into_iter().next());
             (asked, vec![(detector, answers)])
         }
         None => {
@@ -333,7 +338,11 @@ fn compared(args: &Args, detectors: Detectors) -> Result<()> {
     if let Some(path) = &args.report {
         output::write(Some(path), leaderboard::html(&results, &asked)?.as_bytes())?;
     }
-    entrants::print(&results, args.json, args.markdown)
+    entrants::print(&results, args.json, args.markdown)?;
+    match silent {
+        Some(why) => Err(anyhow!("the detector answered none of {} loops: {why}", asked.len())),
+        None => Ok(()),
+    }
 }
 
 /// Title and origin of the measured loops.

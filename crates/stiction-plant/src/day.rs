@@ -1,7 +1,7 @@
 //! Days by the clock of the plant, and recordings cut at them.
 
 use jiff::civil::Date;
-use jiff::{ToSpan, Unit};
+use jiff::{Span, Unit};
 use stiction_diagnose::recording::{Channel, MaskedSample, Modes, Recording};
 use stiction_io::timestamp::{Zone, instant};
 
@@ -22,9 +22,10 @@ pub fn begin(day: i64, zone: &Zone) -> f64 {
     instant(&date, Some(zone)).unwrap_or(day as f64 * 86_400.0)
 }
 
-/// A day as text, such as `2026-03-01`.
+/// A day as text, such as `2026-03-01`; its number if no calendar has it.
 pub fn date(day: i64) -> String {
-    EPOCH.checked_add(day.days()).map_or_else(|_| day.to_string(), |date| date.to_string())
+    let date = Span::new().try_days(day).and_then(|days| EPOCH.checked_add(days));
+    date.map_or_else(|_| day.to_string(), |date| date.to_string())
 }
 
 /// The day of a text such as `2026-03-01`.
@@ -147,6 +148,15 @@ mod tests {
             (day, day - 1, day + 1)
         );
         assert!(parse("29.3.2026").is_err());
+    }
+
+    #[test]
+    fn days_beyond_the_calendar_are_numbers() {
+        let berlin: Zone = "Europe/Berlin".parse().unwrap();
+        for day in [11_574_074, -11_574_074, i64::MAX, i64::MIN] {
+            assert_eq!((date(day), begin(day, &berlin)), (day.to_string(), day as f64 * 86_400.0));
+        }
+        assert_eq!(of(1e12, &berlin), 11_574_074);
     }
 
     #[test]

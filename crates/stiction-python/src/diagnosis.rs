@@ -94,7 +94,17 @@ impl Diagnosed {
 /// A value with the ends of its interval.
 type Triple = (f64, f64, f64);
 /// An observation: time, class, grade, probability, S, J, weight, windows.
-type Seen = (f64, String, Option<String>, Option<f64>, Option<Triple>, Option<Triple>, f64, f64);
+type Seen = (
+    f64,
+    String,
+    Option<String>,
+    Option<f64>,
+    Option<Triple>,
+    Option<Triple>,
+    f64,
+    f64,
+    Option<f64>,
+);
 
 /// Information on loops for their diagnosis.
 #[derive(FromPyObject)]
@@ -187,7 +197,7 @@ fn diagnoses_table(diagnoses: Vec<Diagnosed>) -> PyResult<ArrowTable> {
 
 fn observations(seen: Vec<Seen>) -> PyResult<Vec<Observation>> {
     let estimate = |(value, low, high)| Estimate { value, low, high };
-    let observation = |(time, class, grade, probability, s, j, weight, windows): Seen| {
+    let observation = |(time, class, grade, probability, s, j, weight, windows, above): Seen| {
         let class = VerdictClass::by_name(&class).map_err(refused)?;
         let unknown = |word: &String| PyValueError::new_err(format!("\"{word}\" is no grade"));
         let known = |word: String| {
@@ -195,7 +205,7 @@ fn observations(seen: Vec<Seen>) -> PyResult<Vec<Observation>> {
         };
         let grade = grade.map(known).transpose()?;
         let (s, j) = (s.map(estimate), j.map(estimate));
-        Ok(Observation { time, class, grade, probability, s, j, weight, windows })
+        Ok(Observation { time, class, grade, probability, s, j, weight, windows, above })
     };
     seen.into_iter().map(observation).collect()
 }

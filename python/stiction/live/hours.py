@@ -267,7 +267,15 @@ def _write(file: BinaryIO, data: bytes | bytearray) -> None:
 
 
 def _journals(*folders: Path) -> list[Path]:
-    return sorted(path for folder in folders if folder.is_dir() for path in folder.glob("*.values") if _JOURNAL.fullmatch(path.name))
+    return sorted(path for folder in folders if folder.is_dir() for path in folder.glob("*.values") if _is_journal(path))
+
+
+def _is_journal(path: Path) -> bool:
+    try:
+        return _JOURNAL.fullmatch(path.name) is not None and _journal_hour(path) >= 0
+    except ValueError:
+        # Such as 31 February.
+        return False
 
 
 def _read_head(path: Path) -> tuple[list[str], int]:
@@ -282,12 +290,16 @@ def _read_head(path: Path) -> tuple[list[str], int]:
 
 
 def _blocks(path: Path, begin: int, rows: int = 1 << 18) -> Iterator[Records]:
-    """The whole records of a journal, some at a time."""
+    """The whole records of a journal, some at a time, without those of other hours, which a damaged file may have."""
+    hour = _journal_hour(path)
     with open(path, "rb") as file:
         file.seek(begin)
         while data := file.read(rows * RECORD.itemsize):
-            whole = len(data) // RECORD.itemsize
-            yield np.frombuffer(data, RECORD, whole)
+            block = np.frombuffer(data, RECORD, len(data) // RECORD.itemsize)
+            own = (block["time"] >= hour) & (block["time"] < hour + HOUR)
+            if not own.all():
+                block = block[own | ((block["tag"] == MARK) & (block["status"] == VOID))]
+            yield block
 
 
 @dataclass
@@ -530,6 +542,8 @@ def _fold_hour(data: Path, hour: int, journals: Sequence[Path]) -> tuple[Folded,
         rest = (path.stat().st_size - begin) % RECORD.itemsize
         if not tags or rest:
             folded.problems.append(f"the journal {path.name} was cut in the middle of a record, which was left out")
+        elif strange := (path.stat().st_size - begin) // RECORD.itemsize - sum(map(len, _blocks(path, begin))):
+            folded.problems.append(f"the journal {path.name} is damaged: records with times of other hours were left out ({strange})")
     path = hour_file(data, hour)
     with Stored(path) as stored, Stored(hour_file(data, hour - HOUR)) as before:
         names = sorted({tag for tags, _ in heads for tag in tags} | stored.groups.keys() | before.groups.keys())

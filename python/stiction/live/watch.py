@@ -812,7 +812,9 @@ class Watcher:
         try:
             if void is not None:
                 self.recorder.void(void)
-            self.recorder.mark(self.until)
+            # Before the first values nothing is known up to a time.
+            if self.until > 0:
+                self.recorder.mark(self.until)
             self.recorder.flush()
             if void is not None:
                 self._recall(void - 1)
@@ -974,7 +976,8 @@ def read_status(plant: Path) -> dict[str, Any] | None:
         found: dict[str, Any] = json.loads((hours.live_folder(plant) / "status.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return found if isinstance(found, dict) and isinstance(found.get("written"), (int, float)) and "bad_tags" in found else None
+    whole = isinstance(found, dict) and isinstance(found.get("written"), (int, float)) and {"url", "tags", "bad_tags", "words"} <= found.keys()
+    return found if whole else None
 
 
 def span(us: int) -> str:

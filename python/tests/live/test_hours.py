@@ -100,6 +100,21 @@ def test_a_journal_cut_anywhere_is_read(tmp_path, length):
         assert [listed(own) for own in rows(tmp_path).values()] == [[(0, None, hours.NONE)]] * 2
 
 
+def test_records_of_other_hours_in_a_damaged_journal_are_left_out_and_counted(tmp_path):
+    recorded(tmp_path, [(0, START + k * SECOND, float(k), 0) for k in range(10)])
+    [journal] = (tmp_path / ".stiction/live/ready").iterdir()
+    strange = [(0, 0, 10**18, 1.0), (1, 0, 0, 1.0), (hours.MARK, 0, 1 << 62, 99.0), (hours.MARK, 0, -(1 << 62), 1e9)]
+    journal.write_bytes(journal.read_bytes() + b"".join(hours.PACK(*each) for each in strange))
+    # A day that no month has is no journal.
+    journal.with_name("2026-02-31T04.000099.values").write_bytes(journal.read_bytes())
+    known = hours.known(tmp_path)
+    assert (known.until, known.sequence, known.last) == (None, 0, {"A.OP": START + 9 * SECOND})
+    [folded] = hours.fold(tmp_path, tmp_path / "data")
+    assert folded.problems == [f"the journal {journal.name} is damaged: records with times of other hours were left out (4)"]
+    assert listed(rows(tmp_path)["A.OP"]) == [(k * SECOND, float(k), 0) for k in range(10)]
+    assert sorted(path.name for path in (tmp_path / "data").iterdir()) == ["2026-03-02"]
+
+
 def test_a_tag_without_values_holds_its_last_one_but_not_across_a_gap(tmp_path):
     recorded(
         tmp_path,

@@ -359,6 +359,17 @@ def test_after_a_jump_that_was_put_right_the_gap_is_known_and_wrong_times_are_ta
     assert any("jumped ahead by 4.0 h" in line for line in said) and any("went back by 4.0 h" in line for line in said)
 
 
+def test_a_clock_that_goes_back_before_the_first_value_makes_no_file_of_1970(watched):
+    start, said = 1_772_409_600_000_000, []
+    watcher = watcher_of(watched, ["A.PV"], start, said)
+    watcher.until = watcher.stored = 0
+    watcher._take_back(start)
+    watcher.recorder.close()
+    assert hours.known(watched).until is None
+    hours.Recorder(watched, ["A.PV"]).release(1 << 62)
+    assert hours.fold(watched, watched / "data") == []
+
+
 def test_a_clock_that_was_behind_for_a_time_leaves_a_gap_to_fill(watched):
     start, said = 1_772_409_600_000_000 + 5 * hours.HOUR, []
     watcher = watcher_of(watched, ["A.PV"], start, said)

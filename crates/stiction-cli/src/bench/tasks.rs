@@ -38,7 +38,8 @@ pub enum Task {
     Report(ReportArgs),
     /// Check submitted results: loops, answers, their SHA-256, and the measures
     ///
-    /// The measures are computed again from the answers. For the hidden half of a suite, the variable
+    /// The measures are computed again from the answers. Taken on trust are what the results say about themselves: tool,
+    /// name, version, command and times of the detector. For the hidden half of a suite, the variable
     /// STICTION_BENCH_PASSPHRASE must hold its passphrase. Exit code 2: something is wrong, and the message lists it.
     #[command(after_help = "Examples:
   stiction bench verify mine.json")]

@@ -211,7 +211,11 @@ fn a_detector_that_misbehaves_does_not_end_the_run() {
 
     // What never answers is given up soon, and a command that does not exist is named.
     for (detector, words) in [("exit 3", "exit code 3"), ("no-such-detector", "not found")] {
-        let results = measured(&folder, detector, &["--processes", "2"]);
+        let asked = ["bench", "--detector", detector, "--suite", "v1-trial", "--json"];
+        let done = run(&folder, &[&asked[..], &["--processes", "2"]].concat());
+        let why = "the detector answered none of 120 loops";
+        assert!(done.code == 2 && done.err.contains(why), "{} {}", done.code, done.err);
+        let results: Value = serde_json::from_str(&done.out).expect("valid JSON");
         let failures =
             results["entries"][0]["measures"]["failures"].as_array().expect("failures").clone();
         let reasons: Vec<&str> =

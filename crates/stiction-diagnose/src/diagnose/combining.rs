@@ -4,47 +4,105 @@
 //! # Evidence for sticking adds up, evidence against it does not
 //!
 //! Windows of one valve are not independent: they share the valve, the loop and the model's errors about both. With
-//! log-odds `l_i` of weights `w_i`, none beyond those of [`SUREST`],
+//! log-odds `l_i`, none beyond those of [`SUREST`], and the share `d_i` of each window that overlaps none before it,
 //!
 //! ```text
-//! l = n_e sum(w_i max(l_i, 0))/sum(w_i) + sum(w_i min(l_i, 0))/sum(w_i)
-//! n_e = n/(1 + (n - 1) rho),   n = (sum w_i)^2/sum(w_i^2)
+//! l = n_e sum(d_i max(l_i, 0))/n + sum(d_i min(l_i, 0))/n
+//! n = sum(d_i),   n_e = n/(1 + (n - 1) rho)
 //! ```
 //!
-//! where `n` is Kish's effective number of windows and `rho` the correlation of their errors ([`CORRELATION`]). One
-//! window keeps its probability. Any number of windows that agree that the valve sticks count as at most `1/rho`
-//! independent ones. Evidence against sticking counts by its mean only. A valve that sticks too little to be seen
-//! in one window, that rests, or that is unknown to the model, stays unseen in the next window, so repetition must
-//! not clear it. So longer records neither accuse more healthy valves nor clear more sticking ones, and no window
-//! decides alone.
+//! where `rho` is the correlation of their errors ([`CORRELATION`]). One window keeps its probability. Any number of
+//! windows that agree that the valve sticks count as at most `1/rho` independent ones. Evidence against sticking
+//! counts by its mean only. A valve that sticks too little to be seen in one window, that rests, or that is unknown
+//! to the model, stays unseen in the next window, so repetition must not clear it. So longer records neither accuse
+//! more healthy valves nor clear more sticking ones, and no window decides alone.
+//!
+//! `n` and both sums are added, so the result does not depend on the order of the windows, nor on how they are
+//! grouped into recordings, files and days ([`Sum`]).
 //!
 //! The rule is ours. `rho` was chosen on simulated loops recorded 16 times as long. With 0.5, recall rises above
-//! that of one window without more false accusations; with a third, they increase. Effective sizes are from L.
-//! Kish, "Survey Sampling", Wiley, 1965 (recalled, not read).
-//!
-//! # Weights
-//!
-//! A window in which the OP moves less than half its typical distance has a smaller weight ([`weights`]): a valve
-//! that is hardly asked to move cannot show that it sticks.
+//! that of one window without more false accusations; with a third, they increase. All windows weigh the same:
+//! smaller weights for windows in which the OP moves little changed the log loss by less than 0.001 on 5,145 valves
+//! of 2 to 60 windows. The number of independent windows follows L. Kish, "Survey Sampling", Wiley, 1965 (recalled,
+//! not read).
 
-use crate::series::{median, quantile};
+use crate::series::quantile;
+use std::ops::{Add, Mul};
 
 /// Assumed correlation of the errors of two windows of one valve; ours.
 pub const CORRELATION: f64 = 0.5;
 /// The highest probability that a window may have among others; ours.
 pub const SUREST: f64 = 0.99;
-/// Share of the typical span of the OP from which a window has its full weight; ours.
-const MOVES: f64 = 0.5;
 
-/// The evidence of one recording or window.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Witness {
-    /// The probability that the valve sticks.
-    pub probability: f64,
-    /// Its weight.
-    pub weight: f64,
-    /// Effective number of windows in it; 1 for one.
+/// What windows of one valve say together.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sum {
+    /// Number of windows, what overlaps counted once.
     pub windows: f64,
+    /// Sum of the log-odds above 0.
+    pub above: f64,
+    /// Sum of the log-odds below 0.
+    pub below: f64,
+}
+
+impl Sum {
+    /// One window, of which this share overlaps none before it.
+    pub fn window(probability: f64, share: f64) -> Self {
+        let l = log_odds(probability);
+        Self { windows: 1.0, above: l.max(0.0), below: l.min(0.0) } * share
+    }
+
+    /// A recording of `windows` windows with this probability together, and `above`, the mean of their log-odds above
+    /// 0. Without it they are taken to be alike.
+    pub fn recording(probability: f64, windows: f64, above: Option<f64>) -> Self {
+        let n = windows.max(1.0);
+        let p = probability.clamp(1e-12, 1.0 - 1e-12);
+        let together = (p / (1.0 - p)).ln();
+        let above = limited(above.unwrap_or(together.max(0.0) / effective(n)).max(0.0));
+        let below = limited((together - effective(n) * above).min(0.0));
+        Self { windows: 1.0, above, below } * n
+    }
+
+    /// The mean of the log-odds above 0.
+    pub fn mean_above(&self) -> f64 {
+        self.above / self.windows
+    }
+
+    /// The probability that the valve sticks; `None` without a window.
+    pub fn probability(&self) -> Option<f64> {
+        let l = effective(self.windows) * self.mean_above() + self.below / self.windows;
+        (self.windows > 0.0).then(|| 1.0 / (1.0 + (-l).exp()))
+    }
+}
+
+impl Add for Sum {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            windows: self.windows + other.windows,
+            above: self.above + other.above,
+            below: self.below + other.below,
+        }
+    }
+}
+
+impl Mul<f64> for Sum {
+    type Output = Self;
+
+    fn mul(self, weight: f64) -> Self {
+        Self {
+            windows: weight * self.windows,
+            above: weight * self.above,
+            below: weight * self.below,
+        }
+    }
+}
+
+impl std::iter::Sum for Sum {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        all.fold(Self::default(), Add::add)
+    }
 }
 
 /// Log-odds, limited to those of [`SUREST`].
@@ -53,76 +111,23 @@ pub(super) fn log_odds(probability: f64) -> f64 {
     (p / (1.0 - p)).ln()
 }
 
-/// The number of independent windows that `n` windows of one valve count as; at least 1.
-pub fn effective(n: f64) -> f64 {
-    let n = n.max(1.0);
-    n / (1.0 + (n - 1.0) * CORRELATION)
-}
-
-/// Kish's effective number of windows of these weights, `(sum w)^2/sum(w^2)`; 0 for none.
-pub fn effective_number(weights: &[f64]) -> f64 {
-    let total: f64 = weights.iter().sum();
-    let squares: f64 = weights.iter().map(|w| w * w).sum();
-    if squares > 0.0 { total * total / squares } else { 0.0 }
-}
-
-/// The weights of windows with these spans of the OP without its slow part, percent.
-pub fn weights(spans: &[f64]) -> Vec<f64> {
-    let full = MOVES * median(spans);
-    spans.iter().map(|span| if full > 0.0 { (span / full).min(1.0) } else { 1.0 }).collect()
-}
-
-/// The combined probability of one valve's recordings; `None` if none has a weight. A single probability is
-/// returned bit for bit.
-pub fn probability(witnesses: &[Witness]) -> Option<f64> {
-    let heard: Vec<&Witness> = witnesses.iter().filter(|w| w.weight > 0.0).collect();
-    if let [only] = heard[..] {
-        return Some(only.probability);
-    }
-    // n windows that were combined before count as n windows here.
-    let parts: Vec<(f64, f64)> = heard
-        .iter()
-        .map(|w| {
-            let of_all = log_odds_of_many(w.probability);
-            let each = if of_all > 0.0 { of_all / effective(w.windows) } else { of_all };
-            (limited(each), w.weight * w.windows.max(1.0))
-        })
-        .collect();
-    let total: f64 = parts.iter().map(|(_, w)| w).sum();
-    let squares: f64 = heard.iter().map(|w| w.weight * w.weight * w.windows.max(1.0)).sum();
-    (total > 0.0 && squares > 0.0).then(|| of_parts(&parts, total * total / squares))
-}
-
-/// The probability of windows `(probability, weight)` that hold as much data as `n` of them; `None` for none. A
-/// single probability is returned bit for bit.
-pub(super) fn of_windows(windows: &[(f64, f64)], n: f64) -> Option<f64> {
-    match windows {
-        [] => None,
-        [(only, _)] => Some(*only),
-        _ => {
-            let parts: Vec<(f64, f64)> = windows.iter().map(|(p, w)| (log_odds(*p), *w)).collect();
-            Some(of_parts(&parts, n))
-        }
-    }
-}
-
-/// The rule: log-odds and weights of windows, and their effective number.
-fn of_parts(parts: &[(f64, f64)], n: f64) -> f64 {
-    let total: f64 = parts.iter().map(|(_, w)| w).sum();
-    let mean = |of: fn(f64) -> f64| parts.iter().map(|(l, w)| w * of(*l)).sum::<f64>() / total;
-    let sum = effective(n) * mean(|l| l.max(0.0)) + mean(|l| l.min(0.0));
-    1.0 / (1.0 + (-sum).exp())
-}
-
 fn limited(log_odds: f64) -> f64 {
     let most = (SUREST / (1.0 - SUREST)).ln();
     log_odds.clamp(-most, most)
 }
 
-/// The largest log-odds that many windows may have together.
-fn log_odds_of_many(probability: f64) -> f64 {
-    let p = probability.clamp(1e-12, 1.0 - 1e-12);
-    (p / (1.0 - p)).ln()
+/// The number of independent windows that `n` windows of one valve count as; at least 1.
+fn effective(n: f64) -> f64 {
+    let n = n.max(1.0);
+    n / (1.0 + (n - 1.0) * CORRELATION)
+}
+
+/// The probability of windows `(probability, share)` together; `None` for none. A single one is returned bit for bit.
+pub(super) fn together(windows: &[(f64, f64)]) -> Option<f64> {
+    match windows {
+        [(only, _)] => Some(*only),
+        _ => windows.iter().map(|(p, share)| Sum::window(*p, *share)).sum::<Sum>().probability(),
+    }
 }
 
 /// Rank, as a share of the windows, of the limit for all of them.
@@ -161,20 +166,17 @@ pub(super) fn typical(values: impl Iterator<Item = f64>) -> f64 {
 mod tests {
     use super::*;
     use crate::closed_loop::NormalStream;
-
-    fn one(probability: f64) -> Witness {
-        Witness { probability, weight: 1.0, windows: 1.0 }
-    }
+    use proptest::prelude::*;
 
     fn of(probabilities: &[f64]) -> f64 {
-        probability(&probabilities.iter().map(|p| one(*p)).collect::<Vec<_>>()).unwrap()
+        together(&probabilities.iter().map(|p| (*p, 1.0)).collect::<Vec<_>>()).unwrap()
     }
 
     #[test]
     fn one_keeps_its_probability_and_many_do_not_run_away() {
         for p in [0.0, 0.3, 0.999_999, 1.0] {
             assert_eq!(of(&[p]), p);
-            assert_eq!(of_windows(&[(p, 0.2)], 1.0), Some(p));
+            assert_eq!(together(&[(p, 0.2)]), Some(p));
         }
         // Two of 0.8 count as 2/(1 + 0.5) = 4/3: odds 4^(4/3).
         let odds = 4f64.powf(4.0 / 3.0);
@@ -182,8 +184,7 @@ mod tests {
         // However many: no more than two independent ones, odds 16.
         let many = of(&[0.8; 500]);
         assert!(many < 16.0 / 17.0 && many > 15.5 / 16.5, "{many}");
-        assert_eq!(probability(&[]), None);
-        assert_eq!(probability(&[Witness { weight: 0.0, ..one(0.5) }]), None);
+        assert_eq!((together(&[]), Sum::default().probability()), (None, None));
     }
 
     #[test]
@@ -216,23 +217,37 @@ mod tests {
     }
 
     #[test]
-    fn parts_put_together_first_say_the_same() {
-        let days = [[0.9, 0.7, 0.95, 0.6], [0.8, 0.85, 0.7, 0.99]];
-        let at_once = of(&days.concat());
-        let by_day: Vec<Witness> =
-            days.iter().map(|day| Witness { windows: 4.0, ..one(of(day)) }).collect();
-        assert!((probability(&by_day).unwrap() - at_once).abs() < 1e-12);
+    fn a_window_that_overlaps_counts_by_its_own_share() {
+        let half = together(&[(0.8, 1.0), (0.8, 0.5)]).unwrap();
+        assert!(half > 0.8 && half < of(&[0.8, 0.8]));
+        assert!((together(&[(0.8, 1.0), (0.3, 0.0)]).unwrap() - 0.8).abs() < 1e-12);
     }
 
-    #[test]
-    fn windows_in_which_little_moves_count_little() {
-        assert_eq!(weights(&[10.0, 8.0, 12.0, 1.0]), [1.0, 1.0, 1.0, 1.0 / 4.5]);
-        assert_eq!(weights(&[5.0]), [1.0]);
-        assert!((effective_number(&[1.0, 1.0, 0.0]) - 2.0).abs() < 1e-12);
-        assert_eq!(effective_number(&[]), 0.0);
-        let calm = |weight| Witness { weight, ..one(0.05) };
-        let both = |weight| probability(&[one(0.9), calm(weight)]).unwrap();
-        assert!(both(0.05) > both(0.5) && both(0.5) > both(1.0));
+    proptest! {
+        /// As recordings, of which only probability, number of windows and the mean above 0 are kept.
+        #[test]
+        fn windows_give_the_same_however_they_are_grouped(
+            windows in prop::collection::vec(0.0..=1.0f64, 2..80),
+            cuts in prop::collection::vec(any::<bool>(), 80),
+            turn in 0..80usize,
+        ) {
+            let at_once = of(&windows);
+            let mut groups: Vec<Vec<f64>> = vec![vec![]];
+            for (p, cut) in windows.iter().zip(cuts) {
+                if cut && !groups.last().unwrap().is_empty() {
+                    groups.push(vec![]);
+                }
+                groups.last_mut().unwrap().push(*p);
+            }
+            let middle = turn % groups.len();
+            groups.rotate_left(middle);
+            let recording = |group: &Vec<f64>| {
+                let sum: Sum = group.iter().map(|p| Sum::window(*p, 1.0)).sum();
+                Sum::recording(of(group), sum.windows, Some(sum.mean_above()))
+            };
+            let merged: Sum = groups.iter().map(recording).sum();
+            prop_assert!((merged.probability().unwrap() - at_once).abs() < 1e-9);
+        }
     }
 
     #[test]

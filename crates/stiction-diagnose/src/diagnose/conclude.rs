@@ -2,7 +2,6 @@
 
 use super::belonging::Belonging;
 use super::by_evidence::by_evidence;
-use super::no_response::NAMED_FROM;
 use super::reasons::{alternatives, sayings};
 use super::verdict::{Basis, Verdict, VerdictClass, Votes};
 use super::weighing::Weighing;
@@ -34,8 +33,7 @@ pub const SIMULATED: [MeasureId; 3] =
 ///
 /// 0. Columns that do not belong together end the judgement. A PV that does not respond is named before fitness can
 ///    end it: [`Belonging`].
-/// 1. Unfit data give `cannot tell`. The exception is a valve that does not respond, if the data are unfit by no
-///    more than [`SIMULATED`]: seeing that needs no cycle.
+/// 1. Unfit data give `cannot tell`, with a probability if they are unfit by no more than [`SIMULATED`].
 /// 2. A recorded valve position decides where it can be judged: [`by_position`](super::by_position). The following
 ///    steps are then skipped.
 /// 3. Without a PV there is no conclusion, only a probability from the shape of the OP.
@@ -57,39 +55,17 @@ pub(super) fn conclude(
     }
     match weighing {
         None => preliminary,
-        Some(weighing) if fitness.class == Class::Unfit => {
-            of_unfit(fitness, weighing, op_only, preliminary)
-        }
+        Some(weighing) if fitness.class == Class::Unfit => of_unfit(fitness, weighing, preliminary),
         Some(weighing) if op_only => of_op_alone(weighing, preliminary),
         Some(weighing) => by_evidence(weighing, preliminary),
     }
 }
 
-/// The verdict on unfit data.
-fn of_unfit(
-    fitness: &Fitness,
-    weighing: &Weighing,
-    op_only: bool,
-    preliminary: Verdict,
-) -> Verdict {
+/// The verdict on unfit data. Evidence that has a meaning is stated without a conclusion.
+fn of_unfit(fitness: &Fitness, weighing: &Weighing, preliminary: Verdict) -> Verdict {
     let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
-    if !unfit.all(|m| SIMULATED.contains(&m.id)) {
-        return preliminary;
-    }
-    let weighed = Verdict { probability: Some(weighing.probability), ..preliminary };
-    let idle = weighing.mismatch <= 1.0 && weighing.likelihood(Cause::NoResponse) >= NAMED_FROM;
-    if op_only || !idle {
-        return weighed;
-    }
-    // A valve that does not respond makes no cycles, and winds its controller up.
-    let said = sayings(weighing).into_iter().map(|saying| saying.sentence);
-    Verdict {
-        class: VerdictClass::DoesNotRespond,
-        basis: Basis::Evidence,
-        reasons: said.chain(weighed.reasons.into_iter().skip(1)).collect(),
-        alternatives: alternatives(weighing, Some(Cause::NoResponse)),
-        ..weighed
-    }
+    let has_meaning = unfit.all(|m| SIMULATED.contains(&m.id));
+    Verdict { probability: has_meaning.then_some(weighing.probability), ..preliminary }
 }
 
 /// The verdict from the OP alone: only the probability from its shape.

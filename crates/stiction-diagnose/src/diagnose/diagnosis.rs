@@ -248,6 +248,7 @@ impl Diagnosis {
     /// clock; `None` if no segment was judged.
     pub fn observation(&self, origin: f64) -> Option<Observation> {
         let segment = self.segment()?;
+        let sum = self.evidence.as_ref().map(|weighing| weighing.sum);
         Some(Observation {
             time: origin + segment.from + segment.duration() / 2.0,
             class: self.verdict.class,
@@ -256,8 +257,15 @@ impl Diagnosis {
             s: self.stiction.s,
             j: self.stiction.j,
             weight: 1.0,
-            windows: self.evidence.as_ref().map_or(1.0, |weighing| weighing.number),
+            windows: sum.map_or(1.0, |sum| sum.windows),
+            above: self.log_odds_above(),
         })
+    }
+
+    /// [`Observation::above`], if the probability is that of the windows.
+    pub fn log_odds_above(&self) -> Option<f64> {
+        let weighing = self.evidence.as_ref()?;
+        (self.verdict.probability == Some(weighing.probability)).then(|| weighing.sum.mean_above())
     }
 
     /// Data of the detectors for plots of their evidence.

@@ -13,7 +13,7 @@
 //! too small.
 
 use super::by_evidence::thresholds;
-use super::combining::{self, Witness};
+use super::combining::Sum;
 use super::observation::Observation;
 use super::verdict::{Grade, VerdictClass};
 use crate::error::{Result, finite, non_negative, require};
@@ -164,6 +164,7 @@ pub(super) fn checked(observations: &[Observation]) -> Result<Vec<Observation>> 
         finite("the time of an observation", each.time)?;
         non_negative("the weight of an observation", each.weight)?;
         non_negative("the number of windows of an observation", each.windows)?;
+        non_negative("the log-odds above 0 of an observation", each.above.unwrap_or(0.0))?;
         if let Some(p) = each.probability {
             require("a probability", p, (0.0..=1.0).contains(&p), "between 0 and 1")?;
         }
@@ -178,11 +179,17 @@ pub(super) fn checked(observations: &[Observation]) -> Result<Vec<Observation>> 
     Ok(ordered)
 }
 
+/// The probability of all windows together. A single observation keeps its own bit for bit.
 pub(super) fn combined_probability(observations: &[Observation]) -> Option<f64> {
-    let witness = |o: &Observation| {
-        Some(Witness { probability: o.probability?, weight: o.weight, windows: o.windows })
-    };
-    combining::probability(&observations.iter().filter_map(witness).collect::<Vec<_>>())
+    let known = observations.iter().filter(|o| o.weight > 0.0);
+    let known: Vec<(&Observation, f64)> = known.filter_map(|o| Some((o, o.probability?))).collect();
+    match known[..] {
+        [(_, only)] => Some(only),
+        _ => {
+            let each = known.iter().map(|(o, p)| Sum::recording(*p, o.windows, o.above) * o.weight);
+            each.sum::<Sum>().probability()
+        }
+    }
 }
 
 const DAY: f64 = 86_400.0;
@@ -264,6 +271,7 @@ mod tests {
             j: None,
             weight: 1.0,
             windows: 1.0,
+            above: None,
         }
     }
 

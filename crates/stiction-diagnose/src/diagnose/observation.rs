@@ -24,6 +24,10 @@ pub struct Observation {
     pub j: Option<Estimate>,
     /// Weight in the combination, such as its number of cycles; 1 if all are alike.
     pub weight: f64,
-    /// Effective number of windows of a long recording in it; 1 for a short one.
+    /// Number of windows of a long recording in it, what overlaps counted once; 1 for a short one.
     pub windows: f64,
+    /// Mean over these windows of the log-odds of sticking above 0, with which they are combined as if they were of one
+    /// recording; `None` for windows that are taken to be alike.
+    #[cfg_attr(feature = "serde", serde(rename = "log_odds_above"))]
+    pub above: Option<f64>,
 }

@@ -216,6 +216,7 @@ mod tests {
             j: None,
             weight: 1.0,
             windows: 1.0,
+            above: None,
         }
     }
 

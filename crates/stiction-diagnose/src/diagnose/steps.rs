@@ -90,8 +90,8 @@ impl Detectors {
     }
 }
 
-/// Most samples of a segment that the published methods, the oscillation and the check of the columns read: three days
-/// at 1 s. They are for records of thousands of samples, and their cost grows with the length.
+/// Most samples of a segment that the published methods, the oscillation, the check of the columns and a recorded
+/// position use: three days at 1 s. They are for records of thousands of samples, and their cost grows with the length.
 pub const READ_BY_METHODS: usize = 1 << 18;
 
 /// The last [`READ_BY_METHODS`] samples of a longer segment.
@@ -344,7 +344,7 @@ fn cut(grid: &Grid, longest: &Segment, windows: Option<&Weighing>) -> Option<Str
 /// The note on a segment of which some steps read the last part.
 fn read_in_part(recent: &Segment) -> String {
     format!(
-        "the published methods, the oscillation and the check of the columns read the last {} of the segment",
+        "the published methods, the oscillation, the check of the columns and a recorded position use the last {} of the segment",
         time(recent.duration())
     )
 }
@@ -455,7 +455,7 @@ mod tests {
         assert!(whole.recent.is_some() && last.recent.is_none());
         assert!(!whole.oscillation().unwrap().1.found);
         assert_eq!(whole.findings, last.findings);
-        let note = "the published methods, the oscillation and the check of the columns read the last 3 d";
+        let note = "the published methods, the oscillation, the check of the columns and a recorded position use the last 3 d";
         assert!(whole.notes.iter().any(|said| said.starts_with(note)), "{:?}", whole.notes);
         assert!(whole.windows.iter().any(|window| window.from == 0.0));
     }

@@ -5,7 +5,7 @@
 //! Windows of one valve share the errors of the model, so more windows do not narrow the interval, and a few bad
 //! ones do not move it.
 
-use super::combining::{self, effective_number, typical};
+use super::combining::{self, Sum, typical};
 use super::steps::Stops;
 #[cfg(feature = "serde")]
 use super::verdict::Limit;
@@ -32,12 +32,12 @@ pub struct Weighing {
     /// The evidence of each window.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub evidence: Vec<Evidence>,
-    /// The weight of each window, see `combining::weights`.
+    /// The share of each window that overlaps none before it.
     #[cfg_attr(feature = "serde", serde(skip))]
-    pub weights: Vec<f64>,
-    /// The effective number of windows, by their weights and the share without overlap.
+    pub shares: Vec<f64>,
+    /// The sum of the windows, to which those of other recordings can be added.
     #[cfg_attr(feature = "serde", serde(skip))]
-    pub number: f64,
+    pub sum: Sum,
     /// The probability that the valve is at fault: that it sticks or does not respond.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub probability: f64,
@@ -146,16 +146,17 @@ impl Weighing {
         if weighed.is_empty() {
             return Err(why.unwrap_or(Abstention("there is nothing to weigh".to_owned())));
         }
-        let spans: Vec<f64> = weighed.iter().map(|(_, evidence, _)| evidence.op_span).collect();
-        let weights = combining::weights(&spans);
-        let number = effective_number(&weights) * distinct(windows);
+        let shares = own_shares(weighed.iter().map(|(window, ..)| (window.from, window.duration)));
         let says: Vec<&Weighed> = weighed.iter().map(|(.., says)| says).collect();
         let together = |of: &dyn Fn(&Weighed) -> f64| {
             let each: Vec<(f64, f64)> =
-                says.iter().zip(&weights).map(|(says, weight)| (of(says), *weight)).collect();
-            combining::of_windows(&each, number).unwrap_or(0.5)
+                says.iter().zip(&shares).map(|(says, share)| (of(says), *share)).collect();
+            combining::together(&each).unwrap_or(0.5)
         };
         let probability = together(&|says| says.probability);
+        let windows_and_shares = says.iter().zip(&shares);
+        let sum =
+            windows_and_shares.map(|(says, share)| Sum::window(says.probability, *share)).sum();
         let mut lines: Vec<(Line, f64)> = (0..says[0].lines.len())
             .map(|k| (says[0].lines[k].0, together(&|says| says.lines[k].1)))
             .collect();
@@ -170,8 +171,8 @@ impl Weighing {
                     if cause.is_fault() { says.probability } else { 1.0 - says.probability };
                 if whole > 0.0 { says.of(cause) / whole } else { 0.0 }
             };
-            let total: f64 = weights.iter().sum();
-            let mean = says.iter().zip(&weights).map(|(says, w)| w * of(says)).sum::<f64>() / total;
+            let total: f64 = shares.iter().sum();
+            let mean = says.iter().zip(&shares).map(|(says, w)| w * of(says)).sum::<f64>() / total;
             mean * if cause.is_fault() { probability } else { 1.0 - probability }
         };
         let causes = Cause::ALL.map(|cause| (cause, share(cause))).to_vec();
@@ -201,8 +202,8 @@ impl Weighing {
         let mut weighing = Self {
             windows,
             evidence,
-            weights,
-            number,
+            shares,
+            sum,
             probability,
             lines,
             causes,
@@ -234,7 +235,8 @@ impl Weighing {
 
     /// Duration of its windows, s, what overlaps counted once.
     pub(super) fn covered(&self) -> f64 {
-        covered(self.windows.iter().map(|window| (window.from, window.duration)))
+        let each = self.windows.iter().zip(&self.shares);
+        each.map(|(window, share)| share * window.duration).sum()
     }
 
     /// The probability of a cause.
@@ -246,10 +248,10 @@ impl Weighing {
     pub fn typical(&self) -> &Evidence {
         let mut order: Vec<usize> = (0..self.windows.len()).collect();
         order.sort_by(|a, b| self.windows[*a].probability.total_cmp(&self.windows[*b].probability));
-        let half = self.weights.iter().sum::<f64>() / 2.0;
+        let half = self.shares.iter().sum::<f64>() / 2.0;
         let mut gone = 0.0;
         let middle = order.iter().find(|k| {
-            gone += self.weights[**k];
+            gone += self.shares[**k];
             gone > half
         });
         &self.evidence[*middle.unwrap_or(&0)]
@@ -271,20 +273,16 @@ fn strangest(bundle: &fusion::Bundle, evidence: &Evidence) -> Vec<String> {
     reference.unlike(&evidence.values).into_iter().take(NAMED).map(words).collect()
 }
 
-/// Share of the samples of windows in order of time that are in no other window: 1 if none overlap.
-fn distinct(windows: &[Segment]) -> f64 {
-    let spans = windows.iter().map(|window| (window.from, window.duration()));
-    let sum: f64 = windows.iter().map(Segment::duration).sum();
-    if sum > 0.0 { (covered(spans) / sum).min(1.0) } else { 1.0 }
-}
-
-/// Duration of spans `(from, duration)` in order of time, what overlaps counted once.
-fn covered(spans: impl Iterator<Item = (f64, f64)>) -> f64 {
-    let add = |(sum, end): (f64, f64), (from, duration): (f64, f64)| {
+/// The share of each of the spans `(from, duration)`, in order of time, that overlaps none before it.
+fn own_shares(spans: impl Iterator<Item = (f64, f64)>) -> Vec<f64> {
+    let mut end = f64::NEG_INFINITY;
+    let share = |(from, duration): (f64, f64)| {
         let until = from + duration;
-        (sum + (until - from.max(end)).max(0.0), end.max(until))
+        let own = (until - from.max(end)).clamp(0.0, duration);
+        end = end.max(until);
+        if duration > 0.0 { own / duration } else { 1.0 }
     };
-    spans.fold((0.0, f64::NEG_INFINITY), add).0
+    spans.map(share).collect()
 }
 
 /// An S that is a number.
@@ -309,22 +307,13 @@ mod tests {
 
     #[test]
     fn windows_that_overlap_are_fewer() {
-        let window = |from: usize| Segment {
-            from: from as f64,
-            sample_time: 1.0,
-            op: vec![0.0; 100],
-            pv: None,
-            sp: None,
-            vp: None,
-            bridged: 0,
-        };
-        assert_eq!(distinct(&[window(0)]), 1.0);
-        assert_eq!(distinct(&[window(0), window(100), window(200)]), 1.0);
-        assert_eq!(distinct(&[window(0), window(50)]), 0.75);
+        let of = |from: &[f64]| own_shares(from.iter().map(|from| (*from, 100.0)));
+        assert_eq!(of(&[0.0, 100.0, 200.0]), [1.0; 3]);
+        assert_eq!(of(&[0.0, 50.0]), [1.0, 0.5]);
         // Gaps make no more of them, and hide no overlap.
-        assert_eq!(distinct(&[window(0), window(1_000)]), 1.0);
-        assert_eq!(distinct(&[window(0), window(50), window(1_000), window(1_050)]), 0.75);
-        assert_eq!(distinct(&[]), 1.0);
+        assert_eq!(of(&[0.0, 1_000.0, 1_050.0, 1_060.0]), [1.0, 1.0, 0.5, 0.1]);
+        assert_eq!(of(&[0.0, 0.0]), [1.0, 0.0]);
+        assert_eq!(of(&[]), [0.0; 0]);
     }
 
     #[test]

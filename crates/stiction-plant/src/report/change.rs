@@ -325,6 +325,7 @@ mod tests {
             j: None,
             weight: 1.0,
             windows: 1.0,
+            above: None,
         };
         let each = |of| Seen { valve: valve(of), days: 1.0, moves: [None; 4] };
         days.iter().enumerate().map(each).collect()

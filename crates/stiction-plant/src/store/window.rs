@@ -73,8 +73,10 @@ columns! {
     "probability" [""] probability: Option<f64>;
     /// Basis of the verdict.
     "basis" [""] basis: Option<String>;
-    /// Number of independent windows that the evidence is worth, the weight in a history.
+    /// Number of windows of the evidence, what overlaps counted once.
     "evidence_windows" [""] evidence_windows: Option<f64>;
+    /// Mean over these windows of the log-odds of sticking above 0, with which days are combined.
+    "log_odds_above" [""] log_odds_above: Option<f64>;
     /// Stick band plus dead band, of span.
     "S" ["%"] s: Option<f64>;
     /// Low end of its interval.
@@ -159,6 +161,7 @@ impl WindowRow {
             j: estimate(self.j, self.j_low, self.j_high),
             weight: 1.0,
             windows: self.evidence_windows.unwrap_or(1.0),
+            above: self.log_odds_above,
         })
     }
 
@@ -201,7 +204,10 @@ impl WindowRow {
             grade: Some(verdict.grade.name().to_owned()),
             probability: finite(verdict.probability),
             basis: Some(verdict.basis.name().to_owned()),
-            evidence_windows: finite(diagnosis.evidence.as_ref().map(|evidence| evidence.number)),
+            evidence_windows: finite(
+                diagnosis.evidence.as_ref().map(|evidence| evidence.sum.windows),
+            ),
+            log_odds_above: diagnosis.log_odds_above(),
             s: s.map(|s| s.value),
             s_low: s.map(|s| s.low),
             s_high: s.map(|s| s.high),
