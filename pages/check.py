@@ -177,6 +177,7 @@ def plant(browser: Browser, path: Path, kept: Path) -> None:
     assert 0 < rows.count() < some
     for place in ("[data-only=new]", "[data-only=Crude]", "[data-only=repair]", "[data-only=open]"):
         page.locator(place).click()
+    began = time.monotonic()
     page.locator("[data-only=snoozed]").click()
     within("the snoozed", 1)
     page.locator("[data-only=snoozed]").click()
