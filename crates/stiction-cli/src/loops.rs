@@ -142,6 +142,7 @@ pub fn diagnose_file(
 
 /// Releases samples that only a report draws. Of these signals it still counts whether they are there.
 fn release(diagnosis: &mut Diagnosis) {
+    diagnosis.recent = None;
     for segment in &mut diagnosis.grid.segments {
         let signals = [&mut segment.pv, &mut segment.sp, &mut segment.vp];
         signals.into_iter().flatten().for_each(|samples| *samples = vec![]);

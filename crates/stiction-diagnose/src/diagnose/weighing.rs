@@ -154,9 +154,8 @@ impl Weighing {
             combining::together(&each).unwrap_or(0.5)
         };
         let probability = together(&|says| says.probability);
-        let windows_and_shares = says.iter().zip(&shares);
-        let sum =
-            windows_and_shares.map(|(says, share)| Sum::window(says.probability, *share)).sum();
+        let each = says.iter().zip(&shares);
+        let sum = each.map(|(says, share)| Sum::window(says.probability, *share)).sum();
         let mut lines: Vec<(Line, f64)> = (0..says[0].lines.len())
             .map(|k| (says[0].lines[k].0, together(&|says| says.lines[k].1)))
             .collect();
