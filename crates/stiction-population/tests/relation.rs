@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use stiction_diagnose::diagnose::{Mismatch, Relation};
 use stiction_diagnose::recording::{Channel, Grid, GridOptions, Recording};
 use stiction_diagnose::series::{mean, span};
+use stiction_model::closed_loop::NormalStream;
 use stiction_population::member;
 
 /// Whether a signal moves often enough for its columns to be told apart.
@@ -77,6 +78,20 @@ fn a_p_controller_is_no_copy() {
     let level = mean(&pv);
     let op: Vec<f64> = pv.iter().map(|v| 50.0 - 1.7 * (v - level)).collect();
     assert_eq!(relation(&op, &pv, None, 1.0).mismatch, None);
+}
+
+#[test]
+fn a_noise_that_the_controller_filters_hides_no_relation() {
+    let mut draws = NormalStream::new(5);
+    let mut slow = 0.0;
+    let mut next = || {
+        slow = 0.99 * slow + 0.14 * draws.draw();
+        (50.0 - slow + 0.3 * draws.draw(), slow + 2.5 * draws.draw())
+    };
+    let (op, pv): (Vec<f64>, Vec<f64>) = (0..3600).map(|_| next()).unzip();
+    let found = relation(&op, &pv, None, 1.0);
+    assert!(found.mismatch.is_none() && found.op_explained < Some(0.1), "{found:?}");
+    assert_eq!(relation(&op, &shuffled(&pv), None, 1.0).mismatch, Some(Mismatch::Unrelated));
 }
 
 #[test]

@@ -134,8 +134,8 @@ const LENGTHS: [usize; 4] = [16, 64, 256, 1024];
 /// The two lengths for averages.
 const SHORT: [usize; 2] = [16, 64];
 /// Numbers of samples to average. A PV fed forward through derivative action, or a sample that is held, leads at
-/// the fastest scale only; a controller's integral shows at the slower ones.
-const SCALES: [usize; 3] = [1, 4, 16];
+/// the fastest scale only; a controller's integral shows at the slower ones, also under a noise that it filters.
+const SCALES: [usize; 2] = [4, 16];
 /// Most samples to examine: those in the middle of a longer segment.
 const LONGEST: usize = 16_384;
 /// Largest distance of an exact copy, in standard deviations: rounding of floating point.
@@ -384,7 +384,9 @@ fn misplaced(op: &[f64], pv: &[f64], sp: &[f64]) -> Option<(Mismatch, String)> {
 struct Laws {
     op_after_pv: Vec<Option<Law>>,
     pv_after_op: Vec<Option<Law>>,
-    /// The order at each scale of averaging.
+    /// Those of averages, in both directions.
+    averaged: Vec<Law>,
+    /// The order of samples and at each scale of averaging.
     orders: Vec<f64>,
     /// Whether both signals are recorded without long holds, rounding or interpolation.
     alive: bool,
@@ -394,17 +396,17 @@ impl Laws {
     fn of(op: &[f64], pv: &[f64], sp: Option<&[f64]>) -> Self {
         let sp = sp.filter(|sp| span(sp) > 0.0);
         let (op_after_pv, pv_after_op) = both_ways(op, pv, sp, &LENGTHS);
-        let order = |scale: usize| {
-            if scale == 1 {
-                return order(&op_after_pv[..SHORT.len()], &pv_after_op[..SHORT.len()]);
-            }
+        let averages = SCALES.map(|scale| {
             let averaged = |x: &[f64]| -> Vec<f64> { x.chunks_exact(scale).map(mean).collect() };
             let sp = sp.map(averaged);
-            let (there, back) = both_ways(&averaged(op), &averaged(pv), sp.as_deref(), &SHORT);
-            order(&there, &back)
-        };
-        let orders: Vec<f64> = SCALES.into_iter().filter_map(order).collect();
-        Self { op_after_pv, pv_after_op, orders, alive: is_alive(op) && is_alive(pv) }
+            both_ways(&averaged(op), &averaged(pv), sp.as_deref(), &SHORT)
+        });
+        let of_samples = order(&op_after_pv[..SHORT.len()], &pv_after_op[..SHORT.len()]);
+        let of_averages = averages.iter().map(|(there, back)| order(there, back));
+        let orders = [of_samples].into_iter().chain(of_averages).flatten().collect();
+        let averaged = averages.into_iter().flat_map(|(there, back)| [there, back].concat());
+        let averaged = averaged.flatten().collect();
+        Self { op_after_pv, pv_after_op, averaged, orders, alive: is_alive(op) && is_alive(pv) }
     }
 
     fn best(&self, laws: &[Option<Law>]) -> Option<f64> {
@@ -440,7 +442,8 @@ impl Laws {
             );
             return Some((Mismatch::Exchanged, because));
         }
-        let mut all = self.op_after_pv.iter().chain(&self.pv_after_op).flatten();
+        let of_samples = self.op_after_pv.iter().chain(&self.pv_after_op).flatten();
+        let mut all = of_samples.chain(&self.averaged);
         let seen = self.op_after_pv.iter().flatten().any(|law| law.blocks > SPREAD);
         (self.alive && seen && all.all(|law| law.explained < NOTHING)).then(|| {
             let because = format!(
