@@ -37,8 +37,8 @@ const LAST: usize = 128;
 const HIDDEN: usize = 128;
 /// Outputs of the nets: the logit of a fault, `ln(S / OP span)`, J/S, and the margin of each cause.
 pub const OUTPUTS: usize = 3 + Cause::ALL.len();
-/// Channels that are summed at once.
-const WIDE: usize = 32;
+/// Channels that are summed at once: with four samples they fit the registers of four numbers.
+const WIDE: usize = 16;
 
 /// Nets that are averaged.
 #[derive(Debug, Clone, PartialEq)]
@@ -245,13 +245,17 @@ fn filtered(x: &[f32], filters: &Filters) -> Vec<f32> {
     let Filters { weights, spacing, every } = filters;
     let mut out = vec![0.0; samples.div_ceil(*every) * channels];
     for (k, out) in out.chunks_exact_mut(channels).enumerate() {
-        for (tap, weights) in weights.chunks_exact(channels).enumerate() {
-            let at = (k * every + tap * spacing).checked_sub(TAPS / 2 * spacing);
-            let Some(at) = at.filter(|at| *at < samples) else { continue };
-            let x = &x[at * channels..(at + 1) * channels];
-            for c in 0..channels {
-                out[c] += x[c] * weights[c];
+        for (from, out) in (0..channels).step_by(WIDE).zip(out.chunks_exact_mut(WIDE)) {
+            let mut sums = [0.0f32; WIDE];
+            for (tap, weights) in weights.chunks_exact(channels).enumerate() {
+                let at = (k * every + tap * spacing).checked_sub(TAPS / 2 * spacing);
+                let Some(at) = at.filter(|at| *at < samples) else { continue };
+                let (x, weights) = (&x[at * channels + from..][..WIDE], &weights[from..][..WIDE]);
+                for c in 0..WIDE {
+                    sums[c] += x[c] * weights[c];
+                }
             }
+            out.copy_from_slice(&sums);
         }
     }
     out
@@ -274,17 +278,19 @@ fn mixed(x: &[f32], matrix: &Matrix) -> Vec<f32> {
     let mut out = vec![0.0; x.len() / inputs * outputs];
     for (x, out) in x.chunks(SIDE * inputs).zip(out.chunks_mut(SIDE * outputs)) {
         let samples = out.len() / outputs;
+        // The last rows may be missing; others stand in for them.
+        let rows: [&[f32]; SIDE] =
+            std::array::from_fn(|k| &x[k.min(samples - 1) * inputs..][..inputs]);
         for from in (0..outputs).step_by(WIDE) {
             let mut sums = [[0.0f32; WIDE]; SIDE];
             for sum in &mut sums {
                 sum.copy_from_slice(&matrix.bias[from..from + WIDE]);
             }
-            for i in 0..inputs {
-                let weights = &matrix.weights[i * outputs + from..i * outputs + from + WIDE];
+            for (i, weights) in matrix.weights.chunks_exact(outputs).enumerate() {
+                let weights = &weights[from..from + WIDE];
                 for k in 0..SIDE {
-                    let value = if k < samples { x[k * inputs + i] } else { 0.0 };
                     for c in 0..WIDE {
-                        sums[k][c] += value * weights[c];
+                        sums[k][c] += rows[k][i] * weights[c];
                     }
                 }
             }
