@@ -2,10 +2,14 @@
 
 use super::record::{Record, Shape};
 use crate::series::{mean, span};
+use crate::simd::{Kernel, Width};
 use nalgebra::{DMatrix, DVector};
 
 /// Blocks of the record over which scores are summed for the standard errors.
 const BLOCKS: usize = 24;
+/// Places of a row for the columns of a controller, and for more columns beside them; those left over are zero.
+const FEW: usize = 4;
+const MANY: usize = 12;
 
 /// The fit of a structure.
 #[derive(Debug, Clone)]
@@ -25,9 +29,8 @@ pub(super) struct Fit {
 }
 
 /// OP and columns for the innovations.
-struct Whitened {
-    /// One row after the other.
-    rows: Vec<f64>,
+struct Whitened<const P: usize> {
+    rows: Vec<[f64; P]>,
     target: Vec<f64>,
     /// Divisor of each column.
     sizes: Vec<f64>,
@@ -43,22 +46,26 @@ struct Settled {
 }
 
 /// The weight of a residual under Student's t distribution with four degrees of freedom.
+#[inline(always)]
 fn weight(residual: f64, variance: f64) -> f64 {
     5.0 / (4.0 + residual * residual / variance)
 }
 
 /// Subtracts the means of all columns and of the target.
-fn centre(rows: &mut [f64], target: &mut [f64]) {
-    let (n, p) = (target.len(), rows.len() / target.len().max(1));
-    for c in 0..p {
-        let mean = (0..n).map(|i| rows[i * p + c]).sum::<f64>() / n as f64;
-        (0..n).for_each(|i| rows[i * p + c] -= mean);
+fn centre<const P: usize>(rows: &mut [[f64; P]], target: &mut [f64]) {
+    let mut sums = [0.0; P];
+    for row in &*rows {
+        (0..P).for_each(|c| sums[c] += row[c]);
+    }
+    let means = sums.map(|sum| sum / rows.len() as f64);
+    for row in rows {
+        (0..P).for_each(|c| row[c] -= means[c]);
     }
     let mean = mean(target);
     target.iter_mut().for_each(|v| *v -= mean);
 }
 
-impl Whitened {
+impl<const P: usize> Whitened<P> {
     /// The covariance of the coefficients, from the scores' sums over blocks of the record.
     fn covariance(
         &self,
@@ -74,7 +81,7 @@ impl Whitened {
             let mut score: DVector<f64> = DVector::zeros(p);
             for i in block * length..((block + 1) * length).min(n) {
                 for c in 0..p {
-                    score[c] += weights[i] * left[i] * self.rows[i * p + c];
+                    score[c] += weights[i] * left[i] * self.rows[i][c];
                 }
             }
             scores += &score * score.transpose();
@@ -116,9 +123,22 @@ impl Record<'_> {
         rho: f64,
         errors: bool,
     ) -> Option<Fit> {
-        let white = self.whitened(shape, columns, rho)?;
+        match columns.len() <= FEW {
+            true => self.with_places::<FEW>(shape, columns, rho, errors),
+            false => self.with_places::<MANY>(shape, columns, rho, errors),
+        }
+    }
+
+    fn with_places<const P: usize>(
+        &self,
+        shape: Shape,
+        columns: &[Vec<f64>],
+        rho: f64,
+        errors: bool,
+    ) -> Option<Fit> {
+        let white = self.whitened::<P>(shape, columns, rho)?;
         let Settled { mut coefficients, variance, normal, left, weights } =
-            self.settled(&white, rho)?;
+            Width::widest().run(Settling { record: self, white: &white, rho })?;
         let n = left.len();
         let likelihood = left
             .iter()
@@ -160,102 +180,46 @@ impl Record<'_> {
 
     /// OP and columns less `rho` times their last value, less their levels, the columns scaled to a variance of
     /// one; `None` if one does not move.
-    fn whitened(&self, shape: Shape, columns: &[Vec<f64>], rho: f64) -> Option<Whitened> {
-        let p = columns.len();
+    fn whitened<const P: usize>(
+        &self,
+        shape: Shape,
+        columns: &[Vec<f64>],
+        rho: f64,
+    ) -> Option<Whitened<P>> {
         let n: usize = self.runs.iter().map(|run| run.len() - 1).sum();
-        let (mut rows, mut target) = (vec![0.0; n * p], vec![0.0; n]);
+        let (mut rows, mut target) = (vec![[0.0; P]; n], vec![0.0; n]);
         let whiten = |x: &[f64], k: usize| x[k] - rho * x[k - 1];
         let mut at = 0;
         for run in &self.runs {
             let first = at;
             for k in run.start + 1..run.end {
                 target[at] = whiten(self.op, k);
-                for (c, column) in columns.iter().enumerate() {
-                    rows[at * p + c] = whiten(column, k);
+                for (v, column) in rows[at].iter_mut().zip(columns) {
+                    *v = whiten(column, k);
                 }
                 at += 1;
             }
             // The level of a P controller is one; those of the others depend on the integral.
             if rho < 1.0 && shape.integral {
-                centre(&mut rows[first * p..at * p], &mut target[first..at]);
+                centre(&mut rows[first..at], &mut target[first..at]);
             }
         }
         if rho < 1.0 && !shape.integral {
             centre(&mut rows, &mut target);
         }
-        let sizes: Vec<f64> = (0..p)
-            .map(|c| ((0..n).map(|i| rows[i * p + c].powi(2)).sum::<f64>() / n as f64).sqrt())
-            .collect();
+        let mut squares = [0.0; P];
+        for row in &rows {
+            (0..P).for_each(|c| squares[c] += row[c] * row[c]);
+        }
+        let sizes: Vec<f64> =
+            squares[..columns.len()].iter().map(|sum| (sum / n as f64).sqrt()).collect();
         if !sizes.iter().all(|size| *size > 0.0 && size.is_finite()) {
             return None;
         }
-        for row in rows.chunks_exact_mut(p) {
+        for row in &mut rows {
             row.iter_mut().zip(&sizes).for_each(|(v, size)| *v /= size);
         }
         Some(Whitened { rows, target, sizes })
-    }
-
-    /// Least squares, reweighted iteratively for innovations with Student's t distribution.
-    fn settled(&self, white: &Whitened, rho: f64) -> Option<Settled> {
-        let Whitened { rows, target, sizes } = white;
-        let (p, n) = (sizes.len(), target.len());
-        // The controller does not see the squares that rounding of the PV adds to the proportional column.
-        let rounding =
-            self.pv_quantum * self.pv_quantum / 12.0 * (1.0 + rho * rho) / sizes[0].powi(2);
-        let total = target.iter().map(|v| v * v).sum::<f64>() / n as f64;
-        let floor = (1e-9 * span(self.op)).powi(2).max(0.02 * self.quantum * self.quantum / 12.0);
-        let mut settled = Settled {
-            coefficients: DVector::zeros(p),
-            variance: total.max(floor),
-            normal: DMatrix::zeros(p, p),
-            left: vec![0.0; n],
-            weights: vec![1.0; n],
-        };
-        let Settled { coefficients, variance, normal, left, weights } = &mut settled;
-        for round in 0..6 {
-            let mut gram = DMatrix::zeros(p, p);
-            let mut with = DVector::zeros(p);
-            for i in 0..n {
-                let row = &rows[i * p..(i + 1) * p];
-                for a in 0..p {
-                    let weighted = weights[i] * row[a];
-                    with[a] += weighted * target[i];
-                    for b in 0..=a {
-                        gram[(a, b)] += weighted * row[b];
-                    }
-                }
-            }
-            for a in 0..p {
-                gram[(a, a)] *= 1.0 + 1e-12;
-                for b in a + 1..p {
-                    gram[(a, b)] = gram[(b, a)];
-                }
-            }
-            // Only if the fit is not exact: a controller with a rounding transmitter sees the recorded values.
-            let sum: f64 = weights.iter().sum();
-            if round > 0 && *variance > self.quantum * self.quantum && rounding < 0.3 {
-                gram[(0, 0)] -= rounding * sum;
-            }
-            *coefficients = gram.clone().lu().solve(&with)?;
-            *normal = gram;
-            for ((r, row), t) in left.iter_mut().zip(rows.chunks_exact(p)).zip(target) {
-                *r = t - row.iter().zip(coefficients.iter()).map(|(a, b)| a * b).sum::<f64>();
-            }
-            if round == 0 {
-                let mut sizes: Vec<f64> = left.iter().map(|r| r.abs()).collect();
-                sizes.sort_unstable_by(f64::total_cmp);
-                let typical = 1.5 * sizes[n * 6 / 10];
-                *variance = typical.powi(2).max(floor);
-            }
-            for _ in 0..2 {
-                let sum: f64 = left.iter().map(|r| weight(*r, *variance) * r * r).sum();
-                *variance = (sum / n as f64).max(floor);
-            }
-            for (w, r) in weights.iter_mut().zip(&*left) {
-                *w = weight(*r, *variance);
-            }
-        }
-        Some(settled)
     }
 
     /// The likelier of two, if the second is likelier by this much.
@@ -281,5 +245,71 @@ impl Record<'_> {
         let slope = if fit.shape.integral && self.sp.is_none() { Some(next()) } else { None };
         let kd = if fit.shape.derivative.is_some() { next() } else { 0.0 };
         Settings { kp, of_sp, ki, slope, kd }
+    }
+}
+
+/// Least squares, reweighted iteratively for innovations with Student's t distribution.
+struct Settling<'a, const P: usize> {
+    record: &'a Record<'a>,
+    white: &'a Whitened<P>,
+    rho: f64,
+}
+
+impl<const P: usize> Kernel for Settling<'_, P> {
+    type Output = Option<Settled>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { record, white: Whitened { rows, target, sizes }, rho } = self;
+        let (p, n) = (sizes.len(), target.len());
+        // The controller does not see the squares that rounding of the PV adds to the proportional column.
+        let rounding =
+            record.pv_quantum * record.pv_quantum / 12.0 * (1.0 + rho * rho) / sizes[0].powi(2);
+        let total = target.iter().map(|v| v * v).sum::<f64>() / n as f64;
+        let floor =
+            (1e-9 * span(record.op)).powi(2).max(0.02 * record.quantum * record.quantum / 12.0);
+        let (mut left, mut weights) = (vec![0.0; n], vec![1.0; n]);
+        let (mut variance, mut found) = (total.max(floor), None);
+        for round in 0..6 {
+            let (mut gram, mut with) = ([[0.0; P]; P], [0.0; P]);
+            for ((row, w), t) in rows.iter().zip(&weights).zip(target) {
+                for a in 0..P {
+                    let weighted = w * row[a];
+                    with[a] += weighted * t;
+                    for b in 0..P {
+                        gram[a][b] += weighted * row[b];
+                    }
+                }
+            }
+            let mut normal = DMatrix::from_fn(p, p, |a, b| gram[a.max(b)][a.min(b)]);
+            (0..p).for_each(|a| normal[(a, a)] *= 1.0 + 1e-12);
+            // Only if the fit is not exact: a controller with a rounding transmitter sees the recorded values.
+            let sum: f64 = weights.iter().sum();
+            if round > 0 && variance > record.quantum * record.quantum && rounding < 0.3 {
+                normal[(0, 0)] -= rounding * sum;
+            }
+            let solution = normal.clone().lu().solve(&DVector::from_column_slice(&with[..p]))?;
+            let mut coefficients = [0.0; P];
+            coefficients[..p].copy_from_slice(solution.as_slice());
+            found = Some((solution, normal));
+            for ((r, row), t) in left.iter_mut().zip(rows).zip(target) {
+                *r = t - (0..P).map(|c| row[c] * coefficients[c]).sum::<f64>();
+            }
+            if round == 0 {
+                let mut sizes: Vec<f64> = left.iter().map(|r| r.abs()).collect();
+                let (_, typical, _) = sizes.select_nth_unstable_by(n * 6 / 10, f64::total_cmp);
+                variance = (1.5 * *typical).powi(2).max(floor);
+            }
+            for _ in 0..2 {
+                let squares = left.iter().map(|r| weight(*r, variance) * r * r);
+                weights.iter_mut().zip(squares).for_each(|(of, square)| *of = square);
+                variance = (weights.iter().sum::<f64>() / n as f64).max(floor);
+            }
+            for (w, r) in weights.iter_mut().zip(&left) {
+                *w = weight(*r, variance);
+            }
+        }
+        let (coefficients, normal) = found?;
+        Some(Settled { coefficients, variance, normal, left, weights })
     }
 }
