@@ -523,7 +523,7 @@ impl Problem {
             false => 0.0,
         });
         own.fill_upper_triangle_with_lower_triangle();
-        let target = DVector::from_fn(TAPS, |t, _| sums.target[t][l]);
+        let target = DVector::from_fn(TAPS, |t, _| sums.across[all * TAPS + t][l]);
         let path = paths.iter().map(|lane| lane[l]).collect();
         Stem { candidate, slips, across, own, target, path }
     }
@@ -687,11 +687,29 @@ struct Products<'a> {
 }
 
 struct Sums {
-    /// Column by tap.
+    /// Column by tap; the target is the last column.
     across: Vec<Lane>,
-    target: [Lane; TAPS],
     /// Tap by tap, where the first is not the lower.
     own: [Lane; TAPS * TAPS],
+}
+
+/// Two sums at once, for each waits for its last addition.
+#[inline(always)]
+fn scaled([mut a, mut b]: [Lane; 2], [x, y]: [&[f64]; 2], stem: &[Lane]) -> [Lane; 2] {
+    for ((x, y), v) in x.iter().zip(y).zip(stem) {
+        a.add_scaled(v, *x);
+        b.add_scaled(v, *y);
+    }
+    [a, b]
+}
+
+#[inline(always)]
+fn multiplied([mut a, mut b]: [Lane; 2], [x, y]: [&[Lane]; 2], stem: &[Lane]) -> [Lane; 2] {
+    for ((x, y), v) in x.iter().zip(y).zip(stem) {
+        a.add_product(x, v);
+        b.add_product(y, v);
+    }
+    [a, b]
 }
 
 impl Kernel for Products<'_> {
@@ -699,11 +717,9 @@ impl Kernel for Products<'_> {
     #[inline(always)]
     fn run(self) -> Sums {
         let zero: Lane = Lane::splat(0.0);
-        let mut sums = Sums {
-            across: vec![zero; self.columns.len() * TAPS],
-            target: [zero; TAPS],
-            own: [zero; TAPS * TAPS],
-        };
+        let columns: Vec<&[f64]> =
+            self.columns.iter().map(Vec::as_slice).chain([self.target]).collect();
+        let mut sums = Sums { across: vec![zero; columns.len() * TAPS], own: [zero; TAPS * TAPS] };
         let samples = self.target.len();
         let mut taps = [[zero; TILE]; TAPS];
         for from in (0..samples).step_by(TILE) {
@@ -717,24 +733,17 @@ impl Kernel for Products<'_> {
             }
             for t in 0..TAPS {
                 let of_t = &taps[t][..to - from];
-                for (c, column) in self.columns.iter().enumerate() {
-                    let mut sum = sums.across[c * TAPS + t];
-                    for (a, v) in column[from..to].iter().zip(of_t) {
-                        sum.add_scaled(v, *a);
-                    }
-                    sums.across[c * TAPS + t] = sum;
+                for c in (0..columns.len()).step_by(2) {
+                    let two = [c, (c + 1).min(columns.len() - 1)];
+                    let factors = two.map(|c| &columns[c][from..to]);
+                    let added = scaled(two.map(|c| sums.across[c * TAPS + t]), factors, of_t);
+                    two.into_iter().zip(added).for_each(|(c, sum)| sums.across[c * TAPS + t] = sum);
                 }
-                let mut sum = sums.target[t];
-                for (y, v) in self.target[from..to].iter().zip(of_t) {
-                    sum.add_scaled(v, *y);
-                }
-                sums.target[t] = sum;
-                for other in 0..=t {
-                    let mut sum = sums.own[t * TAPS + other];
-                    for (a, v) in taps[other][..to - from].iter().zip(of_t) {
-                        sum.add_product(a, v);
-                    }
-                    sums.own[t * TAPS + other] = sum;
+                for other in (0..=t).step_by(2) {
+                    let two = [other, (other + 1).min(t)];
+                    let factors = two.map(|other| &taps[other][..to - from]);
+                    let added = multiplied(two.map(|o| sums.own[t * TAPS + o]), factors, of_t);
+                    two.into_iter().zip(added).for_each(|(o, sum)| sums.own[t * TAPS + o] = sum);
                 }
             }
         }
