@@ -275,9 +275,13 @@ fn regression(x: &[f64], inputs: &[Vec<f64>], from: usize) -> Option<Vec<f64>> {
 
 /// `A x`, from the sample [`ORDER`] on.
 fn whitened(x: &[f64], a: &[f64]) -> Vec<f64> {
-    (ORDER..x.len())
-        .map(|k| x[k] - a.iter().enumerate().map(|(i, a)| a * x[k - 1 - i]).sum::<f64>())
-        .collect()
+    let mut predicted = vec![0.0; x.len().saturating_sub(ORDER)];
+    for (i, a) in a.iter().enumerate() {
+        let past = &x[(ORDER - 1 - i).min(x.len())..];
+        predicted.iter_mut().zip(past).for_each(|(sum, x)| *sum += a * x);
+    }
+    predicted.iter_mut().zip(x.iter().skip(ORDER)).for_each(|(sum, x)| *sum = x - *sum);
+    predicted
 }
 
 /// The response of a process with this lag and without delay, its gain 1.

@@ -1,5 +1,7 @@
 //! Small least-squares problems, with their residuals.
 
+use crate::simd::{Kernel, Width};
+
 /// Ridge for squares of columns of variance one.
 pub const RIDGE: f64 = 1e-9;
 
@@ -16,44 +18,60 @@ pub struct Solution {
 /// The combination of `columns` nearest to `target`, by Cholesky with a ridge for series of variance one. `None` if
 /// it is not finite.
 pub fn least_squares(columns: &[&[f64]], target: &[f64]) -> Option<Solution> {
-    let p = columns.len();
-    let mut factor = vec![vec![0.0; p]; p];
-    let mut coefficients = vec![0.0; p];
-    for i in 0..p {
-        for j in 0..=i {
-            let mut sum = dot(columns[i], columns[j]);
-            if i == j {
-                sum += RIDGE * target.len() as f64;
+    Width::widest().run(Problem { columns, target })
+}
+
+struct Problem<'a> {
+    columns: &'a [&'a [f64]],
+    target: &'a [f64],
+}
+
+impl Kernel for Problem<'_> {
+    type Output = Option<Solution>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { columns, target } = self;
+        let p = columns.len();
+        let mut factor = vec![vec![0.0; p]; p];
+        let mut coefficients = vec![0.0; p];
+        for i in 0..p {
+            for j in 0..=i {
+                let mut sum = dot(columns[i], columns[j]);
+                if i == j {
+                    sum += RIDGE * target.len() as f64;
+                }
+                for m in 0..j {
+                    sum -= factor[i][m] * factor[j][m];
+                }
+                factor[i][j] = if i == j { sum.sqrt() } else { sum / factor[j][j] };
             }
-            for m in 0..j {
-                sum -= factor[i][m] * factor[j][m];
+            let mut sum = dot(columns[i], target);
+            for m in 0..i {
+                sum -= factor[i][m] * coefficients[m];
             }
-            factor[i][j] = if i == j { sum.sqrt() } else { sum / factor[j][j] };
+            coefficients[i] = sum / factor[i][i];
         }
-        let mut sum = dot(columns[i], target);
-        for m in 0..i {
-            sum -= factor[i][m] * coefficients[m];
+        for i in (0..p).rev() {
+            let mut sum = coefficients[i];
+            for m in i + 1..p {
+                sum -= factor[m][i] * coefficients[m];
+            }
+            coefficients[i] = sum / factor[i][i];
         }
-        coefficients[i] = sum / factor[i][i];
+        let mut residual = target.to_vec();
+        for (column, c) in columns.iter().zip(&coefficients) {
+            for (r, v) in residual.iter_mut().zip(*column) {
+                *r -= c * v;
+            }
+        }
+        let sse = dot(&residual, &residual);
+        sse.is_finite().then_some(Solution { coefficients, residual, sse })
     }
-    for i in (0..p).rev() {
-        let mut sum = coefficients[i];
-        for m in i + 1..p {
-            sum -= factor[m][i] * coefficients[m];
-        }
-        coefficients[i] = sum / factor[i][i];
-    }
-    let mut residual = target.to_vec();
-    for (column, c) in columns.iter().zip(&coefficients) {
-        for (r, v) in residual.iter_mut().zip(*column) {
-            *r -= c * v;
-        }
-    }
-    let sse = dot(&residual, &residual);
-    sse.is_finite().then_some(Solution { coefficients, residual, sse })
 }
 
 /// The product of two series, in eight sums that vectors can hold.
+#[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (heads, others) = (a.chunks_exact(8), b.chunks_exact(8));

@@ -57,6 +57,7 @@ use crate::finding::{
     Abstention, Applies, Decides, Decision, Family, Finding, LookedAt, Method, Needs, Number,
 };
 use crate::series::{Transform, centred, mean, sample_std, standardised};
+use crate::simd::{Kernel, Width};
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use realfft::num_complex::Complex;
@@ -325,26 +326,11 @@ impl Predictor {
 
     /// The sum of squared prediction errors of `x`.
     fn error(&mut self, x: &[f64]) -> f64 {
-        let (e, n) = (self.embedding, self.vectors);
-        let ahead = &x[2 * e - 1..];
-        self.before.clear();
-        for j in 0..n {
-            self.distances[j] = (0..e).map(|m| (x[m] - x[j + m]).powi(2)).sum();
-        }
-        let mut sum = 0.0;
-        for i in 0..n {
-            if i > 0 {
-                self.next_row(x, i);
-            }
-            self.find_nearest(i);
-            let predicted: f64 = self.nearest.iter().map(|(_, j)| ahead[*j]).sum();
-            let error = ahead[i] - predicted / self.nearest.len().max(1) as f64;
-            sum += error * error;
-        }
-        sum
+        Width::widest().run(Predicted { predictor: self, x })
     }
 
     /// From the distances of vector `i - 1` to those of vector `i`.
+    #[inline(always)]
     fn next_row(&mut self, x: &[f64], i: usize) {
         let e = self.embedding;
         let (gone, come) = (x[i - 1], x[i + e - 1]);
@@ -358,6 +344,7 @@ impl Predictor {
     }
 
     /// The nearest of all vectors at least one period from vector `i`.
+    #[inline(always)]
     fn find_nearest(&mut self, i: usize) {
         let (e, n, k) = (self.embedding, self.vectors, self.neighbours);
         let allowed = [0..(i + 1).saturating_sub(e), (i + e).min(n)..n];
@@ -376,22 +363,61 @@ impl Predictor {
         }
         self.nearest.clear();
         for range in allowed {
-            for (j, &d) in range.clone().zip(&self.distances[range]) {
-                if d > bound {
-                    continue;
-                }
-                let place = self.nearest.iter().rposition(|(other, _)| *other <= d);
-                self.nearest.insert(place.map_or(0, |p| p + 1), (d, j));
-                if self.nearest.len() > k {
-                    self.nearest.truncate(k);
-                }
-                if self.nearest.len() == k {
-                    bound = bound.min(self.nearest[k - 1].0);
+            for from in range.clone().step_by(8) {
+                let part = from..(from + 8).min(range.end);
+                // Most are farther, and are passed eight at a time.
+                let far =
+                    self.distances[part.clone()].iter().fold(true, |far, d| far & (*d > bound));
+                for j in part.filter(|_| !far) {
+                    let d = self.distances[j];
+                    if d > bound {
+                        continue;
+                    }
+                    let place = self.nearest.iter().rposition(|(other, _)| *other <= d);
+                    self.nearest.insert(place.map_or(0, |p| p + 1), (d, j));
+                    if self.nearest.len() > k {
+                        self.nearest.truncate(k);
+                    }
+                    if self.nearest.len() == k {
+                        bound = bound.min(self.nearest[k - 1].0);
+                    }
                 }
             }
         }
         self.before.clear();
         self.before.extend(self.nearest.iter().map(|(_, j)| *j));
+    }
+}
+
+/// The prediction errors of a series.
+struct Predicted<'a> {
+    predictor: &'a mut Predictor,
+    x: &'a [f64],
+}
+
+impl Kernel for Predicted<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        let Self { predictor, x } = self;
+        let (e, n) = (predictor.embedding, predictor.vectors);
+        let ahead = &x[2 * e - 1..];
+        predictor.before.clear();
+        for j in 0..n {
+            predictor.distances[j] = (0..e).map(|m| (x[m] - x[j + m]).powi(2)).sum();
+        }
+        let mut sum = 0.0;
+        for i in 0..n {
+            if i > 0 {
+                predictor.next_row(x, i);
+            }
+            predictor.find_nearest(i);
+            let predicted: f64 = predictor.nearest.iter().map(|(_, j)| ahead[*j]).sum();
+            let error = ahead[i] - predicted / predictor.nearest.len().max(1) as f64;
+            sum += error * error;
+        }
+        sum
     }
 }
 
