@@ -57,6 +57,13 @@ impl<'a> Reader<'a> {
         Ok(*front)
     }
 
+    pub fn part(&mut self, length: usize) -> Result<&'a [u8]> {
+        let (front, rest) =
+            self.0.split_at_checked(length).ok_or_else(|| damaged("ends too early"))?;
+        self.0 = rest;
+        Ok(front)
+    }
+
     pub fn u8(&mut self) -> Result<u8> {
         Ok(self.take::<1>()?[0])
     }

@@ -39,10 +39,14 @@ impl Room {
         }
     }
 
-    fn read(self, from: &mut Reader<'_>) -> Result<usize> {
+    /// The number at a place of such numbers.
+    fn at(self, numbers: &[u8], place: usize) -> usize {
         match self {
-            Self::Byte => from.u8().map(usize::from),
-            Self::Word => from.u32().map(|number| number as usize),
+            Self::Byte => usize::from(numbers[place]),
+            Self::Word => numbers[4 * place..][..4]
+                .iter()
+                .rev()
+                .fold(0, |number, byte| number << 8 | usize::from(*byte)),
         }
     }
 }
@@ -120,39 +124,37 @@ impl Cuts {
         if needed > from.0.len() {
             return Err(damaged("has more trees than bytes"));
         }
-        let is_split = read_bits(from, 2 * splits + count)?;
-        let missing_right = read_bits(from, splits)?;
-        let numbers = |from: &mut Reader<'_>, room: Room| {
-            (0..splits).map(|_| room.read(from)).collect::<Result<Vec<usize>>>()
-        };
-        let (features, places) = (numbers(from, of_features)?, numbers(from, of_cuts)?);
-        if is_split.iter().filter(|split| **split).count() != splits {
+        let nodes = 2 * splits + count;
+        let (is_split, missing_right) =
+            (from.part(nodes.div_ceil(8))?, from.part(splits.div_ceil(8))?);
+        let [features, places] =
+            [from.part(splits * of_features.bytes())?, from.part(splits * of_cuts.bytes())?];
+        if (0..nodes).filter(|k| bit(is_split, *k)).count() != splits {
             return Err(damaged("has a wrong number of splits"));
         }
-        let mut parts = features.into_iter().zip(places).zip(missing_right);
-        let mut trees: Vec<Vec<Node>> = Vec::with_capacity(count);
-        let (mut tree, mut open) = (vec![], 1usize);
-        for split in is_split {
-            if split && let Some(((feature, place), missing_right)) = parts.next() {
-                let cuts =
-                    self.0.get(feature).ok_or_else(|| damaged("has a feature without a name"))?;
-                let threshold =
-                    *cuts.get(place).ok_or_else(|| damaged("has an unknown threshold"))?;
-                tree.push(Node::Split { feature: feature as u16, threshold, missing_right });
-                open += 1;
-            } else {
-                tree.push(Node::Leaf(f32::from(from.u16()? as i16) * unit));
-                open -= 1;
+        let mut rest = 0..nodes;
+        let mut split = 0;
+        let mut node = || -> Result<Node> {
+            let k = rest.next().ok_or_else(|| damaged("has a tree without an end"))?;
+            if !bit(is_split, k) {
+                return Ok(Node::Leaf(f32::from(from.u16()? as i16) * unit));
             }
-            if open == 0 {
-                trees.push(std::mem::take(&mut tree));
-                open = 1;
-            }
+            let feature = of_features.at(features, split);
+            let cuts =
+                self.0.get(feature).ok_or_else(|| damaged("has a feature without a name"))?;
+            let threshold = *cuts
+                .get(of_cuts.at(places, split))
+                .ok_or_else(|| damaged("has an unknown threshold"))?;
+            let missing_right = bit(missing_right, split);
+            split += 1;
+            Ok(Node::Split { feature: feature as u16, threshold, missing_right })
+        };
+        let mut trees = Ensemble::empty(base, nodes)?;
+        (0..count).try_for_each(|_| trees.push(&mut node))?;
+        match rest.is_empty() {
+            true => Ok(trees),
+            false => Err(damaged("has a tree without an end")),
         }
-        if !tree.is_empty() || trees.len() != count {
-            return Err(damaged("has a tree without an end"));
-        }
-        Ensemble::new(base, &trees)
     }
 }
 
@@ -172,9 +174,8 @@ fn write_bits(out: &mut Writer, bits: impl Iterator<Item = bool>) {
     }
 }
 
-fn read_bits(from: &mut Reader<'_>, count: usize) -> Result<Vec<bool>> {
-    let bytes = (0..count.div_ceil(8)).map(|_| from.u8()).collect::<Result<Vec<u8>>>()?;
-    Ok((0..count).map(|k| bytes[k / 8] >> (k % 8) & 1 == 1).collect())
+fn bit(bytes: &[u8], k: usize) -> bool {
+    bytes[k / 8] >> (k % 8) & 1 == 1
 }
 
 #[cfg(test)]

@@ -65,29 +65,32 @@ impl Ensemble {
     /// If a tree is not complete, continues after its end or has more than 65,535 nodes, a feature is
     /// [`MOST_FEATURES`] or beyond, a threshold is NaN, or the base or a leaf is not finite.
     pub fn new(base: f64, trees: &[Vec<Node>]) -> Result<Self> {
-        let mut all = Self { base, steps: vec![], roots: vec![] };
-        if !base.is_finite() {
-            return Err(damaged("the base of a sum of trees is not finite"));
-        }
+        let mut all = Self::empty(base, trees.iter().map(Vec::len).sum())?;
         for tree in trees {
-            all.push(tree)?;
+            let mut nodes = tree.iter();
+            all.push(&mut || nodes.next().copied().ok_or_else(|| damaged("a tree has no end")))?;
+            if nodes.next().is_some() {
+                return Err(damaged("a tree continues after its end"));
+            }
         }
         Ok(all)
     }
 
-    fn push(&mut self, tree: &[Node]) -> Result<()> {
-        let root = self.steps.len();
-        if tree.len() > usize::from(u16::MAX) || root + tree.len() > u32::MAX as usize {
-            return Err(damaged("a tree has too many nodes"));
+    /// A sum without trees, and room for these nodes.
+    pub(super) fn empty(base: f64, nodes: usize) -> Result<Self> {
+        match base.is_finite() {
+            true => Ok(Self { base, steps: Vec::with_capacity(nodes), roots: vec![] }),
+            false => Err(damaged("the base of a sum of trees is not finite")),
         }
+    }
+
+    /// Adds a tree whose nodes `next` gives.
+    pub(super) fn push(&mut self, next: &mut impl FnMut() -> Result<Node>) -> Result<()> {
+        let root = self.steps.len();
         // Splits whose right branch is still missing.
         let mut open: Vec<usize> = vec![];
-        let mut ended = false;
-        for (k, node) in tree.iter().enumerate() {
-            if ended {
-                return Err(damaged("a tree continues after its end"));
-            }
-            match *node {
+        for k in 0..usize::from(u16::MAX).min(u32::MAX as usize - root) {
+            match next()? {
                 Node::Split { feature, threshold, missing_right } => {
                     if feature >= LEAF || threshold.is_nan() {
                         return Err(damaged("a tree splits without a feature or a number"));
@@ -101,18 +104,15 @@ impl Ensemble {
                         return Err(damaged("a leaf of a tree is not finite"));
                     }
                     self.steps.push(Step { feature: LEAF, right: 0, value });
-                    match open.pop() {
-                        Some(split) => self.steps[split].right = (k + 1) as u16,
-                        None => ended = true,
-                    }
+                    let Some(split) = open.pop() else {
+                        self.roots.push(root as u32);
+                        return Ok(());
+                    };
+                    self.steps[split].right = (k + 1) as u16;
                 }
             }
         }
-        if !ended {
-            return Err(damaged("a tree has no end"));
-        }
-        self.roots.push(root as u32);
-        Ok(())
+        Err(damaged("a tree has too many nodes"))
     }
 
     /// The mean of sums of trees; 0 for none.
