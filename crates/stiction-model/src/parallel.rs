@@ -4,7 +4,13 @@
 //! number of them.
 
 #[cfg(feature = "rayon")]
-pub use rayon::prelude::*;
+pub use rayon::{join, prelude::*};
+
+/// Replaces [`join`](https://docs.rs/rayon) of rayon: one after the other.
+#[cfg(not(feature = "rayon"))]
+pub fn join<A, B>(a: impl FnOnce() -> A, b: impl FnOnce() -> B) -> (A, B) {
+    (a(), b())
+}
 
 /// Replaces rayon's [`IntoParallelIterator`](https://docs.rs/rayon).
 #[cfg(not(feature = "rayon"))]

@@ -178,15 +178,16 @@ pub fn diagnose_with_progress(
 
     let (fit, fitness) = assessed(recording, &grid, period, &stops);
     let subject = read.map(|segment| Subject::new(segment, loop_type, period));
-    let mut findings = findings(&options.detectors, subject.as_ref(), &stops);
+    let doubt = Doubt::of(recording.op.range);
+    let weigh = |_| Weighing::of_windows(&fit, &stops).map(|weighing| weighing.in_doubt(doubt));
+    let (mut findings, weighing) = crate::parallel::join(
+        || findings(&options.detectors, subject.as_ref(), &stops),
+        || segment.map(weigh),
+    );
     check()?;
     let kpis = segment
         .map_or_else(Kpis::default, |segment| Kpis::of(recording, &grid, segment, &options.kpis));
     let oscillates = oscillations.dominant().is_some_and(|(_, o)| o.found);
-    let doubt = Doubt::of(recording.op.range);
-    let weigh = |_| Weighing::of_windows(&fit, &stops).map(|weighing| weighing.in_doubt(doubt));
-    let weighing = segment.map(weigh);
-    check()?;
     let op_only = segment.is_some_and(|segment| segment.pv.is_none());
     let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
     let doubt = doubt.and(Doubt::of(recording.vp.as_ref().and_then(|vp| vp.range)));
@@ -483,6 +484,15 @@ mod tests {
         assert_eq!(diagnosis.judged.as_ref().map(|judged| judged.from_s), Some(2_060.0));
         let note = "the recording has 2 segments; the verdict uses 2 of them, 99 % of the duration";
         assert!(diagnosis.notes.iter().any(|said| said.starts_with(note)), "{:?}", diagnosis.notes);
+        // As two recordings, in any order, the segments give the same.
+        let whole = of(2_000, 2_060);
+        let part = |from, to| {
+            let part = whole.part(from, to, f64::INFINITY).unwrap();
+            diagnose(&part, &options).unwrap().evidence.unwrap().sum
+        };
+        let together = part(2_060.0, f64::INFINITY) + part(0.0, 2_000.0);
+        let together = together.probability().unwrap();
+        assert!((together - diagnosis.evidence.as_ref().unwrap().probability).abs() < 1e-9);
         // A stretch shorter than any training loop is left out.
         let short = diagnose(&of(100, 160), &options).unwrap();
         assert!(from_of(&short).iter().all(|from| *from >= 160.0), "{:?}", from_of(&short));

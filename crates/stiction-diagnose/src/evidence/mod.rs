@@ -27,7 +27,7 @@ pub mod model;
 pub mod raw;
 
 use crate::finding::Abstention;
-use crate::identify::hammerstein::{self, ModelEvidence};
+use crate::identify::hammerstein::{self, HammersteinOptions, ModelEvidence};
 use crate::identify::information::Information;
 use crate::recording::Segment;
 
@@ -168,20 +168,27 @@ impl Evidence {
         for part in &PARTS {
             (part.measure)(prepared, &mut values);
         }
-        let model = prepared.pv.as_ref().and_then(|pv| {
-            let (op, pv) = (&prepared.op.values, &pv.values);
-            hammerstein::weigh(op, pv, prepared.period, &hammerstein::HammersteinOptions::default())
-                .ok()
-        });
-        let dense = prepared.dense.as_ref().and_then(model::weigh_dense);
+        let ((model, dense), (information, signals)) = crate::parallel::join(
+            || {
+                let model = prepared.pv.as_ref().and_then(|pv| {
+                    let (op, period) = (&prepared.op.values, prepared.period);
+                    hammerstein::weigh(op, &pv.values, period, &HammersteinOptions::default()).ok()
+                });
+                (model, prepared.dense.as_ref().and_then(model::weigh_dense))
+            },
+            || {
+                let information = prepared.segment.pv.as_deref().and_then(|pv| {
+                    let period = prepared.period * prepared.factor as f64;
+                    information::of(&prepared.segment.op, pv, period)
+                });
+                let signals = raw::values_of(prepared, information.as_ref());
+                (information, signals)
+            },
+        );
         model::measure(model.as_ref(), &mut values);
         model::measure_dense(dense.as_ref().or(model.as_ref()), &mut values);
-        let information = prepared.segment.pv.as_deref().and_then(|pv| {
-            let period = prepared.period * prepared.factor as f64;
-            information::of(&prepared.segment.op, pv, period)
-        });
         information::measure(information.as_ref(), prepared.op_span(), &mut values);
-        raw::measure(prepared, information.as_ref(), &mut values);
+        values.extend(signals);
         // A ratio to zero is not a number.
         values.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = f64::NAN);
         Self {

@@ -4,7 +4,7 @@ use crate::finding::{Abstention, Applies, Method, Needs};
 use crate::identify::lagged_position::{self, Judgement};
 use crate::recording::{Dynamics, LoopType, Segment};
 use crate::series::{HalfWave, centred, half_waves, span};
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 
 /// Source of the control error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,9 +33,9 @@ pub struct Subject<'a> {
     pub loop_type: LoopType,
     /// Period of the dominant oscillation, in samples, if there is one.
     pub period: Option<f64>,
-    error: OnceCell<Option<ControlError>>,
-    error_half_waves: OnceCell<Vec<HalfWave>>,
-    position: OnceCell<Result<Judgement, Abstention>>,
+    error: OnceLock<Option<ControlError>>,
+    error_half_waves: OnceLock<Vec<HalfWave>>,
+    position: OnceLock<Result<Judgement, Abstention>>,
 }
 
 impl<'a> Subject<'a> {
@@ -45,9 +45,9 @@ impl<'a> Subject<'a> {
             segment,
             loop_type,
             period,
-            error: OnceCell::new(),
-            error_half_waves: OnceCell::new(),
-            position: OnceCell::new(),
+            error: OnceLock::new(),
+            error_half_waves: OnceLock::new(),
+            position: OnceLock::new(),
         }
     }
 

@@ -53,14 +53,13 @@ pub fn heard(prepared: &Prepared<'_>, information: Option<&Information>) -> Opti
     information.and_then(|told| Input::of(prepared, &told.beside))
 }
 
-/// Appends one value for each of [`FEATURES`]; NaN without a net or without enough data.
-pub(super) fn measure(
+/// One value for each of [`FEATURES`]; NaN without a net or without enough data.
+pub(super) fn values_of(
     prepared: &Prepared<'_>,
     information: Option<&Information>,
-    out: &mut Vec<f64>,
-) {
+) -> [f64; FEATURES.len()] {
     let said = shipped().and_then(|net| Some(net.outputs(&heard(prepared, information)?)));
-    out.extend(said.map_or([f64::NAN; FEATURES.len()], |said| values(&said)));
+    said.map_or([f64::NAN; FEATURES.len()], |said| values(&said))
 }
 
 /// The features from the output of a net.
