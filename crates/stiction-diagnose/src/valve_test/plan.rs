@@ -94,9 +94,10 @@ pub struct TestPlan {
 }
 
 impl TestPlan {
-    /// The first number that no plan can have, in words; `None` if all can be.
+    /// The first number that no plan can have, in words; `None` if all can be. For plans that were read from a file.
     pub fn fault(&self) -> Option<String> {
         let positive = |of: f64| of.is_finite() && of > 0.0;
+        let ordered = |low: f64, high: f64| low.is_finite() && high.is_finite() && low < high;
         let of_turns = (1..).zip(&self.grow).find_map(|(k, turn)| match turn {
             Turn { hold_s, .. } if !positive(*hold_s) => {
                 Some(format!("the hold of turn {k} is {hold_s} s, but must be above 0"))
@@ -106,19 +107,25 @@ impl TestPlan {
             }
             _ => None,
         });
-        let rest = [
-            (self.grow.is_empty(), "it has no turns".to_owned()),
-            (self.each == 0, "it has 0 turns of each size".to_owned()),
-            (!positive(self.answer), format!("the answer is {}, but must be above 0", self.answer)),
-            (
-                !(positive(self.shrink_by) && self.shrink_by < 1.0),
-                format!(
-                    "the sizes shrink by {}, but must by a factor between 0 and 1",
-                    self.shrink_by
-                ),
-            ),
-        ];
-        of_turns.or_else(|| rest.into_iter().find_map(|(is_wrong, why)| is_wrong.then_some(why)))
+        let Self { each, ends_after, answer, shrink_by, record_every_s, .. } = self;
+        of_turns.or_else(|| match () {
+            () if self.grow.is_empty() => Some("it has no turns".to_owned()),
+            () if *each == 0 => Some("it has 0 turns of each size".to_owned()),
+            () if *ends_after == 0 => Some("it ends after 0 sizes without an answer".to_owned()),
+            () if !positive(*answer) => {
+                Some(format!("the answer is {answer}, but must be above 0"))
+            }
+            () if !(positive(*shrink_by) && *shrink_by < 1.0) => Some(format!(
+                "the sizes shrink by {shrink_by}, but must by a factor between 0 and 1"
+            )),
+            () if !positive(*record_every_s) => {
+                Some(format!("the sample interval is {record_every_s} s, but must be above 0"))
+            }
+            () if !ordered(self.pv_low, self.pv_high) || !ordered(self.op_low, self.op_high) => {
+                Some("a lower limit is not below its upper limit".to_owned())
+            }
+            () => None,
+        })
     }
 }
 
@@ -252,29 +259,6 @@ pub fn before_test(recording: &Recording, by_hand: Option<&ByHand>) -> Recording
 }
 
 impl TestPlan {
-    /// Checks a plan that was read from a file.
-    ///
-    /// # Errors
-    /// If it has no turns, or a number is impossible. The message names it.
-    pub fn check(&self) -> Result<(), Abstention> {
-        let refuse = |what: &str| {
-            Err(Abstention(format!("the plan {what}; give a plan from stiction test plan")))
-        };
-        let ordered = |low: f64, high: f64| low.is_finite() && high.is_finite() && low < high;
-        let is_turn = |turn: &Turn| turn.op.is_finite() && turn.hold_s.is_finite();
-        match () {
-            () if self.grow.is_empty() || !self.grow.iter().all(is_turn) => {
-                refuse("has no turns, or a turn that is not a number")
-            }
-            () if self.each == 0 => refuse("has 0 turns of each size"),
-            () if !(0.0..1.0).contains(&self.shrink_by) => refuse("has sizes that do not shrink"),
-            () if !ordered(self.pv_low, self.pv_high) || !ordered(self.op_low, self.op_high) => {
-                refuse("has a lower limit that is not below the upper limit")
-            }
-            () => Ok(()),
-        }
-    }
-
     /// The next test, if this one was carried out and is inconclusive. It begins at the size that the PV answered,
     /// holds each turn twice as long as the PV took, and makes more turns of each size. `None` if the recording has no
     /// test or a conclusive one.
@@ -526,16 +510,18 @@ mod tests {
     #[test]
     fn a_plan_that_can_be_none_is_refused() {
         let good = plan(&diagnosed(1.0), &PlanOptions::default()).unwrap();
-        assert_eq!(good.check(), Ok(()));
+        assert_eq!(good.fault(), None);
         for wrong in [
             TestPlan { grow: vec![], ..good.clone() },
             TestPlan { each: 0, ..good.clone() },
+            TestPlan { ends_after: 0, ..good.clone() },
+            TestPlan { record_every_s: -1.0, ..good.clone() },
             TestPlan { shrink_by: 1.0, ..good.clone() },
             TestPlan { shrink_by: f64::NAN, ..good.clone() },
             TestPlan { pv_low: good.pv_high, ..good.clone() },
             TestPlan { grow: vec![Turn { op: f64::NAN, hold_s: 1.0 }], ..good.clone() },
         ] {
-            assert!(wrong.check().unwrap_err().0.starts_with("the plan has"), "{wrong:?}");
+            assert!(wrong.fault().is_some(), "{wrong:?}");
         }
     }
 

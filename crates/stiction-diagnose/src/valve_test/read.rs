@@ -160,8 +160,10 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
             "without a PV or a valve position the test has no answers; give a recording with one of them".to_owned(),
         ));
     }
-    if let Some(plan) = &options.plan {
-        plan.check()?;
+    if let Some(why) = options.plan.as_ref().and_then(TestPlan::fault) {
+        return Err(Abstention(format!(
+            "the plan cannot be followed: {why}; give a plan from stiction test plan"
+        )));
     }
     if let Some(plan) = &options.plan
         && !same_loop(&plan.name, &recording.name)
