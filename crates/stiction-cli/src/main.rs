@@ -26,7 +26,6 @@ mod plant;
 mod population;
 mod progress;
 mod reading_args;
-mod renamed;
 mod replaced;
 mod schema;
 mod shift;
@@ -157,7 +156,6 @@ fn main() -> ExitCode {
 
 /// Runs a command.
 fn run(arguments: Vec<OsString>) -> ExitCode {
-    let (arguments, renamed) = renamed::present(arguments);
     let asked = Cli::command().try_get_matches_from(arguments);
     let asked = asked.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
     let (cli, matches) = match asked {
@@ -177,7 +175,6 @@ fn run(arguments: Vec<OsString>) -> ExitCode {
     if cli.force {
         replaced::force();
     }
-    renamed.into_iter().for_each(output::note);
     let noted = closed::refuse().and_then(|()| files::note(&Cli::command(), &matches));
     match noted.and_then(|()| cli.command.run()) {
         Ok(code) => code,

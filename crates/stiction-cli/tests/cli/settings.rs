@@ -1,4 +1,4 @@
-//! Settings of a folder, plant time, quiet, colours, former names.
+//! Settings of a folder, plant time, quiet, colours.
 
 use crate::diagnose::with_samples;
 use crate::{run, write};
@@ -64,16 +64,6 @@ fn colours_go_where_they_are_wanted() {
     let colour = run(&folder, &["diagnose", "FIC101-sticky.csv", "--brief", "--color", "always"]);
     let colour = colour.quiet_success();
     assert!(colour.contains("\u{1b}[1m\u{1b}[31msticks\u{1b}[0m"), "{colour:?}");
-}
-
-#[test]
-fn former_names_of_options_go_on_working() {
-    let folder = with_samples("former-names");
-    let told = run(&folder, &["stem", "--set", "cts", "--with", "mass_kg=2", "--json"]);
-    assert!(told.err.contains("--with of stiction stem is now called --set"), "{}", told.err);
-    let now = run(&folder, &["stem", "--parameters", "cts", "--set", "mass_kg=2", "--json"])
-        .quiet_success();
-    assert_eq!(told.out, now);
 }
 
 #[test]
