@@ -12,6 +12,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+# What may not be raised without a reason: this one, and that of instructions.py.
+BUDGETS = (".ci/budget.json", ".ci/instructions.json")
 # What is built, and the package that it is.
 BUILT = {"command": "stiction-cli", "wheel": "stiction-python"}
 # Folders of a package that a build leaves alone.
@@ -52,17 +54,18 @@ def raised(before: dict, now: dict) -> list[str]:
 def unexplained(root: Path) -> list[str]:
     """Budgets raised by commits whose message does not say why; none where git does not answer."""
     found = []
-    try:
-        commits = asked("git", "log", "--format=%H", "--", ".ci/budget.json", root=root).split()
-        # The first one sets the budgets.
-        for commit in commits[:-1]:
-            message = asked("git", "log", "-1", "--format=%B", commit, root=root)
-            if any(line.startswith("Budget:") for line in message.splitlines()):
-                continue
-            before, now = (json.loads(asked("git", "show", f"{of}:.ci/budget.json", root=root)) for of in (f"{commit}~", commit))
-            found += raised(before, now)
-    except (OSError, subprocess.CalledProcessError):
-        return []
+    for file in BUDGETS:
+        try:
+            commits = asked("git", "log", "--format=%H", "--", file, root=root).split()
+            # The first one sets the budgets.
+            for commit in commits[:-1]:
+                message = asked("git", "log", "-1", "--format=%B", commit, root=root)
+                if any(line.startswith("Budget:") for line in message.splitlines()):
+                    continue
+                before, now = (json.loads(asked("git", "show", f"{of}:{file}", root=root)) for of in (f"{commit}~", commit))
+                found += raised(before, now)
+        except (OSError, subprocess.CalledProcessError):
+            return []
     return found
 
 
