@@ -65,7 +65,7 @@ def unexplained(root: Path) -> list[str]:
                 before, now = (json.loads(asked("git", "show", f"{of}:{file}", root=root)) for of in (f"{commit}~", commit))
                 found += raised(before, now)
         except (OSError, subprocess.CalledProcessError):
-            return []
+            continue
     return found
 
 
