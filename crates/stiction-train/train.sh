@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Trains the nets and the trees of the verdict, and writes crates/stiction-diagnose/model. With Rust and Python, in an
-# environment in which `pip install -r crates/stiction-train/net/requirements.txt` was done. Some two hours and 6 GB
+# Trains the nets, the trees of the verdict and the model of valves, and writes crates/stiction-diagnose/model. With Rust and
+# Python, in an environment in which `pip install -r crates/stiction-train/requirements.txt` was done. Some three hours and 6 GB
 # of disk on two cores; the trees are the same to the bit wherever the nets are.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -15,3 +15,8 @@ python crates/stiction-train/net/train.py "$cache" "$model/net.bin" --n "$member
 # The nets are compiled in.
 train hear
 train -o "$model"
+# Valves with long records, by the model of a window above.
+valves=target/valves
+cargo run --profile dist -p stiction-train -- --n 24000 --seed 11 --cache "$valves" valves
+cargo run --profile dist -p stiction-train -- --n 2400 --seed 5 --cache "$valves" valves --invented
+python crates/stiction-train/valves/train.py "$valves" "$model"

@@ -81,8 +81,8 @@ class Observation(Result):
         default=1.0,
     )
     grade: str | None = about("The verdict in one graded word; None for that of conclusion and probability.", default=None)
-    log_odds_above: float | None = about(
-        "Mean over its windows of the log-odds of sticking above 0; None for windows that are taken to be alike.", default=None
+    pool: str | None = about(
+        "What its windows say together, in numbers that add up with those of other recordings; None without a PV.", default=None
     )
 
 
@@ -602,7 +602,7 @@ def _seen(observations: Iterable[Diagnosis | Observation]) -> list[Any]:
                 None if j is None else (j.value, j.low, j.high),
                 number("weight", observation.weight),
                 number("windows", observation.windows),
-                optional("log_odds_above", observation.log_odds_above),
+                None if observation.pool is None else text("pool", observation.pool),
             )
         )
     return seen

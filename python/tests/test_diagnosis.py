@@ -65,7 +65,7 @@ def test_the_truth_of_the_samples(diagnoses):
 def test_the_numbers_of_the_command_line(sticky):
     # Those that the command line's own tests look for.
     assert sticky.name == "FIC101-sticky" and sticky.loop_type == "flow" and sticky.fitness.class_ == "fit"
-    assert sticky.verdict.class_ == "sticks" and sticky.verdict.probability > 0.98
+    assert sticky.verdict.class_ == "sticks" and sticky.verdict.probability > 0.94
     assert sticky.oscillating_signal == "error" and round(sticky.oscillation.period_s, 2) == 73.86
     assert sticky.judged.samples == 2400 and sorted(sticky.judged.signals) == ["OP", "PV", "SP"]
     assert sticky.findings["direct"].decision == "abstains"

@@ -189,7 +189,7 @@ fn valve(tag: &str, own: &[&Diagnosed], args: &Args) -> Result<Valve> {
     let repaired = time.map(|time| repair(&observations, time)).transpose()?;
     // Only the present valve counts. Windows before a repair are left out.
     let now = observations.iter().filter(|o| time.is_none_or(|time| o.time >= time));
-    let combined = combine(&now.copied().collect::<Vec<_>>())?;
+    let combined = combine(&now.cloned().collect::<Vec<_>>())?;
     let plant_time =
         own.first().map_or_else(PlantTime::default, |each| each.diagnosis.plant_time.clone());
     Ok(Valve {

@@ -11,3 +11,11 @@ pub struct Estimate {
     /// Upper end of its interval.
     pub high: f64,
 }
+
+impl Estimate {
+    /// Value and ends in another unit, for a function that grows.
+    #[must_use]
+    pub fn map(self, of: impl Fn(f64) -> f64) -> Self {
+        Self { value: of(self.value), low: of(self.low), high: of(self.high) }
+    }
+}

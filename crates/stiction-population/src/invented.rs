@@ -132,11 +132,19 @@ impl Invention {
     /// # Errors
     /// None is known.
     pub fn simulate(self, seed: u64, sticks: bool) -> Result<Invented> {
+        self.simulate_for(seed, sticks, 1.0)
+    }
+
+    /// The same, recorded for `factor` times as many samples, with as many more steps of the load.
+    ///
+    /// # Errors
+    /// None is known.
+    pub fn simulate_for(self, seed: u64, sticks: bool, factor: f64) -> Result<Invented> {
         // A draw whose OP rests or is at a limit shows nothing.
         let mut again = 0;
         loop {
             let mut draw = Draw::of(&[0x1a5e, self as u64, seed, again]);
-            let sketch = Sketch::draw(self, &mut draw);
+            let sketch = Sketch::draw(self, &mut draw).lasting(factor);
             let found = sketch.play(self, sticks)?;
             again += 1;
             // In the first set one may be valid and the other not: its loops stay those that were measured.

@@ -141,7 +141,7 @@ impl LoopKind {
     }
 
     /// The kind at a number from 0 to 1 when the kinds lie side by side with their shares.
-    pub(super) fn at(mut place: f64) -> Self {
+    pub fn at(mut place: f64) -> Self {
         for kind in Self::ALL {
             place -= kind.share();
             if place < 0.0 {

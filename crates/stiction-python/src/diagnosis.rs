@@ -103,7 +103,7 @@ type Seen = (
     Option<Triple>,
     f64,
     f64,
-    Option<f64>,
+    Option<String>,
 );
 
 /// Information on loops for their diagnosis.
@@ -197,7 +197,7 @@ fn diagnoses_table(diagnoses: Vec<Diagnosed>) -> PyResult<ArrowTable> {
 
 fn observations(seen: Vec<Seen>) -> PyResult<Vec<Observation>> {
     let estimate = |(value, low, high)| Estimate { value, low, high };
-    let observation = |(time, class, grade, probability, s, j, weight, windows, above): Seen| {
+    let observation = |(time, class, grade, probability, s, j, weight, windows, pool): Seen| {
         let class = VerdictClass::by_name(&class).map_err(refused)?;
         let unknown = |word: &String| PyValueError::new_err(format!("\"{word}\" is no grade"));
         let known = |word: String| {
@@ -205,7 +205,8 @@ fn observations(seen: Vec<Seen>) -> PyResult<Vec<Observation>> {
         };
         let grade = grade.map(known).transpose()?;
         let (s, j) = (s.map(estimate), j.map(estimate));
-        Ok(Observation { time, class, grade, probability, s, j, weight, windows, above })
+        let pool = pool.map(|pool| pool.parse().map_err(refused)).transpose()?;
+        Ok(Observation { time, class, grade, probability, s, j, weight, windows, pool })
     };
     seen.into_iter().map(observation).collect()
 }

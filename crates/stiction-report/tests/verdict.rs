@@ -360,7 +360,7 @@ fn a_history_is_drawn_with_its_repair() {
             j: None,
             weight: 1.0,
             windows: 1.0,
-            above: None,
+            pool: None,
         }
     };
     let all: Vec<Observation> = (0..24).map(seen).collect();

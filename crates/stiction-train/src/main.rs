@@ -30,6 +30,7 @@ mod signals;
 mod signals_file;
 #[cfg(test)]
 mod synthetic;
+mod valves;
 
 use anyhow::{Context, Result, ensure};
 use clap::{Parser, Subcommand};
@@ -107,6 +108,15 @@ enum Experiment {
     /// Add the output of the nets, for loops that they were not trained on, to the evidence in the folder of
     /// --cache
     Hear,
+    /// Simulate N valves with long records, and write the evidence of their windows into the folder of --cache
+    Valves {
+        /// The kinds that are never trained on, instead of the population
+        #[arg(long)]
+        invented: bool,
+        /// Only pool the windows in the folder of --cache
+        #[arg(long)]
+        pool: bool,
+    },
 }
 
 fn main() -> Result<()> {
@@ -114,6 +124,16 @@ fn main() -> Result<()> {
     let members = args.test.unwrap_or((args.n / 4).max(100));
     let trained = ((1.0 - CALIBRATED) * args.n as f64).round() as u64;
     let fresh = args.seed.wrapping_add(1);
+    if let Some(Experiment::Valves { invented, pool }) = args.experiment {
+        let folder =
+            args.cache.as_ref().context("valves needs --cache DIR, the folder for the evidence")?;
+        let source = if invented { valves::Source::Invented } else { valves::Source::Population };
+        if !pool {
+            let progress = |done| tell_progress(args.seed, done, args.n, "valves");
+            valves::gather(folder, source, args.seed, args.n, progress)?;
+        }
+        return valves::pool(folder, source);
+    }
     let mut test = gather(&args, fresh, members)?;
     let mut train = gather(&args, args.seed, args.n)?;
     if args.experiment.is_none() {
@@ -184,7 +204,9 @@ fn main() -> Result<()> {
             }
             print!("{card}");
         }
-        (None, None) => unreachable!("clap asks for --output"),
+        (Some(Experiment::Valves { .. }), _) | (None, None) => {
+            unreachable!("clap asks for --output")
+        }
     }
     Ok(())
 }

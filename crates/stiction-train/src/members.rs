@@ -178,7 +178,7 @@ fn member(seed: u64, index: u64) -> stiction_model::Result<Member> {
 }
 
 /// The families of a loop. Leaving them out in turn imitates conditions of a plant that the population lacks.
-fn families(truth: &stiction_population::Truth) -> Vec<String> {
+pub fn families(truth: &stiction_population::Truth) -> Vec<String> {
     let facts = &truth.facts;
     let own = truth.families();
     let mut names: Vec<(&str, &str)> = own.iter().map(|f| (f.axis(), f.name())).collect();

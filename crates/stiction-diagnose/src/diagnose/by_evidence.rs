@@ -19,7 +19,7 @@
 use super::reasons::{alternatives, sayings};
 use super::verdict::{Basis, HARMLESS, Limit, Verdict, VerdictClass};
 use super::weighing::Weighing;
-use crate::fusion::{self, Cause, Decision, LIMIT};
+use crate::fusion::{Cause, Decision, LIMIT, Valves};
 use crate::spoken::rough;
 
 /// A limit is meaningful up to this many ranges of the OP. A valve that sticks by more than twice the OP range does
@@ -41,6 +41,9 @@ pub(super) fn by_evidence(weighing: &Weighing, preliminary: Verdict) -> Verdict 
         if agrees { reasons.push(saying.sentence) } else { contradictions.push(saying.sentence) }
     }
     reasons.extend(ruling.sentence(weighing));
+    if reasons.is_empty() {
+        reasons.push("all lines of evidence together decide, none of them alone".to_owned());
+    }
     let concluded = match class {
         VerdictClass::DoesNotStick => None,
         VerdictClass::DoesNotRespond => Some(Cause::NoResponse),
@@ -96,9 +99,9 @@ impl Signs {
     }
 }
 
-/// The thresholds of the model in the library.
+/// The thresholds of the model of valves in the library.
 pub fn thresholds() -> Decision {
-    fusion::shipped().map_or(Decision::CAUTIOUS, |bundle| bundle.decision)
+    Valves::shipped().map_or(Decision::CAUTIOUS, |valves| valves.decision)
 }
 
 /// The row of the table that applies.

@@ -18,6 +18,7 @@ use crate::bands::Bands;
 #[cfg(feature = "figure")]
 use crate::drawing::Context;
 use crate::finding::Finding;
+use crate::fusion::Pool;
 use crate::identify::slips::Motion;
 use crate::methods::Subject;
 use crate::oscillation::Oscillation;
@@ -248,7 +249,6 @@ impl Diagnosis {
     /// clock; `None` if no segment was judged.
     pub fn observation(&self, origin: f64) -> Option<Observation> {
         let segment = self.segment()?;
-        let sum = self.evidence.as_ref().map(|weighing| weighing.sum);
         Some(Observation {
             time: origin + segment.from + segment.duration() / 2.0,
             class: self.verdict.class,
@@ -257,15 +257,15 @@ impl Diagnosis {
             s: self.stiction.s,
             j: self.stiction.j,
             weight: 1.0,
-            windows: sum.map_or(1.0, |sum| sum.windows),
-            above: self.log_odds_above(),
+            windows: self.evidence.as_ref().map_or(1.0, Weighing::number),
+            pool: self.pool().cloned(),
         })
     }
 
-    /// [`Observation::above`], if the probability is that of the windows.
-    pub fn log_odds_above(&self) -> Option<f64> {
+    /// What the windows say together, if it gave the probability.
+    pub fn pool(&self) -> Option<&Pool> {
         let weighing = self.evidence.as_ref()?;
-        (self.verdict.probability == Some(weighing.probability)).then(|| weighing.sum.mean_above())
+        weighing.pool.as_ref().filter(|_| self.verdict.probability == Some(weighing.probability))
     }
 
     /// Data of the detectors for plots of their evidence.

@@ -93,9 +93,9 @@ mod tests {
     fn a_sound_record_is_judged_in_all_its_windows() {
         let [op, pv] = signals();
         let (whole, windows, fitness) = judged(&op, &pv);
-        assert_eq!((windows.len(), fitness.class), (6, whole.class));
+        assert_eq!((windows.len(), fitness.class), (16, whole.class));
         assert_eq!(fitness.measures.len(), whole.measures.len() + 1);
-        assert!(fitness.measures.last().unwrap().reason.starts_with("all 6 windows"));
+        assert!(fitness.measures.last().unwrap().reason.starts_with("all 16 windows"));
     }
 
     #[test]
@@ -106,8 +106,8 @@ mod tests {
         let (whole, windows, fitness) = judged(&op, &pv);
         assert_eq!((whole.class, fitness.class), (Class::Unfit, Class::Caveats));
         let from: Vec<f64> = windows.iter().map(|window| window.from).collect();
-        assert_eq!(from, [0.0, 4_000.0, 20_000.0]);
-        assert!(fitness.reasons.iter().any(|why| why.starts_with("3 of 6 windows")));
+        assert_eq!(from, [0.0, 1_500.0, 3_000.0, 4_500.0, 6_000.0, 7_500.0, 22_500.0]);
+        assert!(fitness.reasons.iter().any(|why| why.starts_with("7 of 16 windows")));
     }
 
     #[test]
@@ -115,7 +115,7 @@ mod tests {
         let [op, mut pv] = signals();
         pv.fill(20.0);
         let (whole, windows, fitness) = judged(&op, &pv);
-        assert_eq!((windows.len(), fitness), (6, whole));
+        assert_eq!((windows.len(), fitness), (16, whole));
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! Several recordings or windows of one valve together: their joint verdict, and whether the valve gets worse.
 //!
-//! Probabilities are combined by the rule of `combining`, like those of the windows of one recording. So a week
-//! gives the same result as one recording and as seven.
+//! What the windows of all of them say is one [`Pool`], which the model of [`Valves`] weighs like that of one recording. So
+//! a week gives the same result as one recording and as seven. The log-odds of recordings without a pool, such as those
+//! of a recorded position or of an OP alone, are averaged.
 //!
 //! # Drift of S
 //!
@@ -13,11 +14,12 @@
 //! too small.
 
 use super::by_evidence::thresholds;
-use super::combining::Sum;
+use super::grade::PROBABLY_FROM;
 use super::observation::Observation;
 use super::verdict::{Grade, VerdictClass};
+use super::weighing::mean_log_odds;
 use crate::error::{Result, finite, non_negative, require};
-use crate::fusion::Estimate;
+use crate::fusion::{Estimate, Pool, Valves};
 use crate::series::{mann_kendall, theil_sen, weighted_trend};
 use std::collections::BTreeMap;
 
@@ -121,18 +123,30 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
 }
 
 /// Whether most of the observations with a probability of this class have the class themselves. An observation that
-/// was blind, or unlike all training loops, does not become sure by repetition.
+/// was blind, or unlike all training loops, does not become sure by repetition. Several that are too weak to accuse the
+/// valve may accuse it together, unless most of those that probably would are not accused for another reason.
 fn bear_out(observations: &[Observation], class: VerdictClass) -> bool {
-    let would = |p: f64| match class {
-        VerdictClass::Sticks => p >= thresholds().accuse,
-        _ => p <= thresholds().clear,
+    let share = |would: &dyn Fn(f64) -> bool, agrees: &dyn Fn(&Observation) -> bool| {
+        let (mut borne_out, mut all) = (0.0, 0.0);
+        for each in observations.iter().filter(|o| o.probability.is_some_and(would)) {
+            all += each.weight;
+            borne_out += if agrees(each) { each.weight } else { 0.0 };
+        }
+        (all > 0.0).then_some(borne_out / all)
     };
-    let (mut borne_out, mut all) = (0.0, 0.0);
-    for each in observations.iter().filter(|o| o.probability.is_some_and(would)) {
-        all += each.weight;
-        borne_out += if each.class == class { each.weight } else { 0.0 };
+    let sticks = class == VerdictClass::Sticks;
+    let decides = |p: f64| match sticks {
+        true => p >= thresholds().accuse,
+        false => p <= thresholds().clear,
+    };
+    match share(&decides, &|each| each.class == class) {
+        Some(share) => share > 0.5,
+        None if sticks => {
+            let accuses = |o: &Observation| o.grade.is_none_or(Grade::accuses);
+            share(&|p| p >= PROBABLY_FROM, &accuses).is_none_or(|share| share > 0.5)
+        }
+        None => false,
     }
-    2.0 * borne_out > all
 }
 
 /// The grade of several, if most observations that alone would give it have it themselves, else theirs. One in which S is too
@@ -164,7 +178,6 @@ pub(super) fn checked(observations: &[Observation]) -> Result<Vec<Observation>> 
         finite("the time of an observation", each.time)?;
         non_negative("the weight of an observation", each.weight)?;
         non_negative("the number of windows of an observation", each.windows)?;
-        non_negative("the log-odds above 0 of an observation", each.above.unwrap_or(0.0))?;
         if let Some(p) = each.probability {
             require("a probability", p, (0.0..=1.0).contains(&p), "between 0 and 1")?;
         }
@@ -183,12 +196,19 @@ pub(super) fn checked(observations: &[Observation]) -> Result<Vec<Observation>> 
 pub(super) fn combined_probability(observations: &[Observation]) -> Option<f64> {
     let known = observations.iter().filter(|o| o.weight > 0.0);
     let known: Vec<(&Observation, f64)> = known.filter_map(|o| Some((o, o.probability?))).collect();
-    match known[..] {
-        [(_, only)] => Some(only),
-        _ => {
-            let each = known.iter().map(|(o, p)| Sum::recording(*p, o.windows, o.above) * o.weight);
-            each.sum::<Sum>().probability()
-        }
+    if let [(_, only)] = known[..] {
+        return Some(only);
+    }
+    let pool = Pool::merged(known.iter().filter_map(|(o, _)| o.pool.as_ref()));
+    let pooled = pool
+        .and_then(|pool| Some((Valves::shipped().ok()?.weigh(&pool).probability, pool.windows())));
+    let others = known.iter().filter(|(o, _)| o.pool.is_none());
+    let others: Vec<(f64, f64)> =
+        others.map(|(o, p)| (*p, o.weight * o.windows.max(1.0))).collect();
+    match (pooled, &others[..]) {
+        (None, []) => None,
+        (Some((only, _)), []) => Some(only),
+        _ => Some(mean_log_odds(pooled.into_iter().chain(others))),
     }
 }
 
@@ -271,7 +291,7 @@ mod tests {
             j: None,
             weight: 1.0,
             windows: 1.0,
-            above: None,
+            pool: None,
         }
     }
 
@@ -320,8 +340,8 @@ mod tests {
         });
         assert_eq!(combine(&sticks).unwrap().grade, Grade::ProbablySticks);
         assert_eq!(week(&[(0.5, Grade::CannotAnswer)]), Grade::CannotAnswer);
-        // Days that are too weak alone, but agree.
-        assert_eq!(week(&[(0.75, Grade::Unclear); 5]), Grade::ProbablySticks);
+        // Without what their windows say together, the agreement of days adds nothing.
+        assert_eq!(week(&[(0.75, Grade::Unclear); 5]), Grade::Unclear);
     }
 
     #[test]
@@ -374,7 +394,7 @@ mod tests {
                     low: 10.0 * e.low,
                     high: 10.0 * e.high,
                 };
-                Observation { s: o.s.map(ten), ..*o }
+                Observation { s: o.s.map(ten), ..o.clone() }
             })
             .collect();
         let other = combine(&scaled).unwrap().drift.unwrap();
@@ -392,7 +412,8 @@ mod tests {
         let few = combine(&flat[..4]).unwrap();
         assert_eq!(few.drift, None);
         assert!(few.trend.contains("needs 5 windows with an S, has 4"), "{}", few.trend);
-        let same: Vec<Observation> = flat.iter().map(|o| Observation { time: 0.0, ..*o }).collect();
+        let same: Vec<Observation> =
+            flat.iter().map(|o| Observation { time: 0.0, ..o.clone() }).collect();
         assert_eq!(combine(&same).unwrap().drift, None);
     }
 

@@ -7,7 +7,7 @@
 
 mod belonging;
 pub mod by_evidence;
-mod combining;
+mod combined_limit;
 mod conclude;
 mod definitions;
 mod diagnosis;

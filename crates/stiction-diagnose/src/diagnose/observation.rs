@@ -1,10 +1,10 @@
 //! The result of one recording of a valve, for combining several.
 
 use super::verdict::{Grade, VerdictClass};
-use crate::fusion::Estimate;
+use crate::fusion::{Estimate, Pool};
 
 /// The result of one recording or window of a valve.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Observation {
     /// Time, s on a clock that all observations share.
@@ -22,12 +22,13 @@ pub struct Observation {
     /// Slip jump, percent of span, where it was quantified.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
-    /// Weight in the combination, such as its number of cycles; 1 if all are alike.
+    /// Weight among those that decide by majority or have no pool, such as its number of cycles; 1 if all are alike.
+    /// One of weight 0 does not count.
     pub weight: f64,
     /// Number of windows of a long recording in it, what overlaps counted once; 1 for a short one.
     pub windows: f64,
-    /// Mean over these windows of the log-odds of sticking above 0, with which they are combined as if they were of one
-    /// recording; `None` for windows that are taken to be alike.
-    #[cfg_attr(feature = "serde", serde(rename = "log_odds_above"))]
-    pub above: Option<f64>,
+    /// What these windows say together, which adds up with those of others as if they were of one recording; `None`
+    /// without a PV, or if they did not give the probability.
+    #[cfg_attr(feature = "serde", schemars(with = "Option<String>"))]
+    pub pool: Option<Pool>,
 }

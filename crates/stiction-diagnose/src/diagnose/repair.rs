@@ -7,9 +7,9 @@
 //! operation.
 
 use super::by_evidence::thresholds;
-use super::combining::log_odds;
 use super::history::{SIGNIFICANT, checked, combined_probability, p_value};
 use super::observation::Observation;
+use super::weighing::log_odds;
 use crate::error::{Result, finite};
 use crate::series::{cliffs_delta, difference_of_means, mean};
 
@@ -216,7 +216,7 @@ mod tests {
             j: None,
             weight: 1.0,
             windows: 1.0,
-            above: None,
+            pool: None,
         }
     }
 
@@ -272,7 +272,7 @@ mod tests {
         // Without any S after, the probability alone speaks.
         let cured: Vec<Observation> = all
             .iter()
-            .map(|o| if o.time < 5.0 { *o } else { Observation { s: None, ..*o } })
+            .map(|o| if o.time < 5.0 { o.clone() } else { Observation { s: None, ..o.clone() } })
             .collect();
         let found = repair(&cured, 5.0).unwrap();
         assert_eq!((found.outcome, found.s), (RepairOutcome::Worked, None));

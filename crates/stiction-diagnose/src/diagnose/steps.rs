@@ -411,6 +411,7 @@ fn no_segment(grid: &Grid) -> Measure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fusion::Pool;
     use crate::oscillation::test_signals::sine;
     use std::sync::atomic::AtomicUsize;
 
@@ -479,7 +480,7 @@ mod tests {
         };
         // The shorter segment counts beside the longest.
         let diagnosis = diagnose(&of(2_000, 2_060), &options).unwrap();
-        assert_eq!(from_of(&diagnosis), [0.0, 2_060.0, 5_000.0]);
+        assert_eq!(from_of(&diagnosis), [0.0, 2_060.0, 3_420.0, 4_780.0, 6_140.0, 7_500.0]);
         assert_eq!(diagnosis.judged_s(), Some(8_940.0));
         assert_eq!(diagnosis.judged.as_ref().map(|judged| judged.from_s), Some(2_060.0));
         let note = "the recording has 2 segments; the verdict uses 2 of them, 99 % of the duration";
@@ -487,12 +488,15 @@ mod tests {
         // As two recordings, in any order, the segments give the same.
         let whole = of(2_000, 2_060);
         let part = |from, to| {
-            let part = whole.part(from, to, f64::INFINITY).unwrap();
-            diagnose(&part, &options).unwrap().evidence.unwrap().sum
+            diagnose(&whole.part(from, to, f64::INFINITY).unwrap(), &options)
+                .unwrap()
+                .evidence
+                .unwrap()
+                .pool
+                .unwrap()
         };
-        let together = part(2_060.0, f64::INFINITY) + part(0.0, 2_000.0);
-        let together = together.probability().unwrap();
-        assert!((together - diagnosis.evidence.as_ref().unwrap().probability).abs() < 1e-9);
+        let together = Pool::merged(&[part(2_060.0, f64::INFINITY), part(0.0, 2_000.0)]);
+        assert_eq!(together, diagnosis.evidence.as_ref().unwrap().pool);
         // A stretch shorter than any training loop is left out.
         let short = diagnose(&of(100, 160), &options).unwrap();
         assert!(from_of(&short).iter().all(|from| *from >= 160.0), "{:?}", from_of(&short));

@@ -1,21 +1,20 @@
 //! The evidence of a segment, window by window, weighed by the frozen model.
 //!
-//! A long segment is divided into [`windows`], which are combined by the rule of [`combining`]. S is the median, on
-//! a logarithmic scale, of the windows that indicate stiction and have an S; so are the ends of its interval.
-//! Windows of one valve share the errors of the model, so more windows do not narrow the interval, and a few bad
-//! ones do not move it.
+//! A long segment is divided into [`windows`]. What they say together is a [`Pool`], from which the model of
+//! [`Valves`] gives the probability, and S of more than one window. Without a PV, for which that model is
+//! not trained, the log-odds are averaged and S is the median, on a logarithmic scale, of the windows that have one.
 
-use super::combining::{self, Sum, typical};
+use super::combined_limit::combined_limit;
 use super::steps::Stops;
 #[cfg(feature = "serde")]
 use super::verdict::Limit;
 use super::window::Window;
 use crate::evidence::{Evidence, Line, features, windows};
 use crate::finding::Abstention;
-use crate::fusion::{self, Cause, Estimate, Weighed};
+use crate::fusion::{self, Cause, Estimate, Pool, Valves, Weighed, logit, sigmoid};
 use crate::parallel::*;
 use crate::recording::{Doubt, Segment};
-use crate::series::median;
+use crate::series::{median, quantile};
 
 /// S is a number, and not only a bound, if its interval reaches at most this share of it to either side on average.
 pub const WIDEST: f64 = 0.35;
@@ -35,9 +34,9 @@ pub struct Weighing {
     /// The share of each window that overlaps none before it.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub shares: Vec<f64>,
-    /// The sum of the windows, to which those of other recordings can be added.
+    /// What the windows say together, to which those of other recordings can be added; `None` without a PV.
     #[cfg_attr(feature = "serde", serde(skip))]
-    pub sum: Sum,
+    pub pool: Option<Pool>,
     /// The probability that the valve is at fault: that it sticks or does not respond.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub probability: f64,
@@ -117,6 +116,7 @@ impl Weighing {
     /// If nothing can be measured in any window, or the frozen model does not fit the evidence.
     pub(super) fn of_windows(windows: &[Segment], stops: Stops<'_>) -> Result<Self, Abstention> {
         let bundle = fusion::shipped().map_err(|error| Abstention(error.to_string()))?;
+        let valves = Valves::shipped().map_err(|error| Abstention(error.to_string()))?;
         let weigh = |part: &Segment| -> Result<(Window, Evidence, Weighed), Abstention> {
             if stops() {
                 return Err(Abstention("the diagnosis was cancelled".to_owned()));
@@ -125,10 +125,19 @@ impl Weighing {
             let says = bundle
                 .weigh(&evidence.values, evidence.op_span, part.pv.is_none())
                 .map_err(|error| Abstention(error.to_string()))?;
+            let alone = part.pv.is_some().then(|| {
+                valves.weigh(&Pool::of(
+                    &says,
+                    evidence.op_span,
+                    &evidence.values,
+                    1.0,
+                    &valves.features,
+                ))
+            });
             let window = Window {
                 from: part.from,
                 duration: part.duration(),
-                probability: says.probability,
+                probability: alone.map_or(says.probability, |alone| alone.probability),
                 s: quantified(says.s),
                 j: jump(says.s, says.j_over_s),
                 limit: says.limit,
@@ -148,16 +157,20 @@ impl Weighing {
         }
         let shares = own_shares(weighed.iter().map(|(window, ..)| (window.from, window.duration)));
         let says: Vec<&Weighed> = weighed.iter().map(|(.., says)| says).collect();
-        let together = |of: &dyn Fn(&Weighed) -> f64| {
-            let each: Vec<(f64, f64)> =
-                says.iter().zip(&shares).map(|(says, share)| (of(says), *share)).collect();
-            combining::together(&each).unwrap_or(0.5)
+        let average = |of: &dyn Fn(&Weighed) -> f64| match &says[..] {
+            [only] => of(only),
+            _ => mean_log_odds(says.iter().zip(&shares).map(|(says, w)| (of(says), *w))),
         };
-        let probability = together(&|says| says.probability);
-        let each = says.iter().zip(&shares);
-        let sum = each.map(|(says, share)| Sum::window(says.probability, *share)).sum();
+        let all = weighed.iter().zip(&shares).map(|((_, evidence, says), share)| {
+            Pool::of(says, evidence.op_span, &evidence.values, *share, &valves.features)
+        });
+        let with_pv = windows.iter().all(|part| part.pv.is_some());
+        let pool = with_pv.then(|| Pool::merged(&all.collect::<Vec<_>>())).flatten();
+        let together = pool.as_ref().map(|pool| valves.weigh(pool));
+        let probability =
+            together.map_or_else(|| average(&|says| says.probability), |all| all.probability);
         let mut lines: Vec<(Line, f64)> = (0..says[0].lines.len())
-            .map(|k| (says[0].lines[k].0, together(&|says| says.lines[k].1)))
+            .map(|k| (says[0].lines[k].0, average(&|says| says.lines[k].1)))
             .collect();
         // Valve models without a gain are no evidence for sticking, even if other signs are similar.
         let gains = weighed.iter().any(|(_, evidence, _)| evidence.finds_gain());
@@ -183,11 +196,19 @@ impl Weighing {
         let of_known: Vec<&Weighed> = says.iter().filter(known).copied().collect();
         let counted =
             [both, of_known].into_iter().find(|some| !some.is_empty()).unwrap_or(says.clone());
-        let of_s = |of: fn(&Estimate) -> f64| typical(counted.iter().map(|says| of(&says.s)));
+        let of_s = |of: fn(&Estimate) -> f64| {
+            quantile(&counted.iter().map(|says| of(&says.s).ln()).collect::<Vec<_>>(), 0.5).exp()
+        };
         let of_j = |of: fn(&Estimate) -> f64| {
             median(&counted.iter().map(|says| of(&says.j_over_s)).collect::<Vec<_>>())
         };
-        let s = Estimate { value: of_s(|e| e.value), low: of_s(|e| e.low), high: of_s(|e| e.high) };
+        let of_windows =
+            || Estimate { value: of_s(|e| e.value), low: of_s(|e| e.low), high: of_s(|e| e.high) };
+        // The model of a window was trained on ten times as many loops: alone it knows S better.
+        let s = match &says[..] {
+            [only] => only.s,
+            _ => together.map_or_else(of_windows, |all| all.s),
+        };
         let j_over_s =
             Estimate { value: of_j(|e| e.value), low: of_j(|e| e.low), high: of_j(|e| e.high) };
         let limits: Vec<Option<f64>> = says.iter().map(|says| says.limit).collect();
@@ -202,13 +223,13 @@ impl Weighing {
             windows,
             evidence,
             shares,
-            sum,
+            pool,
             probability,
             lines,
             causes,
             s,
             j_over_s,
-            limit: combining::combined_limit(&limits),
+            limit: combined_limit(&limits),
             z,
             op_range,
             distance,
@@ -230,6 +251,11 @@ impl Weighing {
             window.j = window.j.map(|j| doubt.widen(j));
         }
         Self { doubt, ..self }
+    }
+
+    /// Number of its windows, what overlaps counted once.
+    pub fn number(&self) -> f64 {
+        self.shares.iter().sum()
     }
 
     /// Duration of its windows, s, what overlaps counted once.
@@ -255,6 +281,24 @@ impl Weighing {
         });
         &self.evidence[*middle.unwrap_or(&0)]
     }
+}
+
+/// The probability of the mean of [`log_odds`], of `(probability, weight)`; a half without any weight.
+pub(super) fn mean_log_odds(each: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (probability, weight) in each {
+        sum += weight * log_odds(probability);
+        total += weight;
+    }
+    if total > 0.0 { sigmoid(sum / total) } else { 0.5 }
+}
+
+/// The highest probability that a window may have among others; ours.
+const SUREST: f64 = 0.99;
+
+/// Log-odds, limited to those of [`SUREST`].
+pub(super) fn log_odds(probability: f64) -> f64 {
+    logit(probability.clamp(1.0 - SUREST, SUREST))
 }
 
 /// Most features to list of a recording that is unlike the training loops.

@@ -14,10 +14,14 @@ use crate::parallel::*;
 use crate::recording::Segment;
 use crate::series::median;
 
-/// Most windows: all of a week at 5 s.
+/// Most windows: three quarters of a week at 5 s.
 const MOST_WINDOWS: usize = 60;
-/// Samples of a window, unless its cycles are long.
-pub const WINDOW_SAMPLES: usize = 4_000;
+/// Samples of a window, unless its cycles are long: as many as the training loops have, 300 to 2,000. Of 2,000 valves
+/// with long records, pools of windows of 1,500 samples separate the sticking ones better than those of 4,000 (AUC 0.911
+/// and 0.890).
+pub const WINDOW_SAMPLES: usize = 1_500;
+/// A segment of up to so many samples is one window: hardly longer than those of training.
+const UNDIVIDED: usize = 2_500;
 /// Cycles of a window, if they are long.
 pub const WINDOW_CYCLES: f64 = 25.0;
 /// Fewest cycles in a window for its period to be that of the loop.
@@ -26,6 +30,8 @@ pub const FEWEST_CYCLES: f64 = 12.0;
 pub const SLOWEST_S: f64 = 4.0 * 3600.0;
 /// Fewest samples of a segment beside the longest.
 const SHORTEST: usize = 300;
+/// The shortest length in which cycles are looked for.
+const SHORTEST_TRIED: usize = 4_000;
 /// Factor between the tried lengths of windows.
 const LONGER: usize = 4;
 /// Number of windows whose period is computed.
@@ -51,12 +57,16 @@ pub fn windows_of_all(segments: &[Segment]) -> Vec<Segment> {
 /// Samples of a window.
 fn length(segment: &Segment) -> usize {
     let n = segment.len();
-    let mut tried = WINDOW_SAMPLES;
+    if n <= UNDIVIDED {
+        return n;
+    }
+    let shortest = SHORTEST_TRIED.min(n);
+    let mut tried = shortest;
     // Longer ones would show only slower cycles.
     let longest = LONGER as f64 * FEWEST_CYCLES * SLOWEST_S / segment.sample_time;
-    while tried < n && (tried == WINDOW_SAMPLES || tried as f64 <= longest) {
+    while tried <= n && (tried == shortest || tried as f64 <= longest) {
         let period = typical_period(segment, tried);
-        let short_enough = tried == WINDOW_SAMPLES || period * segment.sample_time <= SLOWEST_S;
+        let short_enough = tried == shortest || period * segment.sample_time <= SLOWEST_S;
         if FEWEST_CYCLES * period <= tried as f64 && short_enough {
             return WINDOW_SAMPLES.max((WINDOW_CYCLES * period).round() as usize).min(n);
         }
@@ -105,14 +115,14 @@ mod tests {
 
     #[test]
     fn windows_are_spread_over_the_segment() {
-        for short in [1, 2_000, 4_000] {
+        for short in [1, 1_700, 2_500] {
             assert_eq!(windows(&segment(short, 40.0)), [segment(short, 40.0)]);
         }
         let of_long = windows(&segment(30_000, 40.0));
-        assert_eq!(of_long.len(), 8);
+        assert_eq!(of_long.len(), 20);
         assert!(of_long.iter().all(|window| window.len() == WINDOW_SAMPLES));
         assert_eq!(of_long[0].from, 100.0);
-        assert_eq!(of_long[7].from, 100.0 + 2.0 * 26_000.0);
+        assert_eq!(of_long[19].from, 100.0 + 2.0 * 28_500.0);
         assert_eq!(windows(&segment(500_000, 40.0)).len(), MOST_WINDOWS);
         // Long cycles make long windows.
         let of_slow = windows(&segment(30_000, 500.0));
@@ -124,7 +134,7 @@ mod tests {
         let segments = [9_000, 500, 299, 3_000].map(|n| segment(n, 40.0));
         let all = windows_of_all(&segments);
         let samples: Vec<usize> = all.iter().map(Segment::len).collect();
-        assert_eq!(samples, [4_000, 4_000, 4_000, 500, 3_000]);
+        assert_eq!(samples, [1_500, 1_500, 1_500, 1_500, 1_500, 1_500, 500, 1_500, 1_500]);
         assert_eq!(windows_of_all(&segments[..1]), windows(&segments[0]));
         assert_eq!(windows_of_all(&segments[2..3]), windows(&segments[2]));
         let many = vec![segment(500, 40.0); 100];
@@ -138,7 +148,7 @@ mod tests {
             Signal::RandomWalk { sd_per_sqrt_s: 0.1, seed: 3 }.sample(2.0, 100_000).unwrap();
         drifting.op.iter_mut().zip(&drift).for_each(|(op, drift)| *op += drift);
         drifting.pv.iter_mut().flatten().zip(&drift).for_each(|(pv, drift)| *pv += drift);
-        assert!(windows(&drifting).iter().all(|window| window.len() == WINDOW_SAMPLES));
+        assert!(windows(&drifting).iter().all(|window| window.len() <= SHORTEST_TRIED));
         let days = Segment { sample_time: 60.0, ..segment(30_000, 1_000.0) };
         assert!(windows(&days).iter().all(|window| window.len() == WINDOW_SAMPLES));
         let cycles = Segment { sample_time: 5.0, ..segment(30_000, 1_000.0) };
@@ -148,7 +158,7 @@ mod tests {
     #[test]
     fn what_has_no_period_is_looked_at_all_the_same() {
         let still = Segment { op: vec![50.0; 9_000], ..segment(9_000, 40.0) };
-        assert_eq!(windows(&still).len(), 3);
+        assert_eq!(windows(&still).len(), 6);
         assert!(windows(&Segment { op: vec![], pv: None, ..still }).len() == 1);
     }
 }

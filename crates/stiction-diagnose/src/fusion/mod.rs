@@ -25,9 +25,11 @@ mod decision;
 mod limit;
 mod mismatch;
 mod packed;
+mod pool;
 mod quantiles;
 mod reference;
 mod trees;
+mod valves;
 
 pub use crate::cause::Cause;
 pub use crate::estimate::Estimate;
@@ -37,9 +39,11 @@ pub use confidence::{Confidence, SURE, Side, logit};
 pub use decision::Decision;
 pub use limit::{LIMIT, Limit};
 pub use mismatch::Mismatch;
+pub use pool::{Pool, SUMMARY};
 pub use quantiles::{COVERAGE, Quantiles};
 pub use reference::{QUANTILES, Reference, Spread, Unlike, level};
 pub use trees::{Ensemble, MOST_FEATURES, Node, row};
+pub use valves::{Together, Valves};
 
 use crate::error::{Error, Result};
 use crate::evidence::{Line, features};
@@ -142,16 +146,8 @@ impl Bundle {
             probability,
             lines,
             causes: Cause::ALL.map(|cause| (cause, share(cause))),
-            s: Estimate {
-                value: percent(ln_s.value),
-                low: percent(ln_s.low),
-                high: percent(ln_s.high),
-            },
-            j_over_s: Estimate {
-                value: j_over_s.value.max(0.0),
-                low: j_over_s.low.max(0.0),
-                high: j_over_s.high.max(0.0),
-            },
+            s: ln_s.map(percent),
+            j_over_s: j_over_s.map(|ratio| ratio.max(0.0)),
             limit: model
                 .limit
                 .as_ref()

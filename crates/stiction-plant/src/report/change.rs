@@ -134,7 +134,7 @@ pub struct Event {
 }
 
 /// A window: its observation of the valve, and how the loop moves.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
     /// The observation of the valve.
     pub valve: Observation,
@@ -293,7 +293,7 @@ fn moved(before: &[Seen], after: &[Seen]) -> Option<Change> {
 
 /// Whether windows, combined, accuse the valve.
 fn accused(windows: &[Seen]) -> bool {
-    let seen: Vec<Observation> = windows.iter().map(|seen| seen.valve).collect();
+    let seen: Vec<Observation> = windows.iter().map(|seen| seen.valve.clone()).collect();
     combine(&seen).is_ok_and(|history| history.grade.accuses())
 }
 
@@ -325,7 +325,7 @@ mod tests {
             j: None,
             weight: 1.0,
             windows: 1.0,
-            above: None,
+            pool: None,
         };
         let each = |of| Seen { valve: valve(of), days: 1.0, moves: [None; 4] };
         days.iter().enumerate().map(each).collect()

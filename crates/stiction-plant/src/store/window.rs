@@ -1,8 +1,10 @@
 //! The row of a window, that is, of one loop on one day.
 
 use crate::store::table::columns;
-use stiction_diagnose::diagnose::{Diagnosis, Estimate, Grade, Observation, VerdictClass};
-use stiction_diagnose::fusion;
+use stiction_diagnose::diagnose::{
+    Diagnosis, Estimate, Grade, Observation, VerdictClass, Weighing,
+};
+use stiction_diagnose::fusion::{self, Pool, Valves};
 use stiction_diagnose::recording::fitness::{Class, MeasureId};
 use stiction_diagnose::valve_test::TestReading;
 
@@ -75,8 +77,8 @@ columns! {
     "basis" [""] basis: Option<String>;
     /// Number of windows of the evidence, what overlaps counted once.
     "evidence_windows" [""] evidence_windows: Option<f64>;
-    /// Mean over these windows of the log-odds of sticking above 0, with which days are combined.
-    "log_odds_above" [""] log_odds_above: Option<f64>;
+    /// What these windows say together, in numbers that days add up.
+    "pool" [""] pool: Option<String>;
     /// Stick band plus dead band, of span.
     "S" ["%"] s: Option<f64>;
     /// Low end of its interval.
@@ -120,12 +122,13 @@ pub const ENGINE_VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// The training of the verdict, in a word.
 pub fn model_version() -> String {
-    fusion::shipped().map_or_else(
-        |_| "none".to_owned(),
-        |bundle| {
-            let from = &bundle.provenance;
-            format!("population-{}-seed-{}-loops-{}", from.population, from.seed, from.trained)
-        },
+    let (Ok(bundle), Ok(valves)) = (fusion::shipped(), Valves::shipped()) else {
+        return "none".to_owned();
+    };
+    let from = &bundle.provenance;
+    format!(
+        "population-{}-seed-{}-loops-{}-{}",
+        from.population, from.seed, from.trained, valves.name
     )
 }
 
@@ -161,7 +164,7 @@ impl WindowRow {
             j: estimate(self.j, self.j_low, self.j_high),
             weight: 1.0,
             windows: self.evidence_windows.unwrap_or(1.0),
-            above: self.log_odds_above,
+            pool: self.pool.as_ref().and_then(|pool| pool.parse().ok()),
         })
     }
 
@@ -204,10 +207,8 @@ impl WindowRow {
             grade: Some(verdict.grade.name().to_owned()),
             probability: finite(verdict.probability),
             basis: Some(verdict.basis.name().to_owned()),
-            evidence_windows: finite(
-                diagnosis.evidence.as_ref().map(|evidence| evidence.sum.windows),
-            ),
-            log_odds_above: diagnosis.log_odds_above(),
+            evidence_windows: finite(diagnosis.evidence.as_ref().map(Weighing::number)),
+            pool: diagnosis.pool().map(Pool::to_string),
             s: s.map(|s| s.value),
             s_low: s.map(|s| s.low),
             s_high: s.map(|s| s.high),

@@ -110,7 +110,7 @@ impl MadeUp {
             grade: Some(grade.to_owned()),
             probability: Some(p),
             evidence_windows: Some(4.0),
-            log_odds_above: None,
+            pool: None,
             s,
             s_low: s.map(|s| 0.9 * s),
             s_high: s.map(|s| 1.1 * s),

@@ -8,8 +8,8 @@ use crate::words::{interval, percent, spoken};
 use stiction_diagnose::diagnose::Estimate;
 
 const INTRODUCTION: &str = "Each window of the recordings is judged on its own and together with the others, to show \
-    whether the valve gets worse. Windows of one valve are not independent. Together they count as at most two \
-    independent windows.";
+    whether the valve gets worse. Windows of one valve are not independent: how much their agreement is worth was \
+    learned from simulated valves with long records.";
 
 /// The report on the histories of some valves, as one self-contained HTML page.
 ///
