@@ -27,6 +27,7 @@ __all__ = [
     "History",
     "Observation",
     "RepairEffect",
+    "ValveChange",
     "Weighing",
     "combine",
     "diagnose",
@@ -37,6 +38,16 @@ __all__ = [
     "summary_table",
 ]
 __all__ += _document.__all__
+
+
+@result
+class ValveChange(Result):
+    """A change of a valve between two of its windows."""
+
+    change: str = about("What changed.", kind='{"new", "returned", "worse", "better", "gone"}')
+    time_s: float = about("When: the time of the first window after it, s.")
+    interval_s: list[float] = about("The 95 % interval of that time, s.")
+    found_s: float = about("The time of the window with which it was found, s.")
 
 
 @result
@@ -61,6 +72,9 @@ class Weighing(Result):
         "Distance of the recording from the training loops; above 1 it is unlike all of them and not judged."
     )
     strangest: list[str] = about("The features farthest outside of the training loops.")
+    changes: list[ValveChange] = about(
+        "The changes of the valve within the recording. Windows before it last began or ceased to stick do not count."
+    )
     features: dict[str, float] = about(
         "The numbers of the most typical window by name, see `evidence_features`; NaN where not measured."
     )
@@ -383,8 +397,9 @@ class History(Result):
     class_: str = about("The conclusion, as in `Verdict`.")
     grade: str = about("The conclusion as one graded word, as in `Verdict`.")
     probability: float | None = about("The combined probability that the valve sticks.")
-    observations: int = about("Number of observations.")
+    observations: int = about("Number of observations, since the valve last began or ceased to stick.")
     decided: int = about("Number of observations with a decision or a probability.")
+    changes: list[ValveChange] = about("The changes of the valve.")
     drift: Drift | None = about("Whether S drifts; None with too few observations of S.")
     trend: str = about("A sentence on the drift.")
 
@@ -392,7 +407,7 @@ class History(Result):
 
 
 def combine(observations: Iterable[Diagnosis | Observation]) -> History:
-    """Combine observations of one valve, in any order.
+    """Combine observations of one valve, in any order. Only those since it last began or ceased to stick count.
 
     Parameters
     ----------

@@ -248,7 +248,7 @@ fn text(valve: &Valve) -> String {
         coloured(combined.grade, &combined.grade.name().to_uppercase()),
         combined.decided,
         spoken::counted(combined.observations, "window"),
-        if valve.repair.is_some() { " since the repair" } else { "" },
+        valve.since(),
         if combined.decided == 1 { "counts" } else { "count" }
     );
     let mut field = |name: &str, text: &str| {
@@ -257,6 +257,9 @@ fn text(valve: &Valve) -> String {
         }
     };
     field("together", &together);
+    for change in &combined.changes {
+        field("change", &change.words(moment));
+    }
     field("drift", &combined.trend);
     if let Some(repair) = &valve.repair {
         field("repair", &format!("at {}: {}", moment(repair.time), repair.words));

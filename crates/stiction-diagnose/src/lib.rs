@@ -68,6 +68,7 @@ stiction_model::written_by_name!(
     finding::Family,
     diagnose::Basis,
     diagnose::Cause,
+    diagnose::change::Change,
     diagnose::Grade,
     diagnose::Mismatch,
     diagnose::RepairOutcome,

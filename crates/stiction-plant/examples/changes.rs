@@ -8,9 +8,9 @@
 //! upstream wrongly if no wave and no valve that sticks on the last day reaches it.
 
 use std::path::Path;
-use stiction_diagnose::diagnose::combine;
+use stiction_diagnose::diagnose::change::Change;
+use stiction_diagnose::diagnose::together;
 use stiction_plant::action::Action;
-use stiction_plant::change::Change;
 use stiction_plant::plant_file::Plant;
 use stiction_plant::report::Known;
 use stiction_plant::week::Week;
@@ -80,7 +80,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let p = |is: &dyn Fn(&WindowRow) -> bool| {
                 let seen: Vec<_> =
                     own().filter(|row| is(row)).filter_map(WindowRow::observation).collect();
-                combine(&seen).ok()?.probability
+                together(&seen).ok()?.probability
             };
             let before = p(&|row| (row.window_start + row.window_s) as f64 <= at);
             let after = p(&|row| row.window_start as f64 >= at);

@@ -28,7 +28,7 @@ pub mod week;
 pub use error::{Error, Result};
 pub use plant_file::PlantFile;
 // What others use is found by its own name, in whichever room it is.
-pub use report::{action, change, health, orders, page, ranking, treemap};
+pub use report::{action, health, orders, page, ranking, treemap};
 pub use scan::take::take;
 pub use scan::{ScanOptions, inputs, judge, samples, scan};
 pub use store::window::WindowRow;

@@ -3,8 +3,8 @@
 use crate::made_up;
 
 use made_up::MadeUp;
+use stiction_diagnose::diagnose::change::Change;
 use stiction_plant::action::Action;
-use stiction_plant::change::Change;
 use stiction_plant::demo;
 use stiction_plant::groups::{Group, Member, Source};
 use stiction_plant::health::Health;
@@ -180,7 +180,7 @@ fn windows_of_a_week_are_combined_as_a_history_does() {
     let row = of(&ranking, 17);
     let own = rows.iter().filter(|r| r.name == row.name).rev().take(7);
     let seen: Vec<_> = own.filter_map(|row| row.observation()).collect();
-    let history = stiction_diagnose::diagnose::combine(&seen).unwrap();
+    let history = stiction_diagnose::diagnose::together(&seen).unwrap();
     assert_eq!((row.probability, row.grade), (history.probability, Some(history.grade)));
     // An earlier week does not know what came after it.
     let early = rank(&plant, &Log::default(), &rows, &[], "2026-W11".parse().unwrap());

@@ -32,6 +32,14 @@ impl Repaired {
     /// # Errors
     /// As [`LoopKind::simulate_for`].
     pub fn simulate(seed: u64) -> Result<Option<Self>> {
+        Self::simulate_for(seed, 2.0)
+    }
+
+    /// The same with `factor` times as many samples as usual, half of them before the repair.
+    ///
+    /// # Errors
+    /// As [`LoopKind::simulate_for`].
+    pub fn simulate_for(seed: u64, factor: f64) -> Result<Option<Self>> {
         for redrawn in 0..100 {
             let draw = &mut Draw::of(&[seed, redrawn]);
             let mut found = None;
@@ -52,7 +60,7 @@ impl Repaired {
                 }
                 Ok(())
             };
-            if member::simulate(LoopKind::Sticky, draw, 2.0, None, &mut then)?.is_some() {
+            if member::simulate(LoopKind::Sticky, draw, factor, None, &mut then)?.is_some() {
                 return Ok(found);
             }
         }

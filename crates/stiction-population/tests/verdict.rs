@@ -67,15 +67,16 @@ fn a_verdict_follows_from_its_probability_and_adds_up() {
             continue;
         }
         let p = verdict.probability.expect("evidence has a probability");
+        let limits = diagnosis.evidence.as_ref().expect("the evidence").thresholds();
         match verdict.class {
-            VerdictClass::Sticks => assert!(p >= thresholds().accuse),
+            VerdictClass::Sticks => assert!(p >= limits.accuse),
             VerdictClass::DoesNotRespond => assert!(p >= NAMED_FROM),
             VerdictClass::DoesNotStick => {
-                assert!(p <= thresholds().clear && verdict.s_below.is_some());
+                assert!(p <= limits.clear && verdict.s_below.is_some());
                 assert!(diagnosis.stiction.s.is_none() && diagnosis.stiction.why_not.is_some());
             }
             // Whatever keeps a decisive probability from deciding is told.
-            _ if p <= thresholds().clear || p >= thresholds().accuse => {
+            _ if p <= limits.clear || p >= limits.accuse => {
                 assert!(diagnosis.undecided_by().is_some_and(|ruling| ruling != Ruling::Open));
             }
             _ => {

@@ -66,6 +66,7 @@ impl Diagnosed {
             "op_range": weighing.op_range,
             "distance": weighing.distance,
             "strangest": weighing.strangest.clone(),
+            "changes": plain(py, &weighing.changes)?,
             "features": names.zip(weighing.typical().values.iter().copied()).into_py_dict(py)?,
         )))
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use stiction_diagnose::diagnose::{
     Basis, Diagnosis, Estimate, Fault, FewSlips, Grade, Override, Ruling, Silence, VerdictClass,
-    thresholds,
+    Weighing, thresholds,
 };
 use stiction_diagnose::recording::fitness::{Class, MeasureId};
 use stiction_diagnose::recording::{RangeSource, Segment};
@@ -243,13 +243,10 @@ fn cannot_tell(diagnosis: &Diagnosis) -> String {
             percent(p)
         ),
         (_, Some(p)) => {
+            let limits = diagnosis.evidence.as_ref().map_or_else(thresholds, Weighing::thresholds);
             let says = match p {
-                p if p <= thresholds().clear => {
-                    "the probability is {}, but the valve is not cleared"
-                }
-                p if p >= thresholds().accuse => {
-                    "the probability is {}, but the valve is not accused"
-                }
+                p if p <= limits.clear => "the probability is {}, but the valve is not cleared",
+                p if p >= limits.accuse => "the probability is {}, but the valve is not accused",
                 _ => "the probability is {}",
             };
             let says = says.replace("{}", &percent(p));

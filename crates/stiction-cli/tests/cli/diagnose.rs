@@ -39,7 +39,10 @@ fn one_loop_fits_one_screen() {
     let text = run(&folder, &["diagnose", "FIC101-sticky.csv"]).quiet_success();
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "FIC101-sticky (flow)  FIC101-sticky.csv");
-    assert!(lines[1].starts_with("verdict   STICKS: The valve most likely sticks (9"), "{text}");
+    assert!(
+        lines[1].starts_with("verdict   STICKS: The valve most likely sticks (99 %)."),
+        "{text}"
+    );
     for wanted in [
         "data      fit; 2400 samples of 1 s, 40 min in all",
         "cycle     the error oscillates: period 74 s",

@@ -19,7 +19,7 @@
 use super::reasons::{alternatives, sayings};
 use super::verdict::{Basis, HARMLESS, Limit, Verdict, VerdictClass};
 use super::weighing::Weighing;
-use crate::fusion::{Cause, Decision, LIMIT, Valves};
+use crate::fusion::{self, Cause, Decision, LIMIT, Valves};
 use crate::spoken::rough;
 
 /// A limit is meaningful up to this many ranges of the OP. A valve that sticks by more than twice the OP range does
@@ -99,8 +99,13 @@ impl Signs {
     }
 }
 
-/// The thresholds of the model of valves in the library.
+/// The thresholds of the model of a window in the library.
 pub fn thresholds() -> Decision {
+    fusion::shipped().map_or(Decision::CAUTIOUS, |bundle| bundle.decision)
+}
+
+/// The thresholds of the model of valves in the library, which weighs several windows together.
+pub fn thresholds_of_several() -> Decision {
     Valves::shipped().map_or(Decision::CAUTIOUS, |valves| valves.decision)
 }
 
@@ -154,7 +159,7 @@ impl Ruling {
 
     /// The row for this evidence.
     pub fn of(weighing: &Weighing) -> Self {
-        Self::of_signs(&Signs::of(weighing), &thresholds())
+        Self::of_signs(&Signs::of(weighing), &weighing.thresholds())
     }
 
     /// The row for these inputs.

@@ -13,7 +13,8 @@
 //! also have the same sign. Both tests assume that the errors of windows are independent; otherwise p-values are
 //! too small.
 
-use super::by_evidence::thresholds;
+use super::by_evidence::{thresholds, thresholds_of_several};
+use super::change::{Event, Seen, events, present_since};
 use super::grade::PROBABLY_FROM;
 use super::observation::Observation;
 use super::verdict::{Grade, VerdictClass};
@@ -30,7 +31,7 @@ pub const FEWEST_FOR_DRIFT: usize = 5;
 /// Level below which a p-value is significant.
 pub const SIGNIFICANT: f64 = 0.05;
 
-/// The combined observations of one valve.
+/// The combined observations of one valve in its present state.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct History {
@@ -41,11 +42,13 @@ pub struct History {
     pub grade: Grade,
     /// The combined probability that the valve sticks; `None` if no observation has one.
     pub probability: Option<f64>,
-    /// How many observations there are.
+    /// How many observations there are, since the last change of the valve.
     #[cfg_attr(feature = "serde", serde(rename = "windows"))]
     pub observations: usize,
     /// How many of them decided, or have a probability.
     pub decided: usize,
+    /// The changes of the valve. The observations before the last of which the valve began or ceased to stick do not count.
+    pub changes: Vec<Event>,
     /// Whether S drifts; `None` with too few observations of S.
     pub drift: Option<Drift>,
     /// The drift in a sentence.
@@ -72,12 +75,31 @@ pub struct Drift {
     pub significant: bool,
 }
 
-/// Combines observations of one valve, in any order.
+impl History {
+    /// Since when the observations count, s, if the valve began or ceased to stick.
+    pub fn since(&self) -> Option<f64> {
+        Some(present_since(&self.changes)).filter(|since| since.is_finite())
+    }
+}
+
+/// Combines observations of one valve, in any order. Only those since the valve began or ceased to stick count.
+///
+/// # Errors
+/// As for [`together`].
+pub fn combine(observations: &[Observation]) -> Result<History> {
+    let observations = checked(observations)?;
+    let of = |valve: &Observation| Seen { valve: valve.clone(), days: 0.0, moves: [None; 4] };
+    let changes = events(&observations.iter().map(of).collect::<Vec<_>>(), &[]);
+    let first = observations.partition_point(|seen| seen.time < present_since(&changes));
+    Ok(History { changes, ..together(&observations[first..])? })
+}
+
+/// Combines observations of one valve, in any order, which is in one state all the time.
 ///
 /// # Errors
 /// If a time or an S is not finite, a probability not between 0 and 1, or a weight or number below 0. No
 /// observations are not an error: they give `cannot tell`.
-pub fn combine(observations: &[Observation]) -> Result<History> {
+pub fn together(observations: &[Observation]) -> Result<History> {
     let observations = checked(observations)?;
     let decided: Vec<&Observation> = observations
         .iter()
@@ -94,16 +116,16 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
         .into_iter()
         .zip(weights)
         .find_map(|(class, weight)| (2.0 * weight > total).then_some(class));
+    let pooled: f64 = observations.iter().filter(|o| o.pool.is_some()).map(|o| o.windows).sum();
+    let limits = if pooled > 1.0 { thresholds_of_several() } else { thresholds() };
     let class = match (majority, probability) {
         // The cause is not stiction, at any probability.
         (Some(VerdictClass::DoesNotRespond), _) => VerdictClass::DoesNotRespond,
-        (_, Some(p))
-            if p >= thresholds().accuse && bear_out(&observations, VerdictClass::Sticks) =>
-        {
+        (_, Some(p)) if p >= limits.accuse && bear_out(&observations, VerdictClass::Sticks) => {
             VerdictClass::Sticks
         }
         (_, Some(p))
-            if p <= thresholds().clear && bear_out(&observations, VerdictClass::DoesNotStick) =>
+            if p <= limits.clear && bear_out(&observations, VerdictClass::DoesNotStick) =>
         {
             VerdictClass::DoesNotStick
         }
@@ -117,6 +139,7 @@ pub fn combine(observations: &[Observation]) -> Result<History> {
         probability,
         class,
         grade: borne_out(class, probability, &observations),
+        changes: vec![],
         drift,
         trend,
     })
@@ -276,6 +299,7 @@ pub(super) fn p_value(p: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::change::Change;
 
     fn seen(day: f64, probability: Option<f64>, s: Option<f64>) -> Observation {
         Observation {
@@ -342,6 +366,39 @@ mod tests {
         assert_eq!(week(&[(0.5, Grade::CannotAnswer)]), Grade::CannotAnswer);
         // Without what their windows say together, the agreement of days adds nothing.
         assert_eq!(week(&[(0.75, Grade::Unclear); 5]), Grade::Unclear);
+    }
+
+    #[test]
+    fn the_verdict_is_of_the_present_valve() {
+        let p = |k: usize| if k < 6 { 0.95 } else { 0.05 };
+        let all: Vec<Observation> = (0..12).map(|k| seen(k as f64, Some(p(k)), None)).collect();
+        let found = combine(&all).unwrap();
+        assert_eq!((found.class, found.since()), (VerdictClass::DoesNotStick, Some(6.0 * DAY)));
+        assert_eq!((found.observations, found.changes[0].change), (6, Change::Gone));
+        // Those of the last state alone say the same.
+        assert_eq!(found.probability, combine(&all[6..]).unwrap().probability);
+        let onset: Vec<Observation> =
+            all.iter().map(|o| Observation { time: -o.time, ..o.clone() }).collect();
+        let found = combine(&onset).unwrap();
+        assert_eq!((found.class, found.since()), (VerdictClass::Sticks, Some(-5.0 * DAY)));
+        // Each side needs five.
+        assert_eq!(combine(&all[..9]).unwrap().since(), None);
+        assert_eq!(combine(&all[3..]).unwrap().since(), None);
+    }
+
+    #[test]
+    fn days_too_weak_alone_may_accuse_together() {
+        let days = |p: f64, grade: Grade| -> Vec<Observation> {
+            let each =
+                |k: i32| Observation { grade: Some(grade), ..seen(f64::from(k), Some(p), None) };
+            (0..5).map(each).collect()
+        };
+        let sticks = |days: &[Observation]| bear_out(days, VerdictClass::Sticks);
+        assert!(sticks(&days(0.85, Grade::ProbablySticks)) && sticks(&days(0.6, Grade::Unclear)));
+        // What holds back each day holds back all.
+        assert!(!sticks(&days(0.85, Grade::TooLittle)) && !sticks(&days(0.85, Grade::Unclear)));
+        // They never clear it.
+        assert!(!bear_out(&days(0.15, Grade::ProbablyFine), VerdictClass::DoesNotStick));
     }
 
     #[test]

@@ -7,6 +7,7 @@
 
 mod belonging;
 pub mod by_evidence;
+pub mod change;
 mod combined_limit;
 mod conclude;
 mod definitions;
@@ -31,12 +32,12 @@ mod weighing;
 mod window;
 
 pub use crate::fusion::{Cause, Estimate};
-pub use by_evidence::{LARGEST_LIMIT, Ruling, Signs, thresholds};
+pub use by_evidence::{LARGEST_LIMIT, Ruling, Signs, thresholds, thresholds_of_several};
 pub use conclude::{FEWEST_VOTES, MIMICS, preliminary};
 pub use diagnosis::{Diagnosis, Judged};
 pub use few_slips::{FewSlips, few_slips};
 pub use grade::{FINE_UP_TO, PROBABLY_FINE_UP_TO, PROBABLY_FROM};
-pub use history::{Drift, History, combine};
+pub use history::{Drift, History, combine, together};
 pub use kpis::{Kpi, KpiOptions, Kpis, harris_index};
 pub use measured::{ByPosition, by_position};
 pub use no_response::{Fault, NAMED_FROM, NoResponse, Rest, Silence};
@@ -49,5 +50,5 @@ pub use verdict::{
     Alternative, Basis, DEAD_ZONE_BELOW, Definition, Grade, HARMLESS, Limit, Override, Stiction,
     Verdict, VerdictClass, Votes,
 };
-pub use weighing::{WIDEST, WIDEST_J, Weighing};
+pub use weighing::{WIDEST, WIDEST_J, Weighing, own_shares};
 pub use window::Window;

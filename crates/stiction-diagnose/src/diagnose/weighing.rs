@@ -1,17 +1,21 @@
 //! The evidence of a segment, window by window, weighed by the frozen model.
 //!
 //! A long segment is divided into [`windows`]. What they say together is a [`Pool`], from which the model of
-//! [`Valves`] gives the probability, and S of more than one window. Without a PV, for which that model is
-//! not trained, the log-odds are averaged and S is the median, on a logarithmic scale, of the windows that have one.
+//! [`Valves`] gives probability and S. A single window keeps those of its own model. Without a PV, for which that model is
+//! not trained, the log-odds are averaged and S is the median, on a logarithmic scale, of the windows that have one. If the valve
+//! began or ceased to stick within the segment, only the windows since then count.
 
+use super::by_evidence::{thresholds, thresholds_of_several};
+use super::change::{Event, Seen, events, present_since};
 use super::combined_limit::combined_limit;
+use super::observation::Observation;
 use super::steps::Stops;
 #[cfg(feature = "serde")]
 use super::verdict::Limit;
 use super::window::Window;
 use crate::evidence::{Evidence, Line, features, windows};
 use crate::finding::Abstention;
-use crate::fusion::{self, Cause, Estimate, Pool, Valves, Weighed, logit, sigmoid};
+use crate::fusion::{self, Cause, Decision, Estimate, Pool, Valves, Weighed, logit, sigmoid};
 use crate::parallel::*;
 use crate::recording::{Doubt, Segment};
 use crate::series::{median, quantile};
@@ -31,9 +35,11 @@ pub struct Weighing {
     /// The evidence of each window.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub evidence: Vec<Evidence>,
-    /// The share of each window that overlaps none before it.
+    /// The share of each window that overlaps none before it; 0 before the last change.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub shares: Vec<f64>,
+    /// The changes of the valve within the segment. The windows before the last time it began or ceased to stick do not count.
+    pub changes: Vec<Event>,
     /// What the windows say together, to which those of other recordings can be added; `None` without a PV.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub pool: Option<Pool>,
@@ -125,19 +131,10 @@ impl Weighing {
             let says = bundle
                 .weigh(&evidence.values, evidence.op_span, part.pv.is_none())
                 .map_err(|error| Abstention(error.to_string()))?;
-            let alone = part.pv.is_some().then(|| {
-                valves.weigh(&Pool::of(
-                    &says,
-                    evidence.op_span,
-                    &evidence.values,
-                    1.0,
-                    &valves.features,
-                ))
-            });
             let window = Window {
                 from: part.from,
                 duration: part.duration(),
-                probability: alone.map_or(says.probability, |alone| alone.probability),
+                probability: says.probability,
                 s: quantified(says.s),
                 j: jump(says.s, says.j_over_s),
                 limit: says.limit,
@@ -155,25 +152,43 @@ impl Weighing {
         if weighed.is_empty() {
             return Err(why.unwrap_or(Abstention("there is nothing to weigh".to_owned())));
         }
-        let shares = own_shares(weighed.iter().map(|(window, ..)| (window.from, window.duration)));
-        let says: Vec<&Weighed> = weighed.iter().map(|(.., says)| says).collect();
+        let mut shares =
+            own_shares(weighed.iter().map(|(window, ..)| (window.from, window.duration)));
+        let with_pv = windows.iter().all(|part| part.pv.is_some());
+        let seen: Vec<Seen> = weighed
+            .iter()
+            .zip(&shares)
+            .map(|((window, evidence, says), share)| {
+                let features = &valves.features;
+                let pool = Pool::of(says, evidence.op_span, &evidence.values, *share, features);
+                let valve = Observation {
+                    windows: *share,
+                    pool: Some(pool).filter(|_| with_pv),
+                    ..window.observation()
+                };
+                Seen { valve, days: 0.0, moves: [None; 4] }
+            })
+            .collect();
+        let changes = events(&seen, &[]);
+        let first = seen.partition_point(|seen| seen.valve.time < present_since(&changes));
+        shares[..first].fill(0.0);
+        let says: Vec<&Weighed> = weighed[first..].iter().map(|(.., says)| says).collect();
         let average = |of: &dyn Fn(&Weighed) -> f64| match &says[..] {
             [only] => of(only),
-            _ => mean_log_odds(says.iter().zip(&shares).map(|(says, w)| (of(says), *w))),
+            _ => mean_log_odds(says.iter().zip(&shares[first..]).map(|(says, w)| (of(says), *w))),
         };
-        let all = weighed.iter().zip(&shares).map(|((_, evidence, says), share)| {
-            Pool::of(says, evidence.op_span, &evidence.values, *share, &valves.features)
-        });
-        let with_pv = windows.iter().all(|part| part.pv.is_some());
-        let pool = with_pv.then(|| Pool::merged(&all.collect::<Vec<_>>())).flatten();
-        let together = pool.as_ref().map(|pool| valves.weigh(pool));
+        let pool = Pool::merged(seen[first..].iter().filter_map(|seen| seen.valve.pool.as_ref()));
+        // The model of a window was trained on ten times as many loops: alone it knows more.
+        let several = pool.as_ref().filter(|_| says.len() > 1);
+        let together = several.map(|pool| valves.weigh(pool));
         let probability =
             together.map_or_else(|| average(&|says| says.probability), |all| all.probability);
         let mut lines: Vec<(Line, f64)> = (0..says[0].lines.len())
             .map(|k| (says[0].lines[k].0, average(&|says| says.lines[k].1)))
             .collect();
         // Valve models without a gain are no evidence for sticking, even if other signs are similar.
-        let gains = weighed.iter().any(|(_, evidence, _)| evidence.finds_gain());
+        let now = &weighed[first..];
+        let gains = now.iter().any(|(_, evidence, _)| evidence.finds_gain());
         let models = lines.iter_mut().filter(|(line, _)| *line == Line::Model && !gains);
         models.for_each(|(_, probability)| *probability = probability.min(0.5));
         // The shares of each window among faults, and among the rest.
@@ -184,7 +199,8 @@ impl Weighing {
                 if whole > 0.0 { says.of(cause) / whole } else { 0.0 }
             };
             let total: f64 = shares.iter().sum();
-            let mean = says.iter().zip(&shares).map(|(says, w)| w * of(says)).sum::<f64>() / total;
+            let each = says.iter().zip(&shares[first..]).map(|(says, w)| w * of(says));
+            let mean = each.sum::<f64>() / total;
             mean * if cause.is_fault() { probability } else { 1.0 - probability }
         };
         let causes = Cause::ALL.map(|cause| (cause, share(cause))).to_vec();
@@ -204,15 +220,11 @@ impl Weighing {
         };
         let of_windows =
             || Estimate { value: of_s(|e| e.value), low: of_s(|e| e.low), high: of_s(|e| e.high) };
-        // The model of a window was trained on ten times as many loops: alone it knows S better.
-        let s = match &says[..] {
-            [only] => only.s,
-            _ => together.map_or_else(of_windows, |all| all.s),
-        };
+        let s = together.map_or_else(of_windows, |all| all.s);
         let j_over_s =
             Estimate { value: of_j(|e| e.value), low: of_j(|e| e.low), high: of_j(|e| e.high) };
         let limits: Vec<Option<f64>> = says.iter().map(|says| says.limit).collect();
-        let told: Vec<_> = weighed.iter().filter_map(|(_, e, _)| e.information.as_ref()).collect();
+        let told: Vec<_> = now.iter().filter_map(|(_, e, _)| e.information.as_ref()).collect();
         let z = told.iter().map(|of| of.z()).sum::<f64>() / (told.len().max(1) as f64).sqrt();
         let op_range = told.iter().map(|of| of.op_range).fold(0.0, f64::max);
         let distance = median(&says.iter().map(|says| says.distance).collect::<Vec<_>>());
@@ -223,6 +235,7 @@ impl Weighing {
             windows,
             evidence,
             shares,
+            changes,
             pool,
             probability,
             lines,
@@ -251,6 +264,20 @@ impl Weighing {
             window.j = window.j.map(|j| doubt.widen(j));
         }
         Self { doubt, ..self }
+    }
+
+    /// The thresholds of the model that gave the probability.
+    pub fn thresholds(&self) -> Decision {
+        match self.pool {
+            Some(_) if self.counted() > 1 => thresholds_of_several(),
+            _ => thresholds(),
+        }
+    }
+
+    /// How many of its windows are of the present state of the valve.
+    fn counted(&self) -> usize {
+        let since = present_since(&self.changes);
+        self.windows.iter().filter(|window| window.from >= since).count()
     }
 
     /// Number of its windows, what overlaps counted once.
@@ -317,7 +344,7 @@ fn strangest(bundle: &fusion::Bundle, evidence: &Evidence) -> Vec<String> {
 }
 
 /// The share of each of the spans `(from, duration)`, in order of time, that overlaps none before it.
-fn own_shares(spans: impl Iterator<Item = (f64, f64)>) -> Vec<f64> {
+pub fn own_shares(spans: impl Iterator<Item = (f64, f64)>) -> Vec<f64> {
     let mut end = f64::NEG_INFINITY;
     let share = |(from, duration): (f64, f64)| {
         let until = from + duration;

@@ -1,7 +1,10 @@
 //! The result of one window of a segment.
 
+use super::by_evidence::thresholds;
+use super::observation::Observation;
 #[cfg(feature = "serde")]
 use super::verdict::Limit;
+use super::verdict::VerdictClass;
 use crate::fusion::Estimate;
 
 /// The result of one window of a segment.
@@ -29,4 +32,27 @@ pub struct Window {
         schemars(with = "Option<Limit>")
     )]
     pub limit: Option<f64>,
+}
+
+impl Window {
+    /// It as a recording of its own, without a pool.
+    pub(super) fn observation(&self) -> Observation {
+        let limits = thresholds();
+        let class = match self.probability {
+            p if p >= limits.accuse => VerdictClass::Sticks,
+            p if p <= limits.clear => VerdictClass::DoesNotStick,
+            _ => VerdictClass::CannotTell,
+        };
+        Observation {
+            time: self.from,
+            class,
+            grade: None,
+            probability: Some(self.probability),
+            s: self.s,
+            j: self.j,
+            weight: 1.0,
+            windows: 1.0,
+            pool: None,
+        }
+    }
 }

@@ -14,7 +14,7 @@ use std::str::FromStr;
 /// sums of some squares, and the extremes of log-odds, limit and span.
 ///
 /// Sums are of integers (multiples of `2^-20`), so they are the same to the bit in any order and however the windows
-/// are grouped. It has about 1 kB, however many windows it has.
+/// are grouped. It has about 2 kB, as text 3 kB, however many windows it has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pool {
     sums: Vec<i64>,
@@ -34,7 +34,7 @@ const NARROWEST: f64 = 0.05;
 const OF_INTERVAL: f64 = 3.29;
 
 /// The sums of [`Pool`] before those of the features, in their order.
-const SUMS: usize = 14;
+const SUMS: usize = 13;
 
 /// The numbers of a row before the means of the features, and the sign by which each may affect the probability.
 pub const SUMMARY: [(&str, i8); 16] = [
@@ -97,7 +97,6 @@ impl Pool {
             count(ln_limit.is_some()),
             ln_limit.unwrap_or(0.0),
             ln_span,
-            p,
         ];
         let values = features.iter().map(|k| values.get(*k).copied().unwrap_or(f64::NAN));
         let of_features = values.flat_map(|v| if v.is_finite() { [v, 1.0] } else { [0.0, 0.0] });

@@ -13,7 +13,6 @@
 //! Equal stores, files and options give equal bytes. Each file is written whole or not at all, the page last.
 
 pub mod action;
-pub mod change;
 pub mod heading;
 pub mod health;
 pub mod orders;
@@ -39,12 +38,12 @@ use crate::store::{Store, write_whole};
 use crate::unknown::{self, Unknown};
 use crate::week::Week;
 use action::Action;
-use change::Change;
 use orders::{Order, WorkOrder, orders};
 use ranking::{LoopRow, Ranked, Ranking, rank};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::path::Path;
+use stiction_diagnose::diagnose::change::Change;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, Grade, diagnose};
 use stiction_diagnose::finding::Abstention;
 use stiction_diagnose::recording::Recording;

@@ -1,9 +1,9 @@
 //! Work orders of a week: one for each loop whose valve is to be repaired.
 
 use crate::report::action::Action;
-use crate::report::change::Change;
 use crate::report::ranking::{LoopRow, Ranking};
 use crate::store::table::{columns, named_cell, written_by_name};
+use stiction_diagnose::diagnose::change::Change;
 use stiction_diagnose::diagnose::{Grade, VerdictClass};
 use stiction_diagnose::spoken::{counted, percent, rough, time};
 

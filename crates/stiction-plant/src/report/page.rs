@@ -4,7 +4,6 @@
 use crate::day;
 use crate::groups::{Group, Source};
 use crate::report::action::Action;
-use crate::report::change::Change;
 use crate::report::health::Health;
 use crate::report::orders::{Order, capital, to_do};
 use crate::report::ranking::{FULL, LoopRow, Ranked, Ranking};
@@ -15,6 +14,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use stiction_diagnose::diagnose::Grade;
+use stiction_diagnose::diagnose::change::Change;
 use stiction_diagnose::spoken::counted;
 use stiction_figure::page::relative;
 use stiction_report::report::layout::{Badge, STYLE, TABLES};

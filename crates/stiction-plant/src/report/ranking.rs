@@ -1,7 +1,7 @@
 //! The ranking of a week: a row per loop, the most urgent first.
 //!
 //! # A week
-//! The windows of the week are combined as `stiction history` combines those of a valve ([`combine`]). If the valve was repaired
+//! The windows of the week are combined as `stiction history` combines those of a valve ([`together`]). If the valve was repaired
 //! (by `log.toml`), or began or ceased to stick, only the windows after that count: the verdict is on the valve as it is now. S
 //! and J are the medians of the windows that have them, as are the ends of their intervals. Key figures are means.
 //!
@@ -22,7 +22,6 @@ use crate::groups::{Group, Member};
 use crate::log::{Entry, Kind, Log};
 use crate::plant_file::Plant;
 use crate::report::action::{Action, Found, LIKELY};
-use crate::report::change::{self, Change, Event, Seen};
 use crate::report::health::Health;
 use crate::report::tested::{LastTest, s_in_words};
 use crate::store::table::columns;
@@ -31,8 +30,9 @@ use crate::week::Week;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
+use stiction_diagnose::diagnose::change::{Change, Event, SIDE, Seen, events, present_since};
 use stiction_diagnose::diagnose::{
-    Cause, Drift, Estimate, Grade, History, Observation, VerdictClass, combine,
+    Cause, Drift, Estimate, Grade, History, Observation, VerdictClass, together,
 };
 use stiction_diagnose::series::{mean, median};
 
@@ -350,15 +350,14 @@ impl Valve {
             let all = windows.iter().filter_map(|row| row.observation());
             all.filter(|seen| seen.time >= from && seen.time < to).collect()
         };
-        let seen: Vec<Seen> = windows.iter().filter_map(|row| Seen::of(row)).collect();
-        let events = change::events(&seen, entries, &begin);
+        let seen: Vec<Seen> = windows.iter().filter_map(|row| row.seen()).collect();
+        let repairs = entries.iter().filter(|entry| entry.kind == Kind::Repair);
+        let events = events(&seen, &repairs.map(|entry| begin(entry.day)).collect::<Vec<_>>());
         // A change on Sunday is found by Monday's data, in the week after.
         let event = events.iter().rev().find(|event| event.found >= begin(first));
         // What drifts becomes worse in the end, which is the same drift.
-        let is_other = |change| !matches!(change, Change::Worse | Change::Better);
-        let other = events.iter().rev().find(|event| is_other(event.change));
         let repaired = repaired.map_or(f64::NEG_INFINITY, &begin);
-        let settled = other.map_or(f64::NEG_INFINITY, |event| event.time).max(repaired);
+        let settled = present_since(&events).max(repaired);
         let now = observed(begin(first).max(settled), f64::INFINITY);
         let history = combined(&now);
         // The change must agree with the verdict on the week.
@@ -378,7 +377,7 @@ impl Valve {
             let is_told = combined(&observed(repaired, begin(first)));
             let is_told = is_told.is_some_and(|history| history.grade.accuses());
             let days: f64 = seen.iter().filter(|s| s.valve.time >= repaired).map(|s| s.days).sum();
-            let sticks = is_last && accused && !is_told && days >= change::SIDE - 0.1;
+            let sticks = is_last && accused && !is_told && days >= SIDE - 0.1;
             let still = sticks
                 && is_open(repaired - BEFORE as f64 * 86_400.0, repaired)
                 && is_open(repaired, begin(first));
@@ -568,7 +567,7 @@ impl LoopRow {
 /// The combined history of observations; `None` if there are none.
 fn combined(observations: &[Observation]) -> Option<History> {
     // Numbers in the store are finite: others were left out when rows were made.
-    (!observations.is_empty()).then(|| combine(observations).ok())?
+    (!observations.is_empty()).then(|| together(observations).ok())?
 }
 
 fn middle(of: &[f64]) -> Option<f64> {

@@ -2,6 +2,7 @@
 //! the table in the documentation are made.
 
 use std::sync::Arc;
+use stiction_diagnose::diagnose::change::Change;
 use stiction_diagnose::diagnose::{Cause, Grade, VerdictClass};
 use stiction_diagnose::spoken;
 
@@ -255,6 +256,7 @@ pub(crate) use named_cell;
 named_cell!(Grade);
 named_cell!(Cause);
 named_cell!(VerdictClass);
+named_cell!(Change);
 
 /// Writes values with names as their names.
 macro_rules! written_by_name {

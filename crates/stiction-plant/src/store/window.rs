@@ -1,6 +1,7 @@
 //! The row of a window, that is, of one loop on one day.
 
 use crate::store::table::columns;
+use stiction_diagnose::diagnose::change::Seen;
 use stiction_diagnose::diagnose::{
     Diagnosis, Estimate, Grade, Observation, VerdictClass, Weighing,
 };
@@ -166,6 +167,13 @@ impl WindowRow {
             windows: self.evidence_windows.unwrap_or(1.0),
             pool: self.pool.as_ref().and_then(|pool| pool.parse().ok()),
         })
+    }
+
+    /// It with how the loop moves, for changes of the valve; `None` if it was not judged.
+    pub fn seen(&self) -> Option<Seen> {
+        let moves = [self.amplitude, self.period_s, self.travel_per_hour, self.reversals_per_hour];
+        let moves = moves.map(|move_| move_.filter(|value| *value > 0.0).map(f64::ln));
+        Some(Seen { valve: self.observation()?, days: self.window_s as f64 / 86_400.0, moves })
     }
 
     /// The row with the results of a diagnosis. Identity, settings and fingerprint are those of `self`. The times of the diagnosis

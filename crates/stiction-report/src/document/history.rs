@@ -35,7 +35,7 @@ pub struct Valve {
     pub plant_time: PlantTime,
     /// The results of each window, in order of time.
     pub windows: Vec<Point>,
-    /// The combined result of all windows; after a repair, only of the windows since.
+    /// The combined result of all windows; after a repair, or if the valve began or ceased to stick, only of those since.
     pub combined: History,
     /// Comparison before and after a repair, if one was given.
     pub repair: Option<Repair>,
@@ -81,6 +81,15 @@ impl ValveHistory {
 }
 
 impl Valve {
+    /// Which windows count, after a number of them: all, or those since the last change or the repair.
+    pub fn since(&self) -> &'static str {
+        match (self.combined.since(), &self.repair) {
+            (Some(_), _) => " since the change",
+            (None, Some(_)) => " since the repair",
+            (None, None) => "",
+        }
+    }
+
     /// The date and time of this history on the clock of the plant; `None` for recordings without dates.
     pub fn date(&self, at: f64) -> Option<String> {
         self.dated.then(|| instant(self.plant_time.shows(at), &self.plant_time.name))?

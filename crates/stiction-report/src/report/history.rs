@@ -4,7 +4,7 @@ use super::layout::{Badge, Block, Fact, Report, Section, Table};
 use super::over_time::{self, Point};
 use crate::Error;
 use crate::document::{Valve, ValveHistory};
-use crate::words::{interval, percent, spoken};
+use crate::words::{interval, percent, sentence, spoken};
 use stiction_diagnose::diagnose::Estimate;
 
 const INTRODUCTION: &str = "Each window of the recordings is judged on its own and together with the others, to show \
@@ -34,6 +34,9 @@ pub fn history_html(history: &ValveHistory) -> Result<String, Error> {
 fn section(valve: &Valve) -> Section {
     let combined = &valve.combined;
     let mut section = Section::new(&valve.name, Badge::from(combined.grade), headline(valve));
+    for change in &combined.changes {
+        section = section.reason(sentence(&change.words(|at| moment(valve, at))));
+    }
     section = section.reason(&combined.trend);
     if let Some(repair) = &valve.repair {
         section = section.reason(&repair.words);
@@ -56,8 +59,9 @@ fn section(valve: &Valve) -> Section {
             s: w.s,
         })
         .collect();
+    let changes = combined.changes.iter().map(|event| (event.time, event.change.name()));
     let marks: Vec<(f64, &str)> =
-        valve.repair.iter().map(|repair| (repair.time, "repair")).collect();
+        valve.repair.iter().map(|repair| (repair.time, "repair")).chain(changes).collect();
     section = section.heading("Over time");
     section =
         match over_time::figure(&points, valve.dated.then_some(0.0), &valve.plant_time, &marks) {
@@ -92,7 +96,7 @@ fn section(valve: &Valve) -> Section {
 
 fn headline(valve: &Valve) -> String {
     let combined = &valve.combined;
-    let which = if valve.repair.is_some() { " since the repair" } else { "" };
+    let which = valve.since();
     let n = combined.observations;
     match combined.probability {
         Some(p) => format!(

@@ -277,7 +277,10 @@ pub(super) fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
         })
         .collect();
     let mut section = section;
-    if let Some(figure) = over_time::figure(&points, diagnosis.start, &diagnosis.plant_time, &[]) {
+    let changes = diagnosis.evidence.iter().flat_map(|evidence| &evidence.changes);
+    let marks: Vec<(f64, &str)> = changes.map(|event| (event.time, event.change.name())).collect();
+    if let Some(figure) = over_time::figure(&points, diagnosis.start, &diagnosis.plant_time, &marks)
+    {
         section = section.with(figure);
     }
     let table = Table::new("")

@@ -1,10 +1,11 @@
-//! What changed about a valve, and on which day.
+//! What changed about a valve, and when.
 //!
 //! # Rule
 //! A change is a step between two windows of a valve. Of each window the rule uses log-odds `l` of the probability that the
-//! valve sticks, limited to those of 99 %, and four logarithms of how the loop moves: amplitude, period, OP travel and OP
-//! reversals. Windows are added in order of time. With each, every place `k` of a step since the last change, 28 days back at
-//! most and with windows of [`SIDE`] days on each side at least, gets the gain in log-likelihood of a step with unknown noise:
+//! valve sticks, limited to those of 99 %, and, where they are known, four logarithms of how the loop moves: amplitude, period, OP
+//! travel and OP reversals. Windows are added in order of time. With each, every place `k` of a step since the last change, 28 days
+//! back at most, gets the gain in log-likelihood of a step with unknown noise. On each side are windows of at least [`SIDE`] days, or
+//! at least two that hold [`MANY`] windows of a diagnosis.
 //!
 //! ```text
 //! gain = (NU + n)/2 ln((NU s^2 + SS)/(NU s^2 + SS_before + SS_after))
@@ -21,27 +22,26 @@
 //! before. Down is *gone*. Otherwise the valve is *worse* or *better* if the gain of `ln S`, with noise [`S_NOISE`], reaches
 //! [`S_THRESHOLD`] and S grows or shrinks by [`GROWTH`]. Later windows place the change better, until the next one is found.
 //!
-//! After a known repair the valve *still sticks* if the windows of at least [`SIDE`] days since then accuse it, those before the
-//! repair do not clear it, and no other change was found. It is reported in the first such week.
-//!
 //! A single day never makes a change, because a day that is unlike all others comes and goes.
 //!
 //! # Limits
 //! The threshold is set by false alarms on demo plants, see `docs/plant.md`. A valve that sticks too little to be accused
 //! changes unseen.
 
-use crate::log::{Entry, Kind};
-use crate::store::table::{named_cell, written_by_name};
-use crate::store::window::WindowRow;
-use stiction_diagnose::diagnose::{Observation, combine};
-use stiction_diagnose::series::mean;
+use super::history::together;
+use super::observation::Observation;
+use super::weighing::log_odds;
+use crate::series::mean;
 
 /// The least score of a change by log-odds.
 pub const THRESHOLD: f64 = 6.0;
 /// The least score of a change by S, whose noise is better known.
 pub const S_THRESHOLD: f64 = 4.0;
-/// Days of windows on each side of a change, at least.
+/// Days of windows on each side of a change, at least, if there are not [`MANY`].
 pub const SIDE: f64 = 2.0;
+/// Windows of a diagnosis on each side of a change, at least, if there are not [`SIDE`] days; how often it errs is in
+/// `docs/accuracy.md`.
+pub const MANY: f64 = 5.0;
 /// How far mean log-odds go at least: odds of 9 to 1.
 pub const FARTHEST: f64 = 2.2;
 /// By what share S grows or shrinks at least.
@@ -60,8 +60,6 @@ pub const S_NOISE: f64 = 0.08;
 pub const WITHIN: f64 = 1.92;
 /// How long before, s.
 const MEMORY: f64 = 28.0 * 86_400.0;
-/// The surest a window may be, as a probability.
-const SUREST: f64 = 0.99;
 
 /// What changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -82,9 +80,6 @@ pub enum Change {
     #[default]
     None,
 }
-
-named_cell!(Change);
-written_by_name!(Change);
 
 impl Change {
     /// All of them, the worst first.
@@ -118,18 +113,40 @@ impl Change {
             _ => format!("{} since {day}", self.name()),
         }
     }
+
+    /// Whether the valve began or ceased to stick, so that windows before say nothing about the present state.
+    pub fn begins_anew(self) -> bool {
+        !matches!(self, Self::Worse | Self::Better | Self::None)
+    }
+
+    /// In words, before its time.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::New => "the valve began to stick",
+            Self::Returned => "the valve began to stick again",
+            Self::StillSticks => "the valve sticks as before the repair",
+            Self::Worse => "S grew",
+            Self::Better => "S shrank",
+            Self::Gone => "the valve ceased to stick visibly",
+            Self::None => "nothing changed",
+        }
+    }
 }
 
 /// A change of a valve.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Event {
     /// What changed.
     pub change: Change,
     /// When: the time of the first window after it, s.
+    #[cfg_attr(feature = "serde", serde(rename = "time_s"))]
     pub time: f64,
-    /// The interval of that time, 95 %.
+    /// The interval of that time, 95 %, s.
+    #[cfg_attr(feature = "serde", serde(rename = "interval_s"), schemars(with = "[f64; 2]"))]
     pub interval: (f64, f64),
-    /// The time of the window with which it was found.
+    /// The time of the window with which it was found, s.
+    #[cfg_attr(feature = "serde", serde(rename = "found_s"))]
     pub found: f64,
 }
 
@@ -138,23 +155,15 @@ pub struct Event {
 pub struct Seen {
     /// The observation of the valve.
     pub valve: Observation,
-    /// Days of the window.
+    /// Days of the window; 0 where its duration is not known.
     pub days: f64,
     /// Logarithms of amplitude, period, OP travel and OP reversals, where they are known.
-    moves: [Option<f64>; 4],
+    pub moves: [Option<f64>; 4],
 }
 
 impl Seen {
-    /// From a row; `None` if it was not judged.
-    pub fn of(row: &WindowRow) -> Option<Self> {
-        let moves = [row.amplitude, row.period_s, row.travel_per_hour, row.reversals_per_hour];
-        let moves = moves.map(|move_| move_.filter(|value| *value > 0.0).map(f64::ln));
-        Some(Self { valve: row.observation()?, days: row.window_s as f64 / 86_400.0, moves })
-    }
-
     fn log_odds(&self) -> Option<f64> {
-        let p = self.valve.probability?.clamp(1.0 - SUREST, SUREST);
-        Some((p / (1.0 - p)).ln())
+        self.valve.probability.map(log_odds)
     }
 
     fn log_s(&self) -> Option<f64> {
@@ -162,10 +171,8 @@ impl Seen {
     }
 }
 
-/// All changes of a valve, from its windows in order of time and the log of its loop; `begin` is when a day begins.
-pub fn events(windows: &[Seen], log: &[&Entry], begin: impl Fn(i64) -> f64) -> Vec<Event> {
-    let repairs: Vec<f64> =
-        log.iter().filter(|entry| entry.kind == Kind::Repair).map(|e| begin(e.day)).collect();
+/// All changes of a valve, from its windows in order of time and the times of its known repairs.
+pub fn events(windows: &[Seen], repairs: &[f64]) -> Vec<Event> {
     let mut events: Vec<Event> = vec![];
     let mut since = 0;
     // The window from which on the last change by log-odds was found, and that change.
@@ -202,11 +209,26 @@ pub fn events(windows: &[Seen], log: &[&Entry], begin: impl Fn(i64) -> f64) -> V
 }
 
 impl Event {
+    /// It in words, such as "the valve began to stick at 2 h (between 1 h and 3 h)"; `moment` writes a time.
+    pub fn words(&self, moment: impl Fn(f64) -> String) -> String {
+        let (what, at, (from, to)) = (self.change.words(), moment(self.time), self.interval);
+        match from == to {
+            true => format!("{what} at {at}"),
+            false => format!("{what} at {at} (between {} and {})", moment(from), moment(to)),
+        }
+    }
+
     /// Sets the time and its interval from the place of the step; places count from window `first`.
     fn place(&mut self, windows: &[Seen], first: usize, best: Best) {
         let time = |k: usize| windows[first + k].valve.time;
         (self.time, self.interval) = (time(best.at), (time(best.first), time(best.last)));
     }
+}
+
+/// Since when the valve is in its present state, s: the last time it began or ceased to stick.
+pub fn present_since(events: &[Event]) -> f64 {
+    let other = events.iter().rev().find(|event| event.change.begins_anew());
+    other.map_or(f64::NEG_INFINITY, |event| event.time)
 }
 
 /// The change at the likeliest place of a step, if its score reaches a threshold.
@@ -250,18 +272,22 @@ fn s_score(before: &[Seen], after: &[Seen]) -> f64 {
     gain(before, after, Seen::log_s, S_NOISE)
 }
 
-/// The gain in log-likelihood of a step; 0 with values of fewer than [`SIDE`] days on a side.
+/// The gain in log-likelihood of a step; 0 with too few values on a side.
 fn gain(
     before: &[Seen],
     after: &[Seen],
     of: impl Fn(&Seen) -> Option<f64> + Copy,
     noise: f64,
 ) -> f64 {
-    let days = |side: &[Seen]| -> f64 {
-        side.iter().filter(|seen| of(seen).is_some()).map(|seen| seen.days).sum()
+    let is_enough = |side: &[Seen]| {
+        let (mut number, mut days, mut many) = (0, 0.0, 0.0);
+        for seen in side.iter().filter(|seen| of(seen).is_some()) {
+            (number, days, many) = (number + 1, days + seen.days, many + seen.valve.windows);
+        }
+        // Days of the plant's clock have 23 to 25 hours. Windows that overlap count once.
+        days >= SIDE - 0.1 || number > 1 && many >= MANY - 0.1
     };
-    // Days of the plant's clock have 23 to 25 hours.
-    if days(before).min(days(after)) < SIDE - 0.1 {
+    if !is_enough(before) || !is_enough(after) {
         return 0.0;
     }
     let [old, new] = [before, after].map(|side| side.iter().filter_map(of).collect::<Vec<f64>>());
@@ -294,7 +320,7 @@ fn moved(before: &[Seen], after: &[Seen]) -> Option<Change> {
 /// Whether windows, combined, accuse the valve.
 fn accused(windows: &[Seen]) -> bool {
     let seen: Vec<Observation> = windows.iter().map(|seen| seen.valve.clone()).collect();
-    combine(&seen).is_ok_and(|history| history.grade.accuses())
+    together(&seen).is_ok_and(|history| history.grade.accuses())
 }
 
 /// Whether it sticks more or less, by S.
@@ -311,7 +337,7 @@ fn grown(before: &[Seen], after: &[Seen]) -> Option<Change> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction_diagnose::diagnose::{Estimate, VerdictClass};
+    use crate::diagnose::{Estimate, VerdictClass};
 
     const DAY: f64 = 86_400.0;
 
@@ -332,7 +358,7 @@ mod tests {
     }
 
     fn found(days: &[(f64, Option<f64>)]) -> Vec<(Change, f64)> {
-        let events = events(&seen(days), &[], |day| day as f64 * DAY);
+        let events = events(&seen(days), &[]);
         events.iter().map(|event| (event.change, event.time / DAY)).collect()
     }
 
@@ -352,24 +378,15 @@ mod tests {
         assert_eq!(by_p(&days[..3]), [], "one day is none");
         assert_eq!(by_p(&days[..4]), expected[..1]);
         // After a repair that is known it has stuck before.
-        let repair = Entry {
-            kind: Kind::Repair,
-            name: String::new(),
-            day: 0,
-            by: None,
-            until: None,
-            verdict: None,
-            text: String::new(),
-        };
         let all = seen(&days[..4].iter().map(|p| (*p, None)).collect::<Vec<_>>());
-        assert_eq!(events(&all, &[&repair], |day| day as f64)[0].change, Change::Returned);
+        assert_eq!(events(&all, &[0.0])[0].change, Change::Returned);
     }
 
     #[test]
     fn the_interval_of_a_change_is_wider_where_days_lie_between() {
         let interval = |days: &[f64]| {
             let all = seen(&days.iter().map(|p| (*p, None)).collect::<Vec<_>>());
-            events(&all, &[], |day| day as f64).last().map(|event| event.interval)
+            events(&all, &[]).last().map(|event| event.interval)
         };
         assert_eq!(interval(&[0.1, 0.1, 0.1, 0.97, 0.97, 0.97]), Some((3.0 * DAY, 3.0 * DAY)));
         let (from, to) = interval(&[0.1, 0.1, 0.1, 0.66, 0.97, 0.97, 0.97]).unwrap();
@@ -379,16 +396,16 @@ mod tests {
     #[test]
     fn one_window_of_several_days_is_enough_on_one_side() {
         let mut all = seen(&[0.95, 0.97, 0.93, 0.96, 0.1].map(|p| (p, None)));
-        assert!(events(&all, &[], |day| day as f64).is_empty());
+        assert!(events(&all, &[]).is_empty());
         all[4].days = 3.0;
-        assert_eq!(events(&all, &[], |day| day as f64)[0].change, Change::Gone);
+        assert_eq!(events(&all, &[])[0].change, Change::Gone);
     }
 
     #[test]
     fn what_is_less_sure_needs_a_loop_that_moves_differently() {
         let days = [0.1, 0.55, 0.1, 0.5, 0.8, 0.85];
         let mut all = seen(&days.map(|p| (p, None)));
-        let count = |all: &[Seen]| events(all, &[], |day| day as f64).len();
+        let count = |all: &[Seen]| events(all, &[]).len();
         assert_eq!(count(&all), 0);
         for (day, each) in all.iter_mut().enumerate() {
             each.moves[2] = Some(if day < 4 { 3.0 } else { 4.0 });
