@@ -132,7 +132,7 @@ fn main() -> Result<()> {
             let progress = |done| tell_progress(args.seed, done, args.n, "valves");
             valves::gather(folder, source, args.seed, args.n, progress)?;
         }
-        return valves::pool(folder, source);
+        return valves::pool(folder, source, args.seed);
     }
     let mut test = gather(&args, fresh, members)?;
     let mut train = gather(&args, args.seed, args.n)?;

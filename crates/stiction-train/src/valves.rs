@@ -8,8 +8,8 @@ use crate::random::Stream;
 use anyhow::{Context, Result};
 use rayon::prelude::*;
 use std::path::Path;
-use stiction_diagnose::diagnose::Weighing;
-use stiction_diagnose::evidence::features;
+use stiction_diagnose::diagnose::own_shares;
+use stiction_diagnose::evidence::{self, Evidence, features};
 use stiction_diagnose::fusion::{self, Cause, Confidence, Estimate, Pool, SUMMARY, Weighed, row};
 use stiction_diagnose::recording::{Grid, GridOptions, Recording};
 use stiction_population::{Invention, LoopKind};
@@ -92,10 +92,10 @@ pub fn gather(
                 .collect();
             let lines: String = all.iter().map(|(line, _)| &line[..]).collect();
             write(&path("bin"), &rows)?;
-            write(
-                &path("csv"),
-                ["valve,kind,fault,visible,S,J,nats,families\n", &lines].concat().as_bytes(),
-            )?;
+            // Its name shows that both are whole.
+            let head = "valve,kind,fault,visible,S,J,nats,families\n";
+            write(&path("part"), [head, &lines].concat().as_bytes())?;
+            std::fs::rename(path("part"), path("csv"))?;
         }
         progress(to);
     }
@@ -149,15 +149,19 @@ fn invented(seed: u64, index: u64) -> Result<Valve> {
     Ok((line, windows(index, &found.recording)?))
 }
 
-/// The rows of the windows of a recording; none without evidence.
+/// The rows of the windows of a recording; none without evidence. The model of valves itself is not asked.
 fn windows(index: u64, recording: &Recording) -> Result<Vec<f32>> {
     let grid = Grid::of(recording, &GridOptions::default())?;
-    let Some(weighing) = grid.longest().and_then(|segment| Weighing::of(segment).ok()) else {
-        return Ok(vec![]);
-    };
+    let Some(segment) = grid.longest() else { return Ok(vec![]) };
+    let windows = evidence::windows(segment);
+    let weighed: Vec<((f64, f64), Evidence)> = windows
+        .iter()
+        .filter_map(|part| Some(((part.from, part.duration()), Evidence::of(part).ok()?)))
+        .collect();
+    let shares = own_shares(weighed.iter().map(|(span, _)| *span));
     let bundle = fusion::shipped()?;
     let mut rows = vec![];
-    for (evidence, share) in weighing.evidence.iter().zip(&weighing.shares) {
+    for ((_, evidence), share) in weighed.iter().zip(&shares) {
         let says = bundle.weigh(&evidence.values, evidence.op_span, false)?;
         let range = evidence.information.as_ref().map_or(f64::NAN, |of| of.op_range);
         let (s, j) = (says.s, says.j_over_s);
@@ -184,20 +188,21 @@ fn windows(index: u64, recording: &Recording) -> Result<Vec<f32>> {
     Ok(rows)
 }
 
-/// Pools the windows of all valves in the folder: one row of numbers (`f32`, little-endian) for each valve with
+/// Pools the windows of all valves of a seed in the folder: one row of numbers (`f32`, little-endian) for each valve with
 /// evidence, [`SUMMARY`] and the means of all features, and one line with its truth.
 ///
 /// # Errors
 /// If a file is missing, damaged, or cannot be written.
-pub fn pool(folder: &Path, source: Source) -> Result<()> {
+pub fn pool(folder: &Path, source: Source, seed: u64) -> Result<()> {
     let all: Vec<usize> = (0..features().count()).collect();
     let width = WINDOW.len() + all.len();
     let mut parts: Vec<(u64, String)> = vec![];
     for entry in std::fs::read_dir(folder)? {
         let name = entry?.file_name().to_string_lossy().into_owned();
         let words: Vec<&str> = name.split(['-', '.']).collect();
-        if let [what, _, from, _, "csv"] = words[..]
+        if let [what, of, from, _, "csv"] = words[..]
             && what == source.name()
+            && of == seed.to_string()
         {
             parts.push((from.parse()?, name.trim_end_matches(".csv").to_owned()));
         }

@@ -2,13 +2,13 @@
 
     python crates/stiction-train/valves/train.py target/valves crates/stiction-diagnose/model
 
-reads `valves.pools`, `valves.pools.csv`, `valves.columns.csv` and `valves.confidence.csv` in the first folder (of several, the tables are of
-the last one's valves) (and `invented.*`, if they are there, to measure
-only), and writes `valves.bin` and its card `VALVES.md` into the second.
+reads `valves.pools`, `valves.pools.csv`, `valves.columns.csv` and `valves.confidence.csv` in the first folder (and `invented.*`, if
+they are there, to measure only), and writes `valves.bin` and its card `VALVES.md` into the second.
 
-Valves whose record cannot show their fault are left out. All choices are made on predictions
-for valves that a trial model was not trained on: five folds for thresholds and S, and every family of loops in turn for the
-confidence. LightGBM is deterministic on one version of it, on any number of threads.
+Valves whose record cannot show their fault are left out. Those with a single window are learned from, but a diagnosis keeps the
+probability of the first model for a single window. So thresholds and tables are of valves with two windows or more. All choices
+are made on predictions for valves that a trial model was not trained on: five folds for thresholds and S, and every family of
+loops in turn for the confidence. LightGBM is deterministic on one version of it, on any number of threads.
 """
 
 from __future__ import annotations
@@ -36,30 +36,24 @@ TRIAL = (150, COMMON | {"objective": "binary", "learning_rate": 0.1})
 S = (250, COMMON | {"objective": "quantile", "num_leaves": 15, "lambda_l2": 0.0})
 
 # As in decide.rs and families.rs.
-SURE, FREE, WRONG_SURE, EXCUSED, NEVER = 0.98, 0.1, 0.02, 3, 0.975
-DOUBT, WRONG, ACCUSED, ACCUSED_OF_KIND, LEFT_OUT, FEWEST = 0.1, 0.04, 0.01, 0.03, 0.05, 200
+SURE, FREE, WRONG_SURE, COUNTED, EXCUSED, NEVER = 0.98, 0.1, 0.04, 20, 2, 0.975
+DOUBT, WRONG, ACCUSED, ACCUSED_OF_KIND, LEFT_OUT, FEWEST, LARGEST = 0.1, 0.04, 0.01, 0.03, 0.05, 200, 0.6
 COVERAGE = 0.9
 
 
 class Valves:
     """Pools of valves and their truth."""
 
-    def __init__(self, folders: list[Path], what: str) -> None:
-        folder = folders[-1]
+    def __init__(self, folder: Path, what: str) -> None:
         columns = [line.rsplit(",", 1) for line in (folder / f"{what}.columns.csv").read_text().splitlines()]
         self.names = [name for name, _ in columns]
         self.signs = [int(sign) for _, sign in columns]
         # From which log-odds the model of a window reports 0.98, against a fault and for one.
         self.reached = [float(side) for side in (folder / f"{what}.confidence.csv").read_text().split(",")]
         self.first = self.names.index("ln span, most less mean") + 1
-        rows, numbers = [], []
-        for each in folders:
-            with (each / f"{what}.pools.csv").open() as lines:
-                rows += list(csv.DictReader(lines))
-            numbers.append(np.frombuffer((each / f"{what}.pools").read_bytes(), "<f4").reshape(-1, len(columns)))
-        self.x = np.concatenate(numbers)
-        # Those of the last folder, of which the card tells.
-        self.told = np.arange(len(rows)) >= len(rows) - len(numbers[-1])
+        with (folder / f"{what}.pools.csv").open() as lines:
+            rows = list(csv.DictReader(lines))
+        self.x = np.frombuffer((folder / f"{what}.pools").read_bytes(), "<f4").reshape(-1, len(columns))
         number = lambda key: np.array([float(row[key]) for row in rows])  # noqa: E731
         self.kind = np.array([row["kind"] for row in rows])
         self.fault, self.visible = number("fault") > 0.5, number("visible") > 0.5
@@ -68,6 +62,7 @@ class Valves:
         self.fold = number("valve").astype(int) % FOLDS
         self.families = [set(row["families"].split(";")) - {""} for row in rows]
         self.known = ~self.fault | self.visible
+        self.several = self.known & (self.windows > 1.5)
         # S of a valve in the loop below refers to a different OP, and that of a stuck one is not its own.
         self.has_s = self.fault & self.visible & (self.s > 0.0) & (self.s < 100.0)
         # As the trees learn it: above the weighted mean of the windows.
@@ -116,38 +111,43 @@ def without_families(valves: Valves, columns: np.ndarray, signs: list[int]) -> l
     for name in sorted(set().union(*valves.families)):
         of = np.array([name in each for each in valves.families])
         # One that contains all loops of a fault leaves nothing to learn it from, as in families.rs.
-        if (of & valves.known).sum() >= FEWEST and not any(of[kind].all() for kind in faults):
+        if FEWEST <= (of & valves.several).sum() <= LARGEST * valves.several.sum() and not any(of[kind].all() for kind in faults):
             chosen.append((name, of))
 
     found = []
     # One after another: LightGBM is safe neither on threads nor after a fork.
     for name, of in chosen:
-        asked, rest = of & valves.known, ~of & valves.known
+        asked, rest = of & valves.several, ~of & valves.known
         model = fitted(TRIAL, valves.x[rest][:, columns], valves.fault[rest], monotone_constraints=signs)
         found.append((name, model.predict(valves.x[asked][:, columns], raw_score=True), valves.fault[asked]))
     return found
 
 
 def sides_of(families: list, least: list[float]) -> list[tuple[float, float]]:
-    """From which log-odds decisions on left-out families are right in 98 %: against a fault, and for one.
+    """From which log-odds 0.98 is reported, against a fault and for one, and the largest: as `thresholds` in families.rs.
 
-    Never below those of the model of a window, from which the families were left out, too: here they were not.
+    They give the most sure decisions of which, on either side over all left-out families, at most 4 % are wrong, and more in at most two
+    of them. They are never below those of the model of a window, from which the families were left out, too: here they were not.
     """
-    sides = []
-    for sign, first in zip((-1.0, 1.0), least):
-        reached = np.inf
+
+    def counted(sign: float, first: float) -> list[tuple[float, np.ndarray]]:
+        found = []
         for start in np.arange(first, first + 6.05, 0.1):
-            counts = []
-            for _, log_odds, fault in families:
-                sure = sign * log_odds >= start
-                counts.append((int(((fault != (sign > 0)) & sure).sum()), int(sure.sum())))
-            wrong, every = (sum(each) for each in zip(*counts))
-            above = sum(k >= 2 and k > WRONG_SURE * n for k, n in counts if n >= 50)
-            if every and wrong <= WRONG_SURE * every and above <= EXCUSED:
-                reached = float(start)
-                break
-        sides.append((reached, np.inf) if np.isfinite(reached) else (logit(SURE) + 6.0, logit(NEVER)))
-    return sides
+            sure = [(sign * log_odds >= start, fault != (sign > 0)) for _, log_odds, fault in families]
+            found.append((float(start), np.array([((wrong & of).sum(), of.sum()) for of, wrong in sure])))
+        return [*found, (np.inf, np.zeros((len(families), 2), int))]
+
+    best, most = [np.inf, np.inf], 0
+    clearing, accusing = (counted(sign, first) for sign, first in zip((-1.0, 1.0), least))
+    for low, cleared in clearing:
+        for high, accused in accusing:
+            sides = [cleared.sum(axis=0), accused.sum(axis=0)]
+            wrong, every = (cleared + accused).T
+            above = (wrong > 1) & (every >= COUNTED) & (wrong > WRONG_SURE * every)
+            decided = sum(n for _, n in sides)
+            if decided > most and all(k <= WRONG_SURE * n for k, n in sides) and above.sum() <= EXCUSED:
+                best, most = [low, high], decided
+    return [(each, np.inf) if np.isfinite(each) else (logit(SURE) + 6.0, logit(NEVER)) for each in best]
 
 
 def at_most(k: int, n: int) -> float:
@@ -157,16 +157,16 @@ def at_most(k: int, n: int) -> float:
 
 def breaks(p: np.ndarray, valves: Valves, families: list, accuse: float, clear: float) -> list[str]:
     """The bounds that these thresholds break."""
-    known, fault = valves.known, valves.fault
-    accused, cleared = p >= accuse, p <= clear
-    wrong = known & ((accused & ~fault) | (cleared & fault))
+    known, fault = valves.several, valves.fault
+    accused, cleared = known & (p >= accuse), known & (p <= clear)
+    wrong = (accused & ~fault) | (cleared & fault)
     found = []
-    if at_most(int(wrong.sum()), int((known & (accused | cleared)).sum())) > WRONG:
+    if at_most(int(wrong.sum()), int((accused | cleared).sum())) > WRONG:
         found.append("wrong")
-    if at_most(int((accused & ~fault).sum()), int((~fault).sum())) > ACCUSED:
+    if at_most(int((accused & ~fault).sum()), int((known & ~fault).sum())) > ACCUSED:
         found.append("accused")
     for kind in np.unique(valves.kind[~fault]):
-        of = ~fault & (valves.kind == kind)
+        of = known & ~fault & (valves.kind == kind)
         if of.sum() >= FEWEST and (accused & of).sum() > ACCUSED_OF_KIND * of.sum():
             found.append(f"accused of {kind}")
     shares = [((q >= accuse) & ~f | (q <= clear) & f, (q >= accuse) | (q <= clear)) for q, f in families]
@@ -283,13 +283,13 @@ def line(what: str, fault: np.ndarray, p: np.ndarray, accuse: float, clear: floa
     )
 
 
-LENGTHS = ((0, 1.5, "1"), (1.5, 3.5, "2 to 3"), (3.5, 7.5, "4 to 7"), (7.5, 15.5, "8 to 15"), (15.5, 1e9, "16 or more"), (0, 1e9, "all"))
+LENGTHS = ((1.5, 3.5, "2 to 3"), (3.5, 7.5, "4 to 7"), (7.5, 15.5, "8 to 15"), (15.5, 1e9, "16 or more"), (1.5, 1e9, "all"))
 
 
 def lengths(valves: Valves, p: np.ndarray, accuse: float, clear: float) -> str:
     out = HEAD
     for low, high, what in LENGTHS:
-        own = valves.told & valves.known & (valves.windows > low) & (valves.windows <= high)
+        own = valves.several & (valves.windows > low) & (valves.windows <= high)
         out += line(f"{what} windows", valves.fault[own], p[own], accuse, clear)
     return out
 
@@ -297,7 +297,7 @@ def lengths(valves: Valves, p: np.ndarray, accuse: float, clear: float) -> str:
 def calibration(valves: Valves, p: np.ndarray) -> str:
     out = "| probability | valves | mean | at fault |\n|---|---|---|---|\n"
     for low, high in ((0, 0.02), (0.02, 0.1), (0.1, 0.3), (0.3, 0.7), (0.7, 0.9), (0.9, 0.98), (0.98, 1.01)):
-        own = valves.told & valves.known & (p >= low) & (p < high)
+        own = valves.several & (p >= low) & (p < high)
         if own.any():
             out += f"| {low:.2f} to {min(high, 1):.2f} | {own.sum()} | {p[own].mean():.3f} | {valves.fault[own].mean():.3f} |\n"
     return out
@@ -310,7 +310,7 @@ def of_s(valves: Valves, quantiles: list[np.ndarray], shifts: list[tuple[float, 
     low, high = np.minimum(low - shift, middle), np.maximum(high + shift, middle)
     out = "| windows | valves called | S is a number | median error | within 15 % | interval holds it |\n|---|---|---|---|---|---|\n"
     for least, most, what in LENGTHS:
-        own = valves.told & valves.has_s & (p >= accuse) & (valves.windows > least) & (valves.windows <= most)
+        own = valves.several & valves.has_s & (p >= accuse) & (valves.windows > least) & (valves.windows <= most)
         number = own & ((np.exp(high) - np.exp(low)) <= 2 * 0.35 * np.exp(middle))
         if number.sum() < 10:
             continue
@@ -325,12 +325,11 @@ def of_s(valves: Valves, quantiles: list[np.ndarray], shifts: list[tuple[float, 
 
 def main() -> int:
     arguments = argparse.ArgumentParser()
-    arguments.add_argument("folder", type=Path, nargs="+")
+    arguments.add_argument("folder", type=Path)
     arguments.add_argument("model", type=Path)
     arguments.add_argument("--fast", action="store_true", help="leave out no families; for trials")
     asked = arguments.parse_args()
     valves = Valves(asked.folder, "valves")
-    last = asked.folder[-1]
     every = np.arange(len(valves.names))
     summary = every < valves.first
     signs = np.where(summary, valves.signs, 0)
@@ -365,10 +364,11 @@ def main() -> int:
         f"# The model of valves: {name}\n\n"
         f"Trained by `crates/stiction-train/train.sh` with LightGBM {lightgbm.__version__}; {len(content):,} bytes, {len(names)} features. "
         f"{len(valves.x)} simulated valves, {valves.known.sum()} of them healthy or visibly at fault, with records of 1 to 64 usual lengths. "
-        f"The tables are of {valves.told.sum()} of them, with the windows of a diagnosis, by models without the fold of each.\n\n"
+        f"The tables are of the {valves.several.sum()} of these with two windows or more, by models without the fold of each. A single window "
+        f"keeps the probability of the model of a window.\n\n"
         f"A valve is accused from {accuse:.2f} and cleared up to {clear:.2f}. Log-odds beyond those of 0.90 are compressed so that 0.98 is "
         f"reported at {sides[0][0]:.1f} against a fault and at {sides[1][0]:.1f} for one, from where decisions on left-out families "
-        f"({len(left)}) are right in 98 %, and no earlier than for a window alone.\n\n## Accuracy by number of windows\n\n" + lengths(valves, p, accuse, clear)
+        f"({len(left)}) are right in 96 %, and no earlier than for a window alone.\n\n## Accuracy by number of windows\n\n" + lengths(valves, p, accuse, clear)
         + "\n## Calibration\n\n" + calibration(valves, p)
         + "\n## S\n\n" + of_s(valves, quantiles, shifts, p, accuse)
     )  # fmt: skip
@@ -376,13 +376,13 @@ def main() -> int:
         card += "\n## Families left out in turn\n\nBy smaller models.\n\n" + HEAD
         for (family, *_), (of, truth) in zip(left, families):
             card += line(family, truth, of, accuse, clear)
-    if (last / "invented.pools").exists():
-        other = Valves([last], "invented")
+    if (asked.folder / "invented.pools").exists():
+        other = Valves(asked.folder, "invented")
         raw = final.predict(other.x[:, columns], raw_score=True)
         q = sigmoid(told(raw, sides))
         card += "\n## Kinds that are never trained on\n\n" + lengths(other, q, accuse, clear) + "\n" + calibration(other, q) + "\n" + HEAD
         for kind in np.unique(other.kind):
-            of = other.known & (other.kind == kind)
+            of = other.several & (other.kind == kind)
             card += line(kind, other.fault[of], q[of], accuse, clear)
         predicted = [model.predict(other.x[:, columns]) for model in of_ln_s]
         card += "\n" + of_s(other, predicted, shifts, q, accuse)
