@@ -383,6 +383,7 @@ def test_planned(
     done: list[tuple[float, float | None]] | None,
     rises: bool | None,
     pv_allowed: tuple[float, float] | None,
+    time_s: float | None,
 ) -> dict[str, Any]: ...
 def test_read(
     recording: Recording, done: list[tuple[float, float | None]] | None, plan: str | None, rises: bool | None

@@ -17,6 +17,7 @@ __all__ = [
     "Alternative",
     "Definition",
     "Estimate",
+    "Event",
     "Fault",
     "FewSlips",
     "Judged",
@@ -261,7 +262,8 @@ class TestPlan(Result):
     op_low: float = about("The lowest OP, percent.")
     op_high: float = about("The highest OP, percent.")
     record_every_s: float = about("The longest sample interval of OP and PV, s, without compression.")
-    total_s: float = about("The longest duration of the first part, s.")
+    total_s: float = about("The longest time in manual, s. The test ends then.")
+    expected_s: float = about("The time in manual that is expected, s.")
     summary: str = about("A summary of the test.")
     instructions: list[str] = about("The instructions, in order.")
 
@@ -320,6 +322,16 @@ class FewSlips(Result):
         "Size of OP steps that would make the valve slip, percent of span: half more than the estimated S."
     )
     words: str = about("The same in a sentence.")
+
+
+@result
+class Event(Result):
+    """A change of a valve."""
+
+    change: str = about("What changed.")
+    time_s: float = about("When: the time of the first window after it, s.")
+    interval_s: list[float] = about("The interval of that time, 95 %, s.")
+    found_s: float = about("The time of the window with which it was found, s.")
 
 
 @result

@@ -334,6 +334,7 @@ def plan(
     done: Iterable[tuple[float, float | None]] | None = None,
     rises: bool | None = None,
     pv_allowed: tuple[float, float] | None = None,
+    time_s: float | None = None,
 ) -> TestPlan:
     """Size a test for a loop from a recording of its operation.
 
@@ -350,6 +351,8 @@ def plan(
         Whether the PV rises when the OP rises; by default from the action of the controller.
     pv_allowed : (float, float), optional
         The lowest and the highest PV that the process tolerates; by default the recorded range, widened by half.
+    time_s : float, optional
+        The longest time in manual, s; by default 20 min, and 40 holds of a slow loop.
 
     Returns
     -------
@@ -358,7 +361,7 @@ def plan(
     Raises
     ------
     ValueError
-        If the recording has no segment in automatic, no PV, or no movement.
+        If the recording has no segment in automatic, no PV, or no movement, or the time is not above 0.
 
     Examples
     --------
@@ -366,11 +369,12 @@ def plan(
     >>> run = stiction.simulate("samples/sticky-flow")
     >>> test = stiction.valve_test.plan(stiction.recording(run.op, run.pv, run.sp, sample_time=1), rises=True)
     >>> [turn.op for turn in test.grow[:4]]
-    [0.2, -0.2, 0.32, -0.32]
+    [0.56, -0.56, 0.9, -0.9]
     """
     allowed = None if pv_allowed is None else (number("pv_allowed", pv_allowed[0]), number("pv_allowed", pv_allowed[1]))
     known = None if rises is None else bool(instance("rises", rises, bool))
-    return result_of(TestPlan, _core.test_planned(_checked(recording), _sets("done", done), known, allowed))
+    longest = None if time_s is None else number("time_s", time_s)
+    return result_of(TestPlan, _core.test_planned(_checked(recording), _sets("done", done), known, allowed, longest))
 
 
 def read(

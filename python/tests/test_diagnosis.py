@@ -69,7 +69,7 @@ def test_the_numbers_of_the_command_line(sticky):
     assert sticky.oscillating_signal == "error" and round(sticky.oscillation.period_s, 2) == 73.86
     assert sticky.judged.samples == 2400 and sorted(sticky.judged.signals) == ["OP", "PV", "SP"]
     assert sticky.findings["direct"].decision == "abstains"
-    assert sticky.verdict.confirm.grow[0].op == 0.2 and sticky.verdict.confirm.instructions
+    assert sticky.verdict.confirm.grow[0].op == 0.56 and sticky.verdict.confirm.instructions
     assert abs(sticky.stiction.S.value - 4) < 0.5 and sticky.stiction.coverage == 0.9
     assert sticky.kpis["Harris index"].value is not None
     assert len(sticky.findings) == len(stiction.detectors()) >= 20

@@ -64,7 +64,7 @@ pub struct Args {
     reading: Reading,
 }
 
-fn a_duration(text: &str) -> Result<f64, String> {
+pub(crate) fn a_duration(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (value, unit) = text.split_at(digits);

@@ -4,6 +4,7 @@ pub mod signature;
 
 use crate::diagnose::ended;
 use crate::files::{In, Out};
+use crate::history::a_duration;
 use crate::loops::{diagnose_all, find_all};
 use crate::output;
 use crate::reading_args::Reading;
@@ -128,11 +129,14 @@ struct Plan {
     /// The highest PV that the process tolerates, in PV units
     #[arg(long, value_name = "PV", requires = "pv_low", allow_negative_numbers = true)]
     pv_high: Option<f64>,
+    /// The longest time in manual, such as 15min [default: 20min, and more for a slow loop]
+    #[arg(long, value_name = "DURATION", value_parser = a_duration)]
+    time: Option<f64>,
     /// The completed sheet of an inconclusive test in the recording: a CSV file with the columns time and op
     #[arg(long, value_name = "DONE.csv")]
     done: Option<In>,
     /// Plan a signature instead: a slow ramp of the OP over the stroke and back, with the valve position recorded
-    #[arg(long, conflicts_with_all = ["pv_low", "pv_high", "done", "rises", "falls"])]
+    #[arg(long, conflicts_with_all = ["pv_low", "pv_high", "time", "done", "rises", "falls"])]
     signature: bool,
     /// The lowest OP of a signature, percent
     #[arg(long, value_name = "OP", requires = "signature", default_value_t = 0.0)]
@@ -255,6 +259,7 @@ fn planned(args: &Plan) -> Result<()> {
     let options = PlanOptions {
         rises: args.of.rises(),
         pv_allowed: args.pv_low.zip(args.pv_high).map(|(low, high)| [low, high]),
+        time_s: args.time,
     };
     let first = plan(&one.diagnosis, &options)
         .map_err(|why| anyhow!("{}, loop {name}: {}", args.of.file.origin(), why.0))?;

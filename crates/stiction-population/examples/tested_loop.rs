@@ -18,7 +18,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         kind.tested(seed, 12.0, Operator::Careful, Trend::AsAsked, &mut |before, of| {
             let asked =
                 DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
-            let options = PlanOptions { rises: Some(of.rises), pv_allowed: Some(of.pv_allowed) };
+            let options = PlanOptions {
+                rises: Some(of.rises),
+                pv_allowed: Some(of.pv_allowed),
+                ..PlanOptions::default()
+            };
             plan(&diagnose(before, &asked).ok()?, &options).ok()
         })?;
     let tested = tested.ok_or("this loop has no plan")?;

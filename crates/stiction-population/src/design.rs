@@ -138,7 +138,7 @@ impl Design {
     }
 
     /// Sum of the lags, the dead time and the sample time of the loop, s.
-    fn response_time_untuned(&self) -> f64 {
+    pub fn response_time_untuned(&self) -> f64 {
         self.tau + self.tau2 + self.dead_time + self.valve_lag + self.step()
     }
 

@@ -63,6 +63,14 @@ pub struct TestTrial {
     pub repeated: Share,
     /// Median number of turns.
     pub turns: Option<f64>,
+    /// Time in manual of the first test of a loop, s: the median, and what nine of ten do not exceed.
+    pub manual_s: Option<[f64; 2]>,
+    /// The same in response times of the process.
+    pub responses: Option<[f64; 2]>,
+    /// Time in manual of all tests of a loop, s.
+    pub manual_of_all_s: Option<[f64; 2]>,
+    /// Time in manual that the plan expects of the first test, s.
+    pub expected_s: Option<[f64; 2]>,
     /// Tests that are found without a sheet and without a mode.
     pub noticed: Share,
     /// Recordings of operation in which a test is found by mistake.
@@ -189,6 +197,11 @@ impl TestTrial {
             .collect();
         let turns: Vec<f64> = began.iter().map(|(_, t, _)| t.carried.turns as f64).collect();
         let median = |x: &[f64]| (!x.is_empty()).then(|| quantile(x, 0.5));
+        let two = |of: &dyn Fn(&Tested) -> f64| {
+            let all: Vec<f64> = began.iter().map(|(_, tested, _)| of(tested)).collect();
+            (!all.is_empty()).then(|| [0.5, 0.9].map(|share| quantile(&all, share)))
+        };
+        let manual = |tested: &Tested| tested.carried.manual_s[0];
         Self {
             planned: Share { k: tested.len(), n: asked.count() },
             began: Share { k: began.len(), n: tested.len() },
@@ -227,6 +240,10 @@ impl TestTrial {
             s_below: median(&limits),
             repeated: share(&|tested| tested.carried.began > 1),
             turns: median(&turns),
+            manual_s: two(&manual),
+            responses: two(&|tested| manual(tested) / tested.valve.response_s),
+            manual_of_all_s: two(&|tested| tested.carried.manual_s.iter().sum()),
+            expected_s: two(&|tested| tested.plan.expected_s),
             noticed: share(&|tested| tested.noticed),
             imagined: Share {
                 k: tested.iter().filter(|(_, tested, _)| tested.imagined).count(),
@@ -256,8 +273,12 @@ fn planned(test: &mut dyn FnMut(Plan<'_>) -> Result<Option<Tested>>) -> Result<O
         let asked = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
         let diagnosis = diagnose(before, &asked).ok()?;
         undecided = diagnosis.verdict.class == VerdictClass::CannotTell;
-        plan(&diagnosis, &PlanOptions { rises: Some(of.rises), pv_allowed: Some(of.pv_allowed) })
-            .ok()
+        let options = PlanOptions {
+            rises: Some(of.rises),
+            pv_allowed: Some(of.pv_allowed),
+            ..PlanOptions::default()
+        };
+        plan(&diagnosis, &options).ok()
     })?;
     let Some(tested) = tested else { return Ok(One::NoPlan) };
     if tested.valve.partly {

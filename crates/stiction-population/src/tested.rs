@@ -59,6 +59,8 @@ pub struct Carried {
     pub from_s: f64,
     /// Its end.
     pub to_s: f64,
+    /// How long the controller was in manual in each test, s.
+    pub manual_s: Vec<f64>,
     /// The completed sheet.
     pub sheet: ByHand,
 }
@@ -76,6 +78,8 @@ pub struct TestedValve {
     pub rises: bool,
     /// Time between the samples of the recording, s.
     pub sample_time_s: f64,
+    /// Response time of the process with its valve, s: the sum of its lags and dead time.
+    pub response_s: f64,
 }
 
 /// A loop before a test, and with it.
@@ -128,6 +132,7 @@ impl LoopKind {
                         partly: truth.has_bands() && share > 0.0 && share < 1.0,
                         rises: design.gain > 0.0,
                         sample_time_s: design.sample_time,
+                        response_s: design.response_time_untuned(),
                     },
                     first: design.warm_up + samples * design.steps,
                     warm_up: design.warm_up,
@@ -392,6 +397,7 @@ impl<'a> AtWork<'a> {
                 beyond_anyway: false,
                 from_s: 0.0,
                 to_s: 0.0,
+                manual_s: vec![0.0],
                 sheet: ByHand { sets: vec![], known_by: KnownBy::Sheet },
             },
             last: 0,
@@ -435,6 +441,7 @@ impl<'a> AtWork<'a> {
         if let Some((next, others)) = self.plans.split_first() {
             (self.plan, self.plans) = (next, others);
             self.carried.began += 1;
+            self.carried.manual_s.push(0.0);
             (self.stage, self.at, self.known) = (Stage::Grows(0), At::Waits(k), false);
             (self.done, self.answered, self.longest, self.seen, self.grown) = (0, 0, 0.0, 0, 0);
             (self.calm, self.stops) = (0.0, 0);
@@ -602,6 +609,10 @@ impl Hand for AtWork<'_> {
             let out = pv < self.allowed[0] || pv > self.allowed[1];
             self.carried.beyond |= out;
         }
+        let holds = matches!(self.at, At::Holds(_));
+        if let (true, Some(manual)) = (holds, self.carried.manual_s.last_mut()) {
+            *manual += step;
+        }
         let (least, most) = (self.plan.pv_low, self.plan.pv_high);
         match self.at {
             At::Done => None,
@@ -664,7 +675,11 @@ impl Hand for AtWork<'_> {
                     && held >= (0.3 * self.hold).max(2.0 * self.site.valve.sample_time_s);
                 if passed || held >= self.hold {
                     self.next(pv, held);
-                    self.turn(k, pv);
+                    let manual = self.carried.manual_s.last().copied().unwrap_or(0.0);
+                    match manual < self.plan.total_s {
+                        true => self.turn(k, pv),
+                        false => self.over(k, true),
+                    }
                     if !matches!(self.at, At::Holds(_)) {
                         return self.automatic(k);
                     }

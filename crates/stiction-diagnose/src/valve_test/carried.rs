@@ -376,6 +376,7 @@ mod tests {
             op_high: 60.0,
             record_every_s: 5.0,
             total_s: 480.0,
+            expected_s: 240.0,
             summary: String::new(),
             instructions: vec![],
         }

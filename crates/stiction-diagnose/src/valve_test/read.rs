@@ -391,7 +391,7 @@ fn odds(p: f64) -> f64 {
     logit(p.clamp(1e-6, 1.0 - 1e-6))
 }
 
-/// The verdict from test and operation. Their log-odds add.
+/// The verdict from test and operation. Their log-odds add, but neither accuses nor clears against the test.
 fn conclude(
     weighed: &Weighed,
     operation: &Operation,
@@ -423,8 +423,12 @@ fn conclude(
     let limit = (LIMIT * operation.op_range).clamp(LIMITS.0, LIMITS.1);
     let class = match () {
         () if silent && !by_position || still => VerdictClass::DoesNotRespond,
-        () if probability >= SURE && explains(sticking) => VerdictClass::Sticks,
+        // Operation does not decide against the test, which is the better witness.
+        () if probability >= SURE && weighed.sticks > 0.5 && explains(sticking) => {
+            VerdictClass::Sticks
+        }
         () if probability < 0.5
+            && weighed.sticks < 0.5
             && weighed.elsewhere < 0.1
             && weighed.silent < 1.0 - SURE
             && weighed.s_below < limit

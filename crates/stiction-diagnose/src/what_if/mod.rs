@@ -56,6 +56,7 @@ use crate::closed_loop::{ClosedLoop, Controller};
 use crate::compensate::{
     self, CompensatorOutcome, Figures, Knowledge, Method, compare_with_progress,
 };
+use crate::diagnose::Estimate;
 use crate::error::{Error, Result, non_negative};
 use crate::finding::{Abstention, Number};
 use crate::limit_cycle::tuning::{Retuning, TuningGrid, least_swing};
@@ -577,7 +578,8 @@ fn confirm(
         name: "loop",
         pv_unit: None,
         segment: &segment,
-        largest_s: Some(bands.s()),
+        s: None,
+        likely_s: Some(Estimate { value: bands.s(), low: bands.s(), high: bands.s() }),
         period_s: Some(period_s.unwrap_or(0.0).max(settle_s / PERIODS)),
     };
     let rises = Some(plant.process.step_response(settle_s)? > 0.0);

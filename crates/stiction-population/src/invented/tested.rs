@@ -81,6 +81,9 @@ impl Unseen {
                     partly: sticks && self.partly(),
                     rises: sketch.gain > 0.0,
                     sample_time_s: sketch.sample_time,
+                    response_s: (sketch.lags[0] + sketch.lags[1] + sketch.dead as f64 + 1.0)
+                        * sketch.sample_time
+                        / sketch.steps as f64,
                 },
                 first,
                 warm_up: sketch.warm_up(),
