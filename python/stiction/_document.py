@@ -17,7 +17,6 @@ __all__ = [
     "Alternative",
     "Definition",
     "Estimate",
-    "Event",
     "Fault",
     "FewSlips",
     "Judged",
@@ -33,6 +32,7 @@ __all__ = [
     "Stiction",
     "TestPlan",
     "Turn",
+    "ValveChange",
     "Verdict",
     "Votes",
     "Window",
@@ -325,8 +325,8 @@ class FewSlips(Result):
 
 
 @result
-class Event(Result):
-    """A change of a valve."""
+class ValveChange(Result):
+    """A change of a valve between two of its windows."""
 
     change: str = about("What changed.")
     time_s: float = about("When: the time of the first window after it, s.")

@@ -13,7 +13,7 @@ from stiction._arguments import number, optional, text
 from stiction._arrays import Samples
 from stiction._core import Recording, Table
 from stiction._document import *
-from stiction._document import Estimate, Found
+from stiction._document import Estimate, Found, ValveChange
 from stiction._result import Result, about, result, result_of
 from stiction._words import documented, drawn
 from stiction.detection import MethodEvidence, _evidence
@@ -27,7 +27,6 @@ __all__ = [
     "History",
     "Observation",
     "RepairEffect",
-    "ValveChange",
     "Weighing",
     "combine",
     "diagnose",
@@ -38,16 +37,6 @@ __all__ = [
     "summary_table",
 ]
 __all__ += _document.__all__
-
-
-@result
-class ValveChange(Result):
-    """A change of a valve between two of its windows."""
-
-    change: str = about("What changed.", kind='{"new", "returned", "worse", "better", "gone"}')
-    time_s: float = about("When: the time of the first window after it, s.")
-    interval_s: list[float] = about("The 95 % interval of that time, s.")
-    found_s: float = about("The time of the window with which it was found, s.")
 
 
 @result

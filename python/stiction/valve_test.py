@@ -352,7 +352,7 @@ def plan(
     pv_allowed : (float, float), optional
         The lowest and the highest PV that the process tolerates; by default the recorded range, widened by half.
     time_s : float, optional
-        The longest time in manual, s; by default 20 min, and 40 holds of a slow loop.
+        The longest time in manual, s; by default 20 min, or 40 holds of a slow loop, but 8 h at most.
 
     Returns
     -------

@@ -4,7 +4,7 @@
 //! cargo run --release -p stiction-population --example valve_changes -- 200 40
 //! ```
 //!
-//! prints, for 400 loops with records of 40 usual lengths: sticking valves that are repaired in the middle, the same with both halves
+//! prints, for 200 loops with records of 40 usual lengths: sticking valves that are repaired in the middle, the same with both halves
 //! exchanged, the same without a repair, and loops of all kinds in which nothing changes. Where the windows of one half accuse the valve
 //! and those of the other do not, the change can be seen.
 

@@ -101,3 +101,35 @@ fn what_cannot_be_asked_is_refused() {
     let refused = run(&folder, &["history", "FIC7.csv", "--repair", "noon"]).refusal();
     assert!(refused.contains("--repair: \"noon\" is not a date and time such as"), "{refused}");
 }
+
+#[test]
+fn a_valve_that_changed_is_judged_by_what_came_after() {
+    let folder = folder("history-change");
+    let columns = ["--columns", "t,sp,pv,op", "--set", "duration=14000"];
+    let simulate = |more: &[&str]| {
+        let scenario = ["simulate", "samples/sticky-flow"];
+        run(&folder, &[&scenario[..], &columns, more].concat()).quiet_success();
+    };
+    simulate(&["-o", "sticks.csv"]);
+    let repaired = ["--set", "valve.S=0.4", "--set", "valve.J=0.1", "--set", "noise.seed=3"];
+    simulate(&[&repaired[..], &["-o", "repaired.csv"]].concat());
+    for (files, change, sticks) in [
+        (["sticks.csv", "repaired.csv"], "gone", false),
+        (["repaired.csv", "sticks.csv"], "new", true),
+    ] {
+        let asked = [&["diagnose"], &files[..], &["--join", "--json"]].concat();
+        let found = run(&folder, &asked).json()["loops"][0].clone();
+        assert_eq!(found["verdict"]["class"] == "sticks", sticks, "{found}");
+        let changes = found["evidence"]["changes"].as_array().unwrap();
+        assert!(changes.len() == 1 && changes[0]["change"] == change, "{changes:?}");
+        // A window has 1,500 s.
+        let off = changes[0]["time_s"].as_f64().unwrap() - 14_000.0;
+        assert!(off.abs() <= 1500.0, "{changes:?}");
+        let notes = found["notes"].to_string();
+        assert!(notes.contains("only the windows since then count"), "{notes}");
+        let asked = [&["history"], &files[..], &["--join", "--window", "25min"]].concat();
+        let text = run(&folder, &asked).quiet_success();
+        assert!(text.contains("windows since the change count"), "{text}");
+        assert!(text.contains("\nchange    the valve "), "{text}");
+    }
+}

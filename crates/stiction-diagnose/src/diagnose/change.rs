@@ -133,9 +133,13 @@ impl Change {
     }
 }
 
-/// A change of a valve.
+/// A change of a valve between two of its windows.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, schemars::JsonSchema),
+    schemars(rename = "ValveChange")
+)]
 pub struct Event {
     /// What changed.
     pub change: Change,
@@ -209,12 +213,13 @@ pub fn events(windows: &[Seen], repairs: &[f64]) -> Vec<Event> {
 }
 
 impl Event {
-    /// It in words, such as "the valve began to stick at 2 h (between 1 h and 3 h)"; `moment` writes a time.
+    /// It in words, such as "the valve began to stick at about 2 h (between 1 h and 3 h)"; `moment` writes a time. All times are
+    /// those of windows, so they are known to a window.
     pub fn words(&self, moment: impl Fn(f64) -> String) -> String {
         let (what, at, (from, to)) = (self.change.words(), moment(self.time), self.interval);
         match from == to {
-            true => format!("{what} at {at}"),
-            false => format!("{what} at {at} (between {} and {})", moment(from), moment(to)),
+            true => format!("{what} at about {at}"),
+            false => format!("{what} at about {at} (between {} and {})", moment(from), moment(to)),
         }
     }
 

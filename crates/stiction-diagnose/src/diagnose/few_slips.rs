@@ -38,12 +38,12 @@ pub fn few_slips(weighing: &Weighing, duration_s: f64) -> Option<FewSlips> {
     if weighing.probability < LOOKS_STUCK_FROM || weighing.mismatch > 1.0 {
         return None;
     }
-    let seen_in = weighing.windows.iter().zip(&weighing.evidence);
-    let (seen, time) =
-        seen_in.fold((0.0, 0.0), |(seen, time), (window, evidence)| match slips(evidence) {
+    let (seen, time) = weighing.present().fold((0.0, 0.0), |(seen, time), (window, evidence)| {
+        match slips(evidence) {
             Some(slips) => (seen + slips, time + window.duration),
             None => (seen, time),
-        });
+        }
+    });
     // Spread windows: the valve slips as often between them. Overlapping windows: fewer slips were seen.
     let seen = (seen * duration_s / time).round();
     if !seen.is_finite() || !(duration_s > 0.0) {

@@ -334,7 +334,7 @@ fn cut(grid: &Grid, longest: &Segment, windows: Option<&Weighing>) -> Option<Str
     };
     let counts = |segment: &&Segment| {
         let until = segment.from + segment.duration();
-        weighing.windows.iter().any(|window| (segment.from..until).contains(&window.from))
+        weighing.present().any(|(window, _)| (segment.from..until).contains(&window.from))
     };
     Some(format!(
         "the recording has {count} segments; the verdict uses {} of them, {:.0} % of the duration, and the published \
@@ -399,7 +399,9 @@ fn missing_slips(
         }
         _ => false,
     };
-    few_slips(weighing, segment.duration().max(weighing.covered())).filter(|_| too_little)
+    // Of a valve that changed, the windows before are no record of its present state.
+    let record_s = if weighing.changes.is_empty() { segment.duration() } else { 0.0 };
+    few_slips(weighing, record_s.max(weighing.covered())).filter(|_| too_little)
 }
 
 /// The reason without a segment to judge.

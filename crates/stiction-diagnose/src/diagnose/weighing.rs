@@ -269,15 +269,15 @@ impl Weighing {
     /// The thresholds of the model that gave the probability.
     pub fn thresholds(&self) -> Decision {
         match self.pool {
-            Some(_) if self.counted() > 1 => thresholds_of_several(),
+            Some(_) if self.present().count() > 1 => thresholds_of_several(),
             _ => thresholds(),
         }
     }
 
-    /// How many of its windows are of the present state of the valve.
-    fn counted(&self) -> usize {
+    /// The windows that count, those of the present state of the valve, with their evidence.
+    pub fn present(&self) -> impl Iterator<Item = (&Window, &Evidence)> {
         let since = present_since(&self.changes);
-        self.windows.iter().filter(|window| window.from >= since).count()
+        self.windows.iter().zip(&self.evidence).filter(move |(window, _)| window.from >= since)
     }
 
     /// Number of its windows, what overlaps counted once.

@@ -11,7 +11,8 @@
 //!    answer. This part ends when the PV has not answered three sizes in a row.
 //!
 //! The test ends after [`TIME`] in manual or after [`HOLDS`] first holds, whichever is longer, after a [`SHIFT`] at the
-//! latest, or after the time that the user gives. Larger steps from size to size, and then a larger first size, fit the first part into this time.
+//! latest, or after the time that the user gives. Larger steps from size to size, and then a larger first size, fit the
+//! first part into this time.
 //!
 //! If the PV drifts away although the OP should bring it back, the operator moves the OP further in the same direction.
 //! The centre of the turns moves by the same amount. An inconclusive test is followed by another ([`TestPlan::again`]).
