@@ -17,6 +17,6 @@ train hear
 train -o "$model"
 # Valves with long records, by the model of a window above.
 valves=target/valves
-cargo run --profile dist -p stiction-train -- --n 24000 --seed 11 --cache "$valves" valves
+cargo run --profile dist -p stiction-train -- --n 20000 --seed 11 --cache "$valves" valves
 cargo run --profile dist -p stiction-train -- --n 2400 --seed 5 --cache "$valves" valves --invented
 python crates/stiction-train/valves/train.py "$valves" "$model"

@@ -9,4 +9,5 @@ mod masked;
 mod measured_position;
 mod monotone;
 mod relation;
+mod textbook;
 mod verdict;

@@ -209,7 +209,7 @@ pub fn pool(folder: &Path, source: Source, seed: u64) -> Result<()> {
     }
     parts.sort();
     let (mut rows, mut lines) =
-        (vec![], "valve,kind,fault,visible,S,J,nats,families,mean_ln_s\n".to_owned());
+        (vec![], "valve,kind,fault,visible,S,J,nats,families,mean_ln_s,part\n".to_owned());
     for (_, part) in parts {
         let path = |end: &str| folder.join(format!("{part}.{end}"));
         let text = std::fs::read_to_string(path("csv"))?;
@@ -223,9 +223,11 @@ pub fn pool(folder: &Path, source: Source, seed: u64) -> Result<()> {
             let truth = truths.find(|line| line.starts_with(&number));
             let truth = truth.with_context(|| format!("{part}.csv has no valve {number}"))?;
             let pools: Vec<Pool> = valve.iter().map(|window| pool_of(window, &all)).collect();
-            let pool = Pool::merged(&pools).context("a valve has no windows")?;
-            rows.extend(pool.row().into_iter().flat_map(f32::to_le_bytes));
-            lines += &format!("{truth},{}\n", pool.mean_ln_s());
+            for (part, pools) in parts_of(&pools) {
+                let pool = Pool::merged(pools).context("a valve has no windows")?;
+                rows.extend(pool.row().into_iter().flat_map(f32::to_le_bytes));
+                lines += &format!("{truth},{},{part}\n", pool.mean_ln_s());
+            }
         }
     }
     let write = |end: &str, bytes: &[u8]| -> Result<()> {
@@ -239,6 +241,17 @@ pub fn pool(folder: &Path, source: Source, seed: u64) -> Result<()> {
     write("confidence.csv", format!("{},{}", clearing.reached, accusing.reached).as_bytes())?;
     write("pools", &rows)?;
     write("pools.csv", lines.as_bytes())
+}
+
+/// The windows of a valve, their first and last half, quarter and so on down to one window, with the name of each part.
+fn parts_of(pools: &[Pool]) -> Vec<(String, &[Pool])> {
+    let n = pools.len();
+    let mut parts = vec![("all".to_owned(), pools)];
+    for k in (1..).take_while(|k| n >> k > 0) {
+        parts.push((format!("first {}", 1 << k), &pools[..n >> k]));
+        parts.push((format!("last {}", 1 << k), &pools[n - (n >> k)..]));
+    }
+    parts
 }
 
 fn pool_of(window: &[f32], features: &[usize]) -> Pool {

@@ -5,7 +5,8 @@
 reads `valves.pools`, `valves.pools.csv`, `valves.columns.csv` and `valves.confidence.csv` in the first folder (and `invented.*`, if
 they are there, to measure only), and writes `valves.bin` and its card `VALVES.md` into the second.
 
-Valves whose record cannot show their fault are left out. Those with a single window are learned from, but a diagnosis keeps the
+Each valve gives a row for its whole record, and one for its first and last half, quarter and so on, which together weigh as much. All
+are learned from; thresholds and tables are of whole records. Valves whose record cannot show their fault are left out. Those with a single window are learned from, but a diagnosis keeps the
 probability of the first model for a single window. So thresholds and tables are of valves with two windows or more. All choices
 are made on predictions for valves that a trial model was not trained on: five folds for thresholds and S, and every family of
 loops in turn for the confidence. LightGBM is deterministic on one version of it, on any number of threads.
@@ -59,19 +60,25 @@ class Valves:
         self.fault, self.visible = number("fault") > 0.5, number("visible") > 0.5
         self.s = number("S")
         self.windows = self.x[:, 0]
-        self.fold = number("valve").astype(int) % FOLDS
+        self.part = np.array([row["part"] for row in rows])
+        self.whole = self.part == "all"
+        self.valve = number("valve").astype(int)
+        self.fold = self.valve % FOLDS
+        parts = np.bincount(self.valve)[self.valve] - 1
+        self.weight = np.where(self.whole, 1.0, 1.0 / np.maximum(parts, 1))
         self.families = [set(row["families"].split(";")) - {""} for row in rows]
         self.known = ~self.fault | self.visible
-        self.several = self.known & (self.windows > 1.5)
+        self.several = self.known & self.whole & (self.windows > 1.5)
         # S of a valve in the loop below refers to a different OP, and that of a stuck one is not its own.
         self.has_s = self.fault & self.visible & (self.s > 0.0) & (self.s < 100.0)
         # As the trees learn it: above the weighted mean of the windows.
         self.ln_s = np.log(np.maximum(self.s, 1e-9)) - number("mean_ln_s")
 
 
-def fitted(recipe: tuple, x: np.ndarray, y: np.ndarray, **more: object) -> lightgbm.Booster:
+def fitted(recipe: tuple, valves: Valves, columns: np.ndarray, y: np.ndarray, use: np.ndarray, **more: object) -> lightgbm.Booster:
     rounds, parameters = recipe
-    return lightgbm.train(parameters | more, lightgbm.Dataset(x, y), rounds)
+    data = lightgbm.Dataset(valves.x[use][:, columns], y[use], weight=valves.weight[use])
+    return lightgbm.train(parameters | more, data, rounds)
 
 
 def out_of_fold(recipe: tuple, valves: Valves, columns: np.ndarray, y: np.ndarray, use: np.ndarray, raw: bool = False, **more: object) -> np.ndarray:
@@ -79,7 +86,7 @@ def out_of_fold(recipe: tuple, valves: Valves, columns: np.ndarray, y: np.ndarra
     found = np.full(len(y), np.nan)
     for fold in range(FOLDS):
         asked = valves.fold == fold
-        model = fitted(recipe, valves.x[use & ~asked][:, columns], y[use & ~asked], **more)
+        model = fitted(recipe, valves, columns, y, use & ~asked, **more)
         found[asked] = model.predict(valves.x[asked][:, columns], raw_score=raw)
     return found
 
@@ -117,8 +124,8 @@ def without_families(valves: Valves, columns: np.ndarray, signs: list[int]) -> l
     found = []
     # One after another: LightGBM is safe neither on threads nor after a fork.
     for name, of in chosen:
-        asked, rest = of & valves.several, ~of & valves.known
-        model = fitted(TRIAL, valves.x[rest][:, columns], valves.fault[rest], monotone_constraints=signs)
+        asked, rest = of & valves.several, ~of & valves.known & valves.whole
+        model = fitted(TRIAL, valves, columns, valves.fault, rest, monotone_constraints=signs)
         found.append((name, model.predict(valves.x[asked][:, columns], raw_score=True), valves.fault[asked]))
     return found
 
@@ -226,7 +233,8 @@ def preorder(node: dict, out: list[bytes]) -> None:
 
 def below(threshold: float) -> float:
     """The largest f32 that is not above a threshold: of f32 values, the same go left."""
-    near = np.float32(threshold)
+    with np.errstate(over="ignore"):
+        near = np.float32(threshold)
     return float(near if near <= threshold else np.nextafter(near, np.float32(-np.inf)))
 
 
@@ -323,6 +331,28 @@ def of_s(valves: Valves, quantiles: list[np.ndarray], shifts: list[tuple[float, 
     return out
 
 
+def longer(valves: Valves, p: np.ndarray, accuse: float, clear: float) -> str:
+    out = "| windows | undecided | decided by 2 times the record | by 4 times | by 8 times |\n|---|---|---|---|---|\n"
+    place = {key: k for k, key in enumerate(zip(valves.valve, valves.part))}
+    first = lambda valve, k: place.get((valve, "all" if k == 0 else f"first {1 << k}"))  # noqa: E731
+    decided = (p >= accuse) | (p <= clear)
+    for low, high, what in LENGTHS:
+        shares = {times: [0, 0] for times in (1, 2, 3)}
+        for valve in np.unique(valves.valve):
+            for k in range(1, 8):
+                now = first(valve, k)
+                if now is None or decided[now] or not low < valves.windows[now] <= high:
+                    continue
+                for times, share in shares.items():
+                    if k >= times:
+                        share[0] += int(decided[first(valve, k - times)])
+                        share[1] += 1
+        if shares[3][1] >= 10:
+            of = " | ".join(f"{k / n:.0%} of {n}" for k, n in shares.values())
+            out += f"| {what} | {shares[1][1]} | {of} |\n"
+    return out
+
+
 def main() -> int:
     arguments = argparse.ArgumentParser()
     arguments.add_argument("folder", type=Path)
@@ -333,7 +363,7 @@ def main() -> int:
     every = np.arange(len(valves.names))
     summary = every < valves.first
     signs = np.where(summary, valves.signs, 0)
-    first = fitted(TRIAL, valves.x[valves.known], valves.fault[valves.known], monotone_constraints=signs.tolist())
+    first = fitted(TRIAL, valves, every, valves.fault, valves.known & valves.whole, monotone_constraints=signs.tolist())
     gain = first.feature_importance("gain") * ~summary
     features = np.sort(np.argsort(-gain, kind="stable")[:FEATURES])
     columns = np.concatenate([every[summary], features])
@@ -347,12 +377,11 @@ def main() -> int:
     families = [(sigmoid(told(each, sides)), truth) for _, each, truth in left]
     accuse, clear = thresholds(p, valves, families) if left else (0.9, 0.1)
     quantiles = [out_of_fold(S, valves, columns, valves.ln_s, valves.has_s, alpha=alpha) for alpha in (0.05, 0.5, 0.95)]
-    shifts = s_shifts(quantiles, valves.ln_s, valves.has_s)
+    shifts = s_shifts(quantiles, valves.ln_s, valves.has_s & valves.whole)
 
-    x = valves.x[:, columns]
-    final = fitted(FAULT, x[valves.known], fault[valves.known], monotone_constraints=own)
-    of_ln_s = [fitted(S, x[valves.has_s], valves.ln_s[valves.has_s], alpha=alpha) for alpha in (0.05, 0.5, 0.95)]
-    name = f"valves-{len(valves.x)}-{hashlib.sha256(valves.x.tobytes()).hexdigest()[:8]}"
+    final = fitted(FAULT, valves, columns, fault, valves.known, monotone_constraints=own)
+    of_ln_s = [fitted(S, valves, columns, valves.ln_s, valves.has_s, alpha=alpha) for alpha in (0.05, 0.5, 0.95)]
+    name = f"valves-{valves.whole.sum()}-{hashlib.sha256(valves.x.tobytes()).hexdigest()[:8]}"
     names = [valves.names[k] for k in features]
     parts = [b"VALVES 1", text(name), struct.pack("<I", len(names)), *map(text, names), struct.pack("<dd", accuse, clear)]
     parts += [struct.pack("<dd", *side) for side in sides]
@@ -363,7 +392,8 @@ def main() -> int:
     card = (
         f"# The model of valves: {name}\n\n"
         f"Trained by `crates/stiction-train/train.sh` with LightGBM {lightgbm.__version__}; {len(content):,} bytes, {len(names)} features. "
-        f"{len(valves.x)} simulated valves, {valves.known.sum()} of them healthy or visibly at fault, with records of 1 to 64 usual lengths. "
+        f"{valves.whole.sum()} simulated valves, {(valves.known & valves.whole).sum()} of them healthy or visibly at fault, with records of 1 to 64 "
+        f"usual lengths; of each its whole record and parts of it. "
         f"The tables are of the {valves.several.sum()} of these with two windows or more, by models without the fold of each. A single window "
         f"keeps the probability of the model of a window.\n\n"
         f"A valve is accused from {accuse:.2f} and cleared up to {clear:.2f}. Log-odds beyond those of 0.90 are compressed so that 0.98 is "
@@ -371,6 +401,8 @@ def main() -> int:
         f"({len(left)}) are right in 96 %, and no earlier than for a window alone.\n\n## Accuracy by number of windows\n\n" + lengths(valves, p, accuse, clear)
         + "\n## Calibration\n\n" + calibration(valves, p)
         + "\n## S\n\n" + of_s(valves, quantiles, shifts, p, accuse)
+        + "\n## Longer records\n\nOf valves that the first part of their record left undecided, those that more of it decided.\n\n"
+        + longer(valves, p, accuse, clear)
     )  # fmt: skip
     if families:
         card += "\n## Families left out in turn\n\nBy smaller models.\n\n" + HEAD
