@@ -315,9 +315,6 @@ class FewSlips(Result):
 
     seen: int = about("Slips of the best valve model in all windows, scaled to the whole record.")
     needed: int = about("Slips that a decision needs.")
-    record_for_s: float | None = about(
-        "Further recording time in s, if the valve continues to slip as often; None if it never slipped."
-    )
     step: float = about(
         "Size of OP steps that would make the valve slip, percent of span: half more than the estimated S."
     )

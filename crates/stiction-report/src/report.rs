@@ -35,7 +35,7 @@ pub mod folder;
 mod head;
 mod history;
 pub mod layout;
-mod moment;
+pub(crate) mod moment;
 mod over_time;
 mod small_trend;
 pub mod told;

@@ -1,9 +1,11 @@
 //! The verdict in words that an operator and a mechanic understand, the same on a terminal and in a report.
 
+use crate::report::moment::moment;
 use std::collections::BTreeSet;
+use stiction_diagnose::diagnose::change::Event;
 use stiction_diagnose::diagnose::{
-    Basis, Diagnosis, Estimate, Fault, FewSlips, Grade, Override, Ruling, Silence, VerdictClass,
-    Weighing, thresholds,
+    Basis, Diagnosis, Estimate, Fault, Grade, Override, Ruling, Silence, VerdictClass, Weighing,
+    thresholds,
 };
 use stiction_diagnose::recording::fitness::{Class, MeasureId};
 use stiction_diagnose::recording::{RangeSource, Segment};
@@ -61,7 +63,23 @@ fn span(diagnosis: &Diagnosis) -> String {
 
 /// The verdict in a few sentences.
 pub fn verdict(diagnosis: &Diagnosis) -> String {
-    join([verdict_alone(diagnosis), span(diagnosis)])
+    join([verdict_alone(diagnosis), changes(diagnosis), span(diagnosis)])
+}
+
+/// The changes of the valve within the recording.
+fn changes(diagnosis: &Diagnosis) -> String {
+    let by_windows = matches!(diagnosis.verdict.basis, Basis::Evidence | Basis::OpAlone);
+    let Some(evidence) = diagnosis.evidence.as_ref().filter(|_| by_windows) else {
+        return String::new();
+    };
+    let of = |event: &Event| {
+        let words = sentence(&event.words(|at| moment(diagnosis, at)));
+        match event.change.begins_anew() {
+            true => format!("{} Only the windows since then count.", words),
+            false => words,
+        }
+    };
+    evidence.changes.iter().map(of).collect::<Vec<_>>().join(" ")
 }
 
 /// The verdict without the doubt about the range of the OP.
@@ -280,7 +298,10 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
         Some(_) => "a position of this valve",
     };
     if let Some(few) = &diagnosis.few_slips {
-        return Some(format!("{}, or {position} would decide.", missing(few)));
+        let step = rough(few.step);
+        return Some(format!(
+            "OP steps of {step} % up and down in manual, or {position} would decide."
+        ));
     }
     let ask = match diagnosis.undecided_by() {
         Some(Ruling::Mistaken) => {
@@ -301,25 +322,24 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
             ));
         }
         Some(Ruling::Blind) => {
-            "A recording with more OP travel, such as at a changing load or set point, or a longer one"
-                .to_owned()
+            "A recording with more OP travel, such as at a changing load or set point".to_owned()
         }
-        _ => recording(diagnosis, segment),
+        _ => match recording(diagnosis, segment) {
+            Some(better) => better,
+            None => {
+                return Some(format!(
+                    "Use {position} or a test of the valve to decide. A longer recording rarely helps: eight times the record \
+                     decided one in five simulated loops."
+                ));
+            }
+        },
     };
     Some(format!("{ask}, {position}, or a test of the valve would decide."))
 }
 
-/// The slips that are missing, as an instruction.
-fn missing(few: &FewSlips) -> String {
-    let step = format!("OP steps of {} % up and down", rough(few.step));
-    match few.record_for_s {
-        Some(time) => format!("A recording {} longer, {step}", spoken::time(time)),
-        None => format!("Manual {step}"),
-    }
-}
-
-/// The properties of a better recording.
-fn recording(diagnosis: &Diagnosis, segment: &Segment) -> String {
+/// The properties of a better recording, if there are any. Of 2,011 undecided loops of the population 13 % were decided by
+/// twice the record, 17 % by four times, 19 % by eight times (example `record_longer` of the population).
+fn recording(diagnosis: &Diagnosis, segment: &Segment) -> Option<String> {
     let period = diagnosis.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
     let mut wants = vec![];
     if segment.pv.is_none() {
@@ -336,12 +356,7 @@ fn recording(diagnosis: &Diagnosis, segment: &Segment) -> String {
     let unfit = diagnosis.fitness.measures.iter().filter(|m| m.class != Class::Fit);
     let better: BTreeSet<Better> = unfit.filter_map(|measure| Better::than(measure.id)).collect();
     wants.extend(better.into_iter().map(|better| better.words().to_owned()));
-    match (wants.is_empty(), period) {
-        (false, _) => format!("A recording {}", wants.join(", ")),
-        // The recording already has ten cycles.
-        (true, Some(_)) => "A longer recording".to_owned(),
-        (true, None) => "A longer recording, at least ten cycles long".to_owned(),
-    }
+    (!wants.is_empty()).then(|| format!("A recording {}", wants.join(", ")))
 }
 
 /// Properties of a better recording, in the order in which they are requested.

@@ -118,7 +118,7 @@ fn of_population(loops: std::ops::Range<u64>) -> impl ParallelIterator<Item = Pa
 /// What a page may not say, and of which pages it is asked: a name, and what is wrong with a page, if anything is.
 type Rule = (&'static str, fn(&Page) -> Option<String>);
 
-const RULES: [Rule; 20] = [
+const RULES: [Rule; 19] = [
     ("slips of the pen", |page| page.find(|text| SHARED.is_slip(text))),
     ("no factor is absurd", |page| {
         // After the action of a row come its two factors, then other ranges.
@@ -275,16 +275,6 @@ const RULES: [Rule; 20] = [
     ("a test that cannot be made is not asked for", |page| {
         page.diagnosis.verdict.no_test.as_ref()?;
         page.starts("Test the valve:").then(|| "a test, and none can be planned".to_owned())
-    }),
-    ("a missing length is one length", |page| {
-        let few = page.diagnosis.few_slips.as_ref()?;
-        let time = spoken::time(few.record_for_s?);
-        page.find(|text| {
-            text.contains("A recording ")
-                && text.contains(" longer, OP steps")
-                && !text.contains(&time)
-        })
-        .or_else(|| page.find(|text| text.contains("looks stuck") && !text.contains(&time)))
     }),
 ];
 

@@ -208,22 +208,12 @@ fn cycle(diagnosis: &Diagnosis) -> String {
     let Some((signal, oscillation)) = diagnosis.oscillation() else {
         return "no segment to analyse".to_owned();
     };
-    let mut parts = vec![];
-    match oscillation.period_s {
-        Some(period) => parts.push(format!("period {}", spoken::time(period))),
-        None => parts.push("no period".to_owned()),
-    }
-    let mut say = |name: &str, value: Option<f64>| {
-        if let Some(value) = value.filter(|v| v.is_finite()) {
-            parts.push(format!("{name} {}", number(value)));
-        }
+    let (true, Some(period)) = (oscillation.found, oscillation.period_s) else {
+        return format!("the {signal} does not oscillate clearly");
     };
-    say("amplitude", oscillation.amplitude);
-    say("regularity", oscillation.regularity);
-    say("decay ratio", oscillation.decay_ratio);
-    say("cycles", oscillation.cycles);
-    let found = if oscillation.found { "oscillates" } else { "does not oscillate clearly" };
-    format!("the {signal} {found}: {}", parts.join(", "))
+    let by = oscillation.amplitude.map_or(String::new(), |by| format!(" by ±{}", words::rough(by)));
+    let cycles = oscillation.cycles.map_or(String::new(), |n| format!(", {n:.0} times"));
+    format!("the {signal} swings{by} every {}{cycles}", spoken::time(period))
 }
 
 fn stiction(diagnosis: &Diagnosis) -> Option<String> {

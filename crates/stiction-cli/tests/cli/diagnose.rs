@@ -45,7 +45,7 @@ fn one_loop_fits_one_screen() {
     );
     for wanted in [
         "data      fit; 2400 samples of 1 s, 40 min in all",
-        "cycle     the error oscillates: period 74 s",
+        "cycle     the error swings by ±1.4 every 74 s, 32 times",
         "method  ",
         "Horch's cross-correlation ",
         "undecided",

@@ -1,8 +1,12 @@
-//! Records that look stuck with too few slips for a sure verdict: what to record next.
+//! Records that look stuck with too few slips for a sure verdict: by how much to step the OP.
+//!
+//! Waiting for more slips does not help. Of 156 such records of the population, 29 (19 %) were decided by the record in which
+//! eight slips would occur at the same rate, and 44 (28 %) by eight times the record (example `record_longer` of the
+//! population).
 
 use super::weighing::Weighing;
 use crate::evidence::Evidence;
-use crate::spoken::{counted, rough, time};
+use crate::spoken::{counted, rough};
 
 /// Slips that a record needs; more make the verdict hardly surer.
 ///
@@ -24,8 +28,6 @@ pub struct FewSlips {
     pub seen: usize,
     /// Slips that a decision needs.
     pub needed: usize,
-    /// Further recording time in s, if the valve continues to slip as often; `None` if it never slipped.
-    pub record_for_s: Option<f64>,
     /// Size of OP steps that would make the valve slip, percent of span: half more than the estimated S.
     pub step: f64,
     /// The same in a sentence.
@@ -49,28 +51,21 @@ pub fn few_slips(weighing: &Weighing, duration_s: f64) -> Option<FewSlips> {
     if !seen.is_finite() || !(duration_s > 0.0) {
         return None;
     }
-    of(seen as usize, duration_s, weighing.s.value)
+    of(seen as usize, weighing.s.value)
 }
 
-/// The lack of slips in a record of `duration_s` with this many slips of a valve of this S.
-fn of(seen: usize, duration_s: f64, s: f64) -> Option<FewSlips> {
+/// The lack of slips in a record with this many slips of a valve of this S.
+fn of(seen: usize, s: f64) -> Option<FewSlips> {
     if seen >= NEEDED {
         return None;
     }
-    let record_for_s = (seen > 0)
-        .then(|| duration_s * (NEEDED - seen) as f64 / seen as f64)
-        .filter(|t| t.is_finite());
     let step = BEYOND * s;
-    let longer = match record_for_s {
-        Some(lacking) => format!("record {} more, or step", time(lacking)),
-        None => "step".to_owned(),
-    };
     let words = format!(
-        "looks stuck; {} seen, {NEEDED} needed: {longer} the OP by {} % up and down",
+        "looks stuck; {} seen, {NEEDED} needed: step the OP by {} % up and down",
         counted(seen, "slip"),
         rough(step)
     );
-    Some(FewSlips { seen, needed: NEEDED, record_for_s, step, words })
+    Some(FewSlips { seen, needed: NEEDED, step, words })
 }
 
 /// Slips of the best valve model in a window.
@@ -85,17 +80,13 @@ mod tests {
 
     #[test]
     fn what_is_missing_is_told() {
-        let few = of(2, 4.0 * 3600.0, 3.0).unwrap();
-        assert_eq!((few.seen, few.needed, few.record_for_s), (2, 8, Some(12.0 * 3600.0)));
+        let few = of(2, 3.0).unwrap();
+        assert_eq!((few.seen, few.needed, few.step), (2, 8, 4.5));
         assert_eq!(
             few.words,
-            "looks stuck; 2 slips seen, 8 needed: record 12 h more, or step the OP by 4.5 % up and down"
+            "looks stuck; 2 slips seen, 8 needed: step the OP by 4.5 % up and down"
         );
-        let one = of(1, 600.0, 1.0).unwrap();
-        assert!(one.words.contains("1 slip seen") && one.words.contains("70 min"), "{}", one.words);
-        let none = of(0, 600.0, 2.0).unwrap();
-        assert_eq!((none.record_for_s, none.step), (None, 3.0));
-        assert!(none.words.contains("needed: step the OP by 3 "), "{}", none.words);
-        assert_eq!(of(NEEDED, 600.0, 2.0), None);
+        assert!(of(1, 1.0).unwrap().words.contains("1 slip seen"));
+        assert_eq!(of(NEEDED, 2.0), None);
     }
 }

@@ -2,7 +2,6 @@
 
 use super::belonging::Belonging;
 use super::by_evidence::Ruling;
-use super::change::Event;
 use super::conclude::conclude;
 use super::definitions::definitions;
 use super::diagnosis::{Diagnosis, Judged, silent};
@@ -243,7 +242,6 @@ pub fn diagnose_with_progress(
     let by_windows = matches!(verdict.basis, Basis::Evidence | Basis::OpAlone);
     let gave = weighed.filter(|_| by_windows);
     notes.extend(segment.and_then(|segment| cut(&grid, segment, gave)));
-    notes.extend(gave.map(changed).unwrap_or_default());
     notes.extend(recent.as_ref().map(read_in_part));
     notes.extend(ByHand::of(recording).and_then(|by_hand| test_beside(&by_hand)));
     let relation = belonging.relation.as_ref();
@@ -342,15 +340,6 @@ fn cut(grid: &Grid, longest: &Segment, windows: Option<&Weighing>) -> Option<Str
         grid.segments.iter().filter(counts).count(),
         share(weighing.covered())
     ))
-}
-
-/// The notes on changes of the valve within the segment.
-fn changed(weighing: &Weighing) -> Vec<String> {
-    let of = |event: &Event| match event.change.begins_anew() {
-        true => format!("{}; only the windows since then count", event.words(time)),
-        false => event.words(time),
-    };
-    weighing.changes.iter().map(of).collect()
 }
 
 /// The note on a segment of which some steps read the last part.

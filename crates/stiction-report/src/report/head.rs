@@ -116,7 +116,7 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
         .is_some_and(|cycle| cycle.explained == Some(false));
     let verdict = &diagnosis.verdict;
     let test = || match (&verdict.confirm, &verdict.no_test) {
-        (Some(plan), _) => format!("Test the valve: {} (see below).", plan.summary),
+        (Some(plan), _) => format!("Test the valve: {} (see The test).", plan.summary),
         (None, Some(why)) => format!("No test can be planned: {why}."),
         (None, None) => {
             "Test the valve in manual with small OP reversals, and watch the flow or the stem."
@@ -148,7 +148,7 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
             all.push(repair());
             if unexplained {
                 all.push(
-                    "Look upstream, too. The fitted valve does not explain the swing (see below)."
+                    "Look upstream, too. The fitted valve does not explain the swing (see What would it bring?)."
                         .to_owned(),
                 );
             }

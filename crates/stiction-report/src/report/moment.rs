@@ -11,6 +11,6 @@ pub(super) fn date(diagnosis: &Diagnosis, at: f64) -> Option<String> {
 }
 
 /// A time on the recording's clock as a date, if known.
-pub(super) fn moment(diagnosis: &Diagnosis, at: f64) -> String {
+pub(crate) fn moment(diagnosis: &Diagnosis, at: f64) -> String {
     date(diagnosis, at).unwrap_or_else(|| spoken(at))
 }
