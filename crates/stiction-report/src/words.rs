@@ -2,7 +2,7 @@
 
 use crate::report::moment::moment;
 use std::collections::BTreeSet;
-use stiction_diagnose::diagnose::change::Event;
+use stiction_diagnose::diagnose::change::{Event, present_since};
 use stiction_diagnose::diagnose::{
     Basis, Diagnosis, Estimate, Fault, Grade, Override, Ruling, Silence, VerdictClass, Weighing,
     thresholds,
@@ -72,12 +72,11 @@ fn changes(diagnosis: &Diagnosis) -> String {
     let Some(evidence) = diagnosis.evidence.as_ref().filter(|_| by_windows) else {
         return String::new();
     };
+    let since = present_since(&evidence.changes);
     let of = |event: &Event| {
         let words = sentence(&event.words(|at| moment(diagnosis, at)));
-        match event.change.begins_anew() {
-            true => format!("{} Only the windows since then count.", words),
-            false => words,
-        }
+        let counts = if event.time == since { " Only the windows since then count." } else { "" };
+        words + counts
     };
     evidence.changes.iter().map(of).collect::<Vec<_>>().join(" ")
 }
@@ -329,7 +328,7 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
             None => {
                 return Some(format!(
                     "Use {position} or a test of the valve to decide. A longer recording rarely helps: eight times the record \
-                     decided one in five simulated loops."
+                     decided one in five undecided simulated loops."
                 ));
             }
         },

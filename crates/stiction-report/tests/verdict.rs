@@ -3,6 +3,7 @@
 use crate::html;
 
 use html::well_formed;
+use stiction_diagnose::diagnose::change::{Change, Event};
 use stiction_diagnose::diagnose::{
     Alternative, Basis, Cause, Definition, DiagnoseOptions, Diagnosis, Estimate, FewSlips, Grade,
     Limit, Observation, Override, Stiction, Verdict, VerdictClass, Votes, Window, combine,
@@ -337,6 +338,29 @@ fn advice_fits_what_is_missing() {
         ),
         "{text}"
     );
+}
+
+#[test]
+fn the_windows_since_the_last_change_count() {
+    let mut diagnosis = full();
+    diagnosis.verdict = verdict(VerdictClass::CannotTell, Basis::Evidence, Some(0.5));
+    let event =
+        |change, time| Event { change, time, interval: (time - 60.0, time + 60.0), found: time };
+    diagnosis.evidence.as_mut().unwrap().changes = vec![
+        event(Change::Gone, 300.0),
+        event(Change::Returned, 600.0),
+        event(Change::Worse, 900.0),
+    ];
+    let text = words::verdict(&diagnosis);
+    let (before, after) = text.split_once(" Only the windows since then count. ").unwrap();
+    assert!(
+        before.contains("ceased to stick") && before.contains("began to stick again"),
+        "{text}"
+    );
+    assert!(after.starts_with("S grew") && !after.contains("since then"), "{text}");
+    // A position does not use the windows.
+    diagnosis.verdict = verdict(VerdictClass::CannotTell, Basis::ValvePosition, None);
+    assert!(!words::verdict(&diagnosis).contains("since then"));
 }
 
 #[test]
