@@ -186,6 +186,7 @@ enum InventedSet {
     First,
     #[default]
     Second,
+    Third,
 }
 
 impl InventedSet {
@@ -193,6 +194,7 @@ impl InventedSet {
         match self {
             Self::First => Invention::FIRST,
             Self::Second => Invention::SECOND,
+            Self::Third => Invention::THIRD,
         }
     }
 }

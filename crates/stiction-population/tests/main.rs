@@ -4,6 +4,7 @@ mod diagnose;
 mod few_slips;
 mod fit;
 mod grades;
+mod invented_week;
 mod long_records;
 mod masked;
 mod measured_position;

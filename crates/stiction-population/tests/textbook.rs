@@ -57,12 +57,14 @@ fn cycles_of_textbooks() {
     let seeds = || 60_000..66_000_u64;
     println!("sticking loops found: {}", accused(seeds().into_par_iter().filter_map(sticking)));
     println!("external waves accused: {}", accused(seeds().into_par_iter().filter_map(healthy)));
-    for sticks in [true, false] {
-        let kinds: Vec<_> = Invention::FIRST.into_iter().chain(Invention::SECOND).collect();
-        let all = kinds.into_par_iter().flat_map_iter(move |kind| {
-            (60_000..60_300_u64).filter_map(move |seed| invented(kind, seed, sticks))
-        });
-        let what = if sticks { "sticking loops found" } else { "healthy loops accused" };
-        println!("kinds never trained on, {what}: {}", accused(all));
+    let earlier = [Invention::FIRST, Invention::SECOND].concat();
+    for (set, kinds) in [("first and second", earlier), ("third", Invention::THIRD.to_vec())] {
+        for sticks in [true, false] {
+            let all = kinds.par_iter().flat_map_iter(move |kind| {
+                (60_000..60_300_u64).filter_map(move |seed| invented(*kind, seed, sticks))
+            });
+            let what = if sticks { "sticking loops found" } else { "healthy loops accused" };
+            println!("kinds never trained on, {set} set, {what}: {}", accused(all));
+        }
     }
 }

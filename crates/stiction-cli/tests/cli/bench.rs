@@ -260,7 +260,7 @@ fn what_cannot_be_measured_is_refused_with_the_row_and_the_remedy() {
         ("bench --simulated 2 --method nonesuch", "horch"),
         ("bench --simulated 2 --only horch", "verdict"),
         ("bench --simulated 2 --invented-set first", "--invented"),
-        ("bench --invented 2 --invented-set third", "second"),
+        ("bench --invented 2 --invented-set fourth", "second"),
         ("bench --labels none.csv", "none.csv"),
         ("bench --labels none.csv --simulated 2", "cannot be used with"),
     ] {

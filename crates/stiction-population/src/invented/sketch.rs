@@ -70,8 +70,8 @@ impl Sketch {
             sample_time: draw.one_of([0.5, 1.0, 2.0, 5.0, 10.0, 30.0]),
             s,
             j: s * match what {
-                // Without a jump it would not be one-sided.
-                Invention::OneSidedFriction => draw.uniform(0.3, 0.9),
+                // Without a jump it would not be one-sided, and would not age.
+                Invention::OneSidedFriction | Invention::AgeingFriction => draw.uniform(0.3, 0.9),
                 _ => draw.uniform(0.05, 1.0),
             },
             model: draw.weighted([(Model::TwoPhase, 0.6), (Model::He, 0.4)]),

@@ -99,12 +99,18 @@ impl Unseen {
         Ok(None)
     }
 
-    /// Whether the valve sticks in a part of the stroke or one direction only, or the OP is not that of the stem.
+    /// Whether the valve sticks in a part of the stroke, in one direction or after a rest only, or the OP is not that
+    /// of the stem.
     fn partly(self) -> bool {
         use Invention as Kind;
         matches!(
             self,
-            Self::Invented(Kind::NearTheSeat | Kind::OneSidedFriction | Kind::WindingPositioner)
+            Self::Invented(
+                Kind::NearTheSeat
+                    | Kind::OneSidedFriction
+                    | Kind::WindingPositioner
+                    | Kind::AgeingFriction
+            )
         )
     }
 }
