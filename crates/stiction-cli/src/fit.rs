@@ -165,7 +165,7 @@ pub fn scenario(each: &Fitted) -> Result<String> {
     let name = &each.diagnosed.diagnosis.name;
     let fit = each.fit.as_ref().map_err(|why| anyhow::anyhow!("{name}: {why}"))?;
     let duration = each.diagnosed.diagnosis.segment().map_or(0.0, |segment| segment.duration());
-    stiction_io::fitted::scenario(name, fit, duration).map_err(anyhow::Error::msg)
+    stiction_report::fitted_scenario::scenario(name, fit, duration).map_err(anyhow::Error::msg)
 }
 
 fn plot(path: &Out, each: &Fitted, scenario: &str) -> Result<()> {

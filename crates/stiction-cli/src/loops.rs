@@ -8,7 +8,8 @@ use anyhow::{Result, anyhow, bail};
 use rayon::prelude::*;
 use stiction::diagnose::{DiagnoseOptions, Diagnosis, VerdictClass, diagnose};
 use stiction::recording::Recording;
-use stiction_io::{Overrides, ReadOptions};
+use stiction_io::ReadOptions;
+use stiction_plant::overrides::Overrides;
 use stiction_report::document::{Loop, Source};
 
 /// Samples of a file that are at least judged at a time, so that all threads have loops to judge.

@@ -9,7 +9,7 @@ use clap::Parser;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use stiction::diagnose::VerdictClass;
-use stiction_io::overrides::{self, Date, FILE_NAME, Override, Overrides, Scope};
+use stiction_plant::overrides::{self, Date, FILE_NAME, Override, Overrides, Scope};
 
 /// Keep a person's verdict on a valve, to show it beside the computed one.
 ///

@@ -12,7 +12,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use stiction::diagnose::VerdictClass;
 use stiction::spoken::counted;
-use stiction_io::overrides;
+use stiction_plant::overrides;
 use stiction_plant::inputs::{self, Changes, Problem};
 use stiction_plant::log::{self, Entry, Kind};
 use stiction_plant::orders::{Order, orders, to_do};

@@ -1,8 +1,6 @@
 //! Does this valve stick? Diagnosis of a valve from a recorded control loop.
 //!
-//! * [`recording`]: a loop as recorded by a plant, and whether its data are fit.
-//! * [`oscillation`]: whether a loop cycles, its regularity and period.
-//! * [`finding`] and [`methods`]: the result of a method, and the published ones, a folder each, behind one registry.
+//! * [`methods`]: the published methods, a folder each, behind one registry.
 //! * [`identify`]: linear models of the loop, and valve models fitted to OP and PV or a valve position.
 //! * [`evidence`]: the evidence in a window of data, as numbers without units.
 //! * [`fusion`]: the frozen model from evidence to probabilities and intervals.
@@ -10,8 +8,8 @@
 //! * `drawing`, with the feature `figure`: the common parts of the methods' figures.
 //! * [`valve_test`]: a test that shows whether a valve sticks, with its plan, its search and its judgement.
 //! * [`what_if`]: the effect of repair, retuning, a compensator or a positioner on a loop.
-//! * [`spoken`]: numbers and times as text.
-//! * [`series`]: moments, correlation, spectra, crossings.
+//!
+//! [`recording`], [`oscillation`], [`finding`], [`series`] and [`spoken`] are those of [`stiction_recording`].
 //!
 //! Controller output (OP), valve position (VP), S and J are in percent of span, times in seconds, the process value
 //! (PV) in its own units. The crate only computes: no files, no clock, no panics on bad input, and the same bytes
@@ -48,24 +46,20 @@ mod cause;
 pub mod diagnose;
 #[cfg(feature = "figure")]
 pub mod drawing;
-mod estimate;
 pub mod evidence;
-pub mod finding;
 pub mod fit;
 pub mod fusion;
 pub mod identify;
 pub mod methods;
-pub mod oscillation;
-pub mod recording;
-pub mod series;
-pub mod spoken;
+#[cfg(test)]
+#[path = "../../stiction-recording/src/oscillation/test_signals.rs"]
+mod test_signals;
 pub mod valve_test;
 pub mod what_if;
 
 pub use stiction_model::Number;
+pub use stiction_recording::{finding, oscillation, recording, series, spoken};
 stiction_model::written_by_name!(
-    finding::Decision,
-    finding::Family,
     diagnose::Basis,
     diagnose::Cause,
     diagnose::change::Change,
@@ -78,16 +72,10 @@ stiction_model::written_by_name!(
     evidence::Line,
     identify::controller::Structure,
     identify::fopdt::ProcessKind,
-    oscillation::OscillationBasis,
-    recording::KnownBy,
-    recording::LoopType,
-    recording::MaskedKind,
-    recording::RangeSource,
-    recording::fitness::Class,
-    recording::fitness::MeasureId,
     valve_test::Effect,
 );
 use stiction_model::{
-    Bands, Error, Result, bands, closed_loop, compensate, error, limit_cycle, numeric, parallel,
+    Bands, Error, bands, closed_loop, compensate, error, limit_cycle, numeric, parallel,
     simd, stem, valve,
 };
+use stiction_recording::estimate;

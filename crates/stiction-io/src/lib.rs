@@ -11,11 +11,12 @@ mod cells;
 mod columns;
 pub mod csv;
 mod error;
-mod fields;
+// Also for the overrides of a plant.
+#[doc(hidden)]
+pub mod fields;
 #[cfg(feature = "matlab")]
 pub mod matlab;
 mod names;
-pub mod overrides;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 pub mod reading;
@@ -33,14 +34,13 @@ pub use cells::{mode, number, quality};
 pub use columns::options::ReadOptions;
 pub use columns::{layout, options, role};
 pub use error::{Error, Result};
-pub use overrides::Overrides;
 pub use reading::Reading;
 #[cfg(feature = "parquet")]
 pub use reading::parted;
 pub use reading::summary::Summary;
 pub use reading::{join, summary};
 pub use remedy::{Remedy, Wording};
-pub use scenario::{Scenario, fitted};
+pub use scenario::Scenario;
 pub use sheet::Sheet;
 pub use table::Table;
 pub use texts::Texts;

@@ -1,7 +1,7 @@
 //! Odd and malformed files, each with what is read from it or what the message must say.
 
 use proptest::prelude::*;
-use stiction_diagnose::recording::{Channel, LoopType, Mode, Quality, Recording};
+use stiction_recording::recording::{Channel, LoopType, Mode, Quality, Recording};
 use stiction_io::ReadOptions;
 use stiction_io::reading;
 

@@ -1,7 +1,7 @@
 //! How tables are laid out: clocks, headers, names, and rows that are no samples.
 
 use std::fmt::Write;
-use stiction_diagnose::recording::{Mode, Quality, Recording};
+use stiction_recording::recording::{Mode, Quality, Recording};
 use stiction_io::reading::{self, Reading};
 use stiction_io::{ReadOptions, layout::Layout};
 

@@ -2,7 +2,7 @@
 //! none is taken from a file of a plant.
 
 use std::fmt::Write;
-use stiction_diagnose::recording::{LoopType, Mode, Recording};
+use stiction_recording::recording::{LoopType, Mode, Recording};
 use stiction_io::ReadOptions;
 use stiction_io::layout;
 use stiction_io::reading::{self, Reading};

@@ -1,7 +1,7 @@
 //! Numbers in every notation, ranges of the OP, qualities and modes.
 
 use proptest::prelude::*;
-use stiction_diagnose::recording::{Doubt, Mode, Quality, RangeSource, Recording};
+use stiction_recording::recording::{Doubt, Mode, Quality, RangeSource, Recording};
 use stiction_io::number::DecimalMark;
 use stiction_io::reading::{self, Reading};
 use stiction_io::{Error, ReadOptions, mode, quality};

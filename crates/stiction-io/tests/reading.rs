@@ -1,7 +1,7 @@
 //! Recordings: what must hold for every file.
 
 use proptest::prelude::*;
-use stiction_diagnose::recording::{Channel, Quality, Recording};
+use stiction_recording::recording::{Channel, Quality, Recording};
 use stiction_io::number::DecimalMark;
 use stiction_io::reading::{self, Format, Reading};
 use stiction_io::{ReadOptions, table};

@@ -1,7 +1,7 @@
 //! Times: clocks that begin again, the choice of the column, times of day, and advice that works.
 
 use proptest::prelude::*;
-use stiction_diagnose::recording::{Channel, Recording};
+use stiction_recording::recording::{Channel, Recording};
 use stiction_io::reading::{self, Reading};
 use stiction_io::{ReadOptions, timestamp::Zone};
 

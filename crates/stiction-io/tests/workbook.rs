@@ -1,7 +1,7 @@
 //! Workbooks of Excel and OpenDocument: their times, numbers, merged names, sheets, and damage.
 
 use std::io::Write;
-use stiction_diagnose::recording::{Quality, Recording};
+use stiction_recording::recording::{Quality, Recording};
 use stiction_io::reading::{self, Reading};
 use stiction_io::workbook::workbook_sheets;
 use stiction_io::{ReadOptions, options::Mapped};

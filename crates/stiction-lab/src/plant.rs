@@ -324,7 +324,7 @@ pub fn status(lab: &Lab, _: Nothing) -> Answer<Now> {
         scan: room.scanning.now(),
         events: room.folder.as_deref().map(happened::last).unwrap_or_default(),
         user: whoami::username().ok(),
-        today: stiction_io::overrides::today().to_string(),
+        today: stiction_plant::overrides::today().to_string(),
         words: Words::all(),
     };
     let Some(folder) = &room.folder else { return Ok(now) };

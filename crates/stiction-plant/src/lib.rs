@@ -15,6 +15,7 @@ pub mod demo;
 mod error;
 pub mod groups;
 pub mod log;
+pub mod overrides;
 pub mod plant_file;
 pub mod propose;
 pub mod report;

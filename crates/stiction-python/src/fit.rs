@@ -60,7 +60,7 @@ impl Fitted {
     fn scenario(&self) -> PyResult<Scenario> {
         let name = &self.diagnosis.name;
         let duration = self.diagnosis.segment().map_or(0.0, |segment| segment.duration());
-        let text = stiction_io::fitted::scenario(name, &self.fit, duration)
+        let text = stiction_report::fitted_scenario::scenario(name, &self.fit, duration)
             .map_err(|why| PyValueError::new_err(format!("loop {why}")))?;
         stiction_io::Scenario::parse(&text, name, None).map(Scenario).map_err(unread)
     }

@@ -3,6 +3,7 @@
 //! * [`words`]: a verdict in words;
 //! * [`document`]: a diagnosis as JSON, with its schema;
 //! * [`table`]: diagnoses as a table with one row per loop;
+//! * [`fitted_scenario`]: a fitted loop as a scenario;
 //! * [`report`]: the interactive report on recorded loops;
 //! * [`sheet`]: tables as CSV, safe for spreadsheets;
 //! * [`test_sheet`]: the sheet of a valve test, to print and to fill in;
@@ -16,6 +17,7 @@
 
 pub mod bench;
 pub mod document;
+pub mod fitted_scenario;
 pub mod report;
 pub mod scoreboard;
 pub mod sheet;

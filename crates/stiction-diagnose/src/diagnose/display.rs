@@ -8,7 +8,7 @@
 //! assert_eq!(Cause::StickingValve.to_string(), Cause::StickingValve.name());
 //! ```
 
-use super::{Basis, Cause, Diagnosis, Estimate, Verdict, VerdictClass};
+use super::{Basis, Cause, Diagnosis, Verdict, VerdictClass};
 use crate::spoken::{percent, rough};
 use std::fmt;
 
@@ -27,13 +27,6 @@ impl fmt::Display for Basis {
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())
-    }
-}
-
-/// Two significant digits, with the interval.
-impl fmt::Display for Estimate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ({} to {})", rough(self.value), rough(self.low), rough(self.high))
     }
 }
 

@@ -68,7 +68,7 @@ pub(super) fn fit_windows(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oscillation::test_signals::{noise, sine};
+    use crate::test_signals::{noise, sine};
     use crate::recording::GridOptions;
 
     const N: usize = 24_000;

@@ -317,7 +317,7 @@ fn levinson_durbin(lags: &[f64]) -> (Vec<f64>, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::oscillation::test_signals::noise;
+    use crate::test_signals::noise;
     use crate::recording::{GridOptions, Range, RangeSource};
     use std::f64::consts::TAU;
 

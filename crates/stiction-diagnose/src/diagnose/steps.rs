@@ -414,7 +414,7 @@ fn no_segment(grid: &Grid) -> Measure {
 mod tests {
     use super::*;
     use crate::fusion::Pool;
-    use crate::oscillation::test_signals::sine;
+    use crate::test_signals::sine;
     use std::sync::atomic::AtomicUsize;
 
     #[test]
@@ -443,7 +443,7 @@ mod tests {
     fn of_a_very_long_segment_the_methods_read_the_last_part() {
         let n = READ_BY_METHODS + 20_000;
         // It oscillates only in the first 20,000 samples.
-        let noise = crate::oscillation::test_signals::noise(n, 3);
+        let noise = crate::test_signals::noise(n, 3);
         let swing = |k: usize| if k < 20_000 { 5.0 } else { 0.0 };
         let wave = |k: usize| (std::f64::consts::TAU * k as f64 / 40.0).sin();
         let op: Vec<f64> = (0..n).map(|k| 50.0 + swing(k) * wave(k) + noise[k]).collect();
@@ -468,7 +468,7 @@ mod tests {
     fn a_gap_costs_only_what_is_missing() {
         let n = 9_000;
         let wave = |k: usize| (std::f64::consts::TAU * k as f64 / 40.0).sin();
-        let noise = crate::oscillation::test_signals::noise(n, 3);
+        let noise = crate::test_signals::noise(n, 3);
         let of = |from: usize, to: usize| -> Recording {
             let mut op: Vec<f64> = (0..n).map(|k| 50.0 + 5.0 * wave(k) + 0.2 * noise[k]).collect();
             let pv: Vec<f64> =

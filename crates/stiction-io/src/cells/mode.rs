@@ -1,7 +1,7 @@
 //! Words and codes for a controller's mode.
 
 use crate::cells::number::{self, DecimalMark};
-use stiction_diagnose::recording::Mode;
+use stiction_recording::recording::Mode;
 
 /// The modes that a mapping file can name.
 pub const NAMES: [(&str, Mode); 4] = [

@@ -2,7 +2,7 @@
 
 use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column};
-use stiction_diagnose::recording::Quality;
+use stiction_recording::recording::Quality;
 
 /// The decimal mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -4,7 +4,7 @@ use crate::cells::number::{self, DecimalMark};
 use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Viewed};
 use Quality::{Bad, Good, Missing, Uncertain};
-use stiction_diagnose::recording::Quality;
+use stiction_recording::recording::Quality;
 
 /// The qualities that a mapping file can name.
 pub const NAMES: [(&str, Quality); 3] = [("good", Good), ("uncertain", Uncertain), ("bad", Bad)];

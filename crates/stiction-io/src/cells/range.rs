@@ -3,7 +3,7 @@
 use super::signals::{ANALOGUE, SCALED, Values};
 use super::unit::{self, Unit};
 use crate::remedy::{Remedy, Wording};
-use stiction_diagnose::recording::{Channel, Range, RangeSource};
+use stiction_recording::recording::{Channel, Range, RangeSource};
 
 /// Tolerance, in percent, of a signal in percent below 0 and above 100. Controllers allow a few percent more for
 /// their outputs.

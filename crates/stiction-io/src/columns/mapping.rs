@@ -7,7 +7,7 @@ use crate::columns::role::{Role, Signal};
 use crate::error::{Error, Result};
 use crate::fields::{Fields, Wrong, line_of};
 use std::path::{Path, PathBuf};
-use stiction_diagnose::recording::LoopType;
+use stiction_recording::recording::LoopType;
 use toml::de::DeTable;
 
 /// All top-level keys.

@@ -5,7 +5,7 @@ use crate::columns::role::{Pattern, Role, Signal};
 use crate::remedy::Wording;
 use crate::timestamp::{Day, TimeFormat, Zone};
 use std::collections::{HashMap, HashSet};
-use stiction_diagnose::recording::{LoopType, Mode, Quality};
+use stiction_recording::recording::{LoopType, Mode, Quality};
 
 /// The user's information on a file. By default there is none, and everything is recognised.
 #[derive(Debug, Clone, Default, PartialEq)]

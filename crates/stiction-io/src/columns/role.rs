@@ -2,7 +2,7 @@
 
 use crate::cells::mode;
 use std::fmt;
-use stiction_diagnose::recording::{LoopType, Mode};
+use stiction_recording::recording::{LoopType, Mode};
 
 /// A signal of a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

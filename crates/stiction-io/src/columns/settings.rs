@@ -148,7 +148,7 @@ mod tests {
         assert_eq!(by_name.of_loop("B").op_range, Some((0.0, 9.0)));
         let told =
             all(&["signals.pv=X", "modes.3=auto", "modes.3=manual", "bad_text=x", "bad_text=y"]);
-        assert_eq!(told.modes[0].1, stiction_diagnose::recording::Mode::Manual);
+        assert_eq!(told.modes[0].1, stiction_recording::recording::Mode::Manual);
         assert_eq!((told.bad_text.len(), told.signals[0].0), (2, Signal::Pv));
     }
 }

@@ -13,7 +13,7 @@ use crate::names::list;
 use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Column, Sheet, Viewed};
 use crate::timestamp::{Clock, Times};
-use stiction_diagnose::recording::{
+use stiction_recording::recording::{
     Channel, Columns, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource, Recording,
     rhythm,
 };

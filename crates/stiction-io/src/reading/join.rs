@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::names::list;
 use sha2::{Digest, Sha256};
 use std::collections::{HashMap, HashSet};
-use stiction_diagnose::recording::{Channel, MaskedSample, Modes, Quality, Recording};
+use stiction_recording::recording::{Channel, MaskedSample, Modes, Quality, Recording};
 
 /// A recording, and the name of its file in messages.
 pub type Part<'a> = (&'a str, &'a Recording);
@@ -297,7 +297,7 @@ fn merged<V: PartialEq + Copy>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction_diagnose::recording::{Mode, Range, RangeSource};
+    use stiction_recording::recording::{Mode, Range, RangeSource};
 
     /// A loop sampled every second from `start` or, without a date, from 0; the OP counts on from `op`.
     fn part(start: Option<f64>, op: f64, count: usize) -> Recording {

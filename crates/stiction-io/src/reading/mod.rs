@@ -31,7 +31,7 @@ use format::{File, sheets};
 use naming::{Names, common_start};
 use std::collections::HashSet;
 use std::path::Path;
-use stiction_diagnose::recording::Recording;
+use stiction_recording::recording::Recording;
 
 /// The notation of times in a part of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -305,7 +305,7 @@ fn without_header(format: Format, sheets: &[Sheet], wording: Wording) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction_diagnose::recording::{LoopType, Quality};
+    use stiction_recording::recording::{LoopType, Quality};
 
     fn sheet(part: &str, columns: Vec<(&str, Cells)>) -> Sheet {
         let column =

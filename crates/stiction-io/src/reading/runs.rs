@@ -6,7 +6,7 @@ use crate::columns::role::Signal;
 use crate::error::{Error, Result};
 use crate::remedy::Remedy;
 use crate::timestamp::MOST_COLLAPSED;
-use stiction_diagnose::recording::{Recording, Restart};
+use stiction_recording::recording::{Recording, Restart};
 
 /// Number of restarts that the note lists.
 const MOST_LISTED: usize = 8;

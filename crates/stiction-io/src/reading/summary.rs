@@ -4,8 +4,8 @@ use crate::columns::layout::Recognised;
 use crate::reading::{Format, Reading};
 use crate::timestamp::Clock;
 use std::collections::BTreeMap;
-use stiction_diagnose::recording::understood::Row;
-use stiction_diagnose::recording::{
+use stiction_recording::recording::understood::Row;
+use stiction_recording::recording::{
     Channel, Grid, GridOptions, Masked, Mode, Modes, Quality, Recording, Understood,
 };
 

@@ -13,7 +13,7 @@ use crate::reading::Format;
 use crate::sheet::{Sheet, Viewed};
 use crate::timestamp::{Clock, TimeFormat};
 use std::collections::BTreeMap;
-use stiction_diagnose::recording::{Channel, Range, Recording};
+use stiction_recording::recording::{Channel, Range, Recording};
 
 /// The mapping file, in TOML, by which `bytes` are read to the same recordings as with `options`. Each line has its
 /// reason as a comment. It was tried: the file is read with it before it is returned.

@@ -25,7 +25,6 @@ mod builder;
 mod built_in;
 mod clock;
 mod control;
-pub mod fitted;
 mod keys;
 mod settings;
 mod signal;

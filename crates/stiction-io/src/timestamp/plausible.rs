@@ -13,7 +13,7 @@ use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column, Viewed};
 use jiff::tz::Offset;
 use std::ops::{Range, RangeInclusive};
-use stiction_diagnose::spoken;
+use stiction_recording::spoken;
 
 /// Sample times of controllers and historians, s: 10 ms, minus rounding, to a day. Other sample times must be given.
 const USUAL: RangeInclusive<f64> = 0.009_9..=86_400.0;

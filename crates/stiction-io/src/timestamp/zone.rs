@@ -3,7 +3,7 @@
 use jiff::Timestamp;
 use jiff::tz::{Offset, TimeZone, TimeZoneDatabase};
 use std::str::FromStr;
-use stiction_diagnose::recording::PlantTime;
+use stiction_recording::recording::PlantTime;
 
 /// The zone of local times, such as `Europe/Berlin`, or an offset, such as `+01:00`.
 #[derive(Debug, Clone, PartialEq, Eq)]

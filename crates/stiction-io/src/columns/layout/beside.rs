@@ -5,7 +5,7 @@ use super::content::Content;
 use crate::columns::role::{self, Role, Signal};
 use crate::remedy::{Remedy, Wording};
 use std::collections::HashSet;
-use stiction_diagnose::recording::Mode;
+use stiction_recording::recording::Mode;
 
 /// Columns of 0 and 1 that show automatic or manual mode of a loop without another mode. MAN takes precedence over
 /// AUTO. AUTO is not used beside CAS, because a loop in cascade may be in neither.

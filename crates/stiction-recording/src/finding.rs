@@ -88,7 +88,7 @@ pub struct Method {
     pub needs: Needs,
     /// Its kind of evidence.
     pub family: Family,
-    /// Whether it explains an oscillation that was found before; see [`judge`](crate::methods::judge).
+    /// Whether it explains an oscillation that was found before; see `stiction_diagnose::methods::judge`.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub explains_oscillation: bool,
 }
@@ -203,8 +203,8 @@ pub struct Finding {
     /// The settings of the method.
     pub parameters: Vec<Number>,
     /// The typed result behind it, from which its figure is drawn. It contains whole signals, so
-    /// [`diagnose`](crate::diagnose::diagnose) keeps it only if
-    /// [`DiagnoseOptions::evidence`](crate::diagnose::DiagnoseOptions::evidence) asks for it.
+    /// `stiction_diagnose::diagnose` keeps it only if
+    /// `DiagnoseOptions::evidence` asks for it.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub looked_at: Option<LookedAt>,
 }

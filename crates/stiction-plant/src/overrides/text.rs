@@ -1,7 +1,7 @@
 //! Splits the text of overrides into pieces, so that a damaged one does not affect the others.
 
 use super::entry::{Override, Scope};
-use crate::fields::{Fields, Wrong, line_of};
+use stiction_io::fields::{Fields, Wrong, line_of};
 use jiff::civil::Date;
 use std::ops::Range;
 use stiction_diagnose::diagnose::VerdictClass;

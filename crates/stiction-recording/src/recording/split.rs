@@ -12,7 +12,7 @@ impl Recording {
     ///
     /// # Errors
     /// If `window` is not a finite number above 0.
-    pub fn split(&self, window: f64) -> crate::Result<Vec<Self>> {
+    pub fn split(&self, window: f64) -> crate::error::Result<Vec<Self>> {
         crate::error::positive("the window", window)?;
         let channels = [Some(&self.op), self.pv.as_ref(), self.sp.as_ref(), self.vp.as_ref()];
         let times = || channels.into_iter().flatten().flat_map(|channel| &channel.time);

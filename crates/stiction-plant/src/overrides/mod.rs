@@ -45,7 +45,7 @@ pub use entry::{Override, Scope};
 pub use jiff::civil::Date;
 pub use text::Damaged;
 
-use crate::error::Result;
+use stiction_io::Result;
 use change::read_if_there;
 use jiff::tz::TimeZone;
 use std::path::{Path, PathBuf};

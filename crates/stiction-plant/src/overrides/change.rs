@@ -2,8 +2,8 @@
 
 use super::entry::Override;
 use super::text::{in_toml, pieces};
-use crate::error::{Error, Result};
-use crate::{bytes, whole};
+use stiction_io::{Error, Result};
+use stiction_io::{bytes, whole};
 use std::fs::File;
 use std::path::Path;
 

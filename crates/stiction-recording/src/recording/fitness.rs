@@ -355,7 +355,7 @@ fn moves(id: MeasureId, signal: &str, x: &[f64]) -> Measure {
 ///
 /// The smallest step is the 5 % quantile of the steps, so that a few interpolated samples do not hide the
 /// resolution of the others.
-pub(crate) fn levels(x: &[f64]) -> Option<f64> {
+pub fn levels(x: &[f64]) -> Option<f64> {
     let range = span(x);
     // Rounding of a constant signal is not a step.
     let steps: Vec<f64> =
@@ -376,7 +376,7 @@ fn saturated(op: &[f64]) -> Measure {
 ///
 /// A value beyond 0 or 100 is not enough: some systems allow it, and some recordings contain deviations from a
 /// mean.
-pub(crate) fn share_at_limit(op: &[f64]) -> f64 {
+pub fn share_at_limit(op: &[f64]) -> f64 {
     let at_end: usize = op
         .chunk_by(|a, b| a == b)
         .filter(|run| run.len() >= 3 && (run[0] == 0.0 || run[0] == 100.0))
@@ -445,7 +445,7 @@ fn of_pv(pv: &[f64], period: Option<f64>) -> Vec<Measure> {
 ///
 /// A sample lies on a line with its neighbours if the second difference there is below 1e-9 of the range. Samples
 /// within a constant part are left out; they are stairs.
-pub(crate) fn compression_factor(x: &[f64]) -> Option<f64> {
+pub fn compression_factor(x: &[f64]) -> Option<f64> {
     let flat = 1e-9 * span(x);
     let (mut moving, mut bent) = (0usize, 0usize);
     for w in x.windows(3) {
