@@ -135,11 +135,11 @@ pub fn run(args: Args) -> Result<()> {
                 let done = play(&plant, compensator.as_mut(), options.from_s)?;
                 let title = format!("{}: {}", method.describe().name, scenario.title);
                 let from = options.from_s - 0.4 * options.settle_s;
-                stiction_figure::run::compensated(&title, &done, options.from_s, from, until)
+                stiction::drawing::run::compensated(&title, &done, options.from_s, from, until)
             }
             _ => {
                 let title = format!("Compensators: {}", scenario.title);
-                stiction_figure::actions::actions(&title, &found.rows[0], &rows)
+                stiction::drawing::actions::actions(&title, &found.rows[0], &rows)
             }
         };
         output::figure("--plot", path, &figure)?;

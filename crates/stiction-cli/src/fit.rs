@@ -178,7 +178,7 @@ fn plot(path: &Out, each: &Fitted, scenario: &str) -> Result<()> {
     let run = plant.run()?;
     let title = format!("{}: the recording, and the loop fitted to it", diagnosis.name);
     let figure =
-        stiction_figure::fitted::fitted(&title, &segment.op, pv, segment.sample_time, &run);
+        stiction::drawing::fitted::fitted(&title, &segment.op, pv, segment.sample_time, &run);
     output::figure("--plot", path, &figure)
 }
 

@@ -12,12 +12,12 @@ use crate::output;
 use anyhow::{Context, Result, bail};
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiction::drawing::limit_cycle as pictures;
+use stiction::drawing::nyquist::nyquist;
 use stiction::limit_cycle::exact;
 use stiction::limit_cycle::map::{Map, Sensitivity, sensitivities};
 use stiction::limit_cycle::tuning::{self, Retuning, TuningGrid};
 use stiction::limit_cycle::{ContinuousLoop, Cycle, Found, Method, attractor};
-use stiction_figure::limit_cycle as pictures;
-use stiction_figure::nyquist::nyquist;
 use stiction_io::scenario::System;
 
 /// All results, as `stiction limit-cycle --json` prints them.

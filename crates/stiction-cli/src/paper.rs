@@ -3,10 +3,11 @@
 use anyhow::{Result, bail};
 use stiction::Bands;
 use stiction::closed_loop::{CascadeRun, OpenLoopRun, Run};
+use stiction::drawing::run;
 use stiction::stem::{PressureSignal, Response, Sample, Stem, StemStart};
 use stiction::valve::{Model, Start, TwoPhase, Valve};
 use stiction_figure::figure::colour;
-use stiction_figure::{Annotation, Figure, Legend, Panel, Series, run};
+use stiction_figure::{Annotation, Figure, Legend, Panel, Series};
 use stiction_io::scenario::{Scenario, System};
 
 /// Title of the gallery.

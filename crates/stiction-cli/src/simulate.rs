@@ -8,7 +8,8 @@ use clap::Parser;
 use schemars::JsonSchema;
 use serde::Serialize;
 use stiction::closed_loop::Run;
-use stiction_figure::{Figure, run};
+use stiction::drawing::run;
+use stiction_figure::Figure;
 use stiction_io::scenario::{self, Scenario, System};
 use stiction_io::table::{self, Cells};
 

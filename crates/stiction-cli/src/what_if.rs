@@ -209,7 +209,7 @@ pub fn run(args: Args) -> Result<()> {
         found.rows.iter().map(|row| (row.action.name(), &row.played)).collect();
     if let (Some(path), Some(present)) = (&args.plot, found.as_it_is()) {
         let title = format!("Actions: {}", scenario.title);
-        let figure = stiction_figure::actions::actions(&title, &present.played, &rows);
+        let figure = stiction::drawing::actions::actions(&title, &present.played, &rows);
         output::figure("--plot", path, &figure)?;
     }
     if let Some(path) = &args.csv {

@@ -75,7 +75,7 @@ stiction_model::written_by_name!(
     valve_test::Effect,
 );
 use stiction_model::{
-    Bands, Error, bands, closed_loop, compensate, error, limit_cycle, numeric, parallel,
-    simd, stem, valve,
+    Bands, Error, bands, closed_loop, compensate, error, limit_cycle, numeric, parallel, simd,
+    stem, valve,
 };
 use stiction_recording::estimate;

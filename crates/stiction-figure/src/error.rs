@@ -99,9 +99,6 @@ pub enum Error {
         /// The allowed range, in words.
         allowed: &'static str,
     },
-    /// The model could not be simulated.
-    #[error(transparent)]
-    Simulation(#[from] stiction_model::Error),
     /// The picture could not be turned into pixels.
     #[error("the picture could not be encoded as PNG: {0}")]
     Png(String),

@@ -1,13 +1,9 @@
 //! Figures for people, as SVG and PNG, and galleries of them as self-contained HTML.
 //!
 //! * [`figure`]: figures as plain data, drawn as SVG text or PNG bytes;
-//! * [`page`]: an HTML page that shows figures with their captions and parameters;
-//! * [`run`]: figures of simulated runs;
-//! * [`limit_cycle`]: a cycle over time, and maps of cycles over two parameters;
-//! * [`nyquist`]: harmonic balance as a picture;
-//! * [`actions`]: a chart of the actions against a sticking valve.
+//! * [`page`]: an HTML page that shows figures with their captions and parameters.
 //!
-//! Nothing here reads or writes files. Functions return strings and bytes, and equal input gives equal output.
+//! It knows no valve, loop or recording: who computes a result draws it. Nothing here reads or writes files. Functions return strings and bytes, and equal input gives equal output.
 //!
 //! ```
 //! use stiction_figure::{Annotation, Entry, Figure, Page, Panel, Picture, Series};
@@ -29,14 +25,9 @@
 //! ```
 #![forbid(unsafe_code)]
 
-pub mod actions;
 mod error;
 pub mod figure;
-pub mod fitted;
-pub mod limit_cycle;
-pub mod nyquist;
 pub mod page;
-pub mod run;
 
 pub use error::Error;
 pub use figure::{

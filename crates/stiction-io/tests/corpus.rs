@@ -1,9 +1,9 @@
 //! Odd and malformed files, each with what is read from it or what the message must say.
 
 use proptest::prelude::*;
-use stiction_recording::recording::{Channel, LoopType, Mode, Quality, Recording};
 use stiction_io::ReadOptions;
 use stiction_io::reading;
+use stiction_recording::recording::{Channel, LoopType, Mode, Quality, Recording};
 
 /// A file of the folder `corpus`, a mapping file for it, what is read from it, if anything, and what the
 /// notes or the message must contain.

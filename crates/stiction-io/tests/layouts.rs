@@ -1,9 +1,9 @@
 //! How tables are laid out: clocks, headers, names, and rows that are no samples.
 
 use std::fmt::Write;
-use stiction_recording::recording::{Mode, Quality, Recording};
 use stiction_io::reading::{self, Reading};
 use stiction_io::{ReadOptions, layout::Layout};
+use stiction_recording::recording::{Mode, Quality, Recording};
 
 fn with(text: &str, map: &[&str]) -> Result<Reading, String> {
     let map = map.iter().map(|each| each.parse().expect("a mapping")).collect();

@@ -2,10 +2,10 @@
 //! none is taken from a file of a plant.
 
 use std::fmt::Write;
-use stiction_recording::recording::{LoopType, Mode, Recording};
 use stiction_io::ReadOptions;
 use stiction_io::layout;
 use stiction_io::reading::{self, Reading};
+use stiction_recording::recording::{LoopType, Mode, Recording};
 
 const PAGE: &str = include_str!("../../../docs/recordings.md");
 

@@ -1,10 +1,10 @@
 //! Numbers in every notation, ranges of the OP, qualities and modes.
 
 use proptest::prelude::*;
-use stiction_recording::recording::{Doubt, Mode, Quality, RangeSource, Recording};
 use stiction_io::number::DecimalMark;
 use stiction_io::reading::{self, Reading};
 use stiction_io::{Error, ReadOptions, mode, quality};
+use stiction_recording::recording::{Doubt, Mode, Quality, RangeSource, Recording};
 
 fn parsed(text: &str, options: &ReadOptions) -> Result<Reading, Error> {
     reading::parse(text.as_bytes(), "file.csv", options)

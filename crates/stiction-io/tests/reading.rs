@@ -1,10 +1,10 @@
 //! Recordings: what must hold for every file.
 
 use proptest::prelude::*;
-use stiction_recording::recording::{Channel, Quality, Recording};
 use stiction_io::number::DecimalMark;
 use stiction_io::reading::{self, Format, Reading};
 use stiction_io::{ReadOptions, table};
+use stiction_recording::recording::{Channel, Quality, Recording};
 
 fn parse(text: &str) -> Reading {
     reading::parse(text.as_bytes(), "file.csv", &ReadOptions::default()).expect("a readable file")

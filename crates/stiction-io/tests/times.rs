@@ -1,9 +1,9 @@
 //! Times: clocks that begin again, the choice of the column, times of day, and advice that works.
 
 use proptest::prelude::*;
-use stiction_recording::recording::{Channel, Recording};
 use stiction_io::reading::{self, Reading};
 use stiction_io::{ReadOptions, timestamp::Zone};
+use stiction_recording::recording::{Channel, Recording};
 
 fn parse(text: &str, options: &ReadOptions) -> Result<Reading, String> {
     reading::parse(text.as_bytes(), "f.csv", options).map_err(|error| error.to_string())

@@ -1,10 +1,10 @@
 //! Workbooks of Excel and OpenDocument: their times, numbers, merged names, sheets, and damage.
 
 use std::io::Write;
-use stiction_recording::recording::{Quality, Recording};
 use stiction_io::reading::{self, Reading};
 use stiction_io::workbook::workbook_sheets;
 use stiction_io::{ReadOptions, options::Mapped};
+use stiction_recording::recording::{Quality, Recording};
 
 /// 2025-03-14 23:59:40, the first time in all fixtures.
 const START: f64 = 1_741_996_780.0;

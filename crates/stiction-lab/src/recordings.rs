@@ -25,9 +25,9 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, VerdictClass};
 use stiction_diagnose::recording::{LoopType, Recording};
-use stiction_plant::overrides::{self, Date, Override, Overrides, Scope};
 use stiction_io::summary::Summary;
 use stiction_io::{Reading, role::Role, scenario};
+use stiction_plant::overrides::{self, Date, Override, Overrides, Scope};
 use stiction_report::document::{Loop, Source};
 use stiction_report::report::{self, Folds, Table, Told, told::Piece};
 

@@ -27,6 +27,8 @@
 pub mod bands;
 pub mod closed_loop;
 pub mod compensate;
+#[cfg(feature = "figure")]
+pub mod drawing;
 pub mod error;
 #[cfg(feature = "serde")]
 pub mod finite;

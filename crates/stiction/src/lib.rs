@@ -42,6 +42,8 @@ pub use stiction_io as io;
 
 #[cfg(feature = "figure")]
 pub use stiction_figure as figure;
+#[cfg(feature = "figure")]
+pub use stiction_model::drawing;
 
 #[cfg(feature = "report")]
 pub use stiction_report::{document, report, words};

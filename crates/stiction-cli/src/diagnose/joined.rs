@@ -6,8 +6,8 @@ use anyhow::{Result, bail};
 use std::collections::HashMap;
 use std::path::Path;
 use stiction::recording::Recording;
-use stiction_plant::overrides::Overrides;
 use stiction_io::join::{self, join};
+use stiction_plant::overrides::Overrides;
 use stiction_plant::overrides::{Override, Scope};
 use stiction_report::document::Source;
 

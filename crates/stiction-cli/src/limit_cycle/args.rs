@@ -6,10 +6,10 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::{Parser, ValueEnum};
 use stiction::Bands;
 use stiction::closed_loop::{Controller, Process};
+use stiction::drawing::limit_cycle::Quantity;
 use stiction::limit_cycle::map::{Axis, Parameter};
 use stiction::limit_cycle::{ContinuousLoop, Method, tuning};
 use stiction::valve::Model;
-use stiction_figure::limit_cycle::Quantity;
 
 /// Predict the limit cycle of a loop with a sticking valve, exactly and by describing function.
 ///

@@ -68,8 +68,8 @@ pub(super) fn fit_windows(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_signals::{noise, sine};
     use crate::recording::GridOptions;
+    use crate::test_signals::{noise, sine};
 
     const N: usize = 24_000;
 

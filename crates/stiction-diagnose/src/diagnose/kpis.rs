@@ -317,8 +317,8 @@ fn levinson_durbin(lags: &[f64]) -> (Vec<f64>, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_signals::noise;
     use crate::recording::{GridOptions, Range, RangeSource};
+    use crate::test_signals::noise;
     use std::f64::consts::TAU;
 
     const N: usize = 3600;

@@ -6,9 +6,9 @@ use crate::lab::Lab;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use stiction_diagnose::diagnose::VerdictClass;
-use stiction_plant::overrides;
 use stiction_plant::day;
 use stiction_plant::log::{self, Entry, Kind};
+use stiction_plant::overrides;
 use stiction_plant::plant_file::Plant;
 
 /// Characters of a text, and of a name.

@@ -2,10 +2,10 @@
 
 use super::entry::Override;
 use super::text::{in_toml, pieces};
-use stiction_io::{Error, Result};
-use stiction_io::{bytes, whole};
 use std::fs::File;
 use std::path::Path;
+use stiction_io::{Error, Result};
+use stiction_io::{bytes, whole};
 
 /// Name of the empty lock file beside it. It is not removed, because another process may have just locked it.
 const LOCK_NAME: &str = ".stiction-overrides.lock";

@@ -45,11 +45,11 @@ pub use entry::{Override, Scope};
 pub use jiff::civil::Date;
 pub use text::Damaged;
 
-use stiction_io::Result;
 use change::read_if_there;
 use jiff::tz::TimeZone;
 use std::path::{Path, PathBuf};
 use stiction_diagnose::diagnose::Diagnosis;
+use stiction_io::Result;
 use text::pieces;
 
 /// Name of the file that holds the overrides of a folder.

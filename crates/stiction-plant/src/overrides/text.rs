@@ -1,10 +1,10 @@
 //! Splits the text of overrides into pieces, so that a damaged one does not affect the others.
 
 use super::entry::{Override, Scope};
-use stiction_io::fields::{Fields, Wrong, line_of};
 use jiff::civil::Date;
 use std::ops::Range;
 use stiction_diagnose::diagnose::VerdictClass;
+use stiction_io::fields::{Fields, Wrong, line_of};
 use toml::de::DeTable;
 
 const TOP: &[&str] = &["override"];

@@ -333,7 +333,8 @@ fn is_nothing(cells: &Viewed<'_>, row: usize) -> bool {
         Viewed::Numbers(numbers) | Viewed::Times(numbers) => numbers[row].is_nan(),
         Viewed::Text(cells) => {
             cells[row].is_empty()
-                || number::word(&cells[row]) == Some(stiction_recording::recording::Quality::Missing)
+                || number::word(&cells[row])
+                    == Some(stiction_recording::recording::Quality::Missing)
         }
     }
 }

@@ -1,7 +1,7 @@
 //! A chart of the actions against a sticking valve.
 
-use crate::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
-use stiction_model::compensate::Row;
+use crate::compensate::Row;
+use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
 
 /// Smallest stem travel in the drawing, relative to the present loop. Smaller values are drawn at the edge.
 const LEAST_TRAVEL: f64 = 0.01;

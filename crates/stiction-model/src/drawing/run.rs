@@ -1,8 +1,8 @@
 //! Figures of simulated runs.
 
-use crate::figure::{Annotation, Figure, Panel, Series, colour};
-use stiction_model::closed_loop::{CascadeRun, OpenLoopRun, Run};
-use stiction_model::compensate::CompensatedRun;
+use crate::closed_loop::{CascadeRun, OpenLoopRun, Run};
+use crate::compensate::CompensatedRun;
+use stiction_figure::figure::{Annotation, Figure, Panel, Series, colour};
 
 /// The times of `samples` samples, s.
 pub fn times(samples: usize, sample_time: f64) -> Vec<f64> {

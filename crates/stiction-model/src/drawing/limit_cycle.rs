@@ -1,11 +1,11 @@
 //! Pictures of limit cycles, of one over time, and maps over two parameters.
 
-use crate::error::Error;
-use crate::figure::{Figure, Heat, Panel, Scale, Series, Tile, colour};
-use crate::run::{pv_panel, valve_panel};
-use stiction_model::limit_cycle::exact::Trajectory;
-use stiction_model::limit_cycle::map::{Axis, Map, Parameter};
-use stiction_model::limit_cycle::{ContinuousLoop, Cycle, Swing};
+use super::run::{pv_panel, valve_panel};
+use crate::error::Result;
+use crate::limit_cycle::exact::Trajectory;
+use crate::limit_cycle::map::{Axis, Map, Parameter};
+use crate::limit_cycle::{ContinuousLoop, Cycle, Swing};
+use stiction_figure::figure::{Figure, Heat, Panel, Scale, Series, Tile, colour};
 
 /// Two periods of an exact cycle, with set point and PV above OP and VP.
 pub fn over_time(title: &str, cycle: &Cycle, orbit: &Trajectory, set_point: f64) -> Figure {
@@ -68,17 +68,12 @@ impl Quantity {
 ///
 /// # Errors
 /// If the values of an axis are too close to each other.
-pub fn map(
-    title: &str,
-    map: &Map,
-    present: &ContinuousLoop,
-    quantity: Quantity,
-) -> Result<Figure, Error> {
+pub fn map(title: &str, map: &Map, present: &ContinuousLoop, quantity: Quantity) -> Result<Figure> {
     let (mut x, mut y) = (order(&map.x), order(&map.y));
     x.dedup_by_key(|k| map.x.values[*k]);
     y.dedup_by_key(|k| map.y.values[*k]);
     let tile = |column: usize, row: usize| match map.at(column, row) {
-        Some(stiction_model::limit_cycle::map::Point::NoCycle { .. }) => Tile::Empty,
+        Some(crate::limit_cycle::map::Point::NoCycle { .. }) => Tile::Empty,
         Some(point) => point.cycle().map_or(Tile::Unknown, |cycle| Tile::Value(quantity.of(cycle))),
         None => Tile::Unknown,
     };
@@ -154,11 +149,11 @@ fn order(axis: &Axis) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction_model::Bands;
-    use stiction_model::closed_loop::{Controller, Process};
-    use stiction_model::limit_cycle::map::{Parameter, Point};
-    use stiction_model::limit_cycle::{Method, exact};
-    use stiction_model::valve::Model;
+    use crate::Bands;
+    use crate::closed_loop::{Controller, Process};
+    use crate::limit_cycle::map::{Parameter, Point};
+    use crate::limit_cycle::{Method, exact};
+    use crate::valve::Model;
 
     fn paper() -> ContinuousLoop {
         let controller = Controller::pi(1.1, 2.5).unwrap();

@@ -1,8 +1,8 @@
 //! A recording beside its fitted loop.
 
-use crate::figure::{Figure, Panel, Series, colour};
-use crate::run::times;
-use stiction_model::closed_loop::Run;
+use super::run::times;
+use crate::closed_loop::Run;
+use stiction_figure::figure::{Figure, Panel, Series, colour};
 
 /// Number of samples shown.
 const SHOWN: usize = 1200;

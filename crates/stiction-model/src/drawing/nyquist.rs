@@ -1,11 +1,11 @@
 //! The Nyquist figure of a loop with a sticking valve, which shows the cycles found by harmonic balance.
 
-use crate::error::Error;
-use crate::figure::{Annotation, Figure, Legend, Panel, Series, colour};
-use stiction_model::Bands;
-use stiction_model::limit_cycle::{
+use crate::Bands;
+use crate::error::Result;
+use crate::limit_cycle::{
     ContinuousLoop, Cycle, DescribingFunction, FrequencyResponse, harmonic_balance,
 };
+use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
 /// Maximum number of slips per stroke that are drawn.
 const SLIPS: usize = 3;
@@ -19,7 +19,7 @@ const POINTS: usize = 400;
 ///
 /// # Errors
 /// If the loop has no frequency response, or the valve model does not allow a ratio.
-pub fn nyquist(title: &str, continuous: &ContinuousLoop, ratios: &[f64]) -> Result<Figure, Error> {
+pub fn nyquist(title: &str, continuous: &ContinuousLoop, ratios: &[f64]) -> Result<Figure> {
     let response = FrequencyResponse::of(continuous)?;
     let s = continuous.bands.s();
     let mut cycles: Vec<(f64, f64, Cycle)> = vec![];
@@ -161,10 +161,10 @@ impl Window {
 #[cfg(test)]
 mod tests {
     use super::nyquist;
-    use stiction_model::Bands;
-    use stiction_model::closed_loop::{Controller, Process};
-    use stiction_model::limit_cycle::ContinuousLoop;
-    use stiction_model::valve::Model;
+    use crate::Bands;
+    use crate::closed_loop::{Controller, Process};
+    use crate::limit_cycle::ContinuousLoop;
+    use crate::valve::Model;
 
     fn paper(model: Model) -> ContinuousLoop {
         let controller = Controller::pi(1.1, 2.5).unwrap();
