@@ -7,6 +7,7 @@
 //! * [`closed_loop`]: signals, processes, controllers, loops, cascades, and sweeps of loops.
 //! * [`limit_cycle`]: the limit cycles of a loop, by describing function and exactly.
 //! * [`compensate`]: compensators between controller and sticking valve, and their benefit.
+//! * `drawing`, with the feature `figure`: figures of runs, cycles and actions.
 //! * [`numeric`], [`simd`]: the underlying numerical methods, and the stepping of many loops at once.
 //!
 //! Controller output (OP), valve position (VP), S and J are in percent of span, times in seconds, the process value
