@@ -37,7 +37,7 @@ def main():
         path = Path(folder) / "FIC101.csv"
         lines = (ROOT / "samples" / "FIC101-sticky.csv").read_text().splitlines()[: SAMPLES + 1]
         path.write_text("\n".join(lines) + "\n")
-        peer = ["cargo", "run", "--quiet", "--release", "-p", "stiction-io", "--example", "python_peer", str(path)]
+        peer = ["cargo", "run", "--quiet", "--release", "-p", "stiction", "--example", "python_peer", str(path)]
         printed = subprocess.run(peer, cwd=ROOT, check=True, capture_output=True, text=True).stdout
         rust_follow, rust_diagnosis = map(float, printed.split())
         (recording,) = stiction.read(path)

@@ -16,7 +16,7 @@ use crate::{output, text};
 pub use networks::Document as NetworksDocument;
 pub use planned_tests::Document as TestsDocument;
 pub use results::Document;
-pub use stiction_report::bench::results::Results as ComparedDocument;
+pub use stiction::score::bench::results::Results as ComparedDocument;
 
 use anyhow::{Context, Result, anyhow};
 use clap::{Parser, ValueEnum};
@@ -26,12 +26,13 @@ use program::How;
 use std::path::Path;
 use std::time::Duration;
 use stiction::diagnose::{Detectors, DiagnoseOptions};
-use stiction::population::{Invention, Operator, TestTrialOptions, TestedLoops, Trend};
+use stiction::population::{Invention, Operator, Trend};
+use stiction::score::bench::leaderboard;
+use stiction::score::bench::results::{Detector, Results};
+use stiction::score::page::{self, Scoreboard};
+use stiction::score::{TestTrialOptions, TestedLoops};
 use stiction::scoreboard::{Board, MethodRow};
-use stiction_report::bench::leaderboard;
-use stiction_report::bench::results::{Detector, Results};
 use stiction_report::report::Table;
-use stiction_report::scoreboard::{self, Scoreboard};
 use tasks::Task;
 
 /// Measure the accuracy of the verdict and of every method on simulated or labelled loops.
@@ -359,27 +360,27 @@ pub struct About {
 fn tables(board: &Board, measured: &Measured, markdown: bool) -> Vec<Table> {
     // Titles are long, and a terminal is narrow.
     let names = if markdown { MethodRow::title } else { MethodRow::name };
-    let mut tables = vec![scoreboard::decisions(board, names)];
-    if scoreboard::has_valves(board) {
-        tables.push(scoreboard::decisions_on_valves(board, names));
+    let mut tables = vec![page::decisions(board, names)];
+    if page::has_valves(board) {
+        tables.push(page::decisions_on_valves(board, names));
     }
-    let mut ranking = scoreboard::ranking(board, names);
+    let mut ranking = page::ranking(board, names);
     ranking.caption =
         "Ranking by each statistic (AUC), over recordings on which the method does not abstain. In the column \"of \
          all\", a pair with an unscored recording counts half."
             .to_owned();
     tables.push(ranking);
-    tables.extend(scoreboard::by_kind(board));
+    tables.extend(page::by_kind(board));
     if markdown {
-        tables.extend(scoreboard::methods_by_kind(board, names));
+        tables.extend(page::methods_by_kind(board, names));
     }
-    tables.extend(scoreboard::calibration(board));
-    tables.extend(scoreboard::quantification(board));
-    tables.extend(scoreboard::sureness(board));
-    tables.extend(scoreboard::found(board));
-    tables.extend(scoreboard::undecided(board));
+    tables.extend(page::calibration(board));
+    tables.extend(page::quantification(board));
+    tables.extend(page::sureness(board));
+    tables.extend(page::found(board));
+    tables.extend(page::undecided(board));
     if !measured.times.is_empty() {
-        tables.push(scoreboard::times(&measured.times));
+        tables.push(page::times(&measured.times));
     }
     tables
 }
@@ -408,7 +409,7 @@ fn page(
         times: &measured.times,
         tool: output::TOOL,
     };
-    Ok(scoreboard::html(&page)?)
+    Ok(page::html(&page)?)
 }
 
 /// The relative path from one existing folder to another, with `/` between folders and at the end.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, diagnose};
 use stiction_population::network::{Cause, Network, NetworkTruth};
-use stiction_population::scoreboard::Share;
+use stiction_score::scoreboard::Share;
 
 /// Counts on networks.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, schemars::JsonSchema)]

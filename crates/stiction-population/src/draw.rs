@@ -5,7 +5,7 @@ use rand_distr::{Distribution, StudentT};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// A stream of pseudo-random numbers: xoshiro256++.
-pub(super) struct Draw(Xoshiro256PlusPlus);
+pub struct Draw(Xoshiro256PlusPlus);
 
 impl Draw {
     /// The stream of these numbers, in this order.

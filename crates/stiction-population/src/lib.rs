@@ -27,16 +27,14 @@ pub mod network;
 mod plant;
 pub mod position;
 mod repaired;
-pub mod scoreboard;
 mod stem;
-pub mod suite;
 mod switched;
-mod test_trial;
 mod tested;
 mod truth;
 mod visibility;
 
-pub(crate) use draw::Draw;
+#[doc(hidden)]
+pub use draw::Draw;
 pub use families::{
     ControllerKind, DisturbanceKind, Family, HistorianKind, NoiseKind, ProcessKind, SetPointKind,
     Situation,
@@ -47,7 +45,6 @@ pub use kind::LoopKind;
 pub use member::member;
 pub use mistaken::{Mistake, mistaken};
 pub use repaired::Repaired;
-pub use test_trial::{TestTrial, TestTrialOptions, TestedLoops};
 pub use tested::{Carried, Operator, Tested, TestedValve, ToPlan, Trend};
 pub use truth::{Facts, Simulated, Truth};
 

@@ -3,10 +3,11 @@
 use rayon::prelude::*;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, VerdictClass, diagnose};
 use stiction_population::Invention;
-use stiction_population::scoreboard::SURE;
 
 /// Healthy loops of a kind, and as many that stick.
 const LOOPS: u64 = 24;
+/// Probabilities near 0 or 1.
+const SURE: (f64, f64) = (0.02, 0.98);
 const WEEK: f64 = 604_800.0;
 /// Most samples, over those of a record of the usual length.
 const LONGEST: f64 = 64.0;

@@ -2,7 +2,6 @@
 
 mod diagnose;
 mod few_slips;
-mod fit;
 mod grades;
 mod invented_week;
 mod long_records;

@@ -8,14 +8,14 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use stiction::methods::MethodId;
-use stiction::population::suite::{Known, Suite};
-use stiction::scoreboard::{Answer, Asked, Errors, Interval, Share, answer_of};
-use stiction_report::bench::exchange::{Heard, Said, heard};
-use stiction_report::bench::key::key;
-use stiction_report::bench::leaderboard;
-use stiction_report::bench::results::{
+use stiction::score::bench::exchange::{Heard, Said, heard};
+use stiction::score::bench::key::key;
+use stiction::score::bench::leaderboard;
+use stiction::score::bench::results::{
     Detector, Label, Loops, Results, Submitted, joined, same_loops,
 };
+use stiction::scoreboard::{Answer, Asked, Errors, Interval, Share, answer_of};
+use stiction::suite::{Known, Suite};
 use stiction_report::document;
 
 /// Name and version of the program, as documents show them.

@@ -8,18 +8,14 @@
 //! * [`sheet`]: tables as CSV, safe for spreadsheets;
 //! * [`test_sheet`]: the sheet of a valve test, to print and to fill in;
 //! * [`test_answers`]: the figure of the PV's responses;
-//! * [`test_page`]: the page of a test, and of two with a repair between them;
-//! * [`scoreboard`]: the accuracy of the verdict and the methods, as tables and as a page;
-//! * [`mod@bench`]: the benchmark of any detectors, its lines, results and page.
+//! * [`test_page`]: the page of a test, and of two with a repair between them.
 //!
 //! Nothing here reads or writes files. Functions return strings and bytes, and equal input gives equal output.
 #![forbid(unsafe_code)]
 
-pub mod bench;
 pub mod document;
 pub mod fitted_scenario;
 pub mod report;
-pub mod scoreboard;
 pub mod sheet;
 pub mod table;
 pub mod test_answers;

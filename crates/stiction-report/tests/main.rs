@@ -4,5 +4,4 @@ mod contradictions;
 mod diagnosis;
 mod html;
 mod report;
-mod scoreboard;
 mod verdict;

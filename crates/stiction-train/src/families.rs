@@ -22,7 +22,7 @@ use stiction_diagnose::fusion::{
     COVERAGE, Calibration, Cause, Confidence, Ensemble, LIMIT, Limit, SURE, Side, logit, row,
     sigmoid,
 };
-use stiction_population::scoreboard::wilson;
+use stiction_score::scoreboard::wilson;
 
 /// The most loops for training, calibration and test.
 const TRAINED: usize = 40_000;

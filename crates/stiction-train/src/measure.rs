@@ -6,7 +6,7 @@ use anyhow::Result;
 use rayon::prelude::*;
 use std::ops::Range;
 use stiction_diagnose::fusion::{Bundle, Cause, Estimate, Weighed};
-use stiction_population::scoreboard::wilson;
+use stiction_score::scoreboard::wilson;
 
 /// S is a number, and not only a bound, if its interval reaches at most this share of it to either side on average.
 pub const QUANTIFIED: f64 = stiction_diagnose::diagnose::WIDEST;

@@ -35,7 +35,7 @@ pub use stiction_diagnose::{
 };
 
 #[cfg(feature = "population")]
-pub use stiction_population::{self as population, scoreboard};
+pub use stiction_population as population;
 
 #[cfg(feature = "csv")]
 pub use stiction_io as io;
@@ -47,3 +47,6 @@ pub use stiction_model::drawing;
 
 #[cfg(feature = "report")]
 pub use stiction_report::{document, report, words};
+
+#[cfg(feature = "score")]
+pub use stiction_score::{self as score, scoreboard, suite};

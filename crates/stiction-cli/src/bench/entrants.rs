@@ -11,13 +11,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 use stiction::diagnose::{Detectors, DiagnoseOptions, diagnose};
-use stiction::population::suite::{Known, Suite};
 use stiction::recording::Recording;
+use stiction::score::bench::exchange;
+use stiction::score::bench::key::key;
+use stiction::score::bench::leaderboard;
+use stiction::score::bench::results::{Detector, Entrant, Label, Loops, Results};
 use stiction::scoreboard::{Answer, Asked, answers_of};
-use stiction_report::bench::exchange;
-use stiction_report::bench::key::key;
-use stiction_report::bench::leaderboard;
-use stiction_report::bench::results::{Detector, Entrant, Label, Loops, Results};
+use stiction::suite::{Known, Suite};
 
 /// The variable of the environment that holds the passphrase of a hidden half.
 pub const PASSPHRASE: &str = "STICTION_BENCH_PASSPHRASE";

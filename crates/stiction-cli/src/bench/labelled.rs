@@ -7,10 +7,10 @@ use crate::input;
 use anyhow::{Context, Result, anyhow, bail};
 use std::path::{Component, Path};
 use stiction::recording::{Channel, Grid, GridOptions, LoopType, Recording};
+use stiction::score::bench::results::Label;
 use stiction::scoreboard::Truth;
 use stiction_io::ReadOptions;
 use stiction_io::options::Mapped;
-use stiction_report::bench::results::Label;
 use stiction_report::document::Source;
 
 /// A row of the index.

@@ -4,10 +4,10 @@ use crate::{output, progress, text};
 use anyhow::Result;
 use schemars::JsonSchema;
 use serde::Serialize;
+use stiction::score::page::share;
 use stiction::scoreboard::Share;
 use stiction_plant::trial::Trial;
 use stiction_report::report::Table;
-use stiction_report::scoreboard::share;
 
 /// Version of the document. A change that breaks its readers gets a new one.
 const VERSION: u32 = 1;

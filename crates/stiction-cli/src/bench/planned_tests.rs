@@ -4,10 +4,11 @@ use crate::{output, progress, text};
 use anyhow::Result;
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiction::population::{Operator, TestTrial, TestTrialOptions, TestedLoops, Trend};
+use stiction::population::{Operator, Trend};
+use stiction::score::page::share;
+use stiction::score::{TestTrial, TestTrialOptions, TestedLoops};
 use stiction::scoreboard::Share;
 use stiction_report::report::Table;
-use stiction_report::scoreboard::share;
 use stiction_report::words;
 
 /// Version of the document. A change that breaks its readers gets a new one.

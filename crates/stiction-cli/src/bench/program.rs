@@ -6,8 +6,8 @@ use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
+use stiction::score::bench::exchange::{Heard, heard};
 use stiction::scoreboard::Answer;
-use stiction_report::bench::exchange::{Heard, heard};
 
 /// Starts in sequence without any answer, after which a program is not started again.
 const STARTS: usize = 10;

@@ -9,12 +9,12 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::io::{BufRead, Write};
 use stiction::methods::MethodId;
-use stiction::population::suite::Known;
+use stiction::score::bench::exchange::{self, Said};
+use stiction::score::bench::results::{Label, Results, Submitted, joined, same_loops};
+use stiction::score::bench::{datasheet, leaderboard};
 use stiction::scoreboard::{Asked, answer_of};
+use stiction::suite::Known;
 use stiction_io::whole::WholeFile;
-use stiction_report::bench::exchange::{self, Said};
-use stiction_report::bench::results::{Label, Results, Submitted, joined, same_loops};
-use stiction_report::bench::{datasheet, leaderboard};
 use stiction_report::sheet::Sheet;
 
 #[derive(Subcommand)]

@@ -1,8 +1,7 @@
 //! Number ranges for counting loops.
 
 /// Numbers from a lower end to below an upper end.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Band {
     /// Its lower end.
     pub from: f64,

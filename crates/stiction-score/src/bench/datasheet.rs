@@ -1,9 +1,9 @@
 //! What is in a suite, in words.
 
-use crate::report::layout::Table;
+use crate::scoreboard::Asked;
+use crate::suite::Suite;
 use std::collections::BTreeMap;
-use stiction_population::scoreboard::Asked;
-use stiction_population::suite::Suite;
+use stiction_report::report::layout::Table;
 
 /// Name of the file of recordings.
 pub const RECORDINGS: &str = "recordings.jsonl";

@@ -28,7 +28,6 @@ mod auc;
 mod band;
 mod board;
 mod calibration;
-#[cfg(feature = "serde")]
 mod document;
 mod found;
 mod outcomes;

@@ -133,8 +133,7 @@ impl Asked {
 }
 
 /// All measures of a detector on some loops.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Measures {
     /// Loops that stick and show it.
     pub sticky: usize,
@@ -165,18 +164,17 @@ pub struct Measures {
     /// Accuracy of the probability.
     pub calibration: Option<Calibration>,
     /// Accuracy of the estimates of S.
-    #[cfg_attr(feature = "serde", serde(rename = "S"))]
+    #[serde(rename = "S")]
     pub s: Option<Quantification>,
     /// Accuracy of the estimates of J.
-    #[cfg_attr(feature = "serde", serde(rename = "J"))]
+    #[serde(rename = "J")]
     pub j: Option<Quantification>,
     /// False-alarm rate and recall at thresholds, over loops with a score.
     pub roc: Vec<[f64; 2]>,
 }
 
 /// A reason for missing answers.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct Failure {
     /// The reason.
     pub reason: String,
@@ -187,8 +185,7 @@ pub struct Failure {
 }
 
 /// Decisions on one kind of loop.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct KindMeasure {
     /// The kind.
     pub kind: String,
@@ -203,8 +200,7 @@ pub struct KindMeasure {
 }
 
 /// Measures of loops that share a property.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct GroupMeasure {
     /// The property.
     pub property: &'static str,
@@ -217,11 +213,10 @@ pub struct GroupMeasure {
 }
 
 /// Sticking loops with a similar gain of an observer who knows the stem.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct NatsMeasure {
     /// The band, nats.
-    #[cfg_attr(feature = "serde", serde(flatten))]
+    #[serde(flatten)]
     pub band: Band,
     /// Loops called sticking.
     pub called: Share,
@@ -232,8 +227,7 @@ pub struct NatsMeasure {
 }
 
 /// Loops with a sure probability.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Sure {
     /// Their share of the loops.
     pub sure: Share,
@@ -242,8 +236,7 @@ pub struct Sure {
 }
 
 /// The comparison of two detectors on the same loops.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Comparison {
     /// Difference of the AUCs, by DeLong; null unless there are two loops of each class.
     pub auc: Option<AucDifference>,

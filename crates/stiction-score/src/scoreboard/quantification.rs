@@ -5,8 +5,7 @@ use stiction_diagnose::diagnose::Estimate;
 use stiction_diagnose::series::quantile;
 
 /// Estimates against the truth.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Quantification {
     /// Number of loops with an estimate.
     pub quantified: Share,
@@ -19,8 +18,7 @@ pub struct Quantification {
 }
 
 /// Quantiles of errors.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Errors {
     /// The median.
     pub median: f64,

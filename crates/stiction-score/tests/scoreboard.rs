@@ -5,8 +5,8 @@ use crate::html;
 use stiction_diagnose::diagnose::{Estimate, Ruling, VerdictClass};
 use stiction_diagnose::{finding, methods};
 use stiction_population::LoopKind;
-use stiction_population::scoreboard::{Board, Member, MethodRow, Said, Scored, Truth};
-use stiction_report::scoreboard::{self, Scoreboard};
+use stiction_score::page::{self, Scoreboard};
+use stiction_score::scoreboard::{Board, Member, MethodRow, Said, Scored, Truth};
 
 /// Loops whose probabilities and statistics rank most of them as they are.
 fn loops() -> Vec<Scored> {
@@ -66,7 +66,7 @@ fn page(loops: &[Scored], reports: &[String], times: &[(String, f64)]) -> String
         times,
         tool: "a tool",
     };
-    scoreboard::html(&page).unwrap()
+    page::html(&page).unwrap()
 }
 
 #[test]
@@ -133,20 +133,20 @@ fn what_is_not_known_is_not_shown() {
 #[test]
 fn tables_have_a_cell_for_every_column() {
     let board = Board::of(&loops());
-    let name: scoreboard::Names = MethodRow::name;
+    let name: page::Names = MethodRow::name;
     let mut tables = vec![
-        scoreboard::decisions(&board, name),
-        scoreboard::decisions_on_valves(&board, name),
-        scoreboard::ranking(&board, name),
-        scoreboard::times(&[("all".to_owned(), 1.0)]),
+        page::decisions(&board, name),
+        page::decisions_on_valves(&board, name),
+        page::ranking(&board, name),
+        page::times(&[("all".to_owned(), 1.0)]),
     ];
-    tables.extend(scoreboard::by_kind(&board));
-    tables.extend(scoreboard::methods_by_kind(&board, name));
-    tables.extend(scoreboard::calibration(&board));
-    tables.extend(scoreboard::quantification(&board));
-    tables.extend(scoreboard::sureness(&board));
-    tables.extend(scoreboard::found(&board));
-    tables.extend(scoreboard::undecided(&board));
+    tables.extend(page::by_kind(&board));
+    tables.extend(page::methods_by_kind(&board, name));
+    tables.extend(page::calibration(&board));
+    tables.extend(page::quantification(&board));
+    tables.extend(page::sureness(&board));
+    tables.extend(page::found(&board));
+    tables.extend(page::undecided(&board));
     assert_eq!(tables.len(), 10);
     for table in &tables {
         assert!(table.rows.iter().all(|row| row.len() == table.columns.len()), "{table:?}");
@@ -164,5 +164,5 @@ fn tables_have_a_cell_for_every_column() {
     let held: Vec<_> = tables[9].rows.iter().map(|row| (&row[0][..], &row[1][..])).collect();
     assert!(held.contains(&("probability between", "50 %")), "{held:?}");
     assert!(held.last().is_some_and(|(by, _)| *by == "no evidence"), "{held:?}");
-    assert!(scoreboard::has_valves(&board));
+    assert!(page::has_valves(&board));
 }

@@ -11,8 +11,7 @@ const SLIPS: [f64; 6] = [1.0, 3.0, 6.0, 11.0, 21.0, 51.0];
 
 /// Detected sticking valves among the members of a mixed population whose records show them: visible loops whose
 /// own valve slips. Valves that never move, and those of a loop below, have no gain and are left out.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Found {
     /// By the [gain](Member::gain) of an observer who knows the stem, nats.
     pub by_gain: Vec<FoundBand>,
@@ -21,11 +20,10 @@ pub struct Found {
 }
 
 /// Counts of the loops of one band.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct FoundBand {
     /// The band.
-    #[cfg_attr(feature = "serde", serde(flatten))]
+    #[serde(flatten)]
     pub band: Band,
     /// Accused loops: they stick, or do not respond.
     pub called: Share,

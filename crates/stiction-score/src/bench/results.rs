@@ -1,13 +1,13 @@
 //! The measures of one or several detectors on the same loops, as a document.
 
 use super::exchange::Said;
-use crate::document::json;
+use crate::scoreboard::{Answer, Asked, Comparison, Errors, Measures, Truth, times};
+use crate::suite::Suite;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use stiction_population::scoreboard::{Answer, Asked, Comparison, Errors, Measures, Truth, times};
-use stiction_population::suite::Suite;
+use stiction_report::document::json;
 
 /// Version of the document. A change that breaks its readers gets a new one.
 pub const VERSION: u32 = 1;

@@ -8,8 +8,7 @@ use stiction_diagnose::diagnose::{Ruling, VerdictClass};
 const PROBABILITIES: [f64; 5] = [0.0, 0.2, 0.5, 0.8, 0.9];
 
 /// The undecided members of a mixed population; those with an invisible fault are left out.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Undecided {
     /// Their share of the members.
     pub all: Share,
@@ -18,8 +17,7 @@ pub struct Undecided {
 }
 
 /// Undecided loops with the same rule and a similar probability.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct HeldBack {
     /// The rule; `None` if the evidence is not the reason, for example without a probability.
     pub ruling: Option<Ruling>,

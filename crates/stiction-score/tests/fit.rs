@@ -1,5 +1,5 @@
 //! How well loops are identified from what a plant would have recorded of them. The tables of `docs/accuracy.md` are
-//! what `cargo test --release -p stiction-population --test population fit:: -- --ignored --nocapture` prints.
+//! what `cargo test --release -p stiction-score --test score fit:: -- --ignored --nocapture` prints.
 
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -15,11 +15,11 @@ use stiction_diagnose::recording::{Grid, Recording};
 use stiction_model::Bands;
 use stiction_model::closed_loop::{Controller, Process};
 use stiction_model::limit_cycle::exact;
-use stiction_population::scoreboard::{Ranked, auc, logit};
 use stiction_population::{
     ControllerKind, Facts, LoopKind, ProcessKind, Repaired, SetPointKind, Simulated, Situation,
     member,
 };
+use stiction_score::scoreboard::{Ranked, auc, logit};
 
 /// Loops of the population on which no constant was chosen: another seed after every change that looks at them.
 const SEED: u64 = 20_261_225;

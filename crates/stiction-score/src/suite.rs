@@ -10,12 +10,12 @@
 
 mod job;
 
-use super::Draw;
-use super::scoreboard::Asked;
+use crate::scoreboard::Asked;
 use job::Job;
 pub use job::Part;
 use stiction_diagnose::recording::Recording;
 use stiction_model::error::{Error, Result};
+use stiction_population::Draw;
 
 /// A list of loops with known truth.
 #[derive(Debug, Clone, PartialEq, Eq)]

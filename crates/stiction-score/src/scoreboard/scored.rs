@@ -1,9 +1,9 @@
 //! The part of a diagnosis that is kept for counting.
 
-use crate::position::PositionTruth;
-use crate::{Invented, Invention};
 use stiction_diagnose::diagnose::{Diagnosis, Estimate, Ruling, VerdictClass};
 use stiction_diagnose::finding::{Decision, Method};
+use stiction_population::position::PositionTruth;
+use stiction_population::{Invented, Invention};
 
 /// The truth about a loop, by its label or by its simulation.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +28,7 @@ pub struct Truth {
 /// Visibility of the valve in the record of a member of a mixed population.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Member {
-    /// Gain of an observer who knows the stem, nats, as in [`population::Truth`](crate::Truth::gain).
+    /// Gain of an observer who knows the stem, nats, as in [`population::Truth`](stiction_population::Truth::gain).
     pub gain: f64,
     /// Number of slips of the stem.
     pub slips: usize,
@@ -49,7 +49,7 @@ impl Truth {
     }
 
     /// The truth about a simulated loop.
-    pub fn of_simulated(valve: String, truth: &crate::Truth) -> Self {
+    pub fn of_simulated(valve: String, truth: &stiction_population::Truth) -> Self {
         // A valve that is stuck fast has no measurable S. The valve of the inner loop has none for this OP.
         let known = |value: f64| truth.has_bands().then_some(value);
         Self {
@@ -64,7 +64,7 @@ impl Truth {
     }
 
     /// The same of a member of a mixed population, with its visibility.
-    pub fn of_member(valve: String, truth: &crate::Truth) -> Self {
+    pub fn of_member(valve: String, truth: &stiction_population::Truth) -> Self {
         let member = Some(Member { gain: truth.gain, slips: truth.slips });
         Self { member, ..Self::of_simulated(valve, truth) }
     }

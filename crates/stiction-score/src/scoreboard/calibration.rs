@@ -9,8 +9,7 @@ const BINS: usize = 10;
 ///
 /// Sources: G. W. Brier, Mon. Weather Rev. 78 (1950) 1-3; M. P. Naeini, G. F. Cooper, M. Hauskrecht, Proc.
 /// AAAI 29 (2015) 2901-2907 (both recalled, not read).
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Calibration {
     /// Tenths of the range of probabilities, in order; the upper end belongs to the next one.
     pub bins: Vec<Bin>,
@@ -19,15 +18,14 @@ pub struct Calibration {
     pub brier: f64,
     /// Expected calibration error: the mean distance of the observed share from the mean probability of a bin,
     /// weighted by the number in it.
-    #[cfg_attr(feature = "serde", serde(rename = "expected_error"))]
+    #[serde(rename = "expected_error")]
     pub error: f64,
     /// How many probabilities there are.
     pub n: usize,
 }
 
 /// One tenth of the range of probabilities.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Bin {
     /// Its lower end.
     pub from: f64,

@@ -15,7 +15,6 @@ pub struct Outcomes {
 }
 
 /// [`Outcomes`] in a document.
-#[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 struct OutcomesDocument {
     /// On those that stick.
@@ -34,10 +33,8 @@ struct OutcomesDocument {
     accuracy_of_decided: Share,
 }
 
-#[cfg(feature = "serde")]
 stiction_model::written_as!(Outcomes, OutcomesDocument);
 
-#[cfg(feature = "serde")]
 impl From<&Outcomes> for OutcomesDocument {
     fn from(of: &Outcomes) -> Self {
         Self {
@@ -104,7 +101,6 @@ pub struct Share {
 }
 
 /// A [`Share`] in a document.
-#[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 struct ShareDocument {
     /// The count.
@@ -119,10 +115,8 @@ struct ShareDocument {
     high: f64,
 }
 
-#[cfg(feature = "serde")]
 stiction_model::written_as!(Share, ShareDocument);
 
-#[cfg(feature = "serde")]
 impl From<&Share> for ShareDocument {
     fn from(of: &Share) -> Self {
         let (low, high) = of.interval();

@@ -2,10 +2,10 @@
 //! best times in s of a valve over a million samples, with a newly allocated result each time, and of a diagnosis.
 use std::hint::black_box;
 use std::time::Instant;
-use stiction_io::{ReadOptions, reading};
-use stiction_model::Bands;
-use stiction_model::valve::{Assembly, Model, Start, Valve};
-use stiction_recording::diagnose::{DiagnoseOptions, diagnose};
+use stiction::Bands;
+use stiction::diagnose::{DiagnoseOptions, diagnose};
+use stiction::io::{ReadOptions, reading};
+use stiction::valve::{Assembly, Model, Start, Valve};
 
 fn best(mut run: impl FnMut(), times: usize) -> f64 {
     let timed = |_| {

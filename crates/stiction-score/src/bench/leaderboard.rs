@@ -2,12 +2,12 @@
 
 use super::results::{Compared, Entry, Results};
 use crate::Error;
-use crate::report::layout::{Block, Fact, Report, Table};
-use crate::scoreboard::share;
-use stiction_figure::figure::{Figure, Legend, Panel, Scale, Series, colour};
-use stiction_population::scoreboard::{
+use crate::page::share;
+use crate::scoreboard::{
     Answer, Asked, Errors, GroupMeasure, Interval, KindMeasure, Quantification,
 };
+use stiction_figure::figure::{Figure, Legend, Panel, Scale, Series, colour};
+use stiction_report::report::layout::{Block, Fact, Report, Table};
 
 const DASH: &str = "–";
 /// Detectors that are drawn and have columns of their own; of more, the best by AUC.
@@ -514,13 +514,12 @@ fn risk(results: &Results) -> Figure {
 fn recall_by_nats(results: &Results) -> Option<Figure> {
     let bands = &results.entries.first()?.measures.nats;
     let middle = |from: f64, to: Option<f64>| (from.max(0.7) * to.unwrap_or(2.0 * from)).sqrt();
-    let at =
-        |of: &[stiction_population::scoreboard::NatsMeasure],
-         value: fn(&stiction_population::scoreboard::NatsMeasure) -> Option<f64>| {
-            let with =
-                of.iter().filter_map(|row| Some((middle(row.band.from, row.band.to), value(row)?)));
-            with.unzip::<f64, f64, Vec<f64>, Vec<f64>>()
-        };
+    let at = |of: &[crate::scoreboard::NatsMeasure],
+              value: fn(&crate::scoreboard::NatsMeasure) -> Option<f64>| {
+        let with =
+            of.iter().filter_map(|row| Some((middle(row.band.from, row.band.to), value(row)?)));
+        with.unzip::<f64, f64, Vec<f64>, Vec<f64>>()
+    };
     let (x, y) = at(bands, |row| row.observer);
     if x.is_empty() {
         return None;

@@ -18,8 +18,7 @@ const POINTS: usize = 100;
 ///
 /// Sources: R. E. Barlow et al., "Statistical Inference under Order Restrictions", 1972; R. El-Yaniv, Y. Wiener,
 /// J. Mach. Learn. Res. 11 (2010) 1605-1641 (both recalled, not read).
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct RiskCoverage {
     /// Mean risk over all coverages from 0 to 1. Loops without a score are counted as accepted last, by tossing a coin.
     pub area: Interval,

@@ -1,11 +1,11 @@
 //! Recordings and answers as lines of JSON: what a detector reads and writes.
 
+use crate::scoreboard::Answer;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stiction_diagnose::diagnose::Estimate;
 use stiction_diagnose::finding::Decision;
 use stiction_diagnose::recording::{Channel, LoopType, Recording};
-use stiction_population::scoreboard::Answer;
 
 /// A recording, as a detector reads it. Signals are evenly sampled and equally long, with null for missing samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -264,7 +264,7 @@ pub fn heard(line: &str, id: &str) -> Heard {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction_population::suite::Suite;
+    use crate::suite::Suite;
 
     #[test]
     fn a_recording_survives_the_line_bit_for_bit() {

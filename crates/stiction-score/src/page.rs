@@ -3,15 +3,15 @@
 //! The same tables serve the page and the terminal. They name methods by [`MethodRow::name`] or [`MethodRow::title`].
 
 use crate::Error;
-use crate::report::layout::{Badge, Block, Fact, Report, Table, number};
+use crate::scoreboard::{
+    Auc, Band, Board, Counts, Errors, FoundBand, KindRow, MethodRow, Outcomes, Quantification,
+    Scored, Share,
+};
 use std::sync::LazyLock;
 use stiction_diagnose::finding::Decides;
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Scale, Series, colour};
 use stiction_population::LoopKind;
-use stiction_population::scoreboard::{
-    Auc, Band, Board, Counts, Errors, FoundBand, KindRow, MethodRow, Outcomes, Quantification,
-    Scored, Share,
-};
+use stiction_report::report::layout::{Badge, Block, Fact, Report, Table, number};
 
 /// The content of a page.
 #[derive(Debug, Clone, Copy)]

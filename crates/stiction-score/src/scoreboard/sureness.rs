@@ -9,23 +9,22 @@ pub const SURE: (f64, f64) = (0.02, 0.98);
 
 /// Limits and sure probabilities against the truth. Unlike in every other measure, invisible stiction counts here,
 /// because a limit applies to it, too.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Sureness {
     /// Of sticking loops with a known S and a reported limit, those that stick by more.
-    #[cfg_attr(feature = "serde", serde(rename = "S_above_limit"))]
+    #[serde(rename = "S_above_limit")]
     pub above: Share,
     /// Of cleared sticking loops with a known S, those that stick by more than their limit, or have no limit.
-    #[cfg_attr(feature = "serde", serde(rename = "cleared_above_limit"))]
+    #[serde(rename = "cleared_above_limit")]
     pub cleared_above: Share,
     /// Sticking loops that are cleared, with any limit.
-    #[cfg_attr(feature = "serde", serde(rename = "sticking_cleared"))]
+    #[serde(rename = "sticking_cleared")]
     pub cleared: Share,
     /// Median of the limits of healthy loops that are cleared, percent of span.
-    #[cfg_attr(feature = "serde", serde(rename = "median_limit_of_cleared_healthy"))]
+    #[serde(rename = "median_limit_of_cleared_healthy")]
     pub limit: Option<f64>,
     /// Of visible and healthy loops with a sure probability, those in which it is wrong.
-    #[cfg_attr(feature = "serde", serde(rename = "sure_and_wrong"))]
+    #[serde(rename = "sure_and_wrong")]
     pub wrong: Share,
     /// Number of visible and healthy loops with a sure probability.
     pub sure: Share,

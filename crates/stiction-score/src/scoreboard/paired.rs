@@ -7,8 +7,7 @@ use stiction_diagnose::finding::Decision;
 use stiction_diagnose::methods::Counts;
 
 /// The difference of the AUCs of two detectors on the same loops.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct AucDifference {
     /// AUC of the first over all loops; a pair with a loop without a score counts half.
     pub first: Interval,
@@ -21,8 +20,7 @@ pub struct AucDifference {
 }
 
 /// Discordant decisions of two detectors.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Discordant {
     /// Loops that only the first calls sticking.
     pub only_first: usize,

@@ -20,8 +20,7 @@ pub struct Ranked {
 }
 
 /// Area under the receiver operating characteristic.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Auc {
     /// Share of the pairs of a sticking and a healthy recording in which the sticking one has the larger
     /// score; ties count half. Recordings without a score are left out.
@@ -111,8 +110,7 @@ pub fn by_valve(loops: &[Ranked]) -> Vec<Ranked> {
 }
 
 /// A number with its 95 % interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Interval {
     /// The value.
     pub value: f64,

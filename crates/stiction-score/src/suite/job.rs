@@ -1,12 +1,12 @@
 //! The loops of a suite, as they are made.
 
 use super::Known;
-use crate::network::{Network, NetworkPlan};
-use crate::position::positioned;
 use crate::scoreboard::{Asked, Group, Truth};
-use crate::{Draw, Invented, Invention, LoopKind, Simulated};
 use stiction_diagnose::recording::Recording;
 use stiction_model::error::Result;
+use stiction_population::network::{Network, NetworkPlan};
+use stiction_population::position::positioned;
+use stiction_population::{Draw, Invented, Invention, LoopKind, Simulated};
 
 /// A part of a suite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -105,7 +105,9 @@ pub(super) fn jobs(part: Part, n: u64, draw: &mut Draw) -> Vec<Job> {
 impl Job {
     pub(super) fn known(self, part: Part, id: String) -> Result<Known> {
         let (mut recording, truth, mut groups) = match self {
-            Self::Member(seed, index) => of_population(crate::member(seed, index)?, &id),
+            Self::Member(seed, index) => {
+                of_population(stiction_population::member(seed, index)?, &id)
+            }
             Self::Of(kind, seed) => of_population(kind.simulate(seed)?, &id),
             Self::Longer(kind, seed) => of_population(kind.simulate_for(seed, LONGER)?, &id),
             Self::Invented(what, seed, sticks) => {

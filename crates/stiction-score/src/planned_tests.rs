@@ -1,22 +1,19 @@
 //! Accuracy of a planned test: the loops of the population, tested by a simulated operator.
 
-use super::invented::{Invention, Unseen};
-use super::scoreboard::Share;
-use super::tested::{Operator, Tested, ToPlan, Trend};
-use super::{Draw, LoopKind};
+use crate::scoreboard::Share;
 use rayon::prelude::*;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Estimate, VerdictClass, diagnose};
 use stiction_diagnose::recording::Recording;
 use stiction_diagnose::series::quantile;
 use stiction_diagnose::valve_test::{PlanOptions, ReadOptions, TestPlan, TestReading, plan, read};
 use stiction_model::error::Result;
+use stiction_population::{Draw, Invention, LoopKind, Operator, Tested, ToPlan, Trend, Unseen};
 
 /// Accuracy and cost of a test.
 ///
 /// Loops whose OP is not that of a valve ([`LoopKind::StickyBelow`]), and those whose valve changes during the
 /// record, are left out.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct TestTrial {
     /// Loops with a plan, of all.
     pub planned: Share,
