@@ -1,17 +1,15 @@
 """Writes `python/stiction/_document.py`, the classes of a diagnosis from its schema, and `docs/python-api.md`, every public
-name of the Python package with its signature and its documentation.
+name of the Python package with its parameters and the first sentence of its documentation.
 
 python3 docs/python_api.py
 
-It reads the sources and runs only `_words.py`, so the package need not be installed. Signatures come from the modules and
-from `_core.pyi`. Documentation comes from doc strings and attributes and, for compiled classes, from the Rust files.
+It reads the sources and runs none, so the package need not be installed. Parameters come from the modules and from `_core.pyi`.
+Documentation comes from doc strings and, for compiled classes, from the Rust files.
 """
 
 from __future__ import annotations
 
 import ast
-import importlib.util
-import inspect
 import json
 import keyword
 import re
@@ -29,10 +27,14 @@ SCHEMA = ROOT / "docs" / "diagnosis.schema.json"
 CLASSES = PACKAGE / "_document.py"
 HEAD = """# Python API
 
-Made by `python3 docs/python_api.py` and checked by a test. The names of most modules are available directly in `stiction`, such as
-`stiction.diagnose`. The names of `stiction.bench`, `stiction.control`, `stiction.datasets`, `stiction.fmu`, `stiction.pandas`,
-`stiction.live`, `stiction.plant`, `stiction.sklearn` and `stiction.valve_test` stay in their modules. Every result unpacks in the order of its
-attributes, and has `to_dict()`.
+The names of every module, each with its parameters, what it returns, and the first sentence of its documentation. Parameters in
+brackets are optional, and those after `*` are given by name. The docstrings describe parameters, equations, results and errors, with
+examples. `help` prints them, as in `help(stiction.cycles.limit_cycle)`.
+
+{top}
+
+Every result unpacks in the order of its attributes, and has `to_dict()`. `python3 docs/python_api.py` makes this page, and a test
+checks it.
 """
 CLASSES_HEAD = '''"""Results of a diagnosis, with the descriptions of its JSON schema.
 
@@ -71,13 +73,6 @@ LEFT_OUT = {
     ("Loop", "evidence"): "",
     ("Verdict", "override"): "the command keeps the conclusions of people",
 }
-#: Sections of a doc string that list names.
-LISTS = {"Parameters", "Returns", "Raises", "Attributes", "Yields", "Warns"}
-
-_spec = importlib.util.spec_from_file_location("_words", PACKAGE / "_words.py")
-assert _spec and _spec.loader
-words = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(words)
 
 Function = (ast.FunctionDef, ast.AsyncFunctionDef)
 
@@ -111,80 +106,30 @@ def rust_documentation() -> dict[str, str]:
     return found
 
 
-def plain(text: str) -> str:
-    """A paragraph of a doc string in one line, with code in Markdown."""
-    return re.sub(r"``([^`]+)``", r"`\1`", " ".join(text.split()))
+def first(text: str) -> str:
+    """The first sentence of a doc string, as a cell of a table."""
+    paragraph = " ".join(text.strip().partition("\n\n")[0].split())
+    sentence = re.split(r"(?<=\.) (?=[A-Z`])", re.sub(r"``([^`]+)``", r"`\1`", paragraph))[0]
+    return sentence.replace("|", "\\|")
 
 
-def listed(lines: list[str]) -> Iterator[str]:
-    """Names with their descriptions, as a list."""
-    entries: list[tuple[str, list[str]]] = []
-    for line in lines:
-        if line and not line[0].isspace():
-            entries.append((line, []))
-        elif entries:
-            entries[-1][1].append(line)
-    for name, about in entries:
-        name, _, kind = name.partition(" : ")
-        words = plain("\n".join(about))
-        yield f"* `{name}`" + (f" ({plain(kind)})" if kind else "") + (f": {words}" if words else "")
-
-
-def prose(lines: list[str]) -> Iterator[str]:
-    """Paragraphs, and examples as code."""
-    for paragraph in re.split(r"\n\s*\n", "\n".join(lines).strip()):
-        if paragraph.lstrip().startswith(">>>"):
-            yield f"```pycon\n{inspect.cleandoc(paragraph)}\n```"
-        elif paragraph:
-            yield plain(paragraph)
-
-
-def documentation(text: str) -> Iterator[str]:
-    """A doc string as Markdown."""
-    lines = inspect.cleandoc(text).splitlines()
-    starts = [k - 1 for k, line in enumerate(lines) if k and re.fullmatch(r"-{3,}", line)]
-    yield from prose(lines[: starts[0]] if starts else lines)
-    for start, end in zip(starts, [*starts[1:], len(lines)]):
-        name, body = lines[start], lines[start + 2 : end]
-        yield f"**{name}**"
-        if name in LISTS:
-            yield "\n".join(listed(body))
-        else:
-            yield from prose(body)
-
-
-def signature(name: str, function: ast.FunctionDef | ast.AsyncFunctionDef, method: bool) -> str:
-    """The signature of a function."""
-    arguments = ast.parse(ast.unparse(function)).body[0].args  # type: ignore[attr-defined]
-    static = any(ast.unparse(each) == "staticmethod" for each in function.decorator_list)
-    if method and not static:
-        (arguments.posonlyargs or arguments.args).pop(0)
-    returns = f" -> {ast.unparse(function.returns)}" if function.returns and function.name != "__new__" else ""
-    whole = f"{name}({ast.unparse(arguments)}){returns}"
-    if len(whole) <= 100:
-        return whole
-    # One line per argument if they do not fit on one line.
-    parts = re.split(r", (?![^\[(]*[\])])", ast.unparse(arguments))
-    return f"{name}(\n" + "".join(f"    {part},\n" for part in parts) + f"){returns}"
-
-
-def code(text: str) -> str:
-    """A signature as a code block that is not run."""
-    return f"```py\n{text}\n```"
-
-
-def of_callable(function: ast.FunctionDef | ast.AsyncFunctionDef) -> str:
-    """The doc string of a function, completed by its decorators."""
-    text = ast.get_docstring(function) or ""
-    arguments = function.args
-    names = [each.arg for each in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
-    for decorator in function.decorator_list:
-        match decorator:
-            case ast.Name("documented"):
-                text = words.completed(text, names)
-            case ast.Call(ast.Name("drawn"), [ast.Constant(count)]):
-                text = words.plotting(text, count)
-    return text
+def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef, method: bool = False) -> str:
+    """The parameters of a function, optional ones in brackets, and what it returns."""
+    of = function.args
+    plain = [*of.posonlyargs, *of.args][method:]
+    required = len(plain) - len(of.defaults)
+    said = [each.arg for each in plain[:required]]
+    left_out = [each.arg for each in plain[required:]]
+    said += [f"*{of.vararg.arg}"] if of.vararg else []
+    named = [each.arg for each, default in zip(of.kwonlyargs, of.kw_defaults) if default is None]
+    free = [each.arg for each, default in zip(of.kwonlyargs, of.kw_defaults) if default is not None]
+    said += ["*", *named] if named else []
+    left_out += ["*"] if free and not named and not of.vararg else []
+    left_out += free + ([f"**{of.kwarg.arg}"] if of.kwarg else [])
+    whole = ", ".join(said)
+    whole += f"[{', ' if said else ''}{', '.join(left_out)}]" if left_out else ""
+    returns = f" -> {ast.unparse(function.returns)}" if function.returns and not method else ""
+    return f"`({whole}){returns}`".replace("|", "\\|")
 
 
 def kind_of(field: dict[str, Any]) -> str:
@@ -246,52 +191,35 @@ def spoken(schema: dict[str, Any]) -> str:
     return re.sub(r"\bnull\b", "None", " ".join(schema["description"].split()))
 
 
-def of_result(of: ast.ClassDef, known: dict[str, ast.ClassDef]) -> str:
-    """The doc string of a class, with its attributes if it is a result."""
-    text = ast.get_docstring(of) or ""
-    if "result" not in map(ast.unparse, of.decorator_list):
-        return text
-    inherited = [known[name].body for base in of.bases if (name := ast.unparse(base)) in known]
-    fields = []
-    for each in [*(each for body in inherited for each in body), *of.body]:
+def held(bodies: list[list[ast.stmt]], rust: dict[str, str], name: str) -> Iterator[str]:
+    """The attributes and methods of a class, by name."""
+    attributes: dict[str, None] = {}
+    methods: dict[str, None] = {}
+    for each in (each for body in bodies for each in body):
         match each:
-            case ast.AnnAssign(ast.Name(name), annotation, ast.Call(ast.Name("about"), [ast.Constant(said)], more)):
-                kind = {keyword.arg: keyword.value for keyword in more}.get("kind", ast.Constant(""))
-                fields.append((name, ast.unparse(annotation), said, ast.literal_eval(kind)))
-            case ast.AnnAssign(ast.Name(name), annotation) if "ClassVar" not in ast.unparse(annotation):
-                fields.append((name, ast.unparse(annotation), "", ""))
-    return str(words.with_attributes(text, fields))
+            case ast.AnnAssign(ast.Name(own), annotation) if own[0] != "_" and "ClassVar" not in ast.unparse(annotation):
+                attributes[own] = None
+            case ast.FunctionDef(own) | ast.AsyncFunctionDef(own) if own[0] != "_":
+                if ast.get_docstring(each) or f"{name}.{own}" in rust or each.decorator_list:
+                    kinds = " ".join(map(ast.unparse, each.decorator_list))
+                    (attributes if "property" in kinds or ".setter" in kinds else methods)[own] = None
+    for kind, names in (("Attribute", attributes), ("Method", methods)):
+        if names:
+            yield f"{kind}{'s' if len(names) > 1 else ''} {', '.join(f'`{own}`' for own in names)}."
 
 
-def of_function(name: str, function: ast.FunctionDef | ast.AsyncFunctionDef, level: str) -> Iterator[str]:
-    yield f"{level} {name}"
-    yield code(signature(name, function, method=False))
-    yield from documentation(of_callable(function))
+def row(name: str, said: str, *words: str) -> str:
+    """A row of the table of a module, without a head, so that the search of the pages finds its name."""
+    return f"| `{name}` | {said} | {' '.join(words)} |"
 
 
-def of_class(name: str, of: ast.ClassDef, rust: dict[str, str], known: dict[str, ast.ClassDef]) -> Iterator[str]:
-    bases = [ast.unparse(base) for base in of.bases if ast.unparse(base) not in {"Result", "Protocol", *known}]
-    makers = [each for each in of.body if isinstance(each, Function) and each.name in {"__init__", "__new__"}]
-    yield f"### {name}"
-    if makers:
-        yield code(signature(f"class {name}", makers[0], method=True).removesuffix(" -> None"))
-    else:
-        yield code(f"class {name}({', '.join(bases)})" if bases else f"class {name}")
-    yield from documentation(of_result(of, known) or rust.get(name, ""))
-    for each in of.body:
-        if not isinstance(each, Function) or each.name.startswith("_"):
-            continue
-        text = of_callable(each) or rust.get(f"{name}.{each.name}", "")
-        decorators = {ast.unparse(decorator) for decorator in each.decorator_list}
-        if not text or any(decorator.endswith(".setter") for decorator in decorators):
-            continue
-        yield f"#### {name}.{each.name}"
-        if decorators & {"property", "cached_property", "functools.cached_property"}:
-            kind = f": {ast.unparse(each.returns)}" if each.returns else ""
-            yield code(f"{name}.{each.name}{kind}")
-        else:
-            yield code(signature(f"{name}.{each.name}", each, method=True))
-        yield from documentation(text)
+def of_class(name: str, of: ast.ClassDef, rust: dict[str, str], others: dict[str, ast.ClassDef]) -> str:
+    """The row of a class."""
+    bases = [ast.unparse(base).removeprefix("_core.") for base in of.bases]
+    bodies = [*(others[base].body for base in bases if base in others and others[base] is not of), of.body]
+    makers = [each for body in bodies for each in body if isinstance(each, Function) and each.name in {"__init__", "__new__"}]
+    said = re.sub(r" -> .*`", "`", parameters(makers[-1], method=True)) if makers else ""
+    return row(name, said, first(ast.get_docstring(of) or rust[name]), *held(bodies, rust, name))
 
 
 def public(module: ast.Module) -> list[str]:
@@ -318,42 +246,50 @@ def modules() -> list[tuple[str, Path]]:
     return sorted(found)
 
 
+def top() -> list[str]:
+    """The functions and classes of `stiction` itself."""
+    imports = [each for each in ast.parse((PACKAGE / "__init__.py").read_text()).body if isinstance(each, ast.ImportFrom)]
+    names = {each.name for of in imports if of.module != "stiction" for each in of.names}
+    return sorted((name for name in names if name[0] != "_"), key=str.lower)
+
+
 def page() -> str:
     """The whole page."""
     rust = rust_documentation()
     stub = ast.parse((PACKAGE / "_core.pyi").read_text())
-    compiled = {each.name: each for each in stub.body if isinstance(each, ast.ClassDef)}
-    made = {each.name: each for each in ast.parse(CLASSES.read_text()).body if isinstance(each, ast.ClassDef)}
-    parts = [HEAD.strip()]
+    made = ast.parse(CLASSES.read_text())
+    others = {each.name: each for of in (stub, made) for each in of.body if isinstance(each, ast.ClassDef)}
+    names = ", ".join(f"`{name}`" for name in top())
+    parts = [HEAD.strip().format(top=textwrap.fill(f"These names are in `stiction` itself, too: {names}.", 130))]
     for called, path in modules():
         module = ast.parse(path.read_text())
-        names = public(module)
-        if not names:
-            continue
-        parts.append(f"## stiction.{called}")
-        parts.extend(documentation(ast.get_docstring(module) or ""))
-        own = {each.name: each for each in module.body if isinstance(each, (*Function, ast.ClassDef))}
-        for name in names:
-            match own.get(name) or made.get(name) or compiled.get(name):
+        # A package takes some of its names from its modules.
+        files = [*path.parent.glob("*.py"), path] if path.stem == "__init__" else [path]
+        bodies = [each for file in files for each in ast.parse(file.read_text()).body]
+        own = {each.name: each for each in bodies if isinstance(each, (*Function, ast.ClassDef))}
+        rows = ["| | | |", "|---|---|---|"]
+        for name in public(module):
+            match own.get(name) or others.get(name):
                 case ast.ClassDef() as of:
-                    parts.extend(of_class(name, of, rust, made))
+                    rows.append(of_class(name, of, rust, others))
                 case ast.FunctionDef() | ast.AsyncFunctionDef() as function:
-                    parts.extend(of_function(name, function, "###"))
+                    rows.append(row(name, parameters(function), first(ast.get_docstring(function) or "")))
                 case _:
-                    parts.append(f"### {name}")
-                    parts.extend(constant(module, name) or constant(stub, name))
+                    rows.append(row(name, "", constant(module, name) or constant(stub, name)))
+        if rows[2:]:
+            parts += [f"## stiction.{called}", first(ast.get_docstring(module) or ""), "\n".join(rows)]
     return "\n\n".join(parts) + "\n"
 
 
-def constant(module: ast.Module, name: str) -> list[str]:
-    """A value's type and the doc string below it."""
-    for each, after in zip(module.body, [*module.body[1:], None]):
+def constant(module: ast.Module, name: str) -> str:
+    """The first sentence of the doc string below a value."""
+    for each, after in zip(module.body, module.body[1:]):
         target = getattr(each, "target", None) or next(iter(getattr(each, "targets", [])), None)
         if isinstance(target, ast.Name) and target.id == name:
-            kind = [code(ast.unparse(each))] if isinstance(each, ast.AnnAssign) else []
-            text = after.value.value if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant) else ""
-            return [*kind, *documentation(str(text))]
-    return []
+            match after:
+                case ast.Expr(ast.Constant(str(text))):
+                    return first(text)
+    return ""
 
 
 def main() -> None:

@@ -25,10 +25,12 @@ def called(name: str, what: object) -> tuple[str, list[Any] | None]:
 
 
 def names(module: str) -> Iterator[tuple[str, list[Any] | None]]:
-    """The public names of a module, and the members of its classes."""
+    """The public names of a module, and the members of its classes. Modules in it are not among its names."""
     loaded = importlib.import_module(module)
-    for own in getattr(loaded, "__all__", []):
+    for own in getattr(loaded, "__all__", dir(loaded)):
         what = getattr(loaded, own)
+        if own.startswith("_") or inspect.ismodule(what):
+            continue
         yield called(f"{module}.{own}", what)
         if inspect.isclass(what):
             members = [(member, of) for member, of in inspect.getmembers(what) if not member.startswith("_")]

@@ -1,7 +1,4 @@
-"""Documentation written once, for attributes beside their types, and for parameters that functions share.
-
-`docs/python_api.py` also makes the page with these functions. They take text and import nothing from the package.
-"""
+"""Documentation written once, for attributes beside their types, and for parameters that functions share."""
 
 from __future__ import annotations
 
@@ -19,10 +16,10 @@ PARAMETERS = {
     "diagnoses": ("iterable of Diagnosis", "The diagnoses."),
     "folder": ("path", "The folder of ``plant.toml``."),
     "J": ("float", "Slip jump, percent of span."),
-    "loop_type": ('str, default "unknown"', "Type of the loop, see `loop_types`."),
+    "loop_type": ('str, default "unknown"', "Type of the loop, see `stiction.recordings.loop_types`."),
     "loops": ("str, optional", 'Judge only loops whose names match this pattern, such as ``"FIC*"``.'),
-    "method": ("str", "Its name, see `detectors`."),
-    "model": ('str, default "two-phase"', "Name of a valve model, see `valve_models`."),
+    "method": ("str", "Its name, see `stiction.detection.detectors`."),
+    "model": ('str, default "two-phase"', "Name of a valve model, see `stiction.valves.valve_models`."),
     "name": ("str", "Its name, see `names`."),
     "op": ("array_like", "Controller output, percent of span."),
     "period_s": ("float, optional", "Period of the oscillation, s; by default the period of the dominant one."),

@@ -318,7 +318,7 @@ class method:
     Parameters
     ----------
     name : str
-        Its name, see `stiction.detectors`.
+        Its name, see `stiction.detection.detectors`.
 
     Examples
     --------

@@ -344,7 +344,7 @@ def simulate_cascade(scenario: ScenarioLike, settings: Mapping[str, Any] | None 
     Examples
     --------
     >>> import stiction
-    >>> cascade = stiction.simulate_cascade("paper/flow-cascade")
+    >>> cascade = stiction.closed_loop.simulate_cascade("paper/flow-cascade")
     >>> len(cascade.pv) == len(cascade.slave.vp)
     True
     """
@@ -374,7 +374,7 @@ def simulate_open_loop(scenario: ScenarioLike, settings: Mapping[str, Any] | Non
     Examples
     --------
     >>> import stiction
-    >>> run = stiction.simulate_open_loop("paper/open-loop-high")
+    >>> run = stiction.closed_loop.simulate_open_loop("paper/open-loop-high")
     >>> len(run.op) == len(run.vp)
     True
     """

@@ -49,7 +49,7 @@ def compensators() -> list[Compensator]:
     Examples
     --------
     >>> import stiction
-    >>> [each.name for each in stiction.compensators()][:2]
+    >>> [each.name for each in stiction.compensation.compensators()][:2]
     ['knocker', 'constant-reinforcement']
     """
     return [Compensator(**each) for each in _core.compensators()]
@@ -164,7 +164,7 @@ def compensate(
     Examples
     --------
     >>> import stiction
-    >>> done = stiction.compensate("paper/closed-loop", method="knocker", parameters={"width": 1})
+    >>> done = stiction.compensation.compensate("paper/closed-loop", method="knocker", parameters={"width": 1})
     >>> done.measures.pv_std < done.measures_without.pv_std
     True
     """
@@ -370,7 +370,7 @@ def compare_compensators(
     Examples
     --------
     >>> import stiction
-    >>> found = stiction.compare_compensators("paper/closed-loop", methods=["knocker"])
+    >>> found = stiction.compensation.compare_compensators("paper/closed-loop", methods=["knocker"])
     >>> [row.action for row in found.rows]
     ['knocker', 'as it is']
     """

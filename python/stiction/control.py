@@ -181,7 +181,7 @@ class ValveDescribingFunction(control.DescribingFunctionNonlinearity):  # type: 
     J : float
         Slip jump, percent of span.
     model : str, default "two-phase"
-        Name of a valve model, see `stiction.valve_models`.
+        Name of a valve model, see `stiction.valves.valve_models`.
 
     Raises
     ------
@@ -198,7 +198,7 @@ class ValveDescribingFunction(control.DescribingFunctionNonlinearity):  # type: 
         return self._valve.step(float(np.squeeze(op)))
 
     def describing_function(self, amplitude: npt.ArrayLike) -> Any:
-        """Return N(X), see `stiction.describing_function`.
+        """Return N(X), see `stiction.cycles.describing_function`.
 
         Parameters
         ----------
@@ -225,12 +225,12 @@ def describing_function(S: float, J: float, model: str = "two-phase") -> ValveDe
     """Return the describing function of a sticking valve for python-control.
 
     Pass it to ``control.describing_function_response`` with the product of controller and process, and with amplitudes above
-    `stiction.least_amplitude`. Below, the valve stays stuck and ``-1/N`` is infinite.
+    `stiction.cycles.least_amplitude`. Below, the valve stays stuck and ``-1/N`` is infinite.
 
     Parameters
     ----------
     model : str, default "two-phase"
-        Name of a valve model, see `stiction.valve_models`.
+        Name of a valve model, see `stiction.valves.valve_models`.
 
     Raises
     ------

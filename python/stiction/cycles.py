@@ -156,7 +156,7 @@ def limit_cycles(
     Examples
     --------
     >>> import stiction
-    >>> found = stiction.limit_cycles("paper/closed-loop", method="describing-function")
+    >>> found = stiction.cycles.limit_cycles("paper/closed-loop", method="describing-function")
     >>> [cycle.stable for cycle in found.cycles]
     [True]
     """
@@ -185,7 +185,7 @@ def limit_cycle_member(
     --------
     >>> import stiction
     >>> he = {"valve.model": "he", "valve.S": 5, "valve.J": 1}
-    >>> round(stiction.limit_cycle_member("paper/closed-loop", he, offset=0.1).cycle.period_s, 4)
+    >>> round(stiction.cycles.limit_cycle_member("paper/closed-loop", he, offset=0.1).cycle.period_s, 4)
     49.6075
     """
     return _found(_core.limit_cycle_member(_scenario(scenario, settings), number("offset", offset)))
@@ -251,7 +251,7 @@ def limit_cycle_trajectory(
     Examples
     --------
     >>> import stiction
-    >>> orbit = stiction.limit_cycle_trajectory("paper/closed-loop", samples=100)
+    >>> orbit = stiction.cycles.limit_cycle_trajectory("paper/closed-loop", samples=100)
     >>> len(orbit.time_s) >= 100
     True
     """
@@ -297,7 +297,7 @@ def describing_function(
     Examples
     --------
     >>> import stiction
-    >>> stiction.describing_function([10], S=5, J=2).round(4)
+    >>> stiction.cycles.describing_function([10], S=5, J=2).round(4)
     array([0.9148-0.1751j])
     """
     sines = samples("amplitude", amplitude)
@@ -322,7 +322,7 @@ def least_amplitude(S: float, J: float, *, model: str = "two-phase") -> float:
     Examples
     --------
     >>> import stiction
-    >>> stiction.least_amplitude(S=5, J=2)
+    >>> stiction.cycles.least_amplitude(S=5, J=2)
     2.5
     """
     return _core.least_amplitude(number("S", S), number("J", J), text("model", model))
@@ -421,7 +421,7 @@ def frequency_response(
     Examples
     --------
     >>> import stiction
-    >>> response = stiction.frequency_response("paper/closed-loop")
+    >>> response = stiction.cycles.frequency_response("paper/closed-loop")
     >>> round(response.peak_sensitivity, 3), response.stability
     (1.569, 'stable')
     """
@@ -525,7 +525,7 @@ def loop_parameters() -> dict[str, str]:
     Examples
     --------
     >>> import stiction
-    >>> stiction.loop_parameters()["Ti"]
+    >>> stiction.cycles.loop_parameters()["Ti"]
     's'
     """
     return dict(_core.loop_parameters())
@@ -571,7 +571,7 @@ def limit_cycle_map(
     Examples
     --------
     >>> import stiction
-    >>> found = stiction.limit_cycle_map("paper/closed-loop", x=("J", [0, 2, 4]), y=("Kc", [0.8, 1.1]))
+    >>> found = stiction.cycles.limit_cycle_map("paper/closed-loop", x=("J", [0, 2, 4]), y=("Kc", [0.8, 1.1]))
     >>> found.state.tolist()
     [['no cycle', 'cycle', 'cycle'], ['no cycle', 'cycle', 'cycle']]
     """
@@ -618,7 +618,7 @@ def sensitivities(
     Examples
     --------
     >>> import stiction
-    >>> [each.parameter for each in stiction.sensitivities("paper/closed-loop")]
+    >>> [each.parameter for each in stiction.cycles.sensitivities("paper/closed-loop")]
     ['S', 'J', 'Kc', 'Ti', 'Kp', 'theta', 'tau']
     """
     return [Sensitivity(**each) for each in _core.sensitivities(_scenario(scenario, settings))]
@@ -659,7 +659,7 @@ def simc(
     Examples
     --------
     >>> import stiction
-    >>> tuning = stiction.simc("paper/closed-loop")
+    >>> tuning = stiction.cycles.simc("paper/closed-loop")
     >>> round(tuning.kc, 4), round(tuning.ti, 4)
     (1.8474, 5.93)
     """
@@ -687,7 +687,7 @@ def lambda_tuning(
     Examples
     --------
     >>> import stiction
-    >>> round(stiction.lambda_tuning("paper/closed-loop", time_constant_s=5.93).kc, 4)
+    >>> round(stiction.cycles.lambda_tuning("paper/closed-loop", time_constant_s=5.93).kc, 4)
     0.5648
     """
     return Tuning(
@@ -717,7 +717,7 @@ def load_step_iae(scenario: ScenarioLike, settings: Mapping[str, Any] | None = N
     Examples
     --------
     >>> import stiction
-    >>> round(stiction.load_step_iae("paper/closed-loop"), 2)
+    >>> round(stiction.cycles.load_step_iae("paper/closed-loop"), 2)
     2.96
     """
     return _core.load_step_iae(_scenario(scenario, settings))
@@ -797,7 +797,7 @@ def retune(
     Examples
     --------
     >>> import stiction
-    >>> found = stiction.retune("paper/closed-loop", method="describing-function", points=5)
+    >>> found = stiction.cycles.retune("paper/closed-loop", method="describing-function", points=5)
     >>> found.pv_ratio < 1
     True
     """

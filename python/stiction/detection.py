@@ -145,7 +145,7 @@ def detectors() -> list[Detector]:
     Examples
     --------
     >>> import stiction
-    >>> {method.name: method.needs for method in stiction.detectors()}["horch"]
+    >>> {method.name: method.needs for method in stiction.detection.detectors()}["horch"]
     'OP and PV'
     """
     return [
@@ -271,7 +271,7 @@ def method_evidence(
     --------
     >>> import stiction
     >>> run = stiction.simulate("samples/sticky-flow")
-    >>> seen = stiction.method_evidence("horch", run.op, run.pv, sample_time=1, loop_type="flow")
+    >>> seen = stiction.detection.method_evidence("horch", run.op, run.pv, sample_time=1, loop_type="flow")
     >>> lag, correlation, _ = seen.panels[0].series["correlation"]
     """
     return _evidence(

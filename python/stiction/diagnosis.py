@@ -65,7 +65,7 @@ class Weighing(Result):
         "The changes of the valve within the recording. Windows before it last began or ceased to stick do not count."
     )
     features: dict[str, float] = about(
-        "The numbers of the most typical window by name, see `evidence_features`; NaN where not measured."
+        "The numbers of the most typical window by name, see `stiction.fusion.evidence_features`; NaN where not measured."
     )
 
 
@@ -225,14 +225,14 @@ def diagnose(
     Parameters
     ----------
     recording : Recording, table or array_like
-        The recording, see `read`; a table with the columns of one loop, see `recording_from`; or, together with `pv` or `vp`, the
-        controller output, percent of span.
+        The recording, see `stiction.read`; a table with the columns of one loop, see `stiction.recording_from`; or, together with
+        `pv` or `vp`, the controller output, percent of span.
     pv, sp : array_like, optional
         Process value and set point, in PV units, together with the controller output.
     vp : array_like, optional
         Measured valve position, percent of span, together with the controller output.
     loop_type : str, optional
-        Type of the loop, see `loop_types`; by default as in the recording.
+        Type of the loop, see `stiction.recordings.loop_types`; by default as in the recording.
     detectors : {"all", "none"} or sequence of str, default "all"
         The published methods to run. They take most of the time. Methods that use a measured valve position are always run.
     sample_time : float, optional
@@ -325,7 +325,8 @@ def diagnose_all(
         If a recording does not fit on a grid, or an option is out of its range.
     """
     if _is_table(recordings):
-        raise TypeError("recordings must be several in a list, but is one table; stiction.recordings_from splits it")
+        splits = "stiction.recordings.recordings_from splits it"
+        raise TypeError(f"recordings must be several in a list, but is one table; {splits}")
     checked = [_checked(each, f"recordings[{place}]", sample_time) for place, each in enumerate(recordings)]
     if isinstance(detectors, str) and detectors not in {"all", "none"}:
         raise ValueError(f"detectors is {detectors!r}, but must be 'all', 'none' or a sequence of names")
@@ -411,8 +412,8 @@ def combine(observations: Iterable[Diagnosis | Observation]) -> History:
     Examples
     --------
     >>> import stiction
-    >>> seen = [stiction.Observation(time_s=t, class_="sticks", probability=0.95) for t in range(5)]
-    >>> stiction.combine(seen).class_
+    >>> seen = [stiction.diagnosis.Observation(time_s=t, class_="sticks", probability=0.95) for t in range(5)]
+    >>> stiction.diagnosis.combine(seen).class_
     'sticks'
     """
     return result_of(History, _core.observations_combined(_seen(observations)))
@@ -492,6 +493,9 @@ def _facts(diagnosis: Diagnosis) -> dict[str, str]:
     if swing is not None:
         every = "" if swing.period_s is None else f"every {float(f'{swing.period_s:.3g}'):g} s"
         facts["swing"] = every or "found" if swing.found else "none found"
+    if diagnosis.evidence is not None and diagnosis.evidence.changes:
+        last = diagnosis.evidence.changes[-1]
+        facts["last change"] = f"{last.change}, at about {float(f'{last.time_s:.3g}'):g} s"
     if diagnosis.verdict.alternatives:
         other = diagnosis.verdict.alternatives[0]
         facts["likeliest other cause"] = f"{other.cause} ({_percent(other.likelihood)})"
@@ -510,7 +514,7 @@ def _rough(value: float) -> str:
 
 
 def _first_step(diagnosis: Diagnosis) -> str:
-    """Return the first action: improve the data, then record longer, then test, then look for the other cause."""
+    """Return the first action: improve the data, then step the OP, then test, then look for the other cause."""
     verdict = diagnosis.verdict
     if diagnosis.relation is not None:
         return diagnosis.relation.remedy

@@ -327,7 +327,7 @@ class Fit(Result):
             A recording of the same loop after the action.
         action : str, default "repair"
             The action: ``"nothing"``, ``"repair"``, ``"retune"``, ``"repair-and-retune"``, ``"positioner"``, or the name of a
-            compensator, see `compensators`.
+            compensator, see `stiction.compensation.compensators`.
 
         Raises
         ------
@@ -410,9 +410,9 @@ def fit(
     Parameters
     ----------
     recording : Recording or table
-        The recording, see `read` and `recording`, or a table with the columns of one loop. It must have a PV.
+        The recording, see `stiction.read` and `stiction.recording`, or a table with the columns of one loop. It must have a PV.
     loop_type : str, optional
-        Type of the loop, see `loop_types`; by default as in the recording.
+        Type of the loop, see `stiction.recordings.loop_types`; by default as in the recording.
     sample_time : float, optional
         Time between samples of the grid, s; by default the most frequent one of the recording.
     draws : int, default 60

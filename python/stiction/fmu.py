@@ -109,11 +109,11 @@ def export(
     path : str or path
         The file to write, such as ``"valve.fmu"``.
     model : str, optional
-        A valve model, see `stiction.valve_models`; ``"two-phase"`` if neither this nor `stem` nor `loop` is given.
+        A valve model, see `stiction.valves.valve_models`; ``"two-phase"`` if neither this nor `stem` nor `loop` is given.
     S, J : float, optional
         Stick band plus dead band, and slip jump, of the valve model, percent of span.
     stem : str, optional
-        A friction law or parameter set of a physical stem, instead of a valve model; see `stiction.stem_sets`.
+        A friction law or parameter set of a physical stem, instead of a valve model; see `stiction.stem.stem_sets`.
     loop : scenario, str, path or mapping, optional
         A closed loop, instead of a valve model, as for `stiction.scenario`.
     start : mapping, optional

@@ -41,7 +41,7 @@ def evidence_features() -> list[Feature]:
     Examples
     --------
     >>> import stiction
-    >>> len({feature.name for feature in stiction.evidence_features()}) > 100
+    >>> len({feature.name for feature in stiction.fusion.evidence_features()}) > 100
     True
     """
     return [Feature(**feature) for feature in _core.evidence_features()]

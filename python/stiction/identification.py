@@ -89,7 +89,7 @@ def fit_first_order(
     --------
     >>> import stiction
     >>> run = stiction.simulate("paper/closed-loop")
-    >>> fit = stiction.fit_first_order(run.vp[::10], run.pv[::10], sample_time=10 * run.sample_time)
+    >>> fit = stiction.identification.fit_first_order(run.vp[::10], run.pv[::10], sample_time=10 * run.sample_time)
     >>> fit.explained > 0.99
     True
     """
@@ -151,7 +151,7 @@ def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
     --------
     >>> import stiction
     >>> run = stiction.simulate("samples/sticky-flow")
-    >>> stiction.fit_arx(run.vp, run.pv).explained > 0.9
+    >>> stiction.identification.fit_arx(run.vp, run.pv).explained > 0.9
     True
     """
     return Arx(**_core.fit_arx(samples("op", op), samples("pv", pv), integer("longest_delay", longest_delay, 1)))
@@ -269,7 +269,7 @@ def fit_hammerstein(
     --------
     >>> import stiction
     >>> run = stiction.simulate("samples/sticky-flow")
-    >>> fit = stiction.fit_hammerstein(run.op, run.pv, sample_time=1)
+    >>> fit = stiction.identification.fit_hammerstein(run.op, run.pv, sample_time=1)
     >>> fit.sticks, abs(fit.S - 4) < 0.5
     (True, True)
     """
@@ -344,7 +344,7 @@ def weigh_valve(op: Samples, pv: Samples, *, sample_time: float, period_s: float
     --------
     >>> import stiction
     >>> run = stiction.simulate("samples/sticky-flow")
-    >>> evidence = stiction.weigh_valve(run.op, run.pv, sample_time=1)
+    >>> evidence = stiction.identification.weigh_valve(run.op, run.pv, sample_time=1)
     >>> evidence.two_phase.gain > 0.1
     True
     """
@@ -394,7 +394,7 @@ def fit_position(op: Samples, vp: Samples) -> PositionFits:
     >>> import numpy as np, stiction
     >>> k = np.arange(1000)
     >>> op = 50 + 8 * np.sin(0.045 * k) + 4 * np.sin(0.0173 * k)
-    >>> fits = stiction.fit_position(op, stiction.valve(op, S=5, J=2))
+    >>> fits = stiction.identification.fit_position(op, stiction.valve(op, S=5, J=2))
     >>> fits.ranked[0].model, abs(fits.S.value - 5) < 0.3
     ('two-phase', True)
     """
@@ -488,7 +488,7 @@ def bands_of_cycle(
     --------
     >>> import stiction
     >>> known = dict(process_gain=3, controller_gain=0.2, time_constant_s=10, dead_time_s=10)
-    >>> bands = stiction.bands_of_cycle(218 / 3, 25 / 7, **known)
+    >>> bands = stiction.identification.bands_of_cycle(218 / 3, 25 / 7, **known)
     >>> round(bands.S, 6), round(bands.J, 6)
     (5.0, 5.0)
     """

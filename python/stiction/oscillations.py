@@ -104,7 +104,7 @@ def oscillation(signal: Samples, sample_time: float) -> Oscillation:
     Examples
     --------
     >>> import numpy as np, stiction
-    >>> found = stiction.oscillation(np.sin(0.1 * np.arange(2000)), sample_time=2)
+    >>> found = stiction.oscillations.oscillation(np.sin(0.1 * np.arange(2000)), sample_time=2)
     >>> found.found, round(found.period_s, 1)
     (True, 125.7)
     """

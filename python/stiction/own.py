@@ -15,7 +15,7 @@ class OwnValve(ABC):
     Examples
     --------
     >>> import stiction
-    >>> class Backlash(stiction.OwnValve):
+    >>> class Backlash(stiction.own.OwnValve):
     ...     def restart(self, position):
     ...         self.position = position
     ...
@@ -60,7 +60,7 @@ class OwnController(ABC):
     Examples
     --------
     >>> import stiction
-    >>> class OnOff(stiction.OwnController):
+    >>> class OnOff(stiction.own.OwnController):
     ...     def restart(self, sample_time, op, sp, pv):
     ...         self.op = op
     ...
@@ -107,7 +107,7 @@ class OwnProcess(ABC):
     Examples
     --------
     >>> import stiction
-    >>> class Tank(stiction.OwnProcess):
+    >>> class Tank(stiction.own.OwnProcess):
     ...     def restart(self, sample_time):
     ...         self.sample_time, self.level = sample_time, 0.0
     ...

@@ -189,7 +189,7 @@ def population_kinds() -> dict[str, float]:
     Examples
     --------
     >>> import stiction
-    >>> stiction.population_kinds()["sticky valve"]
+    >>> stiction.populations.population_kinds()["sticky valve"]
     0.47
     """
     return dict(_core.population_kinds())

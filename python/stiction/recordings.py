@@ -30,7 +30,6 @@ __all__ = [
     "segments",
 ]
 
-
 RecordingLike: TypeAlias = Any
 """The type of recording arguments: a recording, or a table that `recording_from` recognises without further information."""
 
@@ -41,7 +40,7 @@ def loop_types() -> list[str]:
     Examples
     --------
     >>> import stiction
-    >>> stiction.loop_types()[:3]
+    >>> stiction.recordings.loop_types()[:3]
     ['flow', 'level', 'pressure']
     """
     return _core.loop_types()
@@ -407,7 +406,7 @@ def fitness(recording: RecordingLike, *, sample_time: float | None = None) -> Fi
     --------
     >>> import stiction
     >>> run = stiction.simulate("samples/sticky-flow")
-    >>> stiction.fitness(stiction.recording(run.op, run.pv, sample_time=1)).class_
+    >>> stiction.recordings.fitness(stiction.recording(run.op, run.pv, sample_time=1)).class_
     'fit'
     """
     sample_time = optional("sample_time", sample_time)

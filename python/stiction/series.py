@@ -50,7 +50,7 @@ def zero_crossings(x: Samples) -> ZeroCrossings:
     Examples
     --------
     >>> import stiction
-    >>> stiction.zero_crossings([-1, 1, 2, -2]).place
+    >>> stiction.series.zero_crossings([-1, 1, 2, -2]).place
     array([0.5, 2.5])
     """
     return ZeroCrossings(**_core.zero_crossings(samples("x", x)))
@@ -80,7 +80,7 @@ def half_waves(x: Samples) -> HalfWaves:
     Examples
     --------
     >>> import stiction
-    >>> stiction.half_waves([-1, 1, 2, -2, -2, 2]).length
+    >>> stiction.series.half_waves([-1, 1, 2, -2, -2, 2]).length
     array([2., 2.])
     """
     return HalfWaves(**_core.half_waves(samples("x", x)))
@@ -103,7 +103,7 @@ def reversals(x: Samples, band: float) -> int:
     Examples
     --------
     >>> import stiction
-    >>> stiction.reversals([0, 5, 4.9, 6, 1, 7], band=1)
+    >>> stiction.series.reversals([0, 5, 4.9, 6, 1, 7], band=1)
     2
     """
     return _core.reversals(samples("x", x), _at_least_zero("band", band))
@@ -134,7 +134,7 @@ def cycle_period(x: Samples, sample_time: float = 1.0, *, noise_band: float = 0.
     Examples
     --------
     >>> import stiction
-    >>> stiction.cycle_period([0, 1, 0, -1] * 5, sample_time=0.5)
+    >>> stiction.series.cycle_period([0, 1, 0, -1] * 5, sample_time=0.5)
     2.0
     """
     time = number("sample_time", sample_time)
@@ -165,7 +165,7 @@ def swinging_door(x: Samples, deviation: float) -> Array:
     Examples
     --------
     >>> import stiction
-    >>> stiction.swinging_door([0, 1.1, 2, 3, 0], deviation=0.2)
+    >>> stiction.series.swinging_door([0, 1.1, 2, 3, 0], deviation=0.2)
     array([0., 1., 2., 3., 0.])
     """
     return _core.swinging_door(samples("x", x), _at_least_zero("deviation", deviation))
@@ -192,7 +192,7 @@ def mann_kendall(y: Samples) -> float:
     Examples
     --------
     >>> import stiction
-    >>> stiction.mann_kendall([1, 2, 3, 5, 8, 13, 21]) < 0.01
+    >>> stiction.series.mann_kendall([1, 2, 3, 5, 8, 13, 21]) < 0.01
     True
     """
     return _core.mann_kendall(samples("y", y))
@@ -221,7 +221,7 @@ def difference_of_means(a: Samples, b: Samples) -> float | None:
     Examples
     --------
     >>> import stiction
-    >>> stiction.difference_of_means([1, 2, 3], [4, 5, 6])
+    >>> stiction.series.difference_of_means([1, 2, 3], [4, 5, 6])
     0.1
     """
     return _core.difference_of_means(samples("a", a), samples("b", b))

@@ -260,7 +260,7 @@ class StemValve(_core.StemValve):
         Examples
         --------
         >>> import stiction
-        >>> valve = stiction.StemValve(stiction.Stem("usp"), sample_time=0.1, position=50)
+        >>> valve = stiction.stem.StemValve(stiction.Stem("usp"), sample_time=0.1, position=50)
         >>> len(valve.follow([50, 60, 70]))
         3
         """
@@ -284,7 +284,7 @@ def stem_sets() -> list[StemSet]:
     Examples
     --------
     >>> import stiction
-    >>> [each.name for each in stiction.stem_sets()][:3]
+    >>> [each.name for each in stiction.stem.stem_sets()][:3]
     ['cts', 'cts-stribeck', 'usp']
     """
     return [StemSet(**each) for each in _core.stem_sets()]
@@ -306,7 +306,7 @@ def friction_laws() -> list[FrictionLaw]:
     Examples
     --------
     >>> import stiction
-    >>> [law.name for law in stiction.friction_laws()]
+    >>> [law.name for law in stiction.stem.friction_laws()]
     ['classical', 'karnopp', 'dahl', 'lugre', 'gms', 'armstrong']
     """
     return [FrictionLaw(**each) for each in _core.friction_laws()]

@@ -49,7 +49,7 @@ class Valve(_core.Valve):
         Examples
         --------
         >>> import stiction
-        >>> stiction.Valve(S=5, J=2, position=50).follow([52, 54, 55])
+        >>> stiction.valves.Valve(S=5, J=2, position=50).follow([52, 54, 55])
         array([50. , 52.5, 53.5])
         """
         signal = samples("op", op)
@@ -155,7 +155,7 @@ def valve_models() -> list[ValveModel]:
     Examples
     --------
     >>> import stiction
-    >>> [model.name for model in stiction.valve_models()][:3]
+    >>> [model.name for model in stiction.valves.valve_models()][:3]
     ['two-phase', 'choudhury', 'kano']
     """
     return [ValveModel(**model) for model in _core.valve_models()]
@@ -167,7 +167,7 @@ def valve_table() -> Table:
     Examples
     --------
     >>> import stiction
-    >>> stiction.valve_table()["name"][:3]
+    >>> stiction.valves.valve_table()["name"][:3]
     ['two-phase', 'choudhury', 'kano']
     """
     return _core.valve_table()

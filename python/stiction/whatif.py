@@ -101,7 +101,7 @@ def what_if(
     ms : float, optional
         Bound on the peak of the sensitivity function of a retuned loop, above 1; by default 2.
     methods : sequence of str, optional
-        Compensators to try, see `compensators`; by default all.
+        Compensators to try, see `stiction.compensation.compensators`; by default all.
     progress : callable, optional
         Called with the number of finished simulations and tunings whenever it has grown. Their total is not known in advance.
 

@@ -75,7 +75,7 @@ def test_suites_are_known_and_hide_their_truth():
     assert {name: len(bench.suite(name)) for name in bench.suites()} == {"v1": 4000, SUITE: 120, "v1-training": 10000}
     loops = bench.suite(SUITE)
     assert loops[-1] == loops[119] and loops[3:5] == [loops[3], loops[4]]
-    assert isinstance(loops[0], stiction.Recording) and loops[0].name == "v1-trial-00000"
+    assert isinstance(loops[0], stiction.recordings.Recording) and loops[0].name == "v1-trial-00000"
     hidden = bench.suite(SUITE, passphrase="a long passphrase")
     assert hidden[0] != loops[0] and hidden[0] == bench.suite(SUITE, passphrase="a long passphrase")[0]
     for wrong in [{"name": "v0"}, {"passphrase": "short"}, {"name": "v1-training", "passphrase": "a long passphrase"}]:

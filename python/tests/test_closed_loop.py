@@ -63,11 +63,11 @@ def test_the_trace_reproduces_the_reference():
 
 def test_each_kind_has_its_result():
     loop = stiction.simulate("paper/closed-loop", {"duration": 100})
-    cascade = stiction.simulate_cascade("paper/flow-cascade")
-    valve = stiction.simulate_open_loop("paper/open-loop-high")
-    assert [type(run) for run in (loop, cascade, valve)] == [stiction.Run, stiction.CascadeRun, stiction.OpenLoopRun]
+    cascade = stiction.closed_loop.simulate_cascade("paper/flow-cascade")
+    valve = stiction.closed_loop.simulate_open_loop("paper/open-loop-high")
+    assert [type(run) for run in (loop, cascade, valve)] == [stiction.closed_loop.Run, stiction.closed_loop.CascadeRun, stiction.closed_loop.OpenLoopRun]
     assert valve.period_s is None and valve.half_pp_op == pytest.approx(15, abs=0.1)
-    assert np.array_equal(valve.vp, stiction.simulate_open_loop("paper/open-loop-high").vp)
+    assert np.array_equal(valve.vp, stiction.closed_loop.simulate_open_loop("paper/open-loop-high").vp)
     for run, columns in (
         (loop, ["time_s", "sp", "pv", "op", "vp"]),
         (cascade, ["time_s", "sp", "pv", "op", "vp", "master_sp", "master_pv"]),
@@ -131,7 +131,7 @@ def test_an_error_in_progress_ends_the_sweep():
         "stiction.population(1_000_000)",
         'stiction.simulate("paper/closed-loop", {"sample_time": 1e-5, "duration": 400})',
         'stiction.Stem("cts-stribeck").follow(np.tile([0.0, 100.0], 2000), sample_time=100)',
-        'stiction.compare_compensators("paper/closed-loop", {"sample_time": 1e-3})',
+        'stiction.compensation.compare_compensators("paper/closed-loop", {"sample_time": 1e-3})',
         'stiction.what_if("paper/closed-loop", {"sample_time": 1e-3})',
     ],
     ids=["sweep", "population", "simulate", "stem", "compare_compensators", "what_if"],
@@ -176,7 +176,7 @@ def test_signals(table, expected):
 
 def test_a_signal_is_the_input_of_a_scenario():
     noise = {"signal": "noise", "sd": 2, "seed": 7}
-    run = stiction.simulate_open_loop(
+    run = stiction.closed_loop.simulate_open_loop(
         {"input": noise, "valve": {"model": "ideal"}, "sample_time": 0.5, "duration": 100}
     )
     assert np.array_equal(run.op, stiction.signal(noise, sample_time=0.5, duration=100))
@@ -187,8 +187,8 @@ def test_plots_have_names_units_and_legends():
 
     runs = (
         (stiction.simulate("paper/closed-loop"), 2),
-        (stiction.simulate_cascade("paper/flow-cascade"), 3),
-        (stiction.simulate_open_loop("paper/open-loop-high"), 2),
+        (stiction.closed_loop.simulate_cascade("paper/flow-cascade"), 3),
+        (stiction.closed_loop.simulate_open_loop("paper/open-loop-high"), 2),
     )
     for run, count in runs:
         made = run.plot()
@@ -197,7 +197,7 @@ def test_plots_have_names_units_and_legends():
         _, given = plt.subplots(count)
         assert run.plot(given) == list(given)
     with pytest.raises(ValueError, match="ax holds 2 axes, but 3 are needed"):
-        stiction.simulate_cascade("paper/flow-cascade").plot(plt.subplots(2)[1])
+        stiction.closed_loop.simulate_cascade("paper/flow-cascade").plot(plt.subplots(2)[1])
     plt.close("all")
 
 
@@ -206,8 +206,8 @@ def test_plots_have_names_units_and_legends():
     [
         (lambda: stiction.simulate(3), TypeError, "source must be a scenario, its name, path or tables"),
         (lambda: stiction.simulate("paper/flow-cascade"), ValueError, "`simulate_cascade` simulates it"),
-        (lambda: stiction.simulate_cascade(PAPER), ValueError, "`simulate` simulates it"),
-        (lambda: stiction.simulate_open_loop(PAPER), ValueError, "`simulate` simulates it"),
+        (lambda: stiction.closed_loop.simulate_cascade(PAPER), ValueError, "`simulate` simulates it"),
+        (lambda: stiction.closed_loop.simulate_open_loop(PAPER), ValueError, "`simulate` simulates it"),
         (lambda: stiction.simulate("nothing"), ValueError, 'no scenario file or built-in scenario "nothing"'),
         (lambda: stiction.simulate(PAPER, 3), TypeError, "settings must be a mapping"),
         (lambda: stiction.simulate(PAPER, {"valve.S": -1}), ValueError, "S is -1"),

@@ -51,10 +51,10 @@ def test_the_reference_is_met(key):
         "CR_a=(S-J)/2": ("constant-reinforcement", {"amplitude": (S - J) / 2}),
         "open_two_move": ("two-move", {"steady OP": 5 / 1.5, "hold": 0.1, "settle": 30}),
     }[name]
-    done = stiction.compensate(
+    done = stiction.compensation.compensate(
         loop(S, J), method=method, parameters=parameters, at_s=200, settle_s=200, window_s=200
     )
-    before = stiction.compensate(loop(S, J), method="knocker", at_s=100, settle_s=0, window_s=100)
+    before = stiction.compensation.compensate(loop(S, J), method="knocker", at_s=100, settle_s=0, window_s=100)
     sides = [("before", before.measures_without, 100), ("after", done.measures, 200)]
     for side, found, window in sides:
         expected = REFERENCE[key][side]
@@ -70,20 +70,20 @@ def test_the_reference_is_met(key):
 
 
 def test_parameters_that_are_given_are_taken_and_others_chosen():
-    done = stiction.compensate(PAPER, STICKY, method="supervised", parameters={"wake": 2, "amplitude": 1})
+    done = stiction.compensation.compensate(PAPER, STICKY, method="supervised", parameters={"wake": 2, "amplitude": 1})
     values = {each.name: each.value for each in done.parameters}
     assert (values["wake"], values["amplitude"], values["width"]) == (2, 1, 2)
-    for each in stiction.compensators():
-        chosen = stiction.compensate(PAPER, STICKY, method=each.name, at_s=20, settle_s=10, window_s=20)
+    for each in stiction.compensation.compensators():
+        chosen = stiction.compensation.compensate(PAPER, STICKY, method=each.name, at_s=20, settle_s=10, window_s=20)
         same = {n.name: n.value for n in chosen.parameters if n.name not in {"S", "J"}}
-        again = stiction.compensate(
+        again = stiction.compensation.compensate(
             PAPER, STICKY, method=each.name, parameters=same, at_s=20, settle_s=10, window_s=20
         )
         assert again.signal.tolist() == chosen.signal.tolist(), each.name
 
 
 def test_until_it_is_on_nothing_changes():
-    done = stiction.compensate(PAPER, STICKY, method="knocker", at_s=50, settle_s=30, window_s=20)
+    done = stiction.compensation.compensate(PAPER, STICKY, method="knocker", at_s=50, settle_s=30, window_s=20)
     before = done.run.time_s < 50
     assert done.run.pv[before].tolist() == done.without.pv[before].tolist()
     assert done.signal[before].tolist() == done.run.op[before].tolist()
@@ -91,14 +91,14 @@ def test_until_it_is_on_nothing_changes():
 
 
 def test_a_comparison_is_ranked_and_its_nominal_case_is_a_run():
-    found = stiction.compare_compensators(PAPER, STICKY, methods=["knocker", "two-move"])
+    found = stiction.compensation.compare_compensators(PAPER, STICKY, methods=["knocker", "two-move"])
     worst = [row.worst_error for row in found.rows]
     assert worst == sorted(worst) and {row.action for row in found.rows} == {"as it is", "knocker", "two-move"}
     knocker = next(row for row in found.rows if row.action == "knocker")
-    single = stiction.compensate(PAPER, STICKY, method="knocker")
+    single = stiction.compensation.compensate(PAPER, STICKY, method="knocker")
     assert single.measures.to_dict() == knocker.outcomes[0].measures.to_dict()
     assert single.window_s == found.protocol.window_s and len(knocker.outcomes) == 6
-    wrong = stiction.compare_compensators(PAPER, STICKY, methods=["knocker"], S=2.5, J=1.5)
+    wrong = stiction.compensation.compare_compensators(PAPER, STICKY, methods=["knocker"], S=2.5, J=1.5)
     assert wrong.rows[0].outcomes[0].measures.iae_per_s == knocker.outcomes[1].measures.iae_per_s
     frame = pl.DataFrame(found.to_table())
     assert frame.height == 18 and frame["rank"].to_list() == np.repeat([1, 2, 3], 6).tolist()
@@ -129,7 +129,7 @@ def test_what_if_ranks_and_recommends(paper):
 
 def test_progress_is_told_and_can_stop():
     told = []
-    stiction.compare_compensators(PAPER, STICKY, methods=["knocker", "two-move"], progress=told.append)
+    stiction.compensation.compare_compensators(PAPER, STICKY, methods=["knocker", "two-move"], progress=told.append)
     assert told == sorted(told) and told[-1] == 6 * 2 + 2
     told = []
     stiction.what_if(PAPER, STICKY, methods=["knocker"], progress=told.append)
@@ -138,7 +138,7 @@ def test_progress_is_told_and_can_stop():
     def stop(_):
         raise RuntimeError("enough")
 
-    for ask in (stiction.compare_compensators, stiction.what_if):
+    for ask in (stiction.compensation.compare_compensators, stiction.what_if):
         with pytest.raises(RuntimeError, match="enough"):
             ask(PAPER, STICKY, progress=stop)
 
@@ -150,9 +150,9 @@ def test_a_valve_without_friction_needs_nothing():
 
 
 def test_figures_are_drawn(paper):
-    done = stiction.compensate(PAPER, STICKY, method="knocker")
+    done = stiction.compensation.compensate(PAPER, STICKY, method="knocker")
     assert done.plot()[1].get_xlabel() == "time (s)"
-    found = stiction.compare_compensators(PAPER, STICKY, methods=["knocker"])
+    found = stiction.compensation.compare_compensators(PAPER, STICKY, methods=["knocker"])
     for drawn in (found.plot(), paper.plot(), paper.plot(plt.subplots(2)[1])):
         assert "%/s" in drawn[1].get_xlabel() and drawn[0].get_legend() is not None
     for number in plt.get_fignums():
@@ -160,8 +160,8 @@ def test_figures_are_drawn(paper):
 
 
 def test_results_travel(paper):
-    done = stiction.compensate(PAPER, STICKY, method="knocker", at_s=10, settle_s=0, window_s=10)
-    found = stiction.compare_compensators(PAPER, STICKY, methods=[])
+    done = stiction.compensation.compensate(PAPER, STICKY, method="knocker", at_s=10, settle_s=0, window_s=10)
+    found = stiction.compensation.compare_compensators(PAPER, STICKY, methods=[])
     for result in (done, found, paper):
         assert pickle.loads(pickle.dumps(result)).to_dict().keys() == result.to_dict().keys()
         assert type(result).__name__ in repr(result)
@@ -169,14 +169,14 @@ def test_results_travel(paper):
 
 
 def knock(scenario=PAPER, **keywords):
-    return stiction.compensate(scenario, method="knocker", **keywords)
+    return stiction.compensation.compensate(scenario, method="knocker", **keywords)
 
 
 @pytest.mark.parametrize(
     "call, error, words",
     [
-        (lambda: stiction.compensate(PAPER, method="x"), ValueError, 'no compensator named "x"; known are'),
-        (lambda: stiction.compensate(PAPER, method=3), TypeError, "method must be a string"),
+        (lambda: stiction.compensation.compensate(PAPER, method="x"), ValueError, 'no compensator named "x"; known are'),
+        (lambda: stiction.compensation.compensate(PAPER, method=3), TypeError, "method must be a string"),
         (lambda: knock(parameters=[1]), TypeError, "parameters must be a mapping"),
         (
             lambda: knock(parameters={"x": 1}),
@@ -193,16 +193,16 @@ def knock(scenario=PAPER, **keywords):
         (lambda: knock(at_s=math.inf), ValueError, "a run of inf s"),
         (lambda: knock(window_s=0), ValueError, "window"),
         (lambda: knock("paper/open-loop-stiction"), ValueError, "must be a closed loop"),
-        (lambda: stiction.compare_compensators(PAPER, methods="knocker"), TypeError, "methods must be a sequence"),
-        (lambda: stiction.compare_compensators(PAPER, methods=[3]), TypeError, "a name in methods must be a string"),
-        (lambda: stiction.compare_compensators(PAPER, methods=["x"]), ValueError, "no compensator named"),
-        (lambda: stiction.compare_compensators(PAPER, at_s=-1), ValueError, "time before the compensator is on is -1"),
+        (lambda: stiction.compensation.compare_compensators(PAPER, methods="knocker"), TypeError, "methods must be a sequence"),
+        (lambda: stiction.compensation.compare_compensators(PAPER, methods=[3]), TypeError, "a name in methods must be a string"),
+        (lambda: stiction.compensation.compare_compensators(PAPER, methods=["x"]), ValueError, "no compensator named"),
+        (lambda: stiction.compensation.compare_compensators(PAPER, at_s=-1), ValueError, "time before the compensator is on is -1"),
         (lambda: stiction.what_if(PAPER, ms=1), ValueError, "ms is 1, but must be a finite number above 1"),
         (lambda: stiction.what_if(PAPER, repaired_S="a"), TypeError, "repaired_S must be a number"),
         (lambda: stiction.what_if(PAPER, positioner_gain=-1), ValueError, "gain of the positioner is -1"),
         (lambda: stiction.what_if(PAPER, methods=["x"]), ValueError, "no compensator named"),
         (lambda: stiction.what_if("paper/open-loop-stiction"), ValueError, "must be a closed loop"),
-        (lambda: stiction.compare_compensators(PAPER, progress=3), TypeError, "progress must be callable"),
+        (lambda: stiction.compensation.compare_compensators(PAPER, progress=3), TypeError, "progress must be callable"),
         (lambda: stiction.what_if(PAPER, progress=3), TypeError, "progress must be callable"),
     ],
 )

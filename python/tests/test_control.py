@@ -32,7 +32,7 @@ def test_a_valve_as_a_system_can_begin_in_motion():
     op = np.array([50.5, 51, 50.8, 47.0, 46.0])
     system = bridge.valve_system(5, 2, dt=1.0)
     response = control.input_output_response(system, np.arange(5.0), op, [48.5, 50, 1])
-    valve = stiction.Valve(5, 2, position=48.5, op=50, direction=1, moving=True)
+    valve = stiction.valves.Valve(5, 2, position=48.5, op=50, direction=1, moving=True)
     assert np.array_equal(response.outputs, valve.follow(op))
 
 
@@ -83,8 +83,8 @@ def test_harmonic_balance_agrees():
     S, J = 5, 3
     valve = bridge.describing_function(S, J)
     assert isinstance(valve, control.DescribingFunctionNonlinearity)
-    amplitude = np.linspace(1.02, 3, 60) * stiction.least_amplitude(S, J)
-    assert np.array_equal(control.describing_function(valve, amplitude), stiction.describing_function(amplitude, S, J))
+    amplitude = np.linspace(1.02, 3, 60) * stiction.cycles.least_amplitude(S, J)
+    assert np.array_equal(control.describing_function(valve, amplitude), stiction.cycles.describing_function(amplitude, S, J))
     omega = np.linspace(0.05, 3, 300)
     # A process without dead time, so that python-control has the same loop.
     process = control.tf([1.5], [5.93, 1]) * control.tf([1], [1.07, 1])
@@ -106,10 +106,10 @@ def test_harmonic_balance_agrees():
 
 def test_harmonic_balance_agrees_with_dead_time():
     omega = np.linspace(0.05, 3, 400)
-    loop = stiction.frequency_response(PAPER, omega=omega)
+    loop = stiction.cycles.frequency_response(PAPER, omega=omega)
     given = control.frd(loop.loop_gain, omega, smooth=True)
     S, J = loop.bands.S, loop.bands.J
-    amplitude = np.linspace(1.02, 3, 60) * stiction.least_amplitude(S, J)
+    amplitude = np.linspace(1.02, 3, 60) * stiction.cycles.least_amplitude(S, J)
     response = control.describing_function_response(given, bridge.describing_function(S, J), amplitude, omega)
     ours = stiction.limit_cycle(PAPER, method="describing-function").cycle
     ((x, w),) = response.intersections

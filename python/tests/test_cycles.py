@@ -75,7 +75,7 @@ def test_the_family_of_hes_valve_is_met():
         if row["single_slip_valid"] != "True":
             continue
         he = {"valve.model": "he", "valve.S": row["S"], "valve.J": row["J"]}
-        cycle = stiction.limit_cycle_member(PAPER, he, offset=row["delta"]).cycle
+        cycle = stiction.cycles.limit_cycle_member(PAPER, he, offset=row["delta"]).cycle
         assert cycle.period_s == pytest.approx(row["period_s"], rel=1e-9)
         # The reference samples the OP.
         assert cycle.half_pp_op == pytest.approx(row["op_halfpp"], rel=1e-4)
@@ -85,19 +85,19 @@ def test_the_describing_function_is_met():
     rows = table("describing_function.csv")
     for S, J in sorted({(row["S"], row["J"]) for row in rows}):
         of = [row for row in rows if (row["S"], row["J"]) == (S, J)]
-        found = stiction.describing_function([row["X"] for row in of], S, J)
+        found = stiction.cycles.describing_function([row["X"] for row in of], S, J)
         expected = np.array([complex(row["ReN"], row["ImN"]) for row in of])
         np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-8)
 
 
 def test_a_valve_that_stays_stuck_has_no_gain():
-    least = stiction.least_amplitude(5, 3)
-    assert stiction.describing_function([0.5 * least, least], 5, 3).tolist() == [0, 0]
-    assert stiction.describing_function([1.001 * least], 5, 3)[0] != 0
-    stairs = [stiction.describing_function([5.5], 5, 1, model="he", slips=n)[0] for n in (5, 6)]
+    least = stiction.cycles.least_amplitude(5, 3)
+    assert stiction.cycles.describing_function([0.5 * least, least], 5, 3).tolist() == [0, 0]
+    assert stiction.cycles.describing_function([1.001 * least], 5, 3)[0] != 0
+    stairs = [stiction.cycles.describing_function([5.5], 5, 1, model="he", slips=n)[0] for n in (5, 6)]
     assert stairs[0] != stairs[1]
-    assert stiction.describing_function([5.5], 5, 1, model="he")[0] == stairs[0]
-    assert stiction.describing_function(np.array([7], dtype=np.int8), 5, 3, model="ideal").tolist() == [1]
+    assert stiction.cycles.describing_function([5.5], 5, 1, model="he")[0] == stairs[0]
+    assert stiction.cycles.describing_function(np.array([7], dtype=np.int8), 5, 3, model="ideal").tolist() == [1]
 
 
 def test_a_simulation_with_short_samples_shows_the_exact_cycle():
@@ -112,7 +112,7 @@ def test_without_a_cycle_there_is_a_reason():
         found = stiction.limit_cycle(PAPER, {"valve.J": 0}, method=method)
         assert (found.state, found.cycle, found.cycles) == ("no cycle", None, []) and found.reasons
     with pytest.raises(ValueError, match="no final limit cycle"):
-        stiction.limit_cycle_trajectory(PAPER, {"valve.J": 0})
+        stiction.cycles.limit_cycle_trajectory(PAPER, {"valve.J": 0})
 
 
 def test_what_has_no_part_is_told():
@@ -121,12 +121,12 @@ def test_what_has_no_part_is_told():
 
 
 def test_all_cycles_contain_the_one_in_which_the_loop_ends():
-    one, all_of_them = stiction.limit_cycle(PAPER, STICKY), stiction.limit_cycles(PAPER, STICKY)
+    one, all_of_them = stiction.limit_cycle(PAPER, STICKY), stiction.cycles.limit_cycles(PAPER, STICKY)
     assert all_of_them.cycles[0].period_s == pytest.approx(one.cycle.period_s, rel=1e-9)
 
 
 def test_a_trajectory_has_the_amplitudes_of_its_cycle():
-    orbit = stiction.limit_cycle_trajectory(PAPER, STICKY, samples=2000)
+    orbit = stiction.cycles.limit_cycle_trajectory(PAPER, STICKY, samples=2000)
     for signal in ("op", "vp", "pv"):
         half = np.ptp(getattr(orbit, signal)) / 2
         # The PV turns in a corner, between two times.
@@ -136,7 +136,7 @@ def test_a_trajectory_has_the_amplitudes_of_its_cycle():
 
 def test_the_frequency_response_is_that_of_controller_and_process():
     omega = np.geomspace(0.01, 10, 50)
-    response = stiction.frequency_response(PAPER, STICKY, omega=omega)
+    response = stiction.cycles.frequency_response(PAPER, STICKY, omega=omega)
     s = 1j * omega
     process = 1.5 / (5.93 * s + 1) * np.exp(-1.07 * s)
     np.testing.assert_allclose(response.process_gain, process, rtol=1e-12)
@@ -144,13 +144,13 @@ def test_the_frequency_response_is_that_of_controller_and_process():
     assert response.gain_margin == pytest.approx(4.543, abs=1e-3)
     cycle = stiction.limit_cycle(PAPER, STICKY, method="describing-function").cycle
     (crossing,) = response.crossings
-    balance = crossing * stiction.describing_function([cycle.half_pp_op], 5, 3)[0]
+    balance = crossing * stiction.cycles.describing_function([cycle.half_pp_op], 5, 3)[0]
     assert balance == pytest.approx(-1, abs=1e-9)
 
 
 def test_a_map_is_its_points():
     kc, ti = np.linspace(0.8, 1.4, 3), np.array([2.0, 2.5, 9.0])
-    found = stiction.limit_cycle_map(PAPER, STICKY, x=("Kc", kc), y=("Ti", ti))
+    found = stiction.cycles.limit_cycle_map(PAPER, STICKY, x=("Kc", kc), y=("Ti", ti))
     assert found.period_s.shape == found.state.shape == (3, 3)
     for row, column in np.ndindex(3, 3):
         settings = {**STICKY, "controller.kc": kc[column], "controller.ti": ti[row]}
@@ -165,7 +165,7 @@ def test_a_map_is_its_points():
 def test_a_map_tells_where_cycling_ends():
     j = np.linspace(0, 4, 5)
     told = []
-    found = stiction.limit_cycle_map(
+    found = stiction.cycles.limit_cycle_map(
         PAPER, x=("J", j), y=("Kc", [1.0, 1.1]), method="describing-function", progress=told.append
     )
     assert (found.state == "cycle").any() and (found.state == "no cycle").any()
@@ -184,46 +184,46 @@ def test_an_exception_in_progress_ends_a_map():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        stiction.limit_cycle_map(
+        stiction.cycles.limit_cycle_map(
             PAPER, x=("Kc", np.linspace(0.5, 2, 20)), y=("Ti", np.linspace(2, 9, 400)), progress=stop
         )
 
 
 def test_amplitudes_answer_to_s_and_j_together_with_one():
-    found = {each.parameter: each for each in stiction.sensitivities(PAPER, STICKY)}
+    found = {each.parameter: each for each in stiction.cycles.sensitivities(PAPER, STICKY)}
     assert found["S"].half_pp_pv + found["J"].half_pp_pv == pytest.approx(1, abs=1e-6)
     assert found["S"].period + found["J"].period == pytest.approx(0, abs=1e-6)
     assert found["Kc"].value == 1.1
 
 
 def test_tuning_rules():
-    simc = stiction.simc(PAPER)
+    simc = stiction.cycles.simc(PAPER)
     assert (simc.kc, simc.ti) == pytest.approx((5.93 / (1.5 * 2.14), 5.93))
-    lambda_tuned = stiction.lambda_tuning(PAPER, time_constant_s=3)
+    lambda_tuned = stiction.cycles.lambda_tuning(PAPER, time_constant_s=3)
     assert (lambda_tuned.kc, lambda_tuned.ti) == pytest.approx((5.93 / (1.5 * 4.07), 5.93))
 
 
 def test_retuning_keeps_within_the_bound():
     told = []
-    found = stiction.retune(PAPER, STICKY, ms=1.6, points=4, within=3, progress=told.append)
+    found = stiction.cycles.retune(PAPER, STICKY, ms=1.6, points=4, within=3, progress=told.append)
     assert found.best.ms <= 1.6 and found.ms_bound == 1.6
     assert found.present.tuning.kc == 1.1 and found.pv_ratio <= 1
     settings = {**STICKY, "controller.kc": found.best.tuning.kc, "controller.ti": found.best.tuning.ti}
     again = stiction.limit_cycle(PAPER, settings).cycle
     assert (again is None) == (found.best.cycle is None)
-    assert stiction.frequency_response(PAPER, settings).peak_sensitivity == pytest.approx(found.best.ms)
-    assert found.best.load_iae == pytest.approx(stiction.load_step_iae(PAPER, settings), rel=1e-6)
+    assert stiction.cycles.frequency_response(PAPER, settings).peak_sensitivity == pytest.approx(found.best.ms)
+    assert found.best.load_iae == pytest.approx(stiction.cycles.load_step_iae(PAPER, settings), rel=1e-6)
 
 
 def test_figures_are_drawn():
-    orbit = stiction.limit_cycle_trajectory(PAPER, STICKY, samples=50)
+    orbit = stiction.cycles.limit_cycle_trajectory(PAPER, STICKY, samples=50)
     top, bottom = orbit.plot()
     assert bottom.get_xlabel() == "time (s)" and top.get_legend() is not None
     assert orbit.plot_phase()[1].get_xlabel() == "OP (%)"
     assert orbit.plot(plt.subplots(2)[1])
-    ax = stiction.frequency_response(PAPER, STICKY).plot()
+    ax = stiction.cycles.frequency_response(PAPER, STICKY).plot()
     assert ax.get_ylabel() == "imaginary part"
-    drawn = stiction.limit_cycle_map(PAPER, x=("J", [0, 1, 2]), y=("Kc", [1.0, 1.1]))
+    drawn = stiction.cycles.limit_cycle_map(PAPER, x=("J", [0, 1, 2]), y=("Kc", [1.0, 1.1]))
     for show in ("pv", "op", "vp", "period"):
         assert drawn.plot(show=show).get_xlabel() == "J (%)"
     for number in plt.get_fignums():
@@ -238,11 +238,11 @@ def test_results_travel():
     method, state, *_ = found
     assert (method, state) == ("exact", "cycle")
     for result in (
-        stiction.limit_cycle_trajectory(PAPER, samples=5),
-        stiction.frequency_response(PAPER),
-        stiction.limit_cycle_map(PAPER, x=("J", [1]), y=("Kc", [1])),
-        stiction.sensitivities(PAPER)[0],
-        stiction.retune(PAPER, method="describing-function", points=3),
+        stiction.cycles.limit_cycle_trajectory(PAPER, samples=5),
+        stiction.cycles.frequency_response(PAPER),
+        stiction.cycles.limit_cycle_map(PAPER, x=("J", [1]), y=("Kc", [1])),
+        stiction.cycles.sensitivities(PAPER)[0],
+        stiction.cycles.retune(PAPER, method="describing-function", points=3),
     ):
         assert pickle.loads(pickle.dumps(result)).to_dict().keys() == result.to_dict().keys()
         assert type(result).__name__ in repr(result)
@@ -258,32 +258,32 @@ AXES = {"x": ("J", [1]), "y": ("Kc", [1])}
         (lambda: stiction.limit_cycle(PAPER, method=1), TypeError, "method must be a string"),
         (lambda: stiction.limit_cycle("paper/open-loop-stiction"), ValueError, "must be a closed loop"),
         (lambda: stiction.limit_cycle(PAPER, {"valve.model": "chen"}), ValueError, "Chen's model"),
-        (lambda: stiction.limit_cycle_member(PAPER, offset=0.1), ValueError, "not a family"),
-        (lambda: stiction.limit_cycle_member(PAPER, offset="a"), TypeError, "offset must be a number"),
-        (lambda: stiction.limit_cycle_member(PAPER, offset=np.inf), ValueError, "offset is inf"),
-        (lambda: stiction.limit_cycle_trajectory(PAPER, samples=0), ValueError, "samples is 0, but must be at least 1"),
-        (lambda: stiction.limit_cycle_trajectory(PAPER, samples=2.5), TypeError, "samples must be a whole number"),
-        (lambda: stiction.describing_function([0.0], 5, 3), ValueError, "amplitude of the OP is 0"),
-        (lambda: stiction.describing_function([np.nan], 5, 3), ValueError, "amplitude of the OP is NaN"),
-        (lambda: stiction.describing_function(["a"], 5, 3), TypeError, "amplitude must hold real numbers"),
-        (lambda: stiction.describing_function([9], 5, 1, model="he", slips=1), ValueError, "with 1 slips a stroke"),
-        (lambda: stiction.describing_function([9], 5, 1, slips=0), ValueError, "slips is 0, but must be at least 1"),
-        (lambda: stiction.describing_function([1], -5, 3), ValueError, "S is -5"),
-        (lambda: stiction.describing_function([1], 5, 3, model="x"), ValueError, "no valve model named"),
-        (lambda: stiction.least_amplitude(5, "3"), TypeError, "J must be a number"),
-        (lambda: stiction.frequency_response(PAPER, omega=[[1]]), ValueError, "omega has the shape"),
-        (lambda: stiction.limit_cycle_map(PAPER, x="Kc", y=("Ti", [1])), TypeError, "values in x"),
-        (lambda: stiction.limit_cycle_map(PAPER, x=3, y=("Ti", [1])), TypeError, "x must be a pair"),
-        (lambda: stiction.limit_cycle_map(PAPER, x=("a", [1]), y=("Ti", [1])), ValueError, "no parameter of a loop"),
-        (lambda: stiction.limit_cycle_map(PAPER, x=("J", [1]), y=("J/S", [1])), ValueError, "vary the same quantity"),
-        (lambda: stiction.limit_cycle_map(PAPER, **AXES).plot(show="x"), ValueError, "show is 'x'"),
-        (lambda: stiction.limit_cycle_map(PAPER, **AXES).plot([1, 2]), ValueError, "ax holds 2 axes, but 1"),
-        (lambda: stiction.simc(PAPER, tc=-1), ValueError, "tc is -1"),
-        (lambda: stiction.lambda_tuning(PAPER, time_constant_s=None), TypeError, "time_constant_s must be a number"),
-        (lambda: stiction.retune(PAPER, ms=0.5, points=2), ValueError, "bound on Ms is 0.5"),
-        (lambda: stiction.retune(PAPER, within=1), ValueError, "factor is 1"),
-        (lambda: stiction.retune(PAPER, points=1), ValueError, "points is 1, but must be at least 2"),
-        (lambda: stiction.load_step_iae(PAPER, {"controller.kc": 9}), ValueError, "stable loop"),
+        (lambda: stiction.cycles.limit_cycle_member(PAPER, offset=0.1), ValueError, "not a family"),
+        (lambda: stiction.cycles.limit_cycle_member(PAPER, offset="a"), TypeError, "offset must be a number"),
+        (lambda: stiction.cycles.limit_cycle_member(PAPER, offset=np.inf), ValueError, "offset is inf"),
+        (lambda: stiction.cycles.limit_cycle_trajectory(PAPER, samples=0), ValueError, "samples is 0, but must be at least 1"),
+        (lambda: stiction.cycles.limit_cycle_trajectory(PAPER, samples=2.5), TypeError, "samples must be a whole number"),
+        (lambda: stiction.cycles.describing_function([0.0], 5, 3), ValueError, "amplitude of the OP is 0"),
+        (lambda: stiction.cycles.describing_function([np.nan], 5, 3), ValueError, "amplitude of the OP is NaN"),
+        (lambda: stiction.cycles.describing_function(["a"], 5, 3), TypeError, "amplitude must hold real numbers"),
+        (lambda: stiction.cycles.describing_function([9], 5, 1, model="he", slips=1), ValueError, "with 1 slips a stroke"),
+        (lambda: stiction.cycles.describing_function([9], 5, 1, slips=0), ValueError, "slips is 0, but must be at least 1"),
+        (lambda: stiction.cycles.describing_function([1], -5, 3), ValueError, "S is -5"),
+        (lambda: stiction.cycles.describing_function([1], 5, 3, model="x"), ValueError, "no valve model named"),
+        (lambda: stiction.cycles.least_amplitude(5, "3"), TypeError, "J must be a number"),
+        (lambda: stiction.cycles.frequency_response(PAPER, omega=[[1]]), ValueError, "omega has the shape"),
+        (lambda: stiction.cycles.limit_cycle_map(PAPER, x="Kc", y=("Ti", [1])), TypeError, "values in x"),
+        (lambda: stiction.cycles.limit_cycle_map(PAPER, x=3, y=("Ti", [1])), TypeError, "x must be a pair"),
+        (lambda: stiction.cycles.limit_cycle_map(PAPER, x=("a", [1]), y=("Ti", [1])), ValueError, "no parameter of a loop"),
+        (lambda: stiction.cycles.limit_cycle_map(PAPER, x=("J", [1]), y=("J/S", [1])), ValueError, "vary the same quantity"),
+        (lambda: stiction.cycles.limit_cycle_map(PAPER, **AXES).plot(show="x"), ValueError, "show is 'x'"),
+        (lambda: stiction.cycles.limit_cycle_map(PAPER, **AXES).plot([1, 2]), ValueError, "ax holds 2 axes, but 1"),
+        (lambda: stiction.cycles.simc(PAPER, tc=-1), ValueError, "tc is -1"),
+        (lambda: stiction.cycles.lambda_tuning(PAPER, time_constant_s=None), TypeError, "time_constant_s must be a number"),
+        (lambda: stiction.cycles.retune(PAPER, ms=0.5, points=2), ValueError, "bound on Ms is 0.5"),
+        (lambda: stiction.cycles.retune(PAPER, within=1), ValueError, "factor is 1"),
+        (lambda: stiction.cycles.retune(PAPER, points=1), ValueError, "points is 1, but must be at least 2"),
+        (lambda: stiction.cycles.load_step_iae(PAPER, {"controller.kc": 9}), ValueError, "stable loop"),
     ],
 )
 def test_bad_arguments_are_refused_by_name(call, error, words):

@@ -20,8 +20,8 @@ def test_they_load_and_their_truth_is_known():
     for name in datasets.names():
         loop, truth = datasets.load(name), datasets.truth(name)
         assert loop.name == truth.name == name and loop.pv is not None
-        assert truth.sticks == (truth.S > 0) and truth.model in {model.name for model in stiction.valve_models()}
-        assert truth.scenario in stiction.scenarios()
+        assert truth.sticks == (truth.S > 0) and truth.model in {model.name for model in stiction.valves.valve_models()}
+        assert truth.scenario in stiction.closed_loop.scenarios()
     assert datasets.truth("FIC105-cascade").J == 2.5
 
 

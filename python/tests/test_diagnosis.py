@@ -72,7 +72,7 @@ def test_the_numbers_of_the_command_line(sticky):
     assert sticky.verdict.confirm.grow[0].op == 0.56 and sticky.verdict.confirm.instructions
     assert abs(sticky.stiction.S.value - 4) < 0.5 and sticky.stiction.coverage == 0.9
     assert sticky.kpis["Harris index"].value is not None
-    assert len(sticky.findings) == len(stiction.detectors()) >= 20
+    assert len(sticky.findings) == len(stiction.detection.detectors()) >= 20
 
 
 def _command():
@@ -89,7 +89,7 @@ def _command():
 def test_the_document_is_that_of_the_command_line(diagnoses):
     files = [str(path) for path in SAMPLES]
     run = subprocess.run([_command(), "diagnose", *files, "--json"], capture_output=True, text=True, check=True)
-    assert stiction.document(diagnoses) == json.loads(run.stdout)
+    assert stiction.diagnosis.document(diagnoses) == json.loads(run.stdout)
 
 
 def test_attributes_and_document_agree(diagnoses):
@@ -128,8 +128,8 @@ def test_all_sources_give_the_same_diagnosis(sticky):
 def test_eight_threads_give_the_same(recordings, diagnoses):
     with ThreadPoolExecutor(8) as threads:
         again = list(threads.map(stiction.diagnose, recordings * 4))
-    expected = stiction.document(diagnoses)["loops"]
-    assert [stiction.document([each])["loops"][0] for each in again] == expected * 4
+    expected = stiction.diagnosis.document(diagnoses)["loops"]
+    assert [stiction.diagnosis.document([each])["loops"][0] for each in again] == expected * 4
 
 
 def test_progress_is_told_and_can_stop(recordings):
@@ -156,7 +156,7 @@ def test_every_method_that_judges_shows_its_evidence(sticky):
             for x, y, style in panel.series.values():
                 assert x.dtype == y.dtype == np.float64 and len(x) == len(y) > 0, style
         plt.close(seen.plot()[0].figure)
-        alone = stiction.method_evidence(
+        alone = stiction.detection.method_evidence(
             name,
             segment.op,
             segment.pv,
@@ -174,11 +174,11 @@ def test_the_evidence_is_what_the_numbers_are_of(sticky):
     assert style == "line" and lag[len(lag) // 2] == 0 and np.abs(values).max() <= 1
     assert panel.series["r opt, the peak"].y[0] == values[np.abs(values).argmax()]
     assert panel.series["r0, at lag 0"].y[0] == values[len(lag) // 2]
-    assert stiction.method_evidence("horch", np.full(600, 50.0), np.full(600, 1.0), sample_time=1) is None
+    assert stiction.detection.method_evidence("horch", np.full(600, 50.0), np.full(600, 1.0), sample_time=1) is None
     with pytest.raises(ValueError, match='no detector named "x"'):
         sticky.method_evidence("x")
     with pytest.raises(ValueError, match='no detector named "x"'):
-        stiction.method_evidence("x", [1.0], sample_time=1)
+        stiction.detection.method_evidence("x", [1.0], sample_time=1)
 
 
 def test_detectors_can_be_left_out(recordings, sticky):
@@ -192,10 +192,10 @@ def test_detectors_can_be_left_out(recordings, sticky):
 def test_the_detectors_say_the_same_alone(recordings, sticky):
     segment = sticky.segment
     signals = (segment.op, segment.pv, segment.sp)
-    alone = stiction.detect_all(*signals, sample_time=1, loop_type="flow")
+    alone = stiction.detection.detect_all(*signals, sample_time=1, loop_type="flow")
     assert {k: v.to_dict() for k, v in alone.items()} == {k: v.to_dict() for k, v in sticky.findings.items()}
-    assert stiction.fitness(recordings[0]).to_dict() == sticky.fitness.to_dict()
-    assert stiction.oscillation(segment.sp - segment.pv, 1).to_dict() == sticky.oscillation.to_dict()
+    assert stiction.recordings.fitness(recordings[0]).to_dict() == sticky.fitness.to_dict()
+    assert stiction.oscillations.oscillation(segment.sp - segment.pv, 1).to_dict() == sticky.oscillation.to_dict()
     assert np.array_equal(recordings[0].op, segment.op)
 
 
@@ -210,7 +210,7 @@ def test_evidence_is_what_the_verdict_rests_on(recordings, sticky):
         assert alone.to_dict().keys() == told.keys() and alone.causes == pytest.approx(sticky.evidence.causes)
         assert alone.probability == sticky.evidence.probability
         assert alone.S.to_dict() == pytest.approx(sticky.evidence.S.to_dict())
-    assert set(sticky.evidence.features) == {feature.name for feature in stiction.evidence_features()}
+    assert set(sticky.evidence.features) == {feature.name for feature in stiction.fusion.evidence_features()}
 
 
 def test_a_measured_position_decides():
@@ -244,11 +244,11 @@ def test_what_cannot_answer_says_so():
 
 def test_no_field_of_a_document_is_forgotten():
     found = {"value": 3.0, "low": 2.0, "high": 4.0}
-    assert repr(result_of(stiction.Estimate, found)) == "Estimate(value=3, low=2, high=4)"
+    assert repr(result_of(stiction.diagnosis.Estimate, found)) == "Estimate(value=3, low=2, high=4)"
     with pytest.raises(TypeError, match=r"Estimate has no attribute for \['new'\], and its document lacks \[\]"):
-        result_of(stiction.Estimate, {**found, "new": 1})
+        result_of(stiction.diagnosis.Estimate, {**found, "new": 1})
     with pytest.raises(TypeError, match=r"lacks \['low'\]"):
-        result_of(stiction.Estimate, {"value": 3.0, "high": 4.0})
+        result_of(stiction.diagnosis.Estimate, {"value": 3.0, "high": 4.0})
 
 
 def test_results_show_unpack_and_pickle(sticky):
@@ -265,7 +265,7 @@ def test_report_and_table(diagnoses, tmp_path):
     diagnoses[0].save_report(path)
     html = path.read_text(encoding="utf-8")
     assert html == diagnoses[0].to_html() and "Diagnosis of FIC101-sticky" in html
-    assert "Diagnosis of 5 control loops" in stiction.report(diagnoses)
+    assert "Diagnosis of 5 control loops" in stiction.diagnosis.report(diagnoses)
     frame = pl.DataFrame(stiction.summary_table(diagnoses))
     assert frame["loop"].to_list() == [diagnosis.name for diagnosis in diagnoses]
     assert frame["probability"].to_list() == [diagnosis.verdict.probability for diagnosis in diagnoses]
@@ -290,29 +290,29 @@ def test_plots(sticky):
 def test_histories(recordings):
     windows = recordings[0].split(600)
     diagnoses = stiction.diagnose_all(windows, detectors="none")
-    together = stiction.combine(diagnoses)
+    together = stiction.diagnosis.combine(diagnoses)
     assert together.class_ == "sticks" and together.observations == len(windows) == 4
     assert diagnoses[1].observation.time_s == 900
     day = 86_400.0
 
     def seen(k, s, p):
-        s = stiction.Estimate(value=s, low=0.9 * s, high=1.1 * s)
-        return stiction.Observation(time_s=k * day, class_="sticks" if p > 0.5 else "does not stick", probability=p, S=s)
+        s = stiction.diagnosis.Estimate(value=s, low=0.9 * s, high=1.1 * s)
+        return stiction.diagnosis.Observation(time_s=k * day, class_="sticks" if p > 0.5 else "does not stick", probability=p, S=s)
 
-    drifting = stiction.combine([seen(k, 4 * 1.02**k, 0.95) for k in range(10)])
+    drifting = stiction.diagnosis.combine([seen(k, 4 * 1.02**k, 0.95) for k in range(10)])
     assert drifting.drift.significant and abs(drifting.drift.per_day - np.log(1.02)) < 1e-9
     wobble = [1, 1.05, 0.97, 1.02, 0.99, 1.01]
     repaired = [seen(k, 5 * w, 0.97) for k, w in enumerate(wobble)]
     repaired += [seen(10 + k, 0.6 * w, 0.05 * w) for k, w in enumerate(wobble)]
-    effect = stiction.repair_effect(repaired, 8 * day)
+    effect = stiction.diagnosis.repair_effect(repaired, 8 * day)
     assert (effect.outcome, effect.before, effect.after) == ("worked", 6, 6)
     assert effect.S.significant and effect.S.before > effect.S.after
-    assert stiction.combine([]).class_ == "cannot tell"
+    assert stiction.diagnosis.combine([]).class_ == "cannot tell"
     # A week of many windows counts for more than one of them, also without pools.
-    of = [stiction.Observation(time_s=0, class_="cannot tell", probability=p, windows=n) for p, n in ((0.9, 1), (0.6, 100))]
-    assert 0.6 < stiction.combine(of).probability < 0.61 and diagnoses[0].observation.windows >= 1
+    of = [stiction.diagnosis.Observation(time_s=0, class_="cannot tell", probability=p, windows=n) for p, n in ((0.9, 1), (0.6, 100))]
+    assert 0.6 < stiction.diagnosis.combine(of).probability < 0.61 and diagnoses[0].observation.windows >= 1
     # The verdict is of the valve as it is now.
-    now = stiction.combine(repaired)
+    now = stiction.diagnosis.combine(repaired)
     [change] = now.changes
     assert (change.change, change.time_s, now.observations, now.class_) == ("gone", 10 * day, 6, "does not stick")
 
@@ -329,17 +329,17 @@ BAD = [
     (lambda: stiction.diagnose(LOOP, dead_time=-1), ValueError, "loop loop: the dead time is -1"),
     (lambda: stiction.diagnose(LOOP, sample_time="1"), TypeError, "sample_time must be a number"),
     (lambda: stiction.diagnose(LOOP, sample_time=0), ValueError, "the sample time is 0"),
-    (lambda: stiction.document(3), TypeError, "int"),
-    (lambda: stiction.document([3]), TypeError, "diagnoses must hold Diagnosis only, but there is a int"),
-    (lambda: stiction.combine([3]), TypeError, "observations must hold Diagnosis or Observation only"),
-    (lambda: stiction.combine(stiction.Observation(time_s=0, class_="sticks")), TypeError, "several in a list"),
-    (lambda: stiction.combine([stiction.Observation(time_s=0, class_="broken")]), ValueError, "broken"),
+    (lambda: stiction.diagnosis.document(3), TypeError, "int"),
+    (lambda: stiction.diagnosis.document([3]), TypeError, "diagnoses must hold Diagnosis only, but there is a int"),
+    (lambda: stiction.diagnosis.combine([3]), TypeError, "observations must hold Diagnosis or Observation only"),
+    (lambda: stiction.diagnosis.combine(stiction.diagnosis.Observation(time_s=0, class_="sticks")), TypeError, "several in a list"),
+    (lambda: stiction.diagnosis.combine([stiction.diagnosis.Observation(time_s=0, class_="broken")]), ValueError, "broken"),
     (
-        lambda: stiction.combine([stiction.Observation(time_s=0, class_="sticks", probability=2)]),
+        lambda: stiction.diagnosis.combine([stiction.diagnosis.Observation(time_s=0, class_="sticks", probability=2)]),
         ValueError,
         "probability",
     ),
-    (lambda: stiction.repair_effect([], float("nan")), ValueError, "time of the repair"),
+    (lambda: stiction.diagnosis.repair_effect([], float("nan")), ValueError, "time of the repair"),
 ]
 
 
@@ -361,7 +361,7 @@ def test_tables_and_arrays_are_diagnosed_as_they_are(sticky):
         assert _said(diagnosis) == _said(sticky)
     # Of a table with times it is the grid's.
     assert stiction.diagnose(frame, sample_time=2, detectors="none").judged.sample_time_s == 2
-    assert stiction.fitness(frame).class_ == "fit" and len(stiction.segments(untimed, sample_time=1)) == 1
+    assert stiction.recordings.fitness(frame).class_ == "fit" and len(stiction.recordings.segments(untimed, sample_time=1)) == 1
     assert stiction.diagnose_all([frame], detectors="none")[0].verdict.class_ == "sticks"
 
 

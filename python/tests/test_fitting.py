@@ -25,7 +25,7 @@ def recorded(settings=None, *, signals=("op", "pv", "sp"), **told):
 def intervals(result):
     """All estimates in a result."""
     for value in result:
-        if isinstance(value, stiction.Estimate):
+        if isinstance(value, stiction.diagnosis.Estimate):
             yield value
         elif isinstance(value, Result):
             yield from intervals(value)
@@ -61,7 +61,7 @@ def test_the_loop_behind_the_sample_is_found(fitted):
 
 def test_the_scenario_cycles_as_recorded(fitted):
     scenario = fitted.scenario()
-    assert isinstance(scenario, stiction.Scenario) and scenario.kind == "closed loop" and scenario.notes == []
+    assert isinstance(scenario, stiction.closed_loop.Scenario) and scenario.kind == "closed loop" and scenario.notes == []
     assert scenario.model == "two-phase" and fitted.valve.S.low <= scenario.bands.S <= fitted.valve.S.high
     assert "90 % intervals" in scenario.text
     assert stiction.scenario(scenario) == scenario == pickle.loads(pickle.dumps(scenario))

@@ -128,7 +128,7 @@ def test_valves_reproduce_the_reference(model, fmi, tmp_path):
 def test_a_simulation_by_fmpy_is_the_library(tmp_path):
     times = 0.5 * np.arange(400)
     op = 50 + np.cumsum(RNG.normal(size=len(times)))
-    for model in stiction.valve_models():
+    for model in stiction.valves.valve_models():
         for start, given in (({}, {}), ({"stem_lag": 2.0, "limited": True}, {"lag_s": 2.0, "limits": (0, 100)})):
             expected = stiction.valve(op, S=5, J=2, model=model.name, position=50, sample_time=0.5, **given)
             for fmi in (2, 3):
@@ -154,7 +154,7 @@ def test_a_loop_is_the_simulated_scenario(tmp_path):
 def test_a_stem_is_the_library(tmp_path):
     op = 50 + 8 * np.cumsum(RNG.normal(size=100)).clip(-4, 4)
     for name in [model.name for model in MODELS if model.kind == "stem"]:
-        known = {s.name for s in stiction.stem_sets()}
+        known = {s.name for s in stiction.stem.stem_sets()}
         expected = stiction.Stem(name).follow(np.append(op, op[-1]), sample_time=0.5, held=True, position=50) if name in known else None
         answers = []
         for fmi in (2, 3):

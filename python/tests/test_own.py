@@ -18,7 +18,7 @@ LOOP = {
 }
 
 
-class He(stiction.OwnValve):
+class He(stiction.own.OwnValve):
     def restart(self, position):
         self.position = position
 
@@ -29,7 +29,7 @@ class He(stiction.OwnValve):
         return self.position
 
 
-class Pi(stiction.OwnController):
+class Pi(stiction.own.OwnController):
     def restart(self, sample_time, op, sp, pv):
         assert (op, sp, pv) == (40, 50, 50)
         self.ki_ts, self.integral = 1.1 / 2.5 * sample_time, op
@@ -40,7 +40,7 @@ class Pi(stiction.OwnController):
         return 1.1 * e + self.integral
 
 
-class FirstOrder(stiction.OwnProcess):
+class FirstOrder(stiction.own.OwnProcess):
     def restart(self, sample_time):
         self.a, self.pv, self.delayed = math.exp(-sample_time / 5.93), 0.0, [0.0] * 10
 
@@ -59,8 +59,8 @@ class FirstOrder(stiction.OwnProcess):
         {"controller": Pi()},
         {"process": FirstOrder()},
         {"valve": He(), "controller": Pi(), "process": FirstOrder()},
-        {"valve": stiction.Valve(S=5, J=3, model="he")},
-        {"valve": stiction.Valve(S=5, J=3, model="he"), "controller": Pi()},
+        {"valve": stiction.valves.Valve(S=5, J=3, model="he")},
+        {"valve": stiction.valves.Valve(S=5, J=3, model="he"), "controller": Pi()},
     ],
     ids=lambda parts: "-".join(parts),
 )
@@ -79,7 +79,7 @@ def test_a_physical_stem_goes_into_a_loop_alone_and_with_others():
     alone = stiction.simulate(LOOP, valve=stem)
     beside = stiction.simulate(LOOP, valve=stem, controller=Pi())
     assert alone.vp.tolist() == beside.vp.tolist()
-    valve = stiction.StemValve(stem, sample_time=0.1, position=40)
+    valve = stiction.stem.StemValve(stem, sample_time=0.1, position=40)
     assert [valve.step(op) for op in alone.op] == alone.vp.tolist()
 
 
@@ -115,4 +115,4 @@ def test_what_is_no_number_or_no_part_is_refused():
     with pytest.raises(ValueError, match="must be a closed loop"):
         stiction.simulate("paper/flow-cascade", valve=He())
     with pytest.raises(TypeError, match="abstract"):
-        stiction.OwnValve()
+        stiction.own.OwnValve()

@@ -4,6 +4,9 @@ import dataclasses
 import importlib
 import inspect
 import pkgutil
+import re
+import subprocess
+import sys
 import typing
 
 import pytest
@@ -13,7 +16,6 @@ from stiction._result import Result
 
 
 def _modules():
-    yield stiction
     for info in pkgutil.iter_modules(stiction.__path__):
         if not info.name.startswith("_"):
             yield importlib.import_module(f"stiction.{info.name}")
@@ -58,26 +60,17 @@ def test_modules_say_what_they_are():
         assert module.__all__, module.__name__
 
 
-def test_no_name_hides_another():
-    assert len(stiction.__all__) == len(set(stiction.__all__))
-
-
-def test_everything_public_is_at_the_top():
-    # Bridges that need another package, and what is used by the name of its module.
-    apart = {
-        "stiction.bench",
-        "stiction.control",
-        "stiction.datasets",
-        "stiction.fmu",
-        "stiction.live",
-        "stiction.pandas",
-        "stiction.plant",
-        "stiction.sklearn",
-        "stiction.valve_test",
-    }
-    for module in _modules():
-        if module.__name__ not in apart:
-            assert set(module.__all__) <= set(stiction.__all__), module.__name__
+def test_help_is_a_table_of_contents():
+    code = "import pydoc, stiction; print(*dir(stiction)); print(pydoc.plain(pydoc.render_doc(stiction)))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    shown, contents = run.stdout.split("\n", 1)
+    names = [name for name in shown.split() if name[0] != "_"]
+    assert len(names) <= 40 and len(contents.splitlines()) < 140
+    described = contents.partition("PACKAGE CONTENTS")[0]
+    for name in [*names, *(module.__name__ for module in _modules())]:
+        assert re.search(rf"^ +(\w+, )?{name}\b", described, re.MULTILINE) or f"stiction.{name} " in described, name
+    elsewhere = {name for module in _modules() for name in module.__all__}
+    assert all(name in elsewhere or inspect.ismodule(getattr(stiction, name)) for name in names)
 
 
 @pytest.mark.parametrize("name, value", CALLABLES, ids=[name for name, _ in CALLABLES])
@@ -124,7 +117,7 @@ def test_it_refuses_an_unknown_keyword(name, value):
 
 
 def test_results_unpack_and_turn_into_dictionaries():
-    model = stiction.valve_models()[0]
+    model = stiction.valves.valve_models()[0]
     assert isinstance(model, Result)
     name, aliases, *_ = model
     assert name == "two-phase" and model.to_dict()["aliases"] == aliases
@@ -133,11 +126,3 @@ def test_results_unpack_and_turn_into_dictionaries():
 
 def test_the_version_is_the_librarys():
     assert stiction.__version__ == _core.__version__
-
-
-@pytest.mark.parametrize(("old", "new"), [("stretches", "segments"), ("Stretch", "Segment")])
-def test_old_names_keep_working_with_a_note(old: str, new: str) -> None:
-    with pytest.warns(DeprecationWarning, match=f"is now called {new}"):
-        assert getattr(stiction, old) is getattr(stiction, new)
-    with pytest.raises(AttributeError, match="no attribute 'nonesuch'"):
-        _ = stiction.nonesuch

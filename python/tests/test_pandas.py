@@ -29,9 +29,9 @@ def test_runs_become_frames():
     frame = RUN.to_pandas()
     assert frame.columns.tolist() == ["sp", "pv", "op", "vp"] and frame.index.name == "time_s"
     assert np.array_equal(frame["vp"], RUN.vp) and np.array_equal(frame.index, RUN.time_s)
-    cascade = stiction.simulate_cascade("paper/flow-cascade")
+    cascade = stiction.closed_loop.simulate_cascade("paper/flow-cascade")
     assert cascade.to_pandas().columns.tolist() == ["sp", "pv", "op", "vp", "master_sp", "master_pv"]
-    assert stiction.simulate_open_loop("paper/open-loop-high").to_pandas().columns.tolist() == ["op", "vp"]
+    assert stiction.closed_loop.simulate_open_loop("paper/open-loop-high").to_pandas().columns.tolist() == ["op", "vp"]
     # And back.
     assert np.array_equal(stiction.recording_from(frame).op, RUN.op)
 
@@ -49,6 +49,6 @@ def test_tables_become_frames():
 
 def test_without_pandas_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
-    for made in (RUN.to_pandas, stiction.valve_table().to_pandas):
+    for made in (RUN.to_pandas, stiction.valves.valve_table().to_pandas):
         with pytest.raises(ImportError, match=r"pip install stiction\[pandas\]"):
             made()

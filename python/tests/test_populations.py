@@ -35,14 +35,14 @@ def test_the_truth_is_a_table():
 
 
 def test_kinds():
-    kinds = stiction.population_kinds()
+    kinds = stiction.populations.population_kinds()
     assert len(kinds) == 19 and sum(kinds.values()) == pytest.approx(1)
     for kind in kinds:
         (loop,) = stiction.population(1, seed=5, kind=kind)
         assert loop.truth.kind == kind
         assert loop.truth.sticks == (kind in {"sticky valve", "sticky valve below", "stuck valve"})
         assert (loop.truth.model is None) != loop.truth.sticks
-    assert isinstance(stiction.POPULATION_VERSION, int)
+    assert isinstance(stiction.populations.POPULATION_VERSION, int)
 
 
 def test_it_is_a_sequence():

@@ -69,14 +69,14 @@ def test_so_are_all_large_results(found):
         found,
         *found,
         stiction.what_if("paper/closed-loop", methods=["knocker"]),
-        stiction.compare_compensators("paper/closed-loop", methods=["knocker"]),
+        stiction.compensation.compare_compensators("paper/closed-loop", methods=["knocker"]),
         stiction.population(1)[0],
-        stiction.limit_cycles("paper/closed-loop"),
+        stiction.cycles.limit_cycles("paper/closed-loop"),
         fitted,
         *fitted,
         fitted.prospects(),
-        stiction.oscillation(RUN.pv - RUN.sp, 1),
-        stiction.verdict_model(),
+        stiction.oscillations.oscillation(RUN.pv - RUN.sp, 1),
+        stiction.fusion.verdict_model(),
     ]
     for each in large:
         if isinstance(each, Result):

@@ -113,7 +113,7 @@ def test_local_times_have_a_zone():
 
 def test_a_wide_table_holds_several_loops():
     frame = pl.DataFrame({"t": np.arange(50.0), "FIC1.OP": OP, "FIC1.PV": PV, "LIC2.OP": OP, "LIC2.PV": PV})
-    assert [(r.name, r.loop_type) for r in stiction.recordings_from(frame)] == [("FIC1", "flow"), ("LIC2", "level")]
+    assert [(r.name, r.loop_type) for r in stiction.recordings.recordings_from(frame)] == [("FIC1", "flow"), ("LIC2", "level")]
     with pytest.raises(ValueError, match="table holds the loops FIC1, LIC2"):
         stiction.recording_from(frame)
 
@@ -126,7 +126,7 @@ def test_a_long_table_has_tags_in_rows():
             "value": np.column_stack([OP, PV]).ravel(),
         }
     )
-    [recording] = stiction.recordings_from(frame)
+    [recording] = stiction.recordings.recordings_from(frame)
     assert recording.name == "FIC1" and np.array_equal(recording.pv, PV)
 
 
@@ -139,19 +139,19 @@ def test_missing_samples_are_nan_and_bridged():
     ]
     for recording in made:
         assert np.isnan(recording.pv).sum() == 2
-        [segment] = stiction.segments(recording)
+        [segment] = stiction.recordings.segments(recording)
         assert segment.bridged == 2 and np.allclose(segment.pv, PV)
     pv[20:30] = np.nan
-    assert [len(each.op) for each in stiction.segments(stiction.recording(OP, pv, sample_time=1))] == [20, 20]
+    assert [len(each.op) for each in stiction.recordings.segments(stiction.recording(OP, pv, sample_time=1))] == [20, 20]
 
 
 def test_ranges_make_percent():
     recording = stiction.recording(4 + 16 * OP / 100, PV, sample_time=1, op_range=(4, 20))
-    assert np.allclose(stiction.segments(recording)[0].op, OP)
+    assert np.allclose(stiction.recordings.segments(recording)[0].op, OP)
 
 
 def test_fitness_says_why():
-    short = stiction.fitness(stiction.recording(OP, 0 * PV, sample_time=1))
+    short = stiction.recordings.fitness(stiction.recording(OP, 0 * PV, sample_time=1))
     assert short.class_ == "unfit" and short.reasons
     assert {"name", "value", "reason"} <= set(short.measures[0].to_dict())
     class_, reasons, measures = short
@@ -166,7 +166,7 @@ def test_recordings_split_compare_and_pickle(sticky):
     odd = stiction.recording(OP, np.where(PV > 1.5, np.nan, PV), sample_time=3, op_range=(0, 50), start=5)
     kept = pickle.loads(pickle.dumps(odd))
     _same_signals(kept, odd)
-    assert np.array_equal(stiction.segments(kept)[0].op, stiction.segments(odd)[0].op) and kept.start == 5
+    assert np.array_equal(stiction.recordings.segments(kept)[0].op, stiction.recordings.segments(odd)[0].op) and kept.start == 5
 
 
 def test_nothing_is_imported_for_tables():
@@ -217,10 +217,10 @@ BAD = [
     (lambda: stiction.recording_from(FRAME.assign(pv="x")), ValueError, 'column "pv"'),
     (lambda: stiction.recording_from(pl.DataFrame({"t": [1.0], "op": [[1.0]]})), TypeError, 'column "op" holds'),
     (lambda: stiction.recording_from(pl.DataFrame({"t": [], "op": []})), ValueError, "OP|rows|empty|sample"),
-    (lambda: stiction.recordings_from(FRAME, time_format="day-first"), ValueError, "leave time_format out"),
-    (lambda: stiction.fitness(FRAME["op"]), TypeError, "recording must be a Recording or a table, but its type is Series"),
-    (lambda: stiction.fitness(stiction.recording([1.0], sample_time=1)), ValueError, "OP"),
-    (lambda: stiction.segments(stiction.recording(OP, sample_time=1), sample_time=-1), ValueError, "sample time"),
+    (lambda: stiction.recordings.recordings_from(FRAME, time_format="day-first"), ValueError, "leave time_format out"),
+    (lambda: stiction.recordings.fitness(FRAME["op"]), TypeError, "recording must be a Recording or a table, but its type is Series"),
+    (lambda: stiction.recordings.fitness(stiction.recording([1.0], sample_time=1)), ValueError, "OP"),
+    (lambda: stiction.recordings.segments(stiction.recording(OP, sample_time=1), sample_time=-1), ValueError, "sample time"),
     (lambda: stiction.recording(OP, sample_time=1).split(0), ValueError, "window"),
     (lambda: stiction.recording(OP, sample_time=1).split("day"), TypeError, "window_s must be a number"),
     (lambda: stiction.recording(OP, sample_time=1).times("mv"), ValueError, 'signal is "mv"'),
@@ -272,7 +272,7 @@ def test_what_is_masked_is_missing_where_samples_may_be_missing():
     made = stiction.recording(op, whole, sample_time=1)
     assert np.array_equal(np.isnan(made.op), mask) and np.array_equal(np.isnan(made.pv), mask)
     assert np.array_equal(made.op[~mask], OP[~mask])
-    [table] = stiction.recordings_from({"op": op, "pv": np.ma.array(PV)}, sample_time=1)
+    [table] = stiction.recordings.recordings_from({"op": op, "pv": np.ma.array(PV)}, sample_time=1)
     assert np.array_equal(table.op, made.op, equal_nan=True) and np.array_equal(table.pv, PV)
 
 
@@ -330,7 +330,7 @@ OBJECTS = {
 @pytest.mark.parametrize("name", OBJECTS)
 def test_objects_of_data_bases_are_read(name):
     table = OBJECTS[name]()
-    [made] = stiction.recordings_from(table)
+    [made] = stiction.recordings.recordings_from(table)
     assert np.array_equal(made.op, OP) and np.array_equal(made.time_s, np.arange(50.0))
     missing = [7, 8] if name == "one word among numbers" else []
     assert np.flatnonzero(np.isnan(made.pv)).tolist() == missing
@@ -339,20 +339,20 @@ def test_objects_of_data_bases_are_read(name):
 
 def test_decimals_of_arrow_are_numbers():
     columns = {"t": list(range(50)), "op": [Decimal(f"{value:.3f}") for value in OP]}
-    [made] = stiction.recordings_from(pa.table(columns))
+    [made] = stiction.recordings.recordings_from(pa.table(columns))
     assert np.array_equal(made.op, [float(f"{value:.3f}") for value in OP])
 
 
 def test_frames_that_cannot_be_read_are_refused_in_words():
     with pytest.raises(ValueError, match="2 columns named 'pv'; rename them"):
-        stiction.recordings_from(pd.concat([_frame(), _frame()[["pv"]]], axis=1))
+        stiction.recordings.recordings_from(pd.concat([_frame(), _frame()[["pv"]]], axis=1))
     with pytest.raises(ValueError, match="a column and an index named 'time'; rename one"):
-        stiction.recordings_from(_frame().assign(time=1.0))
+        stiction.recordings.recordings_from(_frame().assign(time=1.0))
     frame = _with_bad()
     frame.iloc[7, 1] = "Kaputt"
     with pytest.raises(ValueError, match="Kaputt"):
-        stiction.recordings_from(frame)
-    [made] = stiction.recordings_from(frame, bad_text=["Kaputt"])
+        stiction.recordings.recordings_from(frame)
+    [made] = stiction.recordings.recordings_from(frame, bad_text=["Kaputt"])
     assert np.isnan(made.pv[7])
     assert frame.iloc[7, 1] == "Kaputt"
 

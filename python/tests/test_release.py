@@ -147,6 +147,12 @@ def test_parameters_that_go_or_change_break_the_promise(now, broken):
     assert list(promise.broken_calls({"f": before}, {})) == ["f is gone"]
 
 
+def test_a_name_may_leave_the_top_for_its_module():
+    old = dict.fromkeys(["stiction.fit", "stiction.Stem.follow", "stiction.stem.Stem.follow", "stiction.fitting.fit"])
+    new = dict.fromkeys(["stiction.stem.Stem.follow", "stiction.fitting.prospects"])
+    assert list(promise.broken_calls(old, new)) == ["stiction.fit is gone", "stiction.fitting.fit is gone"]
+
+
 def test_a_promise_covers_the_names_of_the_package():
     found = json.loads(promise.printed(sys.executable, promise.SIGNATURES))
     assert {"stiction.diagnose", "stiction.valve_test.read", "stiction.fmu.export"} <= found.keys()

@@ -106,7 +106,7 @@ def test_an_op_is_a_pressure():
 def test_a_valve_in_samples_is_a_held_op():
     stem = stiction.Stem("cts-stribeck")
     op = 50 + 40 * np.sin(np.arange(300) / 20)
-    valve = stiction.StemValve(stem, 0.5, position=50, op=op[0])
+    valve = stiction.stem.StemValve(stem, 0.5, position=50, op=op[0])
     followed = valve.follow(op)
     response = stem.follow(op, sample_time=0.5, held=True, position=50)
     # The valve answers with where it is at the end of a sample.
@@ -116,8 +116,8 @@ def test_a_valve_in_samples_is_a_held_op():
 
 
 def test_sets_and_laws():
-    sets = {each.name: each for each in stiction.stem_sets()}
-    laws = {law.name: law for law in stiction.friction_laws()}
+    sets = {each.name: each for each in stiction.stem.stem_sets()}
+    laws = {law.name: law for law in stiction.stem.friction_laws()}
     assert len(sets) == 8 and len(laws) == 6
     for name, each in sets.items():
         stem = stiction.Stem(name)
@@ -169,10 +169,10 @@ def test_its_response_is_a_result():
         (lambda: stiction.Stem().follow_pressure([1, 2], [0, 1], at_s=[3]), ValueError, "sample times must ascend"),
         (lambda: stiction.Stem().follow([1, 2], sample_time=1, position=200), ValueError, "start position is"),
         (lambda: stiction.Stem().trailing_m("1"), TypeError, "rate_m_per_s must be a number"),
-        (lambda: stiction.StemValve("cts", 1), TypeError, "stem must be a Stem, but its type is str"),
-        (lambda: stiction.StemValve(stiction.Stem(), 0), ValueError, "sample time is 0, but must be"),
-        (lambda: stiction.StemValve(stiction.Stem(), 1, position=200), ValueError, "start position is"),
-        (lambda: stiction.StemValve(stiction.Stem(), 1).step(np.nan), ValueError, "op is NaN"),
+        (lambda: stiction.stem.StemValve("cts", 1), TypeError, "stem must be a Stem, but its type is str"),
+        (lambda: stiction.stem.StemValve(stiction.Stem(), 0), ValueError, "sample time is 0, but must be"),
+        (lambda: stiction.stem.StemValve(stiction.Stem(), 1, position=200), ValueError, "start position is"),
+        (lambda: stiction.stem.StemValve(stiction.Stem(), 1).step(np.nan), ValueError, "op is NaN"),
     ],
 )
 def test_bad_arguments_are_refused_by_name(call, error, words):

@@ -38,8 +38,8 @@ def test_it_takes_whatever_holds_numbers(op):
 def test_sample_by_sample_and_all_at_once_are_the_same():
     rng = np.random.default_rng(1)
     op = 50 + np.cumsum(rng.normal(size=2000))
-    for model in stiction.valve_models():
-        valve = stiction.Valve(S=5, J=2, model=model.name, position=op[0])
+    for model in stiction.valves.valve_models():
+        valve = stiction.valves.Valve(S=5, J=2, model=model.name, position=op[0])
         single = [valve.step(u) for u in op]
         assert stiction.valve(op, S=5, J=2, model=model.name).tolist() == single
         valve.restart()
@@ -62,30 +62,30 @@ def test_overshoot_and_rest_tolerance_are_the_scenarios():
         here = stiction.valve(op, S=5, J=2, model=model, sample_time=0.1, **settings)
         tables = {"valve": {"model": model, "S": 5, "J": 2, **settings}, "sample_time": 0.1, "duration": 40}
         tables["input"] = {"signal": "steps", "steps": [[0.1 * k - 0.01, u] for k, u in enumerate(op)]}
-        run = stiction.simulate_open_loop(tables)
+        run = stiction.closed_loop.simulate_open_loop(tables)
         assert run.op.tolist() == op and run.vp.tolist() == here.tolist()
         assert here.tolist() != stiction.valve(op, S=5, J=2, model=model).tolist()
 
 
 def test_a_refused_series_leaves_the_valve_where_it_is():
-    valve = stiction.Valve(S=5, J=2, position=50)
+    valve = stiction.valves.Valve(S=5, J=2, position=50)
     with pytest.raises(ValueError, match="sample 1 of op is NaN"):
         valve.follow([60, float("nan")])
     assert valve.position == 50
 
 
 def test_tables_go_to_whoever_speaks_arrow():
-    table = stiction.valve_table()
+    table = stiction.valves.valve_table()
     assert pl.DataFrame(table)["name"].to_list() == table["name"] == pa.table(table)["name"].to_pylist()
-    assert len(table) == len(stiction.valve_models()) and set(table.to_dict()) == set(table.column_names)
+    assert len(table) == len(stiction.valves.valve_models()) and set(table.to_dict()) == set(table.column_names)
     with pytest.raises(KeyError, match="no column"):
         table["nothing"]
 
 
 def test_bands_are_values():
-    bands = stiction.Bands(S=5, J=3)
+    bands = stiction.valves.Bands(S=5, J=3)
     assert (bands.fs, bands.fd) == (4, 1)
-    assert bands == stiction.Bands.from_fs_fd(fs=4, fd=1) == pickle.loads(pickle.dumps(bands))
+    assert bands == stiction.valves.Bands.from_fs_fd(fs=4, fd=1) == pickle.loads(pickle.dumps(bands))
 
 
 @pytest.mark.parametrize(
@@ -110,9 +110,9 @@ def test_bands_are_values():
         (lambda: stiction.valve(pa.array(["a"]), S=5, J=2), TypeError, "op must hold numbers"),
         (lambda: stiction.valve([[1], [1, 2]], S=5, J=2), TypeError, "op must be a one-dimensional array"),
         (lambda: stiction.valve([np.inf], S=5, J=2), ValueError, "sample 0 of op is inf"),
-        (lambda: stiction.Valve(S=5, J=2, position=np.nan), ValueError, "position is NaN"),
-        (lambda: stiction.Valve(S=5, J=2).step("a"), TypeError, "op must be a number"),
-        (lambda: stiction.Bands.from_fs_fd(1, 2), ValueError, "fd is 2, but must be between -1 and fs = 1"),
+        (lambda: stiction.valves.Valve(S=5, J=2, position=np.nan), ValueError, "position is NaN"),
+        (lambda: stiction.valves.Valve(S=5, J=2).step("a"), TypeError, "op must be a number"),
+        (lambda: stiction.valves.Bands.from_fs_fd(1, 2), ValueError, "fd is 2, but must be between -1 and fs = 1"),
     ],
 )
 def test_bad_arguments_are_refused_by_name(call, error, words):
@@ -123,7 +123,7 @@ def test_bad_arguments_are_refused_by_name(call, error, words):
 @pytest.mark.parametrize(
     "settings",
     [
-        *({"model": model.name} for model in stiction.valve_models()),
+        *({"model": model.name} for model in stiction.valves.valve_models()),
         {"model": "he-wang", "K": 1.5},
         {"rest_tolerance": 0.4, "sample_time": 0.5},
         {"lag_s": 2.0, "sample_time": 0.5, "limits": (30.0, 70.0), "model": "choudhury"},
@@ -133,7 +133,7 @@ def test_bad_arguments_are_refused_by_name(call, error, words):
 )
 def test_a_valve_goes_on_where_it_was_pickled(settings):
     op = 50 + np.cumsum(np.random.default_rng(2).normal(size=600))
-    valve = stiction.Valve(S=5, J=2, position=50, **settings)
+    valve = stiction.valves.Valve(S=5, J=2, position=50, **settings)
     for k in range(len(op) // 100):
         valve.follow(op[100 * k : 100 * k + 50])
         twins = [pickle.loads(pickle.dumps(valve)), copy.deepcopy(valve), copy.copy(valve)]
@@ -144,10 +144,10 @@ def test_a_valve_goes_on_where_it_was_pickled(settings):
     valve.restart()
     for twin in twins:
         twin.restart()
-        assert twin.follow(op).tolist() == stiction.Valve(S=5, J=2, position=50, **settings).follow(op).tolist()
+        assert twin.follow(op).tolist() == stiction.valves.Valve(S=5, J=2, position=50, **settings).follow(op).tolist()
 
 
 def test_a_valve_keeps_attributes_of_its_own_when_it_is_copied():
-    valve = stiction.Valve(S=5, J=2)
+    valve = stiction.valves.Valve(S=5, J=2)
     valve.tag = "FV101"
     assert copy.deepcopy(valve).tag == pickle.loads(pickle.dumps(valve)).tag == "FV101"

@@ -24,9 +24,9 @@ use pyo3::prelude::*;
 /// Examples
 /// --------
 /// >>> import stiction
-/// >>> stiction.Bands(S=5, J=3)
+/// >>> stiction.valves.Bands(S=5, J=3)
 /// Bands(S=5.0, J=3.0)
-/// >>> stiction.Bands(S=5, J=3).fs
+/// >>> stiction.valves.Bands(S=5, J=3).fs
 /// 4.0
 #[pyclass(frozen, eq, module = "stiction", from_py_object)]
 #[derive(Debug, Clone, PartialEq)]

@@ -46,7 +46,7 @@ impl Recording {
         &self.recording.name
     }
 
-    /// Type of the loop, one of `stiction.loop_types`.
+    /// Type of the loop, one of `stiction.recordings.loop_types`.
     #[getter]
     fn loop_type(&self) -> &'static str {
         self.recording.loop_type.name()

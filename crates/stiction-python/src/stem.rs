@@ -283,7 +283,7 @@ impl Stem {
 /// Examples
 /// --------
 /// >>> import stiction
-/// >>> valve = stiction.StemValve(stiction.Stem("usp"), sample_time=5, position=50)
+/// >>> valve = stiction.stem.StemValve(stiction.Stem("usp"), sample_time=5, position=50)
 /// >>> round(valve.step(55), 2), round(valve.step(90), 2)
 /// (50.0, 66.56)
 #[pyclass(module = "stiction", subclass)]

@@ -42,7 +42,7 @@ pub fn flags(name: &'static str, values: impl IntoIterator<Item = Option<bool>>)
 /// Examples
 /// --------
 /// >>> import stiction
-/// >>> table = stiction.valve_table()
+/// >>> table = stiction.valves.valve_table()
 /// >>> [row["name"] for row in table if not row["uses_s"]]
 /// ['stenman', 'ideal']
 #[pyclass(frozen, module = "stiction", name = "Table", mapping)]

@@ -51,7 +51,7 @@ const STRIDE: usize = 1 << 20;
 /// Examples
 /// --------
 /// >>> import stiction
-/// >>> valve = stiction.Valve(S=5, J=2, position=50)
+/// >>> valve = stiction.valves.Valve(S=5, J=2, position=50)
 /// >>> valve.step(54)
 /// 52.5
 /// >>> valve.position
