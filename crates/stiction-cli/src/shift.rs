@@ -8,7 +8,7 @@ use anyhow::{Result, bail};
 use clap::Parser;
 use rayon::prelude::*;
 use stiction::evidence::Evidence;
-use stiction::evidence::shift::{Shift, shifts};
+use stiction::fusion::shift::{Shift, shifts};
 use stiction::fusion;
 use stiction::recording::{Grid, GridOptions, Recording};
 use stiction::spoken;

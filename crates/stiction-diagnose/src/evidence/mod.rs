@@ -14,7 +14,6 @@ mod prepared;
 pub mod pv_shape;
 mod regression;
 pub mod response;
-pub mod shift;
 mod turns;
 mod waves;
 mod windows;

@@ -28,6 +28,7 @@ mod packed;
 mod pool;
 mod quantiles;
 mod reference;
+pub mod shift;
 mod trees;
 mod valves;
 

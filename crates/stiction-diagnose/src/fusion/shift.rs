@@ -7,8 +7,8 @@
 //! those of the training, known by the quantiles in the frozen model. So a place is accurate to about a hundredth,
 //! and at least 0.0005 from 0 or 1 for a value outside all of them.
 
-use super::{Evidence, Feature, features};
-use crate::fusion::Reference;
+use super::Reference;
+use crate::evidence::{Evidence, Feature, features};
 use crate::series::quantile;
 
 /// A feature in simulated and in recorded loops.
