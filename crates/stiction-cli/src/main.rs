@@ -1,9 +1,9 @@
 //! The `stiction` command: diagnoses and simulates sticking control valves.
+#![forbid(unsafe_code)]
 
 mod actions;
 mod bare;
 mod bench;
-mod closed;
 mod compensate;
 mod completions;
 mod diagnose;
@@ -175,7 +175,7 @@ fn run(arguments: Vec<OsString>) -> ExitCode {
     if cli.force {
         replaced::force();
     }
-    let noted = closed::refuse().and_then(|()| files::note(&Cli::command(), &matches));
+    let noted = files::note(&Cli::command(), &matches);
     match noted.and_then(|()| cli.command.run()) {
         Ok(code) => code,
         // A reader that closes the pipe early, such as `head`, is no failure.

@@ -1,13 +1,9 @@
-//! Standard output that is a null device, closed, or full.
+//! Standard output that is a null device or full.
 
 use crate::diagnose::with_samples;
 use crate::session::commands;
 use crate::{command, read, run};
 use std::fs::OpenOptions;
-use std::path::Path;
-use std::process::{Command, Stdio};
-
-const FILE: &str = "FIC101-sticky.csv";
 
 /// A line of every command and of every task of a plant, in an order in which each has what it reads, and its exit code.
 const LINES: &[(&str, i32)] = &[
@@ -62,7 +58,7 @@ fn prepared(name: &str) -> std::path::PathBuf {
 
 /// `subprocess.DEVNULL` of Python, Node's `ignore`, and `daemon(3)` open it so.
 #[test]
-fn a_null_device_that_is_open_to_read_and_write_is_no_closed_output() {
+fn every_command_runs_into_a_null_device() {
     let folder = prepared("null-device");
     let tried = |name: &str| LINES.iter().any(|(line, _)| line.split(' ').next() == Some(name));
     let help = run(&folder, &["-h"]).quiet_success();
@@ -101,31 +97,4 @@ fn an_entry_whose_line_cannot_be_printed_is_reported_and_not_made_twice() {
         }
         assert_eq!(read(&folder, kept).matches("stroked").count(), 1, "{line}");
     }
-}
-
-fn closed(folder: &Path, arguments: &str) -> (Option<i32>, String) {
-    let script = format!("exec \"$STICTION\" {arguments} >&-");
-    let mut sh = Command::new("sh");
-    sh.args(["-c", &script]).env("STICTION", env!("CARGO_BIN_EXE_stiction"));
-    let done = sh.current_dir(folder).output().expect("sh starts");
-    (done.status.code(), String::from_utf8(done.stderr).expect("UTF-8"))
-}
-
-/// The result would be lost, and what a command does besides would be done twice by who tries again.
-#[test]
-fn a_closed_standard_output_is_refused_before_anything_is_done() {
-    let folder = prepared("closed-output");
-    for more in ["", "--json", "--brief", "--csv -", "--csv o.csv", "--report r.html"] {
-        let (code, said) = closed(&folder, &format!("diagnose {FILE} {more}"));
-        assert_eq!(code, Some(2), "{more}");
-        assert!(said.contains("standard output is closed"), "{said}");
-    }
-    let (code, _) = closed(&folder, &format!("override {FILE} --verdict sticks --reason stroked"));
-    assert_eq!(code, Some(2));
-    for name in ["o.csv", "r.html", "stiction-overrides.toml"] {
-        assert!(!folder.join(name).exists(), "{name}");
-    }
-    let null = command(&folder).args(["diagnose", FILE]).stdout(Stdio::null()).status();
-    assert!(null.expect("it starts").success(), "the user's own null device is none of ours");
-    run(&folder, &["diagnose", FILE, "--csv", "o.csv"]).quiet_success();
 }
