@@ -28,7 +28,7 @@ use pyo3::prelude::*;
 /// Bands(S=5.0, J=3.0)
 /// >>> stiction.valves.Bands(S=5, J=3).fs
 /// 4.0
-#[pyclass(frozen, eq, module = "stiction", from_py_object)]
+#[pyclass(frozen, eq, module = "stiction.valves", from_py_object)]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bands(pub stiction::Bands);
 

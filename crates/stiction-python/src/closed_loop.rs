@@ -12,7 +12,7 @@ use stiction::closed_loop::{self, ClosedLoop, Run, Statistics};
 use stiction_io::scenario::{self, System};
 
 /// A loop, a cascade, or a valve on a test signal, to simulate. Made by `stiction.scenario`.
-#[pyclass(frozen, eq, module = "stiction", from_py_object)]
+#[pyclass(frozen, eq, module = "stiction.closed_loop", from_py_object)]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario(pub stiction_io::Scenario);
 

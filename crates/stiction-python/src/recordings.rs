@@ -25,7 +25,7 @@ use stiction_report::document::Source;
 ///
 /// Made by `stiction.read`, `stiction.recording` and `stiction.recording_from`. Every signal has its own times,
 /// because historians that store changes give each tag its own.
-#[pyclass(frozen, eq, module = "stiction", from_py_object)]
+#[pyclass(frozen, eq, module = "stiction.recordings", from_py_object)]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     pub recording: Arc<recording::Recording>,

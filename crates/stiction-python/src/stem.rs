@@ -42,7 +42,7 @@ use stiction::valve::{Start, Valve as _};
 /// ('classical', 'staircase')
 /// >>> stiction.Stem("usp", friction="lugre").parameters["stiffness_n_per_m"]
 /// 26000000.0
-#[pyclass(frozen, eq, module = "stiction", subclass)]
+#[pyclass(frozen, eq, module = "stiction.stem", subclass)]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stem {
     stem: stem::Stem,
@@ -286,7 +286,7 @@ impl Stem {
 /// >>> valve = stiction.stem.StemValve(stiction.Stem("usp"), sample_time=5, position=50)
 /// >>> round(valve.step(55), 2), round(valve.step(90), 2)
 /// (50.0, 66.56)
-#[pyclass(module = "stiction", subclass)]
+#[pyclass(module = "stiction.stem", subclass)]
 #[derive(Debug, Clone)]
 pub struct StemValve {
     valve: stem::StemValve,

@@ -45,7 +45,7 @@ pub fn flags(name: &'static str, values: impl IntoIterator<Item = Option<bool>>)
 /// >>> table = stiction.valves.valve_table()
 /// >>> [row["name"] for row in table if not row["uses_s"]]
 /// ['stenman', 'ideal']
-#[pyclass(frozen, module = "stiction", name = "Table", mapping)]
+#[pyclass(frozen, module = "stiction.valves", name = "Table", mapping)]
 #[derive(Debug)]
 pub struct ArrowTable(RecordBatch);
 

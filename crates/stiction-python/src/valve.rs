@@ -56,7 +56,7 @@ const STRIDE: usize = 1 << 20;
 /// 52.5
 /// >>> valve.position
 /// 52.5
-#[pyclass(module = "stiction", subclass)]
+#[pyclass(module = "stiction.valves", subclass)]
 #[derive(Debug, Clone)]
 pub struct Valve {
     assembly: Assembly,
