@@ -266,7 +266,7 @@ pub fn run(mut args: Args) -> Result<()> {
         time: args.time,
         reports: args.reports.as_ref(),
     };
-    let (mut about, measured) = match (&args.labels, args.invented, args.positions) {
+    let (about, measured) = match (&args.labels, args.invented, args.positions) {
         (Some(index), ..) => labelled::measure(index, args.allow_outside, &plan)?,
         (None, Some(n), _) => {
             let kinds = args.invented_set.unwrap_or_default().kinds();
@@ -277,9 +277,6 @@ pub fn run(mut args: Args) -> Result<()> {
             simulated::measure(args.seed, args.simulated.unwrap_or(1), args.per_kind, &plan)?
         }
     };
-    if plan.options.detectors != Detectors::All && measured.majority {
-        about.origin += " Some verdicts rest on a majority of methods, and only the methods named here were run.";
-    }
     let board = Board::of(&measured.loops);
     if let Some(path) = &args.csv {
         output::write(Some(path), results::csv(&measured.loops)?.as_bytes())?;

@@ -8,8 +8,8 @@ use anyhow::{Result, bail};
 use clap::Parser;
 use rayon::prelude::*;
 use stiction::evidence::Evidence;
-use stiction::fusion::shift::{Shift, shifts};
 use stiction::fusion;
+use stiction::fusion::shift::{Shift, shifts};
 use stiction::recording::{Grid, GridOptions, Recording};
 use stiction::spoken;
 

@@ -101,17 +101,6 @@ fn verdict_alone(diagnosis: &Diagnosis) -> String {
         (VerdictClass::DoesNotRespond, _) => no_response(diagnosis),
         (VerdictClass::CannotTell, _) => cannot_tell(diagnosis),
         (_, Basis::OpAlone) => op_alone(diagnosis),
-        (VerdictClass::Sticks, Basis::Majority) => format!(
-            "Preliminary: {} of {} families of methods that decide indicate a sticking valve.",
-            verdict.votes.sticks,
-            verdict.votes.sticks + verdict.votes.does_not_stick
-        ),
-        (VerdictClass::DoesNotStick, Basis::Majority) => format!(
-            "Preliminary: {} of {} families of methods that decide indicate that the valve does not stick. {}",
-            verdict.votes.does_not_stick,
-            verdict.votes.sticks + verdict.votes.does_not_stick,
-            limit(diagnosis)
-        ),
         (VerdictClass::Sticks, _) => {
             let likely = sure.map_or(String::new(), |p| format!(" ({p})"));
             join([format!("The valve most likely sticks{likely}."), band(diagnosis)])

@@ -5,10 +5,9 @@ use crate::{output, progress};
 use anyhow::{Context, Result};
 use rayon::prelude::*;
 use std::time::Instant;
-use stiction::diagnose::{Basis, DiagnoseOptions, Diagnosis};
+use stiction::diagnose::{DiagnoseOptions, Diagnosis};
 use stiction::methods::{self, Detector, Subject};
 use stiction::recording::Recording;
-use stiction::recording::fitness::Class;
 use stiction::scoreboard::{Scored, Truth};
 use stiction::series::median;
 use stiction_report::document::{Loop, Source};
@@ -38,8 +37,6 @@ pub struct Measured {
     pub reports: Vec<String>,
     /// Median times in microseconds; empty unless they were requested.
     pub times: Vec<(String, f64)>,
-    /// Whether any verdict rests on a majority of methods, or on the absence of their votes.
-    pub majority: bool,
     /// Times of each loop, first of the diagnosis, then of each method.
     each: Vec<Vec<f64>>,
 }
@@ -48,7 +45,6 @@ pub struct Measured {
 struct One {
     scored: Scored,
     report: Option<String>,
-    majority: bool,
     times: Vec<f64>,
 }
 
@@ -73,8 +69,7 @@ impl Measured {
             .collect();
         progress.finish_and_clear();
         for result in results {
-            let One { scored, report, majority, times } = result?;
-            self.majority |= majority;
+            let One { scored, report, times } = result?;
             self.loops.push(scored);
             self.reports.extend(report);
             self.each.push(times);
@@ -121,13 +116,7 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
         }
         None => None,
     };
-    // With sound data, a verdict that is open without evidence lacks votes.
-    let majority = match diagnosis.verdict.basis {
-        Basis::Majority => true,
-        Basis::None => diagnosis.fitness.class != Class::Unfit,
-        _ => false,
-    };
-    Ok(One { scored: Scored::new(&diagnosis, truth), report, majority, times })
+    Ok(One { scored: Scored::new(&diagnosis, truth), report, times })
 }
 
 /// The time that each method takes, 0 for a method without data.

@@ -146,8 +146,6 @@ fn weighed(diagnosis: &Diagnosis) -> String {
         }
     };
     match verdict.basis {
-        // Reasons of a majority are those of the methods, which the table shows.
-        Basis::Majority => {}
         // The verdict names the mistake, and "needed" says what to do about it.
         _ if diagnosis.mistaken().is_some() => {}
         _ if verdict.class == VerdictClass::CannotTell => list("why", &verdict.reasons),

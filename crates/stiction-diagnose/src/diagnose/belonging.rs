@@ -39,15 +39,15 @@ impl<'a> Belonging<'a> {
         &self,
         weighing: Option<&Weighing>,
         fitness: &Fitness,
-        preliminary: &Verdict,
+        not_weighed: &Verdict,
     ) -> Option<Verdict> {
         let segment = self.segment.filter(|segment| segment.pv.is_some())?;
         if let Some(verdict) =
-            self.relation.as_ref().and_then(|r| r.verdict(preliminary, self.measured))
+            self.relation.as_ref().and_then(|r| r.verdict(not_weighed, self.measured))
         {
             return Some(verdict);
         }
         let (rest, step) = (self.rest.as_ref(), segment.sample_time);
-        no_response::verdict(rest, step, weighing, fitness, preliminary)
+        no_response::verdict(rest, step, weighing, fitness, not_weighed)
     }
 }

@@ -26,8 +26,8 @@ use crate::spoken::rough;
 /// not move at all, from any initial position.
 pub const LARGEST_LIMIT: f64 = 2.0;
 
-/// The verdict from the evidence of one or more windows; `preliminary` is the verdict by the published methods.
-pub(super) fn by_evidence(weighing: &Weighing, preliminary: Verdict) -> Verdict {
+/// The verdict from the evidence of one or more windows; `not_weighed` is the one without it.
+pub(super) fn by_evidence(weighing: &Weighing, not_weighed: Verdict) -> Verdict {
     let sayings = sayings(weighing);
     let ruling = Ruling::of(weighing);
     let class = ruling.class();
@@ -61,7 +61,7 @@ pub(super) fn by_evidence(weighing: &Weighing, preliminary: Verdict) -> Verdict 
         reasons,
         contradictions,
         alternatives: alternatives(weighing, concluded),
-        ..preliminary
+        ..not_weighed
     }
 }
 

@@ -54,9 +54,7 @@ impl Grade {
         let verdict = &diagnosis.verdict;
         match (verdict.class, verdict.basis) {
             (VerdictClass::DoesNotRespond, _) => Self::DoesNotRespond,
-            (VerdictClass::Sticks, Basis::Majority) => Self::ProbablySticks,
             (VerdictClass::Sticks, _) => Self::Sticks,
-            (VerdictClass::DoesNotStick, Basis::Majority) => Self::ProbablyFine,
             (VerdictClass::DoesNotStick, Basis::ValvePosition) => Self::Fine,
             (VerdictClass::DoesNotStick, _) => match verdict.s_below {
                 Some(limit) if limit.value <= fine_up_to => Self::Fine,

@@ -33,7 +33,6 @@ mod window;
 
 pub use crate::fusion::{Cause, Estimate};
 pub use by_evidence::{LARGEST_LIMIT, Ruling, Signs, thresholds, thresholds_of_several};
-pub use conclude::{FEWEST_VOTES, MIMICS, preliminary};
 pub use diagnosis::{Diagnosis, Judged};
 pub use few_slips::{FewSlips, few_slips};
 pub use grade::{FINE_UP_TO, PROBABLY_FINE_UP_TO, PROBABLY_FROM};

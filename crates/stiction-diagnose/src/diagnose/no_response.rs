@@ -290,10 +290,10 @@ pub(super) fn verdict(
     sample_time: f64,
     weighing: Option<&Weighing>,
     fitness: &Fitness,
-    preliminary: &Verdict,
+    not_weighed: &Verdict,
 ) -> Option<Verdict> {
     let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
-    if preliminary.basis == Basis::ValvePosition || !unfit.all(|m| BY_ITSELF.contains(&m.id)) {
+    if not_weighed.basis == Basis::ValvePosition || !unfit.all(|m| BY_ITSELF.contains(&m.id)) {
         return None;
     }
     let likelihood = weighing.map_or(0.0, |weighing| weighing.likelihood(Cause::NoResponse));
@@ -336,7 +336,7 @@ pub(super) fn verdict(
         class: VerdictClass::DoesNotRespond,
         basis: Basis::Evidence,
         probability: weighing.map(|weighing| weighing.probability),
-        votes: preliminary.votes,
+        votes: not_weighed.votes,
         reasons,
         alternatives: weighing
             .map_or(vec![], |weighing| alternatives(weighing, Some(Cause::NoResponse))),

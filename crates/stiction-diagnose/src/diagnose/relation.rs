@@ -227,10 +227,10 @@ impl Relation {
 
     /// The verdict on a recording with mistaken columns, without a judgement of the valve. `None` if they seem to
     /// belong together, or if a measured valve position needs no PV.
-    pub(super) fn verdict(&self, preliminary: &Verdict, measured: bool) -> Option<Verdict> {
+    pub(super) fn verdict(&self, not_weighed: &Verdict, measured: bool) -> Option<Verdict> {
         let mismatch = self.ends(measured)?;
         Some(Verdict {
-            votes: preliminary.votes,
+            votes: not_weighed.votes,
             reasons: vec![
                 format!("{}: {}", mismatch.name(), self.because),
                 mismatch.remedy().to_owned(),

@@ -58,10 +58,10 @@ impl Default for DiagnoseOptions {
     }
 }
 
-/// The published methods that a diagnosis runs. They take most of its time, so leave out those that are not needed.
+/// The published methods that a diagnosis runs. They decide nothing, so leave out those that are not needed.
 ///
-/// Methods that read the measured valve position ([`Family::Measured`]) always run, because the verdict follows them. A
-/// majority verdict counts only the votes of the methods that run.
+/// Methods that read the measured valve position ([`Family::Measured`]) always run. Only the methods that run are
+/// counted in the votes.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Detectors {
     /// All methods of the registry.
@@ -187,7 +187,6 @@ pub fn diagnose_with_progress(
     check()?;
     let kpis = segment
         .map_or_else(Kpis::default, |segment| Kpis::of(recording, &grid, segment, &options.kpis));
-    let oscillates = oscillations.dominant().is_some_and(|(_, o)| o.found);
     let op_only = segment.is_some_and(|segment| segment.pv.is_none());
     let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
     let doubt = doubt.and(Doubt::of(recording.vp.as_ref().and_then(|vp| vp.range)));
@@ -195,7 +194,7 @@ pub fn diagnose_with_progress(
     let by_position = by_position.map(|said| said.map(|said| said.in_doubt(doubt)));
     let measured = matches!(by_position, Some(Ok(_)));
     let belonging = read.map_or_else(Belonging::default, |s| Belonging::of(s, measured));
-    let mut verdict = conclude(&fitness, oscillates, &findings, weighed, op_only, &belonging);
+    let mut verdict = conclude(&fitness, &findings, weighed, op_only, &belonging);
     let mistaken = belonging.ends();
     match &by_position {
         _ if mistaken.is_some() => {}

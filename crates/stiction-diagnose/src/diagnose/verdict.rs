@@ -137,8 +137,6 @@ pub enum Basis {
     Evidence,
     /// The shape of the OP alone: it can be compatible with stiction, but never prove it.
     OpAlone,
-    /// The majority of the families of published methods that apply.
-    Majority,
     /// Nothing: the data cannot answer.
     #[default]
     None,
@@ -151,7 +149,6 @@ impl Basis {
             Self::ValvePosition => "measured valve position",
             Self::Evidence => "evidence in OP and PV",
             Self::OpAlone => "shape of the OP alone",
-            Self::Majority => "majority of the families of methods that apply",
             Self::None => "none",
         }
     }
@@ -223,7 +220,7 @@ pub struct Verdict {
     /// `too little to matter` and `data cannot answer`, and `does not stick` into `fine` and `no stiction visible`. The
     /// others are `sticks` and `does not respond`.
     pub grade: Grade,
-    /// The probability of sticking that the recording can show, where a calibrated model gives one. A majority has none.
+    /// The probability of sticking that the recording can show, where a calibrated model gives one.
     pub probability: Option<f64>,
     /// Its basis, such as `evidence in OP and PV`.
     pub basis: Basis,

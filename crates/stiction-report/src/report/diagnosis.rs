@@ -8,7 +8,7 @@ use super::{fitted, head, verdict};
 use crate::Error;
 use crate::document::{self, Loop, Source};
 use crate::words::{self, sentence, spoken};
-use stiction_diagnose::diagnose::{Basis, Diagnosis, Estimate, Votes};
+use stiction_diagnose::diagnose::{Diagnosis, Estimate};
 use stiction_diagnose::finding::{Decision, Finding};
 use stiction_diagnose::oscillation::{self, Oscillation};
 use stiction_diagnose::recording::fitness::Class;
@@ -36,9 +36,7 @@ pub(super) fn report(tool: &str, ranked: &[Loop<'_>]) -> Report {
         several => format!("Diagnosis of {} control loops", several.len()),
     };
     let tool = format!("{tool}, results of form {}", document::VERSION);
-    let voted = ranked.iter().any(|case| case.diagnosis.verdict.basis == Basis::Majority);
-    let introduction = if voted { format!("{INTRODUCTION} {VOTES}") } else { INTRODUCTION.into() };
-    let mut report = Report::new(title, tool).introduction(introduction);
+    let mut report = Report::new(title, tool).introduction(INTRODUCTION);
     for case in ranked {
         report = report.source(case.source).with(section(case));
     }
@@ -47,8 +45,6 @@ pub(super) fn report(tool: &str, ranked: &[Loop<'_>]) -> Report {
 
 const INTRODUCTION: &str = "Whether the valve of a control loop sticks, from its recording in normal operation. The \
                             figures show the evidence of each method.";
-const VOTES: &str = "A majority verdict is preliminary. Each family of published methods has one vote. Every method has \
-                     its own assumptions, and none is correct for all loops.";
 
 pub(super) fn section(case: &Loop<'_>) -> Section {
     let Loop { diagnosis, source } = *case;
@@ -128,26 +124,7 @@ fn quality(section: Section, diagnosis: &Diagnosis) -> Section {
 }
 
 fn reasons(diagnosis: &Diagnosis) -> Vec<String> {
-    let verdict = &diagnosis.verdict;
     let mut reasons: Vec<String> = vec![];
-    if verdict.basis == Basis::Majority {
-        // The agreeing methods are in the table and the evidence.
-        reasons.extend(verdict.reasons.iter().take(1).map(|reason| sentence(reason)));
-        let families = Votes::by_family(&diagnosis.findings);
-        let names = |wanted: Decision| {
-            let agree = families.iter().filter(|(_, said)| *said == wanted);
-            agree.map(|(family, _)| family.name()).collect::<Vec<_>>().join("; ")
-        };
-        for (lead, wanted) in [
-            ("Votes for sticking", Decision::Sticks),
-            ("Votes against sticking", Decision::DoesNotStick),
-        ] {
-            let names = names(wanted);
-            if !names.is_empty() {
-                reasons.push(format!("{lead}: {names}."));
-            }
-        }
-    }
     if diagnosis.fitness.class == Class::Caveats {
         reasons.extend(diagnosis.fitness.reasons.iter().map(|r| format!("Caveat: {r}.")));
     }

@@ -42,8 +42,7 @@ fn faults(section: Section, diagnosis: &Diagnosis) -> Section {
 pub(super) fn sides(diagnosis: &Diagnosis) -> Vec<(&'static str, &[String])> {
     let verdict = &diagnosis.verdict;
     let mut sides: Vec<(&'static str, &[String])> = vec![];
-    // Results of the methods behind a majority are in their table.
-    if !verdict.reasons.is_empty() && verdict.basis != Basis::Majority {
+    if !verdict.reasons.is_empty() {
         let heading = match verdict.class {
             VerdictClass::Sticks => "Evidence for sticking",
             VerdictClass::DoesNotStick => "Evidence against sticking",
