@@ -8,4 +8,5 @@ mod detect_shapes_reference;
 mod detect_statistics;
 mod detect_valve_position;
 mod oscillation_reference;
+mod staircase;
 mod what_if;

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use stiction_io::ReadOptions;
 use stiction_io::layout::Layout;
 use stiction_io::reading;
+use stiction_recording::recording::{ByHand, Recording};
 
 fn csv_files(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else { return vec![] };
@@ -41,6 +42,9 @@ fn every_real_recording_is_read() {
             assert!(has_pv.is_none_or(|has| recording.pv.is_some() == has), "{name}");
             assert_eq!(recording.vp.is_some(), has_vp, "{name}");
             assert_eq!(recording.mode.is_some(), has_mode, "{name}");
+            // Operation is no test, even where the mode is not recorded.
+            let without = Recording { mode: None, ..recording.clone() };
+            assert!(ByHand::of(&without).is_none_or(|by_hand| !by_hand.is_test()), "{name}");
             read += 1;
         }
     }

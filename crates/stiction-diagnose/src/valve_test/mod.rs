@@ -8,6 +8,7 @@
 //! * `answer` estimates how far each turn moved the PV, without a valve model.
 //! * `stems` calculates how far each valve would move with each turn.
 //! * `explain` calculates how well a valve explains the answers. `weigh` finds the likely valves.
+//! * `curve` straightens the characteristic that a staircase shows.
 //! * `carried` compares the test with its plan. `compare` shows what a repair changed.
 //! * `behind` decides whether a dead band is in the valve or downstream of the process.
 //! * [`signature()`] reads a slow ramp of the OP over the stroke, where the position is recorded.
@@ -21,6 +22,7 @@ mod answer;
 mod behind;
 mod carried;
 mod compare;
+mod curve;
 mod cut;
 mod explain;
 mod plan;

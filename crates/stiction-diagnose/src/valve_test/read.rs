@@ -1,6 +1,7 @@
 //! Judges a valve from the recording of a test.
 
 use super::carried::{Carried, carried, same_loop};
+use super::curve::Curve;
 use super::cut::cut;
 use super::explain::Seen;
 use super::plan::{TestPlan, rises};
@@ -182,14 +183,20 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     let by_position = recording.pv.is_none() || moves(&of_position);
     let of_pv = spells(&by_hand, &grid, |segment| segment.pv.as_deref());
     let spells = if by_position { of_position } else { of_pv.clone() };
-    let operation = Operation::before(recording, from_s, options, by_position)?;
+    let mut operation = Operation::before(recording, from_s, options, by_position)?;
     if spells.is_empty() {
         return Err(Abstention(
             "the test is outside the recording or in a gap of it; give a recording that contains it"
                 .to_owned(),
         ));
     }
-    let manual: Vec<Manual> = spells.iter().map(|(_, manual)| manual.clone()).collect();
+    let in_manual: Vec<&Manual> = spells.iter().map(|(_, manual)| manual).collect();
+    let curve = Curve::of(&in_manual).filter(|_| !by_position);
+    let straight = |manual: &Manual| match &curve {
+        Some(curve) => curve.straightened(manual),
+        None => manual.clone(),
+    };
+    let manual: Vec<Manual> = spells.iter().map(|(_, manual)| straight(manual)).collect();
     let values: Vec<f64> = manual.iter().flat_map(|spell| spell.pv.iter().copied()).collect();
     if !moves(&spells) {
         return Err(Abstention(format!(
@@ -199,11 +206,16 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         )));
     }
     let dead = shortest_hold(&manual);
-    let noise = if by_position { noise_std(&values) } else { operation.noise };
+    let own = by_position || curve.is_some();
+    if curve.is_some() {
+        // A PV with a characteristic answers.
+        operation.pv_std = 0.0;
+    }
+    let noise = if own { noise_std(&values) } else { operation.noise };
     let floor = (0.4 * noise).max(drawn(&values));
     let known = options.rises.or(options.plan.as_ref().and_then(|plan| plan.rises));
     // The position rises with the OP.
-    let rises = if by_position { Some(true) } else { known.or(operation.rises) };
+    let rises = if own { Some(true) } else { known.or(operation.rises) };
     let signs: &[f64] = match rises {
         Some(true) => &[1.0],
         Some(false) => &[-1.0],
@@ -211,7 +223,7 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     };
     let weighed = signs
         .iter()
-        .filter_map(|sign| weigh(&manual, *sign, dead, floor, !by_position))
+        .filter_map(|sign| weigh(&manual, *sign, dead, floor, !by_position, curve.as_ref()))
         .max_by(|a, b| a.log.total_cmp(&b.log));
     let weighed = weighed.ok_or_else(|| Abstention(TOO_FEW.to_owned()))?;
     let mut reading = TestReading {
@@ -220,7 +232,7 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         to_s,
         stops: spells.len() - 1,
         position: by_position.then(|| position(&manual, grid.sample_time)).flatten(),
-        steps: steps(&spells, &weighed),
+        steps: steps(&spells, &weighed, curve.as_ref()),
         ..conclude(&weighed, &operation, &manual, by_position)
     };
     let step_s = grid.sample_time * weighed.response.1 as f64;
@@ -229,6 +241,13 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     reading.response_s = (reading.steps.iter().any(|step| step.answered))
         .then_some((process.dead as f64 + lags) * step_s);
     reading.reasons = reasons(&reading, &weighed);
+    reading.reasons.extend(curve.as_ref().map(|curve| {
+        format!(
+            "the settled PV lies {} % of OP further when the OP falls than when it rises; its curve over the OP is \
+             straightened",
+            rough(curve.apart)
+        )
+    }));
     if is_part {
         reading.reasons.push(format!(
             "the OP was set by hand {all_turns} times; the result is from the {MOST_TURNS} consecutive settings whose \
@@ -280,7 +299,7 @@ fn check(by_hand: &ByHand) -> Result<(), Abstention> {
 const OP: std::ops::RangeInclusive<f64> = -10.0..=110.0;
 
 const NO_TEST: &str = "the recording has no test. With a mode, the OP must be set twice in manual; without one, it must \
-                       alternate between held levels. Give the completed sheet, or a recording with the mode";
+                       alternate between held levels, or go up and down in equal steps. Give the completed sheet, or a recording with the mode";
 const TOO_FEW: &str = "the test is too short: it needs two turns in one time in manual, and twelve samples of a PV that \
                        moves; make more turns, or record more often";
 
@@ -420,7 +439,11 @@ fn conclude(
         && travel > 0.5 * operation.op_range
         && probability > 0.3
         && moves;
-    let limit = (LIMIT * operation.op_range).clamp(LIMITS.0, LIMITS.1);
+    // Without operation nothing asks for a smaller limit.
+    let limit = match operation.op_range > 0.0 {
+        true => (LIMIT * operation.op_range).clamp(LIMITS.0, LIMITS.1),
+        false => LIMITS.1,
+    };
     let class = match () {
         () if silent && !by_position || still => VerdictClass::DoesNotRespond,
         // Operation does not decide against the test, which is the better witness.
@@ -481,20 +504,32 @@ fn explains(seen: Seen) -> bool {
 /// Factor by which the interval of S is wider than the one from the likelihoods.
 const WIDER: f64 = 1.06;
 
-fn steps(spells: &[(Vec<f64>, Manual)], weighed: &Weighed) -> Vec<Step> {
+fn steps(spells: &[(Vec<f64>, Manual)], weighed: &Weighed, curve: Option<&Curve>) -> Vec<Step> {
     let answered =
         |turn: f64, answer: f64, error: f64| weighed.sign * turn.signum() * answer > SEEN * error;
+    // An answer of a straightened PV is in percent.
+    let in_pv = |manual: &Manual, at: usize, (answer, error): (f64, f64)| match curve {
+        Some(curve) => {
+            let from = curve.position(manual.pv[at.saturating_sub(1)]);
+            let to = |by: f64| curve.pv(from + by);
+            (to(answer) - to(0.0), 0.5 * (to(answer + error) - to(answer - error)).abs())
+        }
+        None => (answer, error),
+    };
     let mut all = vec![];
     for (s, (times, manual)) in spells.iter().enumerate() {
         for (i, (at_s, (_, op))) in times.iter().zip(&manual.turns).enumerate() {
             let seen = weighed.turns.iter().find(|(of, turn, ..)| (*of, *turn) == (s, i));
             let turn = (i > 0).then(|| op - manual.turns[i - 1].1);
+            let shown = seen.map(|(.., answer, error)| {
+                in_pv(manual, manual.turns[i].0.min(manual.pv.len() - 1), (*answer, *error))
+            });
             all.push(Step {
                 at_s: *at_s,
                 op: *op,
                 travel: turn.map(f64::abs),
-                answer: seen.map(|(_, _, answer, _)| *answer),
-                error: seen.map(|(_, _, _, error)| *error),
+                answer: shown.map(|(answer, _)| answer),
+                error: shown.map(|(_, error)| error),
                 answered: turn
                     .zip(seen)
                     .is_some_and(|(turn, (_, _, answer, error))| answered(turn, *answer, *error)),

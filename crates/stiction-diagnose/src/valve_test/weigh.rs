@@ -5,6 +5,7 @@
 
 use super::answer::{Answers, Process, Spell, answers};
 use super::behind::apart;
+use super::curve::Curve;
 use super::explain::{Problem, Seen};
 use super::stems::{SHARES, Stem};
 
@@ -165,13 +166,15 @@ fn averaged(spell: &Manual, factor: usize) -> (Manual, Spell) {
 }
 
 /// Weighs all valves, with the sign of the gain, the longest dead time in samples and `floor` as the smallest standard
-/// deviation of the errors. `elsewhere` allows a dead band outside the valve. `None` if the data are too few.
+/// deviation of the errors. `elsewhere` allows a dead band outside the valve. A `curve` adds the evidence of settled
+/// values. `None` if the data are too few.
 pub(super) fn weigh(
     spells: &[Manual],
     sign: f64,
     longest_dead: usize,
     floor: f64,
     elsewhere: bool,
+    curve: Option<&Curve>,
 ) -> Option<Weighed> {
     let looked = Looked::of(spells);
     if looked.spells.is_empty() {
@@ -192,8 +195,13 @@ pub(super) fn weigh(
     let problem =
         |(of, log): &(&Answers, f64)| Problem::of(of, &looked.manual, sign, variance, *log);
     let problems: Vec<Problem<'_>> = near.iter().filter_map(problem).collect();
-    let tried = tried(&problems, &looked);
-    let silent = mean_over(&problems, |of| of.silence()) + SILENT.ln();
+    let settled = |stem| curve.map_or(0.0, |curve| curve.likelihood(&looked.manual, stem));
+    let tried = tried(&problems, &looked, &settled);
+    // A PV with a characteristic answers.
+    let silent = match curve {
+        Some(_) => f64::NEG_INFINITY,
+        None => mean_over(&problems, |of| of.silence()) + SILENT.ln(),
+    };
 
     let mut stems: Vec<(f64, Stem)> =
         tried.iter().filter(|one| one.sticks()).flat_map(Tried::stems).collect();
@@ -248,7 +256,11 @@ pub(super) fn weigh(
 }
 
 /// All S of the grid, in ascending order from 0.
-fn tried(problems: &[Problem<'_>], looked: &Looked) -> Vec<Tried> {
+fn tried(
+    problems: &[Problem<'_>],
+    looked: &Looked,
+    settled: &dyn Fn(Option<Stem>) -> f64,
+) -> Vec<Tried> {
     let bands = Stem::bands((2.0 * looked.travel()).max(MOST));
     let many = bands.iter().filter(|s| **s > SMALL).count().max(1) as f64;
     let few = 1.0 + bands.len() as f64 - many;
@@ -256,10 +268,10 @@ fn tried(problems: &[Problem<'_>], looked: &Looked) -> Vec<Tried> {
         let before = if s > SMALL { STICKS / many } else { FOLLOWS / few };
         Tried { s, weight: log_mean(&logs) + before.ln(), logs }
     };
-    let follows = with(0.0, vec![mean_over(problems, |of| of.likelihood(None).0)]);
+    let of_valve = |stem| mean_over(problems, |of| of.likelihood(stem).0) + settled(stem);
+    let follows = with(0.0, vec![of_valve(None)]);
     let of = |s: &f64| {
-        let stem = |share: f64| Stem { s: *s, j: share * s };
-        let log = |share| mean_over(problems, |of| of.likelihood(Some(stem(share))).0);
+        let log = |share: f64| of_valve(Some(Stem { s: *s, j: share * s }));
         with(*s, SHARES.into_iter().map(log).collect())
     };
     std::iter::once(follows).chain(bands.iter().map(of)).collect()

@@ -5,8 +5,9 @@
 //!
 //! Otherwise by the OP: at least [`FEWEST_TURNS`] consecutive levels, each held for four samples or more without
 //! any change, with at least four different sizes. Seven of ten steps reverse the last one, and the levels lie
-//! around a value that moves little. Other times with alternating levels are included. A slow or coarse controller does
-//! that too, but its moves follow from PV and SP (`law`). Without a mode, steps up and back down are not found.
+//! around a value that moves little. Or a staircase: as many steps of nearly one size, in runs up and down of at least
+//! [`FEWEST_STEPS`]. Other times with alternating levels are included. A slow or coarse controller does
+//! that too, but its moves follow from PV and SP (`law`).
 
 mod law;
 
@@ -16,6 +17,13 @@ use std::collections::HashMap;
 
 /// Fewest reversals for a test recognised by its OP.
 pub const FEWEST_TURNS: usize = 8;
+/// Fewest steps of a staircase in one direction.
+pub const FEWEST_STEPS: usize = 3;
+/// Share of steps in such runs, and of steps that are alike; the largest difference of these from their median.
+const IN_RUNS: f64 = 0.8;
+const ALIKE: f64 = 0.2;
+/// Smallest step of a staircase, percent.
+const SMALLEST: f64 = 0.5;
 /// Fewest samples of a held level.
 const HELD: usize = 4;
 /// Largest distance of a step's middle from that of this many on either side, as a share of the step.
@@ -132,12 +140,23 @@ impl ByHand {
         Some(Self { sets, known_by: self.known_by })
     }
 
-    /// Whether it looks like a test: [`FEWEST_TURNS`] or more steps, nearly all reversing the last one. An operator
-    /// who runs a loop by hand moves in one direction for long.
+    /// Whether it looks like a test: [`FEWEST_TURNS`] or more steps, nearly all reversing the last one, or a
+    /// [staircase](Self::is_staircase). An operator who runs a loop by hand moves in one direction for long.
     pub fn is_test(&self) -> bool {
         let op: Vec<f64> = self.sets.iter().filter_map(|set| set.op).collect();
         let turned = op.windows(3).filter(|o| (o[1] - o[0]) * (o[2] - o[1]) < 0.0).count();
-        op.len() >= FEWEST_TURNS && 4 * turned >= 3 * (op.len() - 2)
+        op.len() >= FEWEST_TURNS && 4 * turned >= 3 * (op.len() - 2) || self.is_staircase()
+    }
+
+    /// Whether the steps go up and down a staircase: runs of [`FEWEST_STEPS`] or more in both directions, of nearly
+    /// one size.
+    pub fn is_staircase(&self) -> bool {
+        let spells = self.sets.split(|set| set.op.is_none());
+        let steps = spells.flat_map(|sets| sets.windows(2)).filter_map(|two| {
+            let [from, to] = [two[0].op?, two[1].op?];
+            (to != from).then_some(to - from)
+        });
+        is_staircase(&steps.collect::<Vec<_>>())
     }
 
     /// Time of the first setting and end of the last one, s on the recording's clock.
@@ -223,12 +242,15 @@ fn by_output(recording: &Recording) -> Vec<Set> {
     let chains: Vec<&[Level]> = held.chunk_by(|a, b| b.from <= a.to + NEAR).collect();
     let [pv, sp] =
         [&recording.pv, &recording.sp].map(|channel| channel.as_ref().map_or(vec![], usable));
-    let by_operator = |chain: &&[Level]| is_test(chain) && !law::is_obeyed(chain, &op, &pv, &sp);
+    let by_operator = |chain: &&[Level]| {
+        (is_test(chain) || is_staircase(&turns(chain))) && !law::is_obeyed(chain, &op, &pv, &sp)
+    };
     if !chains.iter().any(by_operator) {
         return vec![];
     }
     let mut sets = vec![];
-    for chain in chains.into_iter().filter(|chain| goes_to_and_fro(chain)) {
+    let is_by_hand = |chain: &&[Level]| goes_to_and_fro(chain) || is_staircase(&turns(chain));
+    for chain in chains.into_iter().filter(is_by_hand) {
         sets.extend(chain.iter().map(|level| Set { at_s: op[level.from].0, op: Some(level.op) }));
         let to = chain.last().map_or(0, |last| last.to);
         sets.push(Set { at_s: op[to.min(op.len() - 1)].0, op: None });
@@ -246,6 +268,22 @@ fn goes_to_and_fro(chain: &[Level]) -> bool {
     let turns = turns(chain);
     let back = turns.windows(2).filter(|two| two[0] * two[1] < 0.0).count();
     turns.len() >= FEWEST_BESIDE && back as f64 >= TO_AND_FRO * (turns.len() - 1) as f64
+}
+
+/// Whether steps go up and down in runs, and are nearly of one size.
+fn is_staircase(steps: &[f64]) -> bool {
+    if steps.len() < FEWEST_TURNS - 1 {
+        return false;
+    }
+    let runs: Vec<&[f64]> = steps.chunk_by(|a, b| a * b > 0.0).collect();
+    let long = || runs.iter().filter(|run| run.len() >= FEWEST_STEPS);
+    let within: usize = long().map(|run| run.len()).sum();
+    let both = long().any(|run| run[0] > 0.0) && long().any(|run| run[0] < 0.0);
+    let sizes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
+    let usual = median(&sizes);
+    let alike = sizes.iter().filter(|size| (*size - usual).abs() <= ALIKE * usual).count();
+    let n = steps.len() as f64;
+    both && within as f64 >= IN_RUNS * n && alike as f64 >= IN_RUNS * n && usual >= SMALLEST
 }
 
 /// Whether levels alternate, lie around a value that moves little from step to step, and differ in size.
@@ -294,6 +332,20 @@ mod tests {
         for turns in [0, 3, FEWEST_TURNS - 1] {
             let recording = Recording::regular("", 2.0, &op(turns), None, None).unwrap();
             assert_eq!(ByHand::of(&recording), None, "{turns}");
+        }
+    }
+
+    #[test]
+    fn a_staircase_up_and_down_is_a_test() {
+        let steps = |k: usize| [0, 1, 2, 3, 4, 5, 4, 3, 2, 1, 0][k / 8] as f64;
+        for (size, found) in [(5.0, true), (0.2, false)] {
+            let op: Vec<f64> = (0..88).map(|k| 40.0 + size * steps(k)).collect();
+            let recording = Recording::regular("", 2.0, &op, None, None).unwrap();
+            let by_hand = ByHand::of(&recording);
+            assert_eq!(by_hand.is_some(), found);
+            if let Some(by_hand) = by_hand {
+                assert!(by_hand.turns() == 11 && by_hand.is_staircase() && by_hand.is_test());
+            }
         }
     }
 

@@ -1,0 +1,129 @@
+//! Staircases in manual: the usual test of a valve, with straight and curved characteristics.
+
+use stiction_diagnose::diagnose::VerdictClass;
+use stiction_diagnose::recording::{ByHand, Mode, Modes, Recording};
+use stiction_diagnose::series::median;
+use stiction_diagnose::valve_test::{ReadOptions, TestReading, read};
+use stiction_model::Bands;
+use stiction_model::closed_loop::NormalStream;
+use stiction_model::valve::{Start, TwoPhase, Valve};
+
+const CHARACTERISTICS: [(&str, fn(f64) -> f64); 3] = [
+    ("straight", |x| x),
+    ("equal percentage", |x| 100.0 * 30f64.powf(x / 100.0 - 1.0)),
+    ("S-shaped", |x| 100.0 / (1.0 + (-(x - 50.0) / 12.0).exp())),
+];
+
+/// A test of the valve: its truth and its recording in manual.
+struct Staircase {
+    /// S and J, percent; `None` if it follows.
+    bands: Option<(f64, f64)>,
+    recording: Recording,
+}
+
+/// Uniform numbers in a range.
+fn uniform(draw: &mut NormalStream, from: f64, to: f64) -> f64 {
+    from + (to - from) * (0.5 + draw.draw() / 5.0).clamp(0.0, 1.0)
+}
+
+fn staircase(seed: u64, of: fn(f64) -> f64, sticks: bool, cycles: usize) -> Staircase {
+    let mut draw = NormalStream::new(seed);
+    let d = &mut draw;
+    let s = uniform(d, 0.0, 10f64.ln()).exp();
+    let j = s * uniform(d, 0.0, 0.8);
+    let (size, tau) = (uniform(d, 3.0, 8.0), uniform(d, 0.0, 20f64.ln()).exp());
+    let hold = (6.0 * tau + 5.0).round() as usize;
+    let low = uniform(d, 20.0, 35.0);
+    let rungs = (40.0 / size) as i32;
+    let up = (0..rungs).map(|k| low + size * f64::from(k));
+    let down = (0..rungs).rev().map(|k| low + size * f64::from(k + 1));
+    let once: Vec<f64> = up.chain(down).collect();
+    let levels = once.iter().cycle().take(cycles * once.len()).chain([&low]);
+    let mut valve = TwoPhase::new(Bands::from_s_j(s, j).unwrap());
+    valve.restart(Start::at_rest(low));
+    // Noise and wandering, as shares of the answer to a step in the middle.
+    let answer = (of(low + 20.0 + 0.5 * size) - of(low + 20.0 - 0.5 * size)).abs();
+    let noise = answer * uniform(d, 0.003, 0.05);
+    let wander = answer * uniform(d, 0.0, 0.01);
+    let load = answer * uniform(d, -1.0, 1.0) / (cycles * once.len() * hold) as f64;
+    let (mut flow, mut drift) = (of(low), 0.0);
+    let (mut op, mut pv): (Vec<f64>, Vec<f64>) = (vec![], vec![]);
+    for level in levels {
+        for _ in 0..hold {
+            let stem = if sticks { valve.step(*level) } else { *level };
+            flow += (1.0 - (-1.0 / tau).exp()) * (of(stem) - flow);
+            drift = 0.98 * drift + wander * d.draw();
+            pv.push(flow + drift + load * op.len() as f64 + noise * d.draw());
+            op.push(*level);
+        }
+    }
+    let mut recording = Recording::regular("FIC1", 1.0, &op, Some(&pv), None).unwrap();
+    recording.mode = Some(Modes { time: vec![0.0], modes: vec![Mode::Manual] });
+    Staircase { bands: sticks.then_some((s, j)), recording }
+}
+
+fn right(of: &Staircase, reading: &TestReading) -> bool {
+    match (reading.class, of.bands) {
+        (VerdictClass::Sticks, bands) => bands.is_some(),
+        (VerdictClass::DoesNotStick, Some((s, _))) => reading.s_below.is_some_and(|b| s <= b),
+        (class, None) => class == VerdictClass::DoesNotStick,
+        _ => false,
+    }
+}
+
+/// What is known of the tests of one characteristic.
+#[derive(Default)]
+struct Counts {
+    tests: usize,
+    decided: usize,
+    right: usize,
+    accused: usize,
+    found: usize,
+    errors: Vec<f64>,
+    held: usize,
+}
+
+impl Counts {
+    fn of(characteristic: fn(f64) -> f64, cycles: usize, seeds: std::ops::Range<u64>) -> Self {
+        let mut counts = Self::default();
+        for seed in seeds {
+            let test = staircase(seed, characteristic, seed.is_multiple_of(2), cycles);
+            let without = Recording { mode: None, ..test.recording.clone() };
+            counts.tests += 1;
+            counts.found += usize::from(ByHand::of(&without).is_some());
+            let Ok(reading) = read(&test.recording, &ReadOptions::default()) else { continue };
+            let sure = reading.class != VerdictClass::CannotTell;
+            counts.decided += usize::from(sure);
+            counts.right += usize::from(sure && right(&test, &reading));
+            let accused = reading.class == VerdictClass::Sticks;
+            counts.accused += usize::from(test.bands.is_none() && accused);
+            if let (Some((s, _)), Some(estimate)) = (test.bands, reading.s) {
+                counts.errors.push((estimate.value / s - 1.0).abs());
+                counts.held += usize::from(estimate.low <= s && s <= estimate.high);
+            }
+        }
+        counts
+    }
+}
+
+/// `STICTION_TESTS=200 cargo test -p stiction-diagnose --test diagnose staircase -- --nocapture` prints the table of
+/// `docs/test.md`.
+#[test]
+fn staircases_are_read_with_any_characteristic() {
+    let n = std::env::var("STICTION_TESTS").map_or(16, |n| n.parse().unwrap());
+    for ((name, of), cycles) in CHARACTERISTICS.into_iter().flat_map(|of| [(of, 1), (of, 2)]) {
+        let counts = Counts::of(of, cycles, 1000..1000 + n);
+        let (tests, decided, given) = (counts.tests, counts.decided, counts.errors.len());
+        println!(
+            "{name}, up and down {cycles}: decided {decided} of {tests}, right {}; healthy accused {}; found without a mode {}; S \
+             median error {:.0} %, intervals hold {} of {given}",
+            counts.right,
+            counts.accused,
+            counts.found,
+            100.0 * median(&counts.errors),
+            counts.held
+        );
+        assert!(4 * decided >= 3 * tests && 20 * (decided - counts.right) <= tests);
+        assert!(10 * counts.found >= 9 * tests && 4 * counts.held >= 3 * given);
+    }
+}
