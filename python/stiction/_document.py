@@ -194,8 +194,7 @@ class Verdict(Result):
         "The others are `sticks` and `does not respond`."
     )
     probability: float | None = about(
-        "The probability of sticking that the recording can show, where a calibrated model gives one. A majority has "
-        "none."
+        "The probability of sticking that the recording can show, where a calibrated model gives one."
     )
     basis: str = about("Its basis, such as `evidence in OP and PV`.")
     S_below: Limit | None = about(

@@ -111,6 +111,7 @@ impl Counts {
 #[test]
 fn staircases_are_read_with_any_characteristic() {
     let n = std::env::var("STICTION_TESTS").map_or(16, |n| n.parse().unwrap());
+    let mut sums = [0; 6];
     for ((name, of), cycles) in CHARACTERISTICS.into_iter().flat_map(|of| [(of, 1), (of, 2)]) {
         let counts = Counts::of(of, cycles, 1000..1000 + n);
         let (tests, decided, given) = (counts.tests, counts.decided, counts.errors.len());
@@ -123,7 +124,14 @@ fn staircases_are_read_with_any_characteristic() {
             100.0 * median(&counts.errors),
             counts.held
         );
-        assert!(4 * decided >= 3 * tests && 20 * (decided - counts.right) <= tests);
-        assert!(10 * counts.found >= 9 * tests && 4 * counts.held >= 3 * given);
+        for (sum, count) in
+            sums.iter_mut().zip([tests, decided, counts.right, counts.found, given, counts.held])
+        {
+            *sum += count;
+        }
     }
+    let [tests, decided, right, found, given, held] = sums;
+    assert!(5 * decided >= 4 * tests && 50 * (decided - right) <= decided, "{sums:?}");
+    // The same eight valves stick in each.
+    assert!(10 * found >= 9 * tests && 4 * held >= 3 * given, "{sums:?}");
 }

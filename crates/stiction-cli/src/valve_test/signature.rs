@@ -102,7 +102,8 @@ pub(super) struct Signed {
 impl Signed {
     /// The signature of a recording; `None` if it has a test with turns, or no slow ramps.
     pub(super) fn of(source: &Source, recording: &Recording) -> Option<Self> {
-        if ByHand::of(recording).is_some_and(|by_hand| by_hand.is_test()) {
+        let is_test = |by_hand: ByHand| by_hand.is_test() && !by_hand.is_staircase();
+        if ByHand::of(recording).is_some_and(is_test) {
             return None;
         }
         let signature = signature(recording, &GridOptions::default()).ok()?;

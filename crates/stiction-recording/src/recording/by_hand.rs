@@ -5,8 +5,8 @@
 //!
 //! Otherwise by the OP: at least [`FEWEST_TURNS`] consecutive levels, each held for four samples or more without
 //! any change, with at least four different sizes. Seven of ten steps reverse the last one, and the levels lie
-//! around a value that moves little. Or a staircase: as many steps of nearly one size, in runs up and down of at least
-//! [`FEWEST_STEPS`]. Other times with alternating levels are included. A slow or coarse controller does
+//! around a value that moves little. Or a staircase: as many steps of nearly one size and hold, in runs up and down of at
+//! least [`FEWEST_STEPS`]. A coarse OP that creeps makes steps of one size, too, but holds them for any time. Other times with alternating levels are included. A slow or coarse controller does
 //! that too, but its moves follow from PV and SP (`law`).
 
 mod law;
@@ -19,11 +19,12 @@ use std::collections::HashMap;
 pub const FEWEST_TURNS: usize = 8;
 /// Fewest steps of a staircase in one direction.
 pub const FEWEST_STEPS: usize = 3;
-/// Share of steps in such runs, and of steps that are alike; the largest difference of these from their median.
+/// Share of steps in such runs, and of steps and holds that are alike; the largest ratio of a step and of a hold to
+/// their median.
 const IN_RUNS: f64 = 0.8;
-const ALIKE: f64 = 0.2;
+const ALIKE: (f64, f64) = (1.25, 1.5);
 /// Smallest step of a staircase, percent.
-const SMALLEST: f64 = 0.5;
+const SMALLEST: f64 = 1.0;
 /// Fewest samples of a held level.
 const HELD: usize = 4;
 /// Largest distance of a step's middle from that of this many on either side, as a share of the step.
@@ -149,12 +150,12 @@ impl ByHand {
     }
 
     /// Whether the steps go up and down a staircase: runs of [`FEWEST_STEPS`] or more in both directions, of nearly
-    /// one size.
+    /// one size and hold.
     pub fn is_staircase(&self) -> bool {
         let spells = self.sets.split(|set| set.op.is_none());
         let steps = spells.flat_map(|sets| sets.windows(2)).filter_map(|two| {
             let [from, to] = [two[0].op?, two[1].op?];
-            (to != from).then_some(to - from)
+            (to != from).then_some((two[1].at_s - two[0].at_s, to - from))
         });
         is_staircase(&steps.collect::<Vec<_>>())
     }
@@ -243,13 +244,13 @@ fn by_output(recording: &Recording) -> Vec<Set> {
     let [pv, sp] =
         [&recording.pv, &recording.sp].map(|channel| channel.as_ref().map_or(vec![], usable));
     let by_operator = |chain: &&[Level]| {
-        (is_test(chain) || is_staircase(&turns(chain))) && !law::is_obeyed(chain, &op, &pv, &sp)
+        (is_test(chain) || goes_up_and_down(chain)) && !law::is_obeyed(chain, &op, &pv, &sp)
     };
     if !chains.iter().any(by_operator) {
         return vec![];
     }
     let mut sets = vec![];
-    let is_by_hand = |chain: &&[Level]| goes_to_and_fro(chain) || is_staircase(&turns(chain));
+    let is_by_hand = |chain: &&[Level]| goes_to_and_fro(chain) || goes_up_and_down(chain);
     for chain in chains.into_iter().filter(is_by_hand) {
         sets.extend(chain.iter().map(|level| Set { at_s: op[level.from].0, op: Some(level.op) }));
         let to = chain.last().map_or(0, |last| last.to);
@@ -270,20 +271,33 @@ fn goes_to_and_fro(chain: &[Level]) -> bool {
     turns.len() >= FEWEST_BESIDE && back as f64 >= TO_AND_FRO * (turns.len() - 1) as f64
 }
 
-/// Whether steps go up and down in runs, and are nearly of one size.
-fn is_staircase(steps: &[f64]) -> bool {
+/// Whether the levels are those of a staircase.
+fn goes_up_and_down(chain: &[Level]) -> bool {
+    let steps =
+        chain.windows(2).map(|two| ((two[1].from - two[0].from) as f64, two[1].op - two[0].op));
+    is_staircase(&steps.collect::<Vec<_>>())
+}
+
+/// Whether steps, each with the hold before it, go up and down in runs, and are nearly of one size and hold.
+fn is_staircase(steps: &[(f64, f64)]) -> bool {
     if steps.len() < FEWEST_TURNS - 1 {
         return false;
     }
-    let runs: Vec<&[f64]> = steps.chunk_by(|a, b| a * b > 0.0).collect();
+    let runs: Vec<&[(f64, f64)]> = steps.chunk_by(|a, b| a.1 * b.1 > 0.0).collect();
     let long = || runs.iter().filter(|run| run.len() >= FEWEST_STEPS);
     let within: usize = long().map(|run| run.len()).sum();
-    let both = long().any(|run| run[0] > 0.0) && long().any(|run| run[0] < 0.0);
-    let sizes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
-    let usual = median(&sizes);
-    let alike = sizes.iter().filter(|size| (*size - usual).abs() <= ALIKE * usual).count();
-    let n = steps.len() as f64;
-    both && within as f64 >= IN_RUNS * n && alike as f64 >= IN_RUNS * n && usual >= SMALLEST
+    let both = long().any(|run| run[0].1 > 0.0) && long().any(|run| run[0].1 < 0.0);
+    let (holds, sizes): (Vec<f64>, Vec<f64>) =
+        steps.iter().map(|(hold, step)| (*hold, step.abs())).unzip();
+    let alike = |values: &[f64], ratio: f64| {
+        let usual = median(values);
+        values.iter().filter(|value| (usual / ratio..=usual * ratio).contains(*value)).count()
+    };
+    let most = |count: usize| count as f64 >= IN_RUNS * steps.len() as f64;
+    both && most(within)
+        && most(alike(&sizes, ALIKE.0))
+        && most(alike(&holds, ALIKE.1))
+        && median(&sizes) >= SMALLEST
 }
 
 /// Whether levels alternate, lie around a value that moves little from step to step, and differ in size.
