@@ -243,8 +243,8 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     reading.reasons = reasons(&reading, &weighed);
     reading.reasons.extend(curve.as_ref().map(|curve| {
         format!(
-            "the settled PV lies {} % of OP further when the OP falls than when it rises; its curve over the OP is \
-             straightened",
+            "the rising and the falling branch of the settled PV lie {} % of OP apart, which is S - J if each step exceeds S; \
+             the curve of the PV over the OP is straightened",
             rough(curve.apart)
         )
     }));
@@ -545,12 +545,13 @@ fn reasons(reading: &TestReading, weighed: &Weighed) -> Vec<String> {
         turns.iter().filter(|step| step.answered).filter_map(|step| step.travel).collect();
     let unseen: Vec<f64> =
         turns.iter().filter(|step| !step.answered).filter_map(|step| step.travel).collect();
+    let sizes: Vec<f64> = turns.iter().filter_map(|step| step.travel).collect();
+    let (least, most) = (rough(min(&sizes)), rough(max(&sizes)));
+    let sizes = if least == most { most } else { format!("{least} to {most}") };
     let mut all = vec![format!(
-        "the OP was turned {} times in {}, by {} to {} %, and the {} answered {} of these turns",
+        "the OP was turned {} times in {}, by {sizes} %, and the {} answered {} of these turns",
         reading.steps.len(),
         time(reading.to_s - reading.from_s),
-        rough(min(&turns.iter().filter_map(|step| step.travel).collect::<Vec<_>>())),
-        rough(max(&turns.iter().filter_map(|step| step.travel).collect::<Vec<_>>())),
         reading.who(),
         seen.len(),
     )];
