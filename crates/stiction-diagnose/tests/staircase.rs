@@ -8,7 +8,10 @@ use stiction_model::Bands;
 use stiction_model::closed_loop::NormalStream;
 use stiction_model::valve::{Start, TwoPhase, Valve};
 
-const CHARACTERISTICS: [(&str, fn(f64) -> f64); 3] = [
+/// The PV over the position of the stem, with its name.
+type Characteristic = (&'static str, fn(f64) -> f64);
+
+const CHARACTERISTICS: [Characteristic; 3] = [
     ("straight", |x| x),
     ("equal percentage", |x| 100.0 * 30f64.powf(x / 100.0 - 1.0)),
     ("S-shaped", |x| 100.0 / (1.0 + (-(x - 50.0) / 12.0).exp())),

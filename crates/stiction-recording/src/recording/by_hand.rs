@@ -18,7 +18,7 @@ use std::collections::HashMap;
 /// Fewest reversals for a test recognised by its OP.
 pub const FEWEST_TURNS: usize = 8;
 /// Fewest steps of a staircase in one direction.
-pub const FEWEST_STEPS: usize = 3;
+const FEWEST_STEPS: usize = 3;
 /// Share of steps in such runs, and of steps and holds that are alike; the largest ratio of a step and of a hold to
 /// their median.
 const IN_RUNS: f64 = 0.8;
@@ -149,7 +149,7 @@ impl ByHand {
         op.len() >= FEWEST_TURNS && 4 * turned >= 3 * (op.len() - 2) || self.is_staircase()
     }
 
-    /// Whether the steps go up and down a staircase: runs of [`FEWEST_STEPS`] or more in both directions, of nearly
+    /// Whether the steps go up and down a staircase: runs of three or more in both directions, of nearly
     /// one size and hold.
     pub fn is_staircase(&self) -> bool {
         let spells = self.sets.split(|set| set.op.is_none());
