@@ -7,7 +7,7 @@ mod found;
 mod read;
 
 /// Recipes that run, for the most frequent tasks.
-#[cfg(all(feature = "csv", feature = "report", feature = "population"))]
+#[cfg(all(feature = "csv", feature = "score"))]
 #[doc = include_str!("../COOKBOOK.md")]
 pub mod _cookbook {}
 
