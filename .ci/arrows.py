@@ -81,12 +81,25 @@ def may_use(crate, other):
 
 
 def code(path):
-    """Yield the numbers and lines of a source file without comments and without its tests."""
-    for number, line in enumerate(path.read_text().splitlines(), 1):
-        if line.strip() == "mod tests {":
-            return
-        if not line.lstrip().startswith("//"):
-            yield number, line
+    """Return a source file without comments and without its tests, line by line as before."""
+    whole = path.read_text().split("\nmod tests {")[0]
+    return re.sub(r"(?m)^[ \t]*//.*$", "", whole)
+
+
+def used_rooms(text):
+    """Yield the offsets and first names of all paths from the root of the crate, also those in braces."""
+    for found in re.finditer(r"\bcrate::(?:(\w+)|\{)", text):
+        if found[1]:
+            yield found.start(), found[1]
+            continue
+        depth, begin = 1, found.end()
+        for at in range(begin, len(text)):
+            depth += {"{": 1, "}": -1}.get(text[at], 0)
+            if depth == 0 or depth == 1 and text[at] == ",":
+                yield begin, text[begin:at].split("::")[0].strip()
+                begin = at + 1
+            if depth == 0:
+                break
 
 
 def main():
@@ -97,22 +110,24 @@ def main():
             errors.append(f"{folder.relative_to(ROOT)}: .ci/arrows.py does not list it")
             continue
         manifest = folder / "Cargo.toml"
-        for used in tomllib.loads(manifest.read_text()).get("dependencies", {}):
+        whole = tomllib.loads(manifest.read_text())
+        parts = [whole, *whole.get("target", {}).values()]
+        for used in (used for part in parts for used in part.get("dependencies", {})):
             if used.startswith("stiction") and not may_use(crate, name(used)):
                 line = next(n for n, text in enumerate(manifest.read_text().splitlines(), 1) if text.startswith(used))
                 errors.append(f"{manifest.relative_to(ROOT)}:{line}: {crate} must not know {name(used)}")
         rooms = ROOMS.get(crate, [])
         for path in sorted((folder / "src").rglob("*.rs")):
             place = path.relative_to(folder / "src").parts[0].removesuffix(".rs")
-            for number, line in code(path):
-                where = f"{path.relative_to(ROOT)}:{number}"
-                for used in re.findall(r"\bstiction_(\w+)::", line):
-                    if name(used) in CRATES and not may_use(crate, name(used)):
-                        errors.append(f"{where}: {crate} must not know {name(used)}")
-                for used in re.findall(r"\bcrate::(\w+)", line):
-                    if place in rooms and used in rooms and rooms.index(used) > rooms.index(place):
-                        if (crate, place, used) not in ALLOWED:
-                            errors.append(f"{where}: {place} must not know {used}")
+            text = code(path)
+            where = lambda at: f"{path.relative_to(ROOT)}:{1 + text.count(chr(10), 0, at)}"
+            for found in re.finditer(r"\bstiction_(\w+)::", text):
+                if name(found[1]) in CRATES and not may_use(crate, name(found[1])):
+                    errors.append(f"{where(found.start())}: {crate} must not know {name(found[1])}")
+            for at, used in used_rooms(text):
+                if place in rooms and used in rooms and rooms.index(used) > rooms.index(place):
+                    if (crate, place, used) not in ALLOWED:
+                        errors.append(f"{where(at)}: {place} must not know {used}")
     print("\n".join(errors) or f"{len(folders)} crates know only what they may")
     return 1 if errors else 0
 

@@ -3,7 +3,8 @@
 //! * [`figure`]: figures as plain data, drawn as SVG text or PNG bytes;
 //! * [`page`]: an HTML page that shows figures with their captions and parameters.
 //!
-//! It knows no valve, loop or recording: who computes a result draws it. Nothing here reads or writes files. Functions return strings and bytes, and equal input gives equal output.
+//! It knows no valve, loop or recording: who computes a result draws it. Nothing here reads or writes files. Functions
+//! return strings and bytes, and equal input gives equal output.
 //!
 //! ```
 //! use stiction_figure::{Annotation, Entry, Figure, Page, Panel, Picture, Series};

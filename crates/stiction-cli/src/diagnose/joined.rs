@@ -7,8 +7,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use stiction::recording::Recording;
 use stiction_io::join::{self, join};
-use stiction_plant::overrides::Overrides;
-use stiction_plant::overrides::{Override, Scope};
+use stiction_plant::overrides::{Override, Overrides, Scope};
 use stiction_report::document::Source;
 
 /// A recording and its source.
