@@ -17,6 +17,10 @@ const CHARACTERISTICS: [Characteristic; 3] = [
     ("S-shaped", |x| 100.0 / (1.0 + (-(x - 50.0) / 12.0).exp())),
 ];
 
+/// Holds of operators who wait until the PV has settled, and who do not.
+const SETTLED: (f64, f64) = (4.0, 8.0);
+const HURRIED: (f64, f64) = (0.5, 3.0);
+
 /// A test of the valve: its truth and its recording in manual.
 struct Staircase {
     /// S and J, percent; `None` if it follows.
@@ -29,13 +33,20 @@ fn uniform(draw: &mut NormalStream, from: f64, to: f64) -> f64 {
     from + (to - from) * (0.5 + draw.draw() / 5.0).clamp(0.0, 1.0)
 }
 
-fn staircase(seed: u64, of: fn(f64) -> f64, sticks: bool, cycles: usize) -> Staircase {
+/// Holds are in time constants of the process, with eight samples more.
+fn staircase(
+    seed: u64,
+    of: fn(f64) -> f64,
+    sticks: bool,
+    cycles: usize,
+    holds: (f64, f64),
+) -> Staircase {
     let mut draw = NormalStream::new(seed);
     let d = &mut draw;
     let s = uniform(d, 0.0, 10f64.ln()).exp();
     let j = s * uniform(d, 0.0, 0.8);
     let (size, tau) = (uniform(d, 3.0, 8.0), uniform(d, 0.0, 20f64.ln()).exp());
-    let hold = (6.0 * tau + 5.0).round() as usize;
+    let hold = (uniform(d, holds.0, holds.1) * tau + 8.0).round() as usize;
     let low = uniform(d, 20.0, 35.0);
     let rungs = (40.0 / size) as i32;
     let up = (0..rungs).map(|k| low + size * f64::from(k));
@@ -87,10 +98,15 @@ struct Counts {
 }
 
 impl Counts {
-    fn of(characteristic: fn(f64) -> f64, cycles: usize, seeds: std::ops::Range<u64>) -> Self {
+    fn of(
+        characteristic: fn(f64) -> f64,
+        cycles: usize,
+        holds: (f64, f64),
+        seeds: std::ops::Range<u64>,
+    ) -> Self {
         let mut counts = Self::default();
         for seed in seeds {
-            let test = staircase(seed, characteristic, seed.is_multiple_of(2), cycles);
+            let test = staircase(seed, characteristic, seed.is_multiple_of(2), cycles, holds);
             let without = Recording { mode: None, ..test.recording.clone() };
             counts.tests += 1;
             counts.found += usize::from(ByHand::of(&without).is_some());
@@ -116,7 +132,7 @@ fn staircases_are_read_with_any_characteristic() {
     let n = std::env::var("STICTION_TESTS").map_or(16, |n| n.parse().unwrap());
     let mut sums = [0; 6];
     for ((name, of), cycles) in CHARACTERISTICS.into_iter().flat_map(|of| [(of, 1), (of, 2)]) {
-        let counts = Counts::of(of, cycles, 1000..1000 + n);
+        let counts = Counts::of(of, cycles, SETTLED, 400_000..400_000 + n);
         let (tests, decided, given) = (counts.tests, counts.decided, counts.errors.len());
         println!(
             "{name}, up and down {cycles}: decided {decided} of {tests}, right {}; healthy accused {}; found without a mode {}; S \
@@ -137,4 +153,17 @@ fn staircases_are_read_with_any_characteristic() {
     assert!(5 * decided >= 4 * tests && 50 * (decided - right) <= decided, "{sums:?}");
     // The same eight valves stick in each.
     assert!(10 * found >= 9 * tests && 4 * held >= 3 * given, "{sums:?}");
+}
+
+#[test]
+fn hurried_staircases_accuse_no_healthy_valve() {
+    let n = std::env::var("STICTION_TESTS").map_or(16, |n| n.parse().unwrap());
+    for (name, of) in CHARACTERISTICS {
+        let counts = Counts::of(of, 1, HURRIED, 500_000..500_000 + n);
+        let Counts { tests, decided, right, accused, .. } = counts;
+        println!(
+            "{name}, hurried: decided {decided} of {tests}, right {right}; healthy accused {accused}"
+        );
+        assert!(50 * accused <= tests && 20 * (decided - right) <= tests, "{name}");
+    }
 }

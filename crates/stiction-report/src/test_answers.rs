@@ -6,12 +6,40 @@ use stiction_diagnose::valve_test::{Place, Signature, Step, TestReading};
 use stiction_figure::{Annotation, Figure, Panel, Series};
 
 const CAPTION: &str = "A sticking valve does not answer turns smaller than S.";
+const BRANCHES: &str =
+    "The sum of the answers over the OP. The branches of a sticking valve are apart.";
 
 /// Answers over turns. `unit` is the unit of the PV.
 pub fn figure(name: &str, unit: Option<&str>, test: &TestReading) -> Figure {
     Figure::new(format!("{name}: turns of the OP and answers of the {}", test.who()))
-        .caption(CAPTION)
+        .caption(if is_staircase(test) { BRANCHES } else { CAPTION })
         .with(panel(unit, test))
+}
+
+/// Whether most turns go on in the direction of the last one, so that their sizes show nothing.
+fn is_staircase(test: &TestReading) -> bool {
+    let turns = || test.steps.windows(3).map(|of| [of[1].op - of[0].op, of[2].op - of[1].op]);
+    2 * turns().filter(|[last, this]| last * this > 0.0).count() > turns().count()
+}
+
+/// The sum of the answers over the OP, rising and falling.
+fn branches(unit: Option<&str>, test: &TestReading) -> Panel {
+    let answers = format!("sum of the answers of the {} ({})", test.who(), test.unit(unit));
+    let mut panel = Panel::new("OP (%)", answers);
+    let mut sides: [(Vec<f64>, Vec<f64>); 2] = Default::default();
+    let mut sum = 0.0;
+    for two in test.steps.windows(2) {
+        sum += two[1].answer.unwrap_or(0.0);
+        let (x, y) = &mut sides[usize::from(two[1].op < two[0].op)];
+        x.push(two[1].op);
+        y.push(sum);
+    }
+    for ((x, y), label) in sides.into_iter().zip(["rising", "falling"]) {
+        if !x.is_empty() {
+            panel = panel.with(Series::points(label, x, y));
+        }
+    }
+    panel
 }
 
 /// The tests before and after a repair, one above the other with the same axes. Each has a title; `unit` is the unit of
@@ -29,7 +57,9 @@ pub fn beside(tests: [(&str, &TestReading); 2], unit: Option<&str>) -> Figure {
     for panel in &mut panels {
         (panel.x_range, panel.y_range) = (x_range, y_range);
     }
-    let figure = Figure::new("").caption(format!("Both tests with the same axes. {CAPTION}"));
+    let stairs = tests.iter().all(|(_, test)| is_staircase(test));
+    let caption = if stairs { BRANCHES } else { CAPTION };
+    let figure = Figure::new("").caption(format!("Both tests with the same axes. {caption}"));
     panels.into_iter().fold(figure, Figure::with)
 }
 
@@ -129,6 +159,9 @@ fn places(tests: &[(&str, &Signature)]) -> Panel {
 }
 
 fn panel(unit: Option<&str>, test: &TestReading) -> Panel {
+    if is_staircase(test) {
+        return branches(unit, test);
+    }
     let answer = format!("answer of the {} ({})", test.who(), test.unit(unit));
     let mut panel = Panel::new("turn of the OP (%)", answer);
     let of = |wanted: bool| -> (Vec<f64>, Vec<f64>) {

@@ -11,9 +11,13 @@
 //! Both branches are fitted by monotone regression (Ayer, Brunk, Ewing, Reid and Silverman 1955, recalled, not read). The
 //! PV becomes f^-1(PV), the position of a stem on a straight line, so that a curved valve is no disturbance.
 //!
+//! What the PV lacks at the end of a hold is a share of its answer. That share follows from the sums of all holds, whose
+//! thirds approach the end geometrically, and completes each settled value.
+//!
 //! # Limits
-//! The process settles within a hold, and each direction has at least three settled levels beside the first after a
-//! reversal, which may lie within the stick band.
+//! In a hold the PV comes near its end: one that still moves by more than half as much from the second third to the last
+//! as from the first to the second has no characteristic. Each direction has at least three settled levels beside the
+//! first after a reversal, which may lie within the stick band.
 
 use super::stems::Stem;
 use super::weigh::Manual;
@@ -21,9 +25,11 @@ use crate::series::{correlation, median};
 
 /// Fewest settled levels in one direction, and fewest samples of a hold.
 const FEWEST: usize = 3;
-const HELD: usize = 3;
-/// A hold is settled in its last part, one of this many.
-const PARTS: usize = 3;
+const HELD: usize = 6;
+/// Share of turns that continue in one direction.
+const IN_RUNS: f64 = 0.5;
+/// Largest ratio of the moves from third to third of a hold.
+const STILL: f64 = 0.5;
 /// Levels of the PV at which the branches are compared.
 const LEVELS: usize = 48;
 /// Error of the distance of the branches besides that of its median, percent and as a share of it: no process repeats
@@ -71,20 +77,35 @@ impl Curve {
     /// few levels are settled.
     pub fn of(spells: &[&Manual]) -> Option<Self> {
         let (mut rising, mut falling) = (vec![], vec![]);
-        let mut before = 0;
+        let mut thirds = [0.0; 4];
+        let (mut before, mut turns) = (0, 0);
         for spell in spells {
+            turns += spell.turns.len().saturating_sub(1);
             for (k, direction) in kept(&spell.turns) {
                 let (from, op) = spell.turns[k];
                 let until = spell.turns.get(k + 1).map_or(spell.pv.len(), |next| next.0);
                 let held = spell.pv.get(from..until).unwrap_or_default();
-                if held.len() >= HELD {
-                    let pv = median(&held[held.len() - held.len() / PARTS - 1..]);
+                if from > 0 && held.len() >= HELD {
+                    let third =
+                        |i: usize| median(&held[i * held.len() / 3..(i + 1) * held.len() / 3]);
+                    let reached = [spell.pv[from - 1], third(0), third(1), third(2)];
+                    thirds.iter_mut().zip(reached).for_each(|(sum, pv)| *sum += direction * pv);
                     let branch = if direction > 0.0 { &mut rising } else { &mut falling };
-                    branch.push(Settled { op, pv, at: (before + until) as f64 });
+                    let at = (before + until) as f64;
+                    branch.push((Settled { op, pv: reached[3], at }, reached[3] - reached[0]));
                 }
             }
             before += spell.pv.len();
         }
+        if ((rising.len() + falling.len()) as f64) < IN_RUNS * turns as f64 {
+            return None;
+        }
+        let lacking = lacking(thirds)?;
+        let [mut rising, mut falling] = [rising, falling].map(|branch| -> Vec<Settled> {
+            let complete =
+                |(of, answer): (Settled, f64)| Settled { pv: of.pv + lacking * answer, ..of };
+            branch.into_iter().map(complete).collect()
+        });
         if rising.len() < FEWEST || falling.len() < FEWEST {
             return None;
         }
@@ -182,6 +203,19 @@ fn interpolated(n: usize, point: &dyn Fn(usize) -> (f64, f64), x: f64) -> f64 {
     }
     let ((x0, y0), (x1, y1)) = (point(k - 1), point(k));
     y0 + (y1 - y0) * (x - x0) / (x1 - x0).max(f64::MIN_POSITIVE)
+}
+
+/// What the PV lacks at the end of its holds, as a share of its answer until then; `None` if it is not near its end. From
+/// the sums over all holds of the PV before, and in each third.
+fn lacking([before, first, second, third]: [f64; 4]) -> Option<f64> {
+    let (answer, early, late) = (third - before, second - first, third - second);
+    if answer == 0.0 {
+        return None;
+    }
+    // A move of less than a hundredth is noise.
+    let (early, late) = (early / answer, late / answer);
+    let ratio = late / early.max(0.01);
+    (ratio <= STILL).then(|| late.max(0.0) * ratio.max(0.0) / (1.0 - ratio.max(0.0)))
 }
 
 /// The distance of the branches at no difference of time, and its standard deviation, by least squares: a load that

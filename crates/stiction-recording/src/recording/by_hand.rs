@@ -4,10 +4,11 @@
 //! By the mode, if it is recorded: each time in manual in which the OP is set at least twice.
 //!
 //! Otherwise by the OP: at least [`FEWEST_TURNS`] consecutive levels, each held for four samples or more without
-//! any change, with at least four different sizes. Seven of ten steps reverse the last one, and the levels lie
-//! around a value that moves little. Or a staircase: as many steps of nearly one size and hold, in runs up and down of at
-//! least [`FEWEST_STEPS`]. A coarse OP that creeps makes steps of one size, too, but holds them for any time. Other times with alternating levels are included. A slow or coarse controller does
-//! that too, but its moves follow from PV and SP (`law`).
+//! any change. Either at least four different sizes, where seven of ten steps reverse the last one, and the levels lie
+//! around a value that moves little. Or a staircase of nearly one size and hold, in runs up and down of at least
+//! [`FEWEST_STEPS`]. A coarse OP that creeps makes steps of one size, too, but holds them for any time. Other times
+//! with alternating levels are included. A slow or coarse controller does all that too, but its moves follow from PV
+//! and SP (`law`).
 
 mod law;
 

@@ -302,9 +302,9 @@ fn compact(text: &str) -> String {
     lines.fold(String::new(), |text, line| text + line + "\n")
 }
 
-/// A picture without values that are the default anyway, because a page has hundreds of them.
+/// A picture without needless spaces, because a page has hundreds of them.
 fn terse(svg: &str) -> String {
-    svg.replace(" text-anchor=\"start\"", "").replace("\" />", "\"/>")
+    svg.replace("\" />", "\"/>")
 }
 
 /// Draws curves that occur several times once, such as the PV behind several fits, and refers to them.
