@@ -1,11 +1,12 @@
-//! How often a longer record decides.
+//! How often a longer record decides, and what its limits of S are.
 //!
 //! ```text
 //! cargo run --release -p stiction-population --example record_longer -- 4000
 //! ```
 //!
 //! prints, for 4,000 loops of all kinds of which a record of the usual length is undecided, how many are decided by 2, 4 and 8 times
-//! this record, and the same of those with too few slips.
+//! this record, and the same of those with too few slips. Then the median limit of S of healthy loops that 8 times the usual record
+//! clears, and how many sticking loops with a limit exceed it.
 
 use rayon::prelude::*;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, VerdictClass, diagnose};
@@ -39,26 +40,70 @@ fn first(recording: &Recording, share: f64) -> Recording {
     part
 }
 
-/// Whether longer records are decided, if the usual one is not.
+/// A loop by its longest record.
+struct Longest {
+    sticks: bool,
+    s: f64,
+    cleared: bool,
+    limit: Option<f64>,
+    /// If the usual record is undecided.
+    undecided: Option<Undecided>,
+}
+
+/// Whether longer records are decided.
 struct Undecided {
     few_slips: bool,
     longer: [bool; 3],
 }
 
-fn read(seed: u64, kind: LoopKind) -> Option<Undecided> {
+fn read(seed: u64, kind: LoopKind) -> Option<Longest> {
     let [.., most] = TIMES;
-    let whole = kind.simulate_for(seed, most).ok()?.recording;
+    let loop_ = kind.simulate_for(seed, most).ok()?;
+    let whole = loop_.recording;
     let now = diagnosed(&first(&whole, 1.0 / most))?;
-    if now.verdict.class != VerdictClass::CannotTell {
-        return None;
+    let all = diagnosed(&whole)?.verdict;
+    let undecided = (now.verdict.class == VerdictClass::CannotTell).then(|| Undecided {
+        few_slips: now.few_slips.is_some(),
+        longer: TIMES.map(|times| is_decided(&first(&whole, times / most)).unwrap_or(false)),
+    });
+    let cleared = all.class == VerdictClass::DoesNotStick;
+    Some(Longest {
+        sticks: loop_.truth.sticks,
+        s: loop_.truth.s,
+        cleared,
+        limit: all.s_below.map(|limit| limit.value),
+        undecided,
+    })
+}
+
+fn print_limits(all: &[Longest]) {
+    let mut limits: Vec<f64> = all
+        .iter()
+        .filter(|each| !each.sticks && each.cleared)
+        .filter_map(|each| each.limit)
+        .collect();
+    limits.sort_unstable_by(f64::total_cmp);
+    let [.., most] = TIMES;
+    if let Some(median) = limits.get(limits.len() / 2) {
+        println!(
+            "{} healthy loops cleared by {most} times the record: median limit {median:.1} %",
+            limits.len()
+        );
     }
-    let longer = TIMES.map(|times| is_decided(&first(&whole, times / most)).unwrap_or(false));
-    Some(Undecided { few_slips: now.few_slips.is_some(), longer })
+    for (what, of_all) in [("sticking loops", true), ("cleared sticking loops", false)] {
+        let of: Vec<bool> = all
+            .iter()
+            .filter(|each| each.sticks && (of_all || each.cleared))
+            .filter_map(|each| each.limit.map(|limit| each.s > limit))
+            .collect();
+        let broken = of.iter().filter(|is| **is).count();
+        println!("{what} with a limit: S of {broken} of {} exceeds it", of.len());
+    }
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let n: u64 = std::env::args().nth(1).map_or(Ok(1000), |n| n.parse())?;
-    let all: Vec<Undecided> = (0..n)
+    let all: Vec<Longest> = (0..n)
         .into_par_iter()
         .filter_map(|index| read(50_000 + index, LoopKind::at((index as f64 + 0.5) / n as f64)))
         .collect();
@@ -74,8 +119,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     };
     println!("{n} loops");
-    of("all", &all.iter().collect::<Vec<_>>());
-    let few: Vec<&Undecided> = all.iter().filter(|each| each.few_slips).collect();
+    let undecided: Vec<&Undecided> =
+        all.iter().filter_map(|each| each.undecided.as_ref()).collect();
+    of("all", &undecided);
+    let few: Vec<&Undecided> = undecided.into_iter().filter(|each| each.few_slips).collect();
     of("too few slips", &few);
+    print_limits(&all);
     Ok(())
 }
