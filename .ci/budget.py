@@ -20,7 +20,7 @@ BUILT = {"command": "stiction-cli", "wheel": "stiction-python"}
 LEFT_OUT = {"tests", "benches", "examples", "fuzz", "target", "docs"}
 
 
-def asked(*command: str, root: Path) -> str:
+def output_of(*command: str, root: Path) -> str:
     """What a program prints."""
     return subprocess.run(command, cwd=root, capture_output=True, check=True, text=True).stdout
 
@@ -33,9 +33,9 @@ def lines(package: Path) -> int:
 
 def compiled(root: Path, package: str) -> dict[str, tuple[bool, int]]:
     """The crates that a package is compiled of: whether each is ours, and its lines."""
-    metadata = json.loads(asked("cargo", "metadata", "--format-version", "1", "--locked", root=root))
+    metadata = json.loads(output_of("cargo", "metadata", "--format-version", "1", "--locked", root=root))
     folders = {(each["name"], each["version"]): Path(each["manifest_path"]).parent for each in metadata["packages"]}
-    tree = asked("cargo", "tree", "--locked", "-p", package, "-e", "normal,build", "--prefix", "none", "-f", "{p}", root=root)
+    tree = output_of("cargo", "tree", "--locked", "-p", package, "-e", "normal,build", "--prefix", "none", "-f", "{p}", root=root)
     names = {tuple(line.split()[:2]) for line in tree.splitlines() if line.strip()}
     packages = {f"{name} {version}": folders[name, version.removeprefix("v")] for name, version in names}
     return {name: (folder.is_relative_to(root), lines(folder)) for name, folder in packages.items()}
@@ -56,13 +56,13 @@ def unexplained(root: Path) -> list[str]:
     found = []
     for file in BUDGETS:
         try:
-            commits = asked("git", "log", "--format=%H", "--", file, root=root).split()
+            commits = output_of("git", "log", "--format=%H", "--", file, root=root).split()
             # The first one sets the budgets.
             for commit in commits[:-1]:
-                message = asked("git", "log", "-1", "--format=%B", commit, root=root)
+                message = output_of("git", "log", "-1", "--format=%B", commit, root=root)
                 if any(line.startswith("Budget:") for line in message.splitlines()):
                     continue
-                before, now = (json.loads(asked("git", "show", f"{of}:{file}", root=root)) for of in (f"{commit}~", commit))
+                before, now = (json.loads(output_of("git", "show", f"{of}:{file}", root=root)) for of in (f"{commit}~", commit))
                 found += raised(before, now)
         except (OSError, subprocess.CalledProcessError):
             continue

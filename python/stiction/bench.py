@@ -695,7 +695,7 @@ class _Processes:
                 [each.pipe for _, each in asked], timeout=max(0.0, soonest - time.perf_counter())
             )
             for at, each in asked:
-                heard = each.heard(self.limit)
+                heard = each.answer(self.limit)
                 if heard is None:
                     continue
                 place, line, spent, alive = heard
@@ -735,7 +735,7 @@ class _Process:
         except OSError:
             pass  # It has ended, which is noticed when its answer is read.
 
-    def heard(self, limit: float) -> tuple[int, str, float, bool] | None:
+    def answer(self, limit: float) -> tuple[int, str, float, bool] | None:
         """Return place, answer, time and whether the process goes on; None while there is no answer."""
         if self.asked is None:
             return None

@@ -125,7 +125,7 @@ def read(
     >>> loop  # doctest: +SKIP
     <Recording "FIC101-sticky" (flow) of 2400 samples: OP, PV, SP>
     """
-    told = _told(
+    told = _reading_options(
         columns=columns,
         mapping=mapping,
         zone=zone,
@@ -210,7 +210,7 @@ def recording(
     for each, signal in (("op", op), ("pv", pv), ("sp", sp), ("vp", vp)):
         if signal is not None:
             given.append((each, _filled(each, samples(each, signal))))
-    told = _told(
+    told = _reading_options(
         columns={each: each for each, _ in given},
         time_format=time_format,
         sample_time=sample_time,
@@ -269,7 +269,7 @@ def recordings_from(
     ValueError
         If it cannot be understood; the message gives row and column.
     """
-    told = _told(
+    told = _reading_options(
         columns=columns,
         mapping=mapping,
         zone=zone,
@@ -339,7 +339,7 @@ def recording_from(
     <Recording "FIC101" (flow) of 2400 samples: OP, PV>
     """
     roles = {"time": time, "op": op, "pv": pv, "sp": sp, "vp": vp, "mode": mode}
-    told = _told(
+    told = _reading_options(
         columns={role: text(role, column) for role, column in roles.items() if column is not None},
         zone=zone,
         time_format=time_format,
@@ -475,7 +475,7 @@ def _is_table(value: Any) -> bool:
     return isinstance(value, Mapping) or any(hasattr(value, name) for name in known)
 
 
-def _told(
+def _reading_options(
     *,
     columns: Mapping[str, str] | None = None,
     mapping: str | PathLike[str] | None = None,

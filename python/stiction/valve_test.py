@@ -17,8 +17,8 @@ from stiction.recordings import RecordingLike, _checked
 
 __all__ = [
     "Between",
-    "Carried",
-    "CarriedSize",
+    "PlanComparison",
+    "SizeComparison",
     "Comparison",
     "Difference",
     "Place",
@@ -76,7 +76,7 @@ class PositionReading(Result):
 
 
 @result
-class CarriedSize(Result):
+class SizeComparison(Result):
     """A size of the plan and its turns in the test."""
 
     part: int = about("The part of the test, 1 with growing or 2 with shrinking sizes.")
@@ -89,10 +89,10 @@ class CarriedSize(Result):
 
 
 @result
-class Carried(Result):
+class PlanComparison(Result):
     """A test compared with its plan."""
 
-    sizes: list[CarriedSize] = about("The sizes, in the order of the test or the plan.")
+    sizes: list[SizeComparison] = about("The sizes, in the order of the test or the plan.")
     turns_planned: int = about("Planned turns of these sizes, two of each.")
     turns: int = about("Turns in the test.")
     cut_short: int = about("Turns of part 1 that ended before the planned hold, although the PV had not responded.")
@@ -131,7 +131,7 @@ class Reading(Result):
     steps: list[Step] = about("The turns, in order.")
     reasons: list[str] = about("The reasons, in sentences.")
     advice: str | None = about("How to repeat the test, if it is inconclusive.")
-    plan: Carried | None = about("Comparison with the plan, if one was given.")
+    plan: PlanComparison | None = about("Comparison with the plan, if one was given.")
 
     def _summary(self) -> list[str]:
         lines = [f"{self.class_}, p = {self.probability:.2g}, {len(self.steps)} turns, from the {self.known_by}"]

@@ -127,7 +127,7 @@ def test_what_if_ranks_and_recommends(paper):
     assert len(paper.to_table()) == 6 * len(actions)
 
 
-def test_progress_is_told_and_can_stop():
+def test_progress_is_reported_and_can_stop():
     told = []
     stiction.compensation.compare_compensators(PAPER, STICKY, methods=["knocker", "two-move"], progress=told.append)
     assert told == sorted(told) and told[-1] == 6 * 2 + 2

@@ -115,7 +115,7 @@ def test_without_a_cycle_there_is_a_reason():
         stiction.cycles.limit_cycle_trajectory(PAPER, {"valve.J": 0})
 
 
-def test_what_has_no_part_is_told():
+def test_what_has_no_part_is_reported():
     found = stiction.limit_cycle(PAPER, {"controller.limits": [0, 100], "valve.lag": 0.1})
     assert sorted(found.no_part) == ["controller.limits", "valve.lag"]
 

@@ -132,7 +132,7 @@ def test_eight_threads_give_the_same(recordings, diagnoses):
     assert [stiction.diagnosis.document([each])["loops"][0] for each in again] == expected * 4
 
 
-def test_progress_is_told_and_can_stop(recordings):
+def test_progress_is_reported_and_can_stop(recordings):
     told = []
     stiction.diagnose_all(recordings, detectors="none", progress=told.append)
     assert told and told == sorted(told) and told[-1] == 5

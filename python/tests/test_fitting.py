@@ -100,7 +100,7 @@ def test_what_came_of_an_action():
         before.ring(recorded(), "six-move")
 
 
-def test_what_is_missing_is_said(loop):
+def test_what_is_missing_is_reported(loop):
     with pytest.raises(ValueError, match="loop FIC101: without a PV no loop can be fitted; export the PV"):
         stiction.fit(recorded(signals=("op",)))
     still = stiction.fit(stiction.recording(np.full(500, 50.0), np.full(500, 1.0), sample_time=1, name="FIC9"))
@@ -133,7 +133,7 @@ def test_the_seed_decides(loop, fitted):
     assert stiction.fit(loop, draws=30).cycle.predicted.period_s.to_dict() != fitted.cycle.predicted.period_s.to_dict()
 
 
-def test_a_grid_can_be_asked_for(loop, fitted):
+def test_a_grid_can_be_requested_for(loop, fitted):
     coarse = stiction.fit(loop, sample_time=2, loop_type="flow")
     assert coarse.sample_time_s == 2 == coarse.segment.sample_time
     assert len(coarse.segment.op) == len(fitted.segment.op) // 2

@@ -62,7 +62,7 @@ def test_every_detector_answers_or_says_why(sticky):
     assert found["direct"].decision == "sticks"
 
 
-def test_without_an_oscillation_its_cause_is_not_told():
+def test_without_an_oscillation_its_cause_is_not_reported():
     noise = np.random.default_rng(1).normal(size=(2, 900))
     finding = stiction.detect("horch", *noise, sample_time=1, loop_type="flow")
     assert finding.decision == "abstains" and "none was found" in finding.reason

@@ -54,7 +54,7 @@ def samples():
     return stiction.diagnose_all(map(stiction.datasets.load, stiction.datasets.names()), detectors="none")
 
 
-def test_a_diagnosis_is_told_in_five_lines(found, samples):
+def test_a_diagnosis_is_reported_in_five_lines(found, samples):
     shown = repr(found)
     assert shown.startswith("<Diagnosis of FIC101 (flow): sticks (probability of sticking: 99 %)")
     assert f"S {found.stiction.S.value:.2g} % of span (" in shown and "swing: every 73.9 s" in shown

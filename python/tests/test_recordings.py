@@ -287,7 +287,7 @@ def test_what_is_masked_is_refused_where_no_sample_may_be_missing():
         stiction.valve(np.ma.array([50.0, 1e6, 50.0], mask=[False, True, False]), S=5, J=2)
 
 
-def test_days_in_a_column_called_t_are_asked_about():
+def test_days_in_a_column_called_t_are_requested_about():
     table = {"t": 45000 + np.arange(50) / 86400, "op": OP, "pv": PV}
     words = "as spreadsheet days since 1900 the sample time would be 1 s, as seconds 12 µs"
     with pytest.raises(ValueError, match=words) as refused:

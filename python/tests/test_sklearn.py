@@ -34,7 +34,7 @@ def test_a_classifier_of_recordings(loops):
     assert not StictionDetector(threshold=1).fit(loops).predict(loops[1:2]).any()
 
 
-def test_what_cannot_be_told_is_undecided():
+def test_what_cannot_be_reported_is_undecided():
     dead = [stiction.recording(np.full(300, 50.0), sample_time=1)]
     assert StictionDetector(undecided=0.3).fit(dead).predict_proba(dead)[0, 1] == 0.3
     assert np.isnan(StictionQuantifier().fit(dead).predict(dead)).all()

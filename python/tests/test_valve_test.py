@@ -96,7 +96,7 @@ def test_a_signature_shows_s_along_the_stroke() -> None:
         stiction.valve_test.signature(turns)
 
 
-def test_what_cannot_be_done_is_said() -> None:
+def test_what_cannot_be_done_is_reported() -> None:
     wave = [50 + (k % 9) * 0.3 for k in range(300)]
     recording = stiction.recording(wave, wave, sample_time=1, name="FIC1")
     with pytest.raises(ValueError, match="loop FIC1: the recording has no test"):

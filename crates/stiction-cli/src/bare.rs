@@ -9,26 +9,26 @@ use std::process::Command;
 const SAMPLE: &str = "samples/sticky-flow";
 
 /// What to run, and whether a window waits for a key before it closes.
-pub struct Asked {
+pub struct Launch {
     pub command: Vec<OsString>,
     pub waits: bool,
 }
 
 /// The command that the arguments of the program mean. `names` are those of its subcommands.
-pub fn asked(arguments: Vec<OsString>, names: &[&str]) -> Asked {
+pub fn launch(arguments: Vec<OsString>, names: &[&str]) -> Launch {
     let own = arguments.first().cloned().unwrap_or_else(|| "stiction".into());
     if let Some(command) = dropped(&own, arguments.get(1..).unwrap_or_default(), names) {
         // Windows opens a window for it, and closes it with the program.
-        return Asked { command, waits: cfg!(windows) };
+        return Launch { command, waits: cfg!(windows) };
     }
     let is_person = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
     if arguments.len() == 1
         && is_person
         && let Some(command) = chosen(&own)
     {
-        return Asked { command, waits: cfg!(windows) };
+        return Launch { command, waits: cfg!(windows) };
     }
-    Asked { command: arguments, waits: false }
+    Launch { command: arguments, waits: false }
 }
 
 /// The diagnosis of dropped files, with a report next to the first.
@@ -101,7 +101,7 @@ mod tests {
 
     fn of(words: &[&str]) -> Vec<OsString> {
         let words = std::iter::once("stiction").chain(words.iter().copied());
-        asked(words.map(OsString::from).collect(), &["fit", "diagnose"]).command
+        launch(words.map(OsString::from).collect(), &["fit", "diagnose"]).command
     }
 
     #[test]

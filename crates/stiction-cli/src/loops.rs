@@ -154,7 +154,7 @@ fn release(diagnosis: &mut Diagnosis) {
 fn options_of(files: &[In], reading: &Reading) -> Result<Vec<Result<ReadOptions>>> {
     let options = reading.options_of(files)?;
     for file in files.iter().filter(|file| !file.is_standard()) {
-        In::also(Overrides::path_beside(file))?;
+        In::also(Overrides::path_for(file))?;
     }
     Ok(options)
 }

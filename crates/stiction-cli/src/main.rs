@@ -146,7 +146,7 @@ impl Done for ExitCode {
 fn main() -> ExitCode {
     let command = Cli::command();
     let names: Vec<&str> = command.get_subcommands().map(clap::Command::get_name).collect();
-    let asked = bare::asked(std::env::args_os().collect(), &names);
+    let asked = bare::launch(std::env::args_os().collect(), &names);
     let code = run(asked.command);
     if asked.waits {
         bare::wait();

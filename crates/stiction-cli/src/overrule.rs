@@ -75,7 +75,7 @@ pub fn run(args: Args) -> Result<()> {
             "an override is kept beside a file, so standard input cannot have one; name the file"
         );
     }
-    let path = Overrides::path_beside(&args.file);
+    let path = Overrides::path_for(&args.file);
     let origin = path.display().to_string();
     if args.list {
         if !args.file.exists() {

@@ -595,9 +595,14 @@ fn ordered(folder: &Path, of: &Orders) -> Result<()> {
 }
 
 /// The content of an entry: kind, verdict, last day, and text.
-type Said = (Kind, Option<VerdictClass>, Option<i64>, String);
+type EntryContent = (Kind, Option<VerdictClass>, Option<i64>, String);
 
-fn enter(folder: &Path, tag: &str, (kind, verdict, until, text): Said, by: By) -> Result<()> {
+fn enter(
+    folder: &Path,
+    tag: &str,
+    (kind, verdict, until, text): EntryContent,
+    by: By,
+) -> Result<()> {
     let plant = Plant::read(folder)?;
     let name = log::known_loop(folder, &plant, tag)?;
     let day = match by.day {

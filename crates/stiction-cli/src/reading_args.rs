@@ -104,7 +104,7 @@ impl Reading {
         if self.mapping.is_some() || file.is_standard() || IGNORED.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        let own = ReadOptions::mapping_beside(file);
+        let own = ReadOptions::mapping_path(file);
         if !own.is_file() {
             return Ok(None);
         }

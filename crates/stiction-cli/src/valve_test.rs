@@ -19,12 +19,12 @@ use stiction::diagnose::{Detectors, DiagnoseOptions, VerdictClass};
 use stiction::recording::{ByHand, GridOptions, KnownBy, Recording, Set};
 use stiction::spoken;
 use stiction::valve_test::{
-    Carried, Comparison, PlanOptions, ReadOptions, TestPlan, TestReading, before_test, compare,
-    plan, read,
+    Comparison, PlanComparison, PlanOptions, ReadOptions, TestPlan, TestReading, before_test,
+    compare, plan, read,
 };
 use stiction_io::timestamp::instant;
 use stiction_report::document::Source;
-use stiction_report::{test_answers, test_page, test_sheet, words};
+use stiction_report::{valve_test_figure, valve_test_page, valve_test_sheet, words};
 
 /// Plan a test that shows whether a valve sticks, and judge it.
 ///
@@ -274,13 +274,13 @@ fn planned(args: &Plan) -> Result<()> {
     };
     let plan = next.unwrap_or(first);
     if let Some(path) = &args.sheet {
-        output::write(Some(path), test_sheet::html(&plan, output::TOOL).as_bytes())?;
+        output::write(Some(path), valve_test_sheet::html(&plan, output::TOOL).as_bytes())?;
     }
     if args.json {
         return output::json(&PlanDocument { tool: output::TOOL, source: one.source, plan });
     }
     if let Some(path) = &args.csv {
-        output::write(Some(path), test_sheet::csv(&plan)?.as_bytes())?;
+        output::write(Some(path), valve_test_sheet::csv(&plan)?.as_bytes())?;
         if path.is_standard() {
             return Ok(());
         }
@@ -335,9 +335,9 @@ impl Found {
         Ok(Self { source, recording, test })
     }
 
-    fn page(&self) -> test_page::Tested<'_> {
+    fn page(&self) -> valve_test_page::Tested<'_> {
         let Self { source, recording, test } = self;
-        test_page::Tested { source, recording, test }
+        valve_test_page::Tested { source, recording, test }
     }
 
     fn document(self) -> Tested {
@@ -374,11 +374,11 @@ fn was_read(args: &Read) -> Result<ExitCode> {
 
 fn was_read_alone(args: &Read, found: Found) -> Result<()> {
     if let Some(path) = &args.plot {
-        let figure = test_answers::figure(&found.recording.name, found.unit(), &found.test);
+        let figure = valve_test_figure::figure(&found.recording.name, found.unit(), &found.test);
         output::figure("--plot", path, &figure)?;
     }
     if let Some(path) = &args.report {
-        let page = test_page::reading(output::TOOL, found.page())?;
+        let page = valve_test_page::reading(output::TOOL, found.page())?;
         output::write(Some(path), page.as_bytes())?;
     }
     if args.json {
@@ -396,8 +396,8 @@ fn in_order(before: (&Recording, f64), after: (&Recording, f64)) -> Result<()> {
     {
         bail!(
             "the test of --before began on {}, which is not before the other test, on {}; exchange the two files",
-            test_page::moment(before.0, before.1),
-            test_page::moment(after.0, after.1)
+            valve_test_page::moment(before.0, before.1),
+            valve_test_page::moment(after.0, after.1)
         );
     }
     Ok(())
@@ -408,15 +408,15 @@ fn was_compared(args: &Read, before: Found, after: Found) -> Result<()> {
     let comparison = compare(&before.test, &after.test);
     if let Some(path) = &args.plot {
         let tests = [("before", &before.test), ("after", &after.test)];
-        output::figure("--plot", path, &test_answers::beside(tests, after.unit()))?;
+        output::figure("--plot", path, &valve_test_figure::before_and_after(tests, after.unit()))?;
     }
     if let Some(path) = &args.report {
         let (tool, pages) = (output::TOOL, (before.page(), after.page()));
-        let page = test_page::comparison(tool, pages.0, pages.1, &comparison)?;
+        let page = valve_test_page::comparison(tool, pages.0, pages.1, &comparison)?;
         output::write(Some(path), page.as_bytes())?;
     }
     if args.json {
-        test_page::caution(before.page(), after.page()).iter().for_each(output::note);
+        valve_test_page::caution(before.page(), after.page()).iter().for_each(output::note);
         let (before, after) = (before.document(), after.document());
         return output::json(&CompareDocument { tool: output::TOOL, before, after, comparison });
     }
@@ -437,12 +437,12 @@ fn hanging<'a>(head: &str, texts: impl IntoIterator<Item = &'a String>) -> Strin
 
 fn comparison_in_words(before: &Found, after: &Found, of: &Comparison) -> String {
     let mut out = format!("{}: before and after the repair\n", after.recording.name);
-    out += &hanging("  ", &test_page::caution(before.page(), after.page()));
+    out += &hanging("  ", &valve_test_page::caution(before.page(), after.page()));
     out += &hanging("  ", &of.sentences);
-    out += &side_by_side(&test_page::rows(before.page(), after.page()));
+    out += &side_by_side(&valve_test_page::rows(before.page(), after.page()));
     for (word, found) in [("before", before), ("after", after)] {
         if let Some(carried) = &found.test.plan {
-            out += &format!("{word}: {}", carried_in_words(carried));
+            out += &format!("{word}: {}", comparison_with_plan(carried));
         }
     }
     out
@@ -460,7 +460,7 @@ fn side_by_side(rows: &[[String; 3]]) -> String {
 }
 
 /// The comparison with the plan.
-fn carried_in_words(carried: &Carried) -> String {
+fn comparison_with_plan(carried: &PlanComparison) -> String {
     let head = format!(
         "the plan has {} or more, the test has {}\n",
         spoken::counted(carried.turns_planned, "turn"),
@@ -577,7 +577,7 @@ fn reading_in_words(recording: &Recording, test: &TestReading) -> String {
         recording.name,
         test.class.name(),
         words::percent(test.probability),
-        test_page::span(recording, test)
+        valve_test_page::span(recording, test)
     );
     let interval = |e: stiction::diagnose::Estimate| words::interval(e).replace('\u{2212}', "-");
     if let (Some(s), Some(j)) = (test.s, test.j) {
@@ -593,7 +593,7 @@ fn reading_in_words(recording: &Recording, test: &TestReading) -> String {
     out += &hanging("  - ", &test.reasons);
     out += &hanging("  ", &test.advice);
     if let Some(carried) = &test.plan {
-        out += &format!("  {}", carried_in_words(carried));
+        out += &format!("  {}", comparison_with_plan(carried));
     }
     out
 }

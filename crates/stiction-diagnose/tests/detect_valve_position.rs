@@ -185,7 +185,7 @@ fn in_a_loop_with_noise() {
 }
 
 #[test]
-fn what_cannot_be_seen_is_not_told() {
+fn what_cannot_be_seen_is_not_reported() {
     let op: Vec<f64> = (0..1000).map(|k| 50.0 + (f64::from(k) * 0.05).sin()).collect();
     let stuck = measure(1.0, &op, &[40.0; 1000]);
     assert!(stuck.s.is_err() && stuck.j.is_err() && stuck.dead_band.is_err());

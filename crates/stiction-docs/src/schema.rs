@@ -8,13 +8,13 @@ use std::fmt::Write as _;
 pub fn tables(schema: &Value) -> String {
     let mut text = String::new();
     if let Some(about) = schema["description"].as_str() {
-        let _ = writeln!(text, "{}\n", told(about));
+        let _ = writeln!(text, "{}\n", one_line(about));
     }
     fields(schema, &mut text);
     for (name, of) in schema["$defs"].as_object().into_iter().flatten() {
         let _ = writeln!(text, "## {}\n", literal(name));
         if let Some(about) = of["description"].as_str() {
-            let _ = writeln!(text, "{}\n", told(about));
+            let _ = writeln!(text, "{}\n", one_line(about));
         }
         fields(of, &mut text);
     }
@@ -22,7 +22,7 @@ pub fn tables(schema: &Value) -> String {
 }
 
 /// A description in one line, including its list.
-fn told(description: &str) -> String {
+fn one_line(description: &str) -> String {
     let lines = description.lines().map(|line| line.trim_start_matches("* "));
     literal(&lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" "))
 }
@@ -35,7 +35,7 @@ fn fields(of: &Value, text: &mut String) {
     let several = ["oneOf", "anyOf"].iter().find_map(|key| of[key].as_array());
     for each in several.into_iter().flatten() {
         let about =
-            each["description"].as_str().map_or(String::new(), |d| format!(": {}", told(d)));
+            each["description"].as_str().map_or(String::new(), |d| format!(": {}", one_line(d)));
         match each["properties"].as_object() {
             Some(properties) => {
                 let _ = writeln!(text, "One form{about}\n");
@@ -57,7 +57,7 @@ fn table(properties: &Map<String, Value>, required: &Value, text: &mut String) {
         required.as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     text.push_str("| field | type | description |\n|---|---|---|\n");
     for (name, of) in properties {
-        let about = of["description"].as_str().map_or(String::new(), told);
+        let about = of["description"].as_str().map_or(String::new(), one_line);
         let left_out = if needed.contains(&&**name) { "" } else { " Can be left out." };
         let _ = writeln!(text, "| `{name}` | {} | {about}{left_out} |", kind(of));
     }

@@ -87,7 +87,7 @@ fn times_and_sizes(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn what_new_users_are_told_of_times_and_sizes_was_measured() {
+fn times_and_sizes_for_new_users_were_measured() {
     assert_eq!(
         times_and_sizes("takes 3 min 44 s (46 MB), or 7 min, on 2 cores; 12 s."),
         ["3 min 44 s", "46 MB", "7 min", "12 s"]

@@ -55,7 +55,7 @@ fn an_fmu_holds_all_that_belongs_to_it() {
 
 /// That of this platform first, then those that `STICTION_FMU_TARGETS` lists.
 #[test]
-fn libraries_are_of_the_platforms_asked_for() {
+fn libraries_are_of_the_requested_platforms() {
     let libraries = Library::own().unwrap();
     let platforms: Vec<_> = libraries.iter().map(|l| (l.arch.as_str(), l.os.as_str())).collect();
     assert_eq!(platforms[0], (std::env::consts::ARCH, std::env::consts::OS));

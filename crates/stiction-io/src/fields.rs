@@ -39,13 +39,13 @@ pub struct Fields<'a, 'i> {
 }
 
 /// A text at a key of any name.
-pub struct Told<'a> {
+pub struct KeyedText<'a> {
     pub text: &'a str,
     path: String,
     span: Range<usize>,
 }
 
-impl Told<'_> {
+impl KeyedText<'_> {
     /// An error that this text is wrong.
     pub fn wrong(&self, message: impl std::fmt::Display) -> Wrong {
         Wrong { span: self.span.clone(), message: format!("{}: {message}", self.path) }
@@ -281,11 +281,11 @@ impl<'a, 'i> Fields<'a, 'i> {
     }
 
     /// The roles in a table of columns with any keys, in order; none if the table is not given.
-    pub fn entries_of_text(&self, key: &'static str) -> Result<Vec<(&'a str, Told<'a>)>> {
+    pub fn entries_of_text(&self, key: &'static str) -> Result<Vec<(&'a str, KeyedText<'a>)>> {
         let entry = |(name, value): (&'a str, &'a Spanned<DeValue<'i>>)| {
             let path = format!("{}.{name}", self.path_of(key));
             match value.get_ref().as_str() {
-                Some(text) => Ok((name, Told { text, path, span: value.span() })),
+                Some(text) => Ok((name, KeyedText { text, path, span: value.span() })),
                 None => {
                     let message = format!("{path}: must be a role, such as \"op\"");
                     Err(Wrong { span: value.span(), message })

@@ -36,7 +36,7 @@ fn numbers_are_read_as_people_write_them() {
 }
 
 #[test]
-fn a_cell_that_is_not_asked_for_may_be_anything() {
+fn a_cell_that_is_not_requested_may_be_anything() {
     let table = parse("note,u\nNaN,1\n,2\n");
     assert_eq!(table.column("u").expect("numbers"), [1.0, 2.0]);
     assert!(matches!(table.column("note"), Err(Error::Cell { row: 2, .. })));

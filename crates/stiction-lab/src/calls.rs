@@ -30,7 +30,7 @@ pub struct Wrong {
 
 impl Wrong {
     /// The question is wrong.
-    pub fn asked(error: impl ToString) -> Self {
+    pub fn request(error: impl ToString) -> Self {
         Self { status: StatusCode::BAD_REQUEST, error: error.to_string() }
     }
 
@@ -57,7 +57,7 @@ impl Wrong {
 
 impl<E: std::error::Error> From<E> for Wrong {
     fn from(error: E) -> Self {
-        Self::asked(error)
+        Self::request(error)
     }
 }
 
@@ -158,7 +158,7 @@ impl Visit for Routes {
         let answer = move |State(lab): State<Arc<Lab>>, body: Body| async move {
             let body = sent(body, QUESTION, IN_TIME, |_| Ok(())).await?;
             let asked: A = serde_json::from_slice(&body).map_err(|e| {
-                Wrong::asked(format!("{name}: the request is not valid JSON for this call ({e})"))
+                Wrong::request(format!("{name}: the request is not valid JSON for this call ({e})"))
             })?;
             let work = move |wanted: &Wanted| {
                 let answer = f(&lab, asked, wanted)?;

@@ -11,7 +11,7 @@ use crate::exercise;
 use crate::guess::{Trend, mixed, share};
 use crate::lab::Lab;
 use crate::live::Live;
-use crate::loops::{self, Asked};
+use crate::loops::{self, LoopRequest};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
@@ -89,7 +89,7 @@ const LESSONS: [Lesson; 6] = [
 ];
 
 /// The flow loop of the first room with the S and J of a class, and other changes.
-fn flow(class: u32, lesson: u32, set: &[&str]) -> Asked {
+fn flow(class: u32, lesson: u32, set: &[&str]) -> LoopRequest {
     let own = mixed(u64::from(class) << 8 | u64::from(lesson));
     let tenth = |x: f64| (10.0 * x).round() / 10.0;
     let s = tenth(3.0 + 4.0 * share(mixed(own ^ 1)));
@@ -97,23 +97,23 @@ fn flow(class: u32, lesson: u32, set: &[&str]) -> Asked {
     let (least, most) = if lesson == 6 { (0.25, 0.35) } else { (0.3, 0.7) };
     let j = tenth(s * (least + (most - least) * share(mixed(own ^ 2))));
     let bands = [format!("valve.S={s}"), format!("valve.J={j}")];
-    Asked::new("lab/flow", bands).with(set)
+    LoopRequest::new("lab/flow", bands).with(set)
 }
 
 /// The exact cycle of a loop, where it has one.
-fn exact(asked: &Asked) -> Answer<Option<Cycle>> {
+fn exact(asked: &LoopRequest) -> Answer<Option<Cycle>> {
     let found = Found::of(&loops::continuous(asked)?, Method::Exact, false)?;
     Ok(found.cycles.into_iter().next())
 }
 
 /// The exact cycle of a loop that has one.
-fn cycling(asked: &Asked) -> Answer<Cycle> {
+fn cycling(asked: &LoopRequest) -> Answer<Cycle> {
     exact(asked)?.ok_or_else(|| Wrong::own("the loop of this class has no cycle; take another"))
 }
 
 /// The last samples of a valve or loop after some time, s. A loop begins with some time in manual at `op`.
 fn recorded(
-    asked: Asked,
+    asked: LoopRequest,
     op: Option<f64>,
     until_s: f64,
     last_s: f64,
@@ -201,8 +201,8 @@ fn causes(class: u32) -> Answer<Task> {
         let (scenario, set, [from_s, to_s]) = CAUSES[cause];
         let drawn = match cause {
             0 => flow(class, 4, &[]),
-            2 => Asked::new("", [format!("load.0.period={}", 50 + own % 50)]),
-            _ => Asked::new("", []),
+            2 => LoopRequest::new("", [format!("load.0.period={}", 50 + own % 50)]),
+            _ => LoopRequest::new("", []),
         };
         let seed = format!("noise.seed={}", own % 1000);
         let asked = drawn.of(scenario).with(set).with(&[&seed]);
@@ -427,7 +427,7 @@ impl Lesson {
 
     fn task(&self, class: u32) -> Answer<Task> {
         if !CLASSES.contains(&class) {
-            return Err(Wrong::asked(format!(
+            return Err(Wrong::request(format!(
                 "the number of a class is from {} to {}, not {class}",
                 CLASSES.start(),
                 CLASSES.end()
@@ -485,10 +485,10 @@ pub fn check(_: &Lab, asked: Answered) -> Answer<Checked> {
     let lesson = Lesson::of(asked.lesson)?;
     let name = asked.name.split_whitespace().collect::<Vec<_>>().join(" ");
     if name.is_empty() || name.chars().count() > 80 {
-        return Err(Wrong::asked("enter a name of 1 to 80 letters; the code needs it"));
+        return Err(Wrong::request("enter a name of 1 to 80 letters; the code needs it"));
     }
     if asked.answers.len() != lesson.kinds.len() {
-        return Err(Wrong::asked(format!(
+        return Err(Wrong::request(format!(
             "this lesson has {} questions, and {} answers were sent",
             lesson.kinds.len(),
             asked.answers.len()
@@ -529,7 +529,7 @@ pub fn answers(_: &Lab, class: Class) -> Answer<Vec<Answers>> {
 /// If there are too many.
 pub fn read(_: &Lab, asked: Lines) -> Answer<Table> {
     if asked.lines.len() > LINES {
-        return Err(Wrong::asked(format!("at most {LINES} characters can be read at a time")));
+        return Err(Wrong::request(format!("at most {LINES} characters can be read at a time")));
     }
     let mut table = Table { rows: vec![], refused: vec![] };
     for (text, line) in asked.lines.lines().zip(1..).filter(|(text, _)| !text.trim().is_empty()) {

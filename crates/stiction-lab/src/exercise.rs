@@ -10,7 +10,7 @@ use crate::calls::{Answer, Wrong};
 use crate::guess::{mixed, share};
 use crate::lab::Lab;
 use crate::live::{Live, Samples};
-use crate::loops::Asked;
+use crate::loops::LoopRequest;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, diagnose};
@@ -18,7 +18,7 @@ use stiction_diagnose::recording::{ByHand, KnownBy, Recording, Set};
 use stiction_diagnose::valve_test::{
     PlanOptions, ReadOptions, TestPlan, TestReading, plan as plan_of, read as read_test,
 };
-use stiction_report::{test_answers, words};
+use stiction_report::{valve_test_figure, words};
 
 /// How long the loop is in automatic before its OP can be set, s. This part sizes the plan.
 const OPERATION_S: f64 = 300.0;
@@ -103,7 +103,7 @@ pub struct Before {
 
 /// The test that the lab carried out.
 #[derive(Debug, Serialize, JsonSchema)]
-pub struct CarriedOut {
+pub struct CompletedTest {
     /// Its sets.
     sets: Vec<Hand>,
     /// The end of the run, s.
@@ -172,7 +172,7 @@ impl Which {
     }
 
     /// Its loop: the flow loop of the first room, with a load that wanders.
-    fn asked(self) -> Asked {
+    fn loop_request(self) -> LoopRequest {
         let Drawn { s, j, .. } = self.valve();
         let (sd, tau) = LOAD;
         let seed = u64::from(self.seed);
@@ -186,7 +186,7 @@ impl Which {
             format!("load.1.tau={tau}"),
             format!("load.1.seed={}", 2 * seed + 2),
         ];
-        Asked::new("lab/flow", set)
+        LoopRequest::new("lab/flow", set)
     }
 }
 
@@ -198,7 +198,7 @@ struct Run {
 
 impl Run {
     fn new(which: Which) -> Answer<Self> {
-        Ok(Self { live: Live::of(which.asked())?, done: Samples::default() })
+        Ok(Self { live: Live::of(which.loop_request())?, done: Samples::default() })
     }
 
     /// An exercise, simulated from the start.
@@ -248,7 +248,7 @@ impl Run {
 
 impl Exercise {
     fn check(&self) -> Answer<()> {
-        let refuse = |why: String| Err(Wrong::asked(why));
+        let refuse = |why: String| Err(Wrong::request(why));
         if !(0.0..=LONGEST_S).contains(&self.until_s) {
             return refuse(format!("an exercise runs for 0 to {LONGEST_S} s; restart it"));
         }
@@ -322,12 +322,12 @@ pub fn trend(_: &Lab, look: Look) -> Answer<Recorded> {
 ///
 /// # Errors
 /// If there is no plan.
-pub fn carry_out(_: &Lab, which: Which) -> Answer<CarriedOut> {
+pub fn carry_out(_: &Lab, which: Which) -> Answer<CompletedTest> {
     let mut run = Run::new(which)?;
     run.go_to(OPERATION_S)?;
     let plan = planned(&run)?;
     let (run, sets) = operator::carry_out(run, &plan)?;
-    Ok(CarriedOut { sets, until_s: run.time_s(), recorded: run.recorded(0) })
+    Ok(CompletedTest { sets, until_s: run.time_s(), recorded: run.recorded(0) })
 }
 
 /// The result of the test, as from `stiction test read --done --rises`.
@@ -337,7 +337,7 @@ pub fn carry_out(_: &Lab, which: Which) -> Answer<CarriedOut> {
 pub fn read(_: &Lab, exercise: Exercise) -> Answer<Reading> {
     let recording = Run::of(&exercise)?.recording()?;
     if exercise.sets.iter().filter(|set| set.op.is_some()).count() < 2 {
-        return Err(Wrong::asked(
+        return Err(Wrong::request(
             "a test needs two turns or more; put the controller in manual and turn the OP up and down",
         ));
     }
@@ -346,13 +346,13 @@ pub fn read(_: &Lab, exercise: Exercise) -> Answer<Reading> {
         rises: Some(true),
         ..ReadOptions::default()
     };
-    let test = read_test(&recording, &options).map_err(|why| Wrong::asked(why.0))?;
+    let test = read_test(&recording, &options).map_err(|why| Wrong::request(why.0))?;
     Ok(Reading {
         probability: words::percent(test.probability),
         s: test.s.map(words::interval),
         j: test.j.map(words::interval),
         s_below: test.s_below.map(|limit| format!("{} %", words::rough(limit))),
-        svg: test_answers::figure("exercise", Some("%"), &test).svg().map_err(Wrong::own)?,
+        svg: valve_test_figure::figure("exercise", Some("%"), &test).svg().map_err(Wrong::own)?,
         test,
     })
 }

@@ -7,7 +7,7 @@
 use crate::calls::{Answer, Wrong};
 use crate::judgement::Judgement;
 use crate::lab::Lab;
-use crate::loops::{self, Asked};
+use crate::loops::{self, LoopRequest};
 use crate::turns::Wanted;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -73,7 +73,7 @@ impl Room {
 pub struct Knobs {
     /// The loop.
     #[serde(rename = "loop")]
-    plant: Asked,
+    plant: LoopRequest,
     /// Use the physical stem with the same S and J instead of the data-driven model.
     #[serde(default)]
     stem: bool,
@@ -162,7 +162,7 @@ pub fn go(lab: &Lab, asked: Go) -> Answer<Samples> {
         lab.lives.of(asked.id).ok_or_else(|| Wrong::gone("this loop has ended; restart it"))?;
     let mut live = live.lock().unwrap_or_else(PoisonError::into_inner);
     if asked.samples == 0 || asked.samples > SAMPLES {
-        return Err(Wrong::asked(format!("ask for 1 to {SAMPLES} samples at a time")));
+        return Err(Wrong::request(format!("ask for 1 to {SAMPLES} samples at a time")));
     }
     let again = live.last.from == asked.from && asked.from < live.at;
     if again && live.last.op.len() == asked.samples {
@@ -185,13 +185,13 @@ pub fn verdict(_: &Lab, knobs: Knobs, wanted: &Wanted) -> Answer<Judgement> {
     let name = format!("{}.csv", knobs.plant.name());
     let mut live = Live::new(Knobs { manual: None, ..knobs })?;
     let Runs::Loop(of) = &live.runs else {
-        return Err(Wrong::asked(
+        return Err(Wrong::request(
             "the verdict needs a control loop, and this is a valve on a test signal",
         ));
     };
     let samples = of.plant.samples;
     if samples > JUDGED {
-        return Err(Wrong::asked(format!(
+        return Err(Wrong::request(format!(
             "the lab judges at most {JUDGED} samples of a loop, and this one has {samples}; choose a shorter duration"
         )));
     }
@@ -364,7 +364,7 @@ impl Runs {
             System::ClosedLoop(plant) => Self::Loop(Box::new(Loop::new(knobs, *plant)?)),
             System::OpenLoop(system) => Self::Valve(Box::new(OnSignal::new(knobs, system)?)),
             System::Cascade(_) => {
-                return Err(Wrong::asked("the lab cannot run a cascade; choose a single loop"));
+                return Err(Wrong::request("the lab cannot run a cascade; choose a single loop"));
             }
         })
     }
@@ -379,7 +379,7 @@ impl Runs {
 
 impl Live {
     /// A loop without changes, at rest.
-    pub(crate) fn of(plant: Asked) -> Answer<Self> {
+    pub(crate) fn of(plant: LoopRequest) -> Answer<Self> {
         Self::new(Knobs { plant, stem: false, compensator: None, manual: None })
     }
 
@@ -405,7 +405,7 @@ impl Live {
         let signal = self.last.signal.last().copied();
         let (next, went_on) = match (&mut self.runs, Runs::new(&knobs)?) {
             (now, next) if now.sample_time() != next.sample_time() => {
-                return Err(Wrong::asked(
+                return Err(Wrong::request(
                     "the sample time cannot change while the loop runs; restart the loop",
                 ));
             }
@@ -490,7 +490,7 @@ impl Loop {
         let played = self.player.step_between(sp, load, measurement, &mut middle)?;
         let signal = middle.signal;
         if [played.pv, played.op, played.vp].iter().any(|value| !value.is_finite()) {
-            return Err(Wrong::asked(
+            return Err(Wrong::request(
                 "the loop is unstable and has left all limits; lower the controller gain, and restart",
             ));
         }

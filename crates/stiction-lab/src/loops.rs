@@ -17,7 +17,7 @@ use stiction_model::valve::Model;
 /// A loop, in the words of the command: `stiction simulate SCENARIO --set KEY=VALUE ...`.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Asked {
+pub struct LoopRequest {
     /// The name of a built-in scenario.
     scenario: String,
     /// Changed settings, such as `valve.S=4`.
@@ -25,7 +25,7 @@ pub struct Asked {
     set: Vec<String>,
 }
 
-impl Asked {
+impl LoopRequest {
     /// This scenario, with changes.
     pub(crate) fn new(scenario: &str, set: impl Into<Vec<String>>) -> Self {
         Self { scenario: scenario.to_owned(), set: set.into() }
@@ -60,7 +60,7 @@ const SAMPLES: usize = 500_000;
 const POINTS: usize = 10_000;
 
 /// The requested scenario. Files are not read.
-pub(crate) fn scenario(asked: &Asked) -> Answer<Scenario> {
+pub(crate) fn scenario(asked: &LoopRequest) -> Answer<Scenario> {
     let name = &*asked.scenario;
     let text = scenario::built_in_text(name)
         .ok_or_else(|| Wrong::gone(format!("there is no built-in scenario \"{name}\"")))?;
@@ -68,7 +68,7 @@ pub(crate) fn scenario(asked: &Asked) -> Answer<Scenario> {
 }
 
 /// The requested system, of a bounded length.
-pub(crate) fn system(asked: &Asked) -> Answer<System> {
+pub(crate) fn system(asked: &LoopRequest) -> Answer<System> {
     let system = scenario(asked)?.system;
     let samples = match &system {
         System::ClosedLoop(plant) => plant.samples,
@@ -76,25 +76,25 @@ pub(crate) fn system(asked: &Asked) -> Answer<System> {
         System::Cascade(cascade) => cascade.slave.samples,
     };
     if samples > SAMPLES {
-        return Err(Wrong::asked(format!("the lab simulates at most {SAMPLES} samples")));
+        return Err(Wrong::request(format!("the lab simulates at most {SAMPLES} samples")));
     }
     Ok(system)
 }
 
 /// The requested loop.
-pub(crate) fn closed_loop(asked: &Asked) -> Answer<ClosedLoop> {
+pub(crate) fn closed_loop(asked: &LoopRequest) -> Answer<ClosedLoop> {
     match system(asked)? {
         System::ClosedLoop(plant) => Ok(*plant),
-        System::OpenLoop(_) => Err(Wrong::asked(
+        System::OpenLoop(_) => Err(Wrong::request(
             "this needs a control loop, and the scenario is a valve on a test signal",
         )),
         System::Cascade(_) => {
-            Err(Wrong::asked("this needs a single loop, and the scenario is a cascade"))
+            Err(Wrong::request("this needs a single loop, and the scenario is a cascade"))
         }
     }
 }
 
-pub(crate) fn continuous(asked: &Asked) -> Answer<ContinuousLoop> {
+pub(crate) fn continuous(asked: &LoopRequest) -> Answer<ContinuousLoop> {
     let (model, bands) = scenario(asked)?.valve;
     Ok(ContinuousLoop::of(&closed_loop(asked)?, model, bands)?)
 }
@@ -159,7 +159,7 @@ fn settings(scenario: &Scenario) -> Vec<Setting> {
 /// Never.
 pub fn scenarios(lab: &Lab, _: Nothing) -> Answer<Choices> {
     let single = |(name, title): (&str, String)| {
-        let asked = Asked { scenario: name.to_owned(), set: vec![] };
+        let asked = LoopRequest { scenario: name.to_owned(), set: vec![] };
         let is_loop = match system(&asked).ok()? {
             System::ClosedLoop(_) => true,
             System::OpenLoop(_) => false,
@@ -203,7 +203,7 @@ pub struct Cycles {
 ///
 /// # Errors
 /// If there is no such loop.
-pub fn cycle(_: &Lab, asked: Asked) -> Answer<Cycles> {
+pub fn cycle(_: &Lab, asked: LoopRequest) -> Answer<Cycles> {
     let l = continuous(&asked)?;
     let of = |method| {
         Found::of(&l, method, false).unwrap_or_else(|e| Found::refused(method, e.to_string()))
@@ -224,20 +224,20 @@ pub fn cycle(_: &Lab, asked: Asked) -> Answer<Cycles> {
 /// The requested map.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct MapAsked {
+pub struct MapRequest {
     /// The loop.
     #[serde(rename = "loop")]
-    plant: Asked,
+    plant: LoopRequest,
     /// The parameter along a row.
-    x: AxisAsked,
+    x: AxisRequest,
     /// The parameter from row to row.
-    y: AxisAsked,
+    y: AxisRequest,
 }
 
 /// Values of a parameter, at equal distances.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct AxisAsked {
+pub struct AxisRequest {
     /// The parameter: S, J, J/S, Kc, Ti, Kp, theta, tau or theta/tau.
     parameter: String,
     /// The first value.
@@ -248,7 +248,7 @@ pub struct AxisAsked {
     points: usize,
 }
 
-impl AxisAsked {
+impl AxisRequest {
     fn axis(&self) -> Answer<Axis> {
         let parameter = Parameter::by_name(&self.parameter)?;
         Ok(Axis::even(parameter, self.from, self.to, self.points.min(POINTS + 1))?)
@@ -259,10 +259,10 @@ impl AxisAsked {
 ///
 /// # Errors
 /// If there is no such loop or parameter.
-pub fn map(_: &Lab, asked: MapAsked, wanted: &Wanted) -> Answer<Map> {
+pub fn map(_: &Lab, asked: MapRequest, wanted: &Wanted) -> Answer<Map> {
     let (x, y) = (asked.x.axis()?, asked.y.axis()?);
     if x.values.len() * y.values.len() > POINTS {
-        return Err(Wrong::asked(format!("a map of the lab has at most {POINTS} points")));
+        return Err(Wrong::request(format!("a map of the lab has at most {POINTS} points")));
     }
     let l = continuous(&asked.plant)?;
     // On threads of its own: on those of all calls it would run before their work.

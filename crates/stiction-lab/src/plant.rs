@@ -4,12 +4,12 @@
 //! A week is read once, and again when the store, the log or the plant's file has changed. The search for loops that swing
 //! together may take long, so it runs in the background, and the page shows that it is running.
 
+mod entries;
 mod happened;
-mod said;
 mod scanning;
 mod trend;
 
-pub use said::{enter_note, enter_override, enter_snooze};
+pub use entries::{enter_note, enter_override, enter_snooze};
 pub use scanning::{begin_scan, stop_scan};
 pub use trend::{diagnose_window, trend};
 
@@ -347,7 +347,7 @@ pub fn status(lab: &Lab, _: Nothing) -> Answer<Now> {
 /// Which week is asked for.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct PageAsked {
+pub struct PageRequest {
     /// The week, such as `2026-W10`; the last one without it.
     #[serde(default)]
     week: Option<String>,
@@ -397,8 +397,8 @@ pub struct Map {
 ///
 /// # Errors
 /// If there is no such week, or the store cannot be read.
-pub fn page(lab: &Lab, asked: PageAsked) -> Answer<Page> {
-    let week = asked.week.map(|week| week.parse::<Week>()).transpose().map_err(Wrong::asked)?;
+pub fn page(lab: &Lab, asked: PageRequest) -> Answer<Page> {
+    let week = asked.week.map(|week| week.parse::<Week>()).transpose().map_err(Wrong::request)?;
     let room = &lab.plant;
     let of = room.week(week)?;
     let (groups, groups_wrong) = match room.groups.of(room.folder()?, &of) {
@@ -432,7 +432,7 @@ pub fn page(lab: &Lab, asked: PageAsked) -> Answer<Page> {
 /// Which loop is asked for.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LoopAsked {
+pub struct HistoryRequest {
     /// Its tag.
     #[serde(rename = "loop")]
     name: String,
@@ -448,16 +448,16 @@ pub struct LoopHistory {
     #[serde(rename = "loop")]
     name: String,
     /// Its windows of the half year up to the end of the week, in order of time.
-    windows: Vec<Told>,
+    windows: Vec<JudgedWindow>,
     /// Entries of the log for it, in the order of days.
-    entries: Vec<Said>,
+    entries: Vec<LogEntry>,
     /// Loops whose swing would reach it.
     upstream: Vec<String>,
 }
 
 /// A window of a loop.
 #[derive(Debug, Serialize, JsonSchema)]
-pub struct Told {
+pub struct JudgedWindow {
     /// Its first day.
     day: String,
     /// How many days it has.
@@ -468,14 +468,14 @@ pub struct Told {
 
 /// An entry of the log.
 #[derive(Debug, Serialize, JsonSchema)]
-pub struct Said {
+pub struct LogEntry {
     /// The entry of the log.
     entry: Entry,
     /// The same in words.
     words: String,
 }
 
-impl Said {
+impl LogEntry {
     fn of(entry: &Entry) -> Self {
         Self { entry: entry.clone(), words: entry.words() }
     }
@@ -485,21 +485,21 @@ impl Said {
 ///
 /// # Errors
 /// If there is no such loop.
-pub fn history(lab: &Lab, asked: LoopAsked) -> Answer<LoopHistory> {
-    let week = asked.week.map(|week| week.parse::<Week>()).transpose().map_err(Wrong::asked)?;
+pub fn history(lab: &Lab, asked: HistoryRequest) -> Answer<LoopHistory> {
+    let week = asked.week.map(|week| week.parse::<Week>()).transpose().map_err(Wrong::request)?;
     let of = lab.plant.week(week)?;
     let zone = &of.plant.zone;
     let name = log::loop_named(&of.plant, of.known.names(), &asked.name).map_err(Wrong::gone)?;
     let told = |row: &WindowRow| {
         let first = day::of(row.window_start as f64, zone);
         let last = day::of((row.window_start + row.window_s) as f64 - 1.0, zone);
-        Told { day: day::date(first), days: last + 1 - first, row: row.clone() }
+        JudgedWindow { day: day::date(first), days: last + 1 - first, row: row.clone() }
     };
     let facts = of.plant.facts(name);
     Ok(LoopHistory {
         name: name.to_owned(),
         windows: of.known.rows_of(name).iter().map(told).collect(),
-        entries: of.known.log().of(name).into_iter().map(Said::of).collect(),
+        entries: of.known.log().of(name).into_iter().map(LogEntry::of).collect(),
         upstream: facts.map(|facts| facts.upstream.clone()).unwrap_or_default(),
     })
 }

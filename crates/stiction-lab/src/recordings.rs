@@ -29,7 +29,7 @@ use stiction_io::summary::Summary;
 use stiction_io::{Reading, role::Role, scenario};
 use stiction_plant::overrides::{self, Date, Override, Overrides, Scope};
 use stiction_report::document::{Loop, Source};
-use stiction_report::report::{self, Folds, Table, Told, told::Piece};
+use stiction_report::report::{self, FirstScreen, Folds, Table, first_screen::Piece};
 
 /// The open files.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -111,7 +111,9 @@ pub fn open(lab: &Lab, which: Which) -> Answer<Opened> {
     match lab.recordings.read(&file) {
         Ok(reading) => Ok(opened(&file, &reading)),
         Err(wrong) => match file.columns() {
-            Ok(columns) => Ok(Opened { failure: Some(wrong.error), columns, ..told(&file) }),
+            Ok(columns) => {
+                Ok(Opened { failure: Some(wrong.error), columns, ..uninterpreted(&file) })
+            }
             Err(_) => Err(wrong),
         },
     }
@@ -127,12 +129,12 @@ fn opened(file: &File, reading: &Reading) -> Opened {
         summary: Some(summary),
         roles: reading.recognised.iter().map(|each| each.role.option_name()).collect(),
         columns: reading.recognised.iter().map(|each| each.column.clone()).collect(),
-        ..told(file)
+        ..uninterpreted(file)
     }
 }
 
 /// The corrections to a file by hand.
-fn told(file: &File) -> Opened {
+fn uninterpreted(file: &File) -> Opened {
     let own = file.own();
     let quoted = |text: &str| match text.contains([' ', '\'', '"', '$', '(', ')', '&', ';', '\\']) {
         true => format!("'{}'", text.replace('\'', "'\\''")),
@@ -231,7 +233,7 @@ pub struct Judged {
     /// The diagnosis, as `stiction diagnose --json` prints it.
     diagnosis: Diagnosis,
     /// The same in the words of the report.
-    told: Told,
+    first_screen: FirstScreen,
     /// Times of the slips of the valve, s on the recording's clock.
     slips: Vec<f64>,
 }
@@ -251,9 +253,9 @@ fn found(lab: &Lab, asked: &Stretch) -> Answer<Found> {
         (None, None) => whole.clone(),
         (from, to) => {
             let (from, to) = (from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
-            whole
-                .part(from, to, f64::INFINITY)
-                .ok_or_else(|| Wrong::asked("this stretch has no OP sample; select a longer one"))?
+            whole.part(from, to, f64::INFINITY).ok_or_else(|| {
+                Wrong::request("this stretch has no OP sample; select a longer one")
+            })?
         }
     };
     // In the order of the command: notes on the file before notes on the loop.
@@ -285,7 +287,7 @@ fn judged(
     let options = DiagnoseOptions { evidence, ..DiagnoseOptions::default() };
     let mut diagnosis = wanted.diagnose(&recording, &options)?;
     if let Some(path) = file.path() {
-        let kept = Overrides::read(&Overrides::path_beside(path))?;
+        let kept = Overrides::read(&Overrides::path_for(path))?;
         kept.overrule(&mut diagnosis, path, &source.sha256);
         diagnosis.notes.extend(kept.complaints());
     }
@@ -298,13 +300,13 @@ fn judged(
 /// If there is no such loop, or its times make no sense.
 pub fn verdict(lab: &Lab, asked: Stretch, wanted: &Wanted) -> Answer<Judged> {
     let (source, diagnosis) = judged(lab, &asked, false, wanted)?;
-    let told = report::told(&Loop { source: &source, diagnosis: &diagnosis });
+    let first_screen = report::first_screen(&Loop { source: &source, diagnosis: &diagnosis });
     let at = |segment: &stiction_diagnose::recording::Segment| {
         let time = |sample: usize| segment.from + sample as f64 * segment.sample_time;
         diagnosis.slips().unwrap_or_default().into_iter().map(time).collect()
     };
     let slips = diagnosis.segment().map(at).unwrap_or_default();
-    Ok(Judged { source, told, slips, diagnosis })
+    Ok(Judged { source, first_screen, slips, diagnosis })
 }
 
 /// A part of a report.
@@ -335,14 +337,14 @@ pub fn details(lab: &Lab, asked: More, wanted: &Wanted) -> Answer<Details> {
     let file = lab.recordings.file(&asked.of.file)?;
     let sha256 = lab.recordings.read(&file)?.sha256.clone();
     // Without the file there are no overrides.
-    let beside = file.path().and_then(|path| std::fs::read(Overrides::path_beside(path)).ok());
+    let beside = file.path().and_then(|path| std::fs::read(Overrides::path_for(path)).ok());
     let of = (asked.of, sha256, beside.unwrap_or_default());
-    let folds = match lab.recordings.told(&of) {
+    let folds = match lab.recordings.folds(&of) {
         Some(known) => known,
         None => {
             let (source, diagnosis) = judged(lab, &of.0, true, wanted)?;
             let folds = Arc::new(Folds::of(&Loop { source: &source, diagnosis: &diagnosis }));
-            lab.recordings.tell(of, Arc::clone(&folds));
+            lab.recordings.keep_folds(of, Arc::clone(&folds));
             folds
         }
     };
@@ -416,11 +418,11 @@ pub fn conclude(lab: &Lab, asked: Conclude) -> Answer<Concluded> {
     let reading = lab.recordings.read(&file)?;
     let name = recording(&reading, &asked.tag)?.name.clone();
     let Some(path) = file.path() else {
-        return Err(Wrong::asked(
+        return Err(Wrong::request(
             "the lab keeps overrides beside the recording, which it cannot do for a dropped file; open the file with `stiction lab FILE`",
         ));
     };
-    let kept_in = Overrides::path_beside(path);
+    let kept_in = Overrides::path_for(path);
     let file_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let Some(verdict) = &asked.verdict else {
         let removed = overrides::remove(&kept_in, |each| {
@@ -435,15 +437,15 @@ pub fn conclude(lab: &Lab, asked: Conclude) -> Answer<Concluded> {
     };
     let text = |text: &str| Some(text.trim().to_owned()).filter(|text| !text.is_empty());
     let reason = text(&asked.reason).ok_or_else(|| {
-        Wrong::asked("an override needs its reason; enter in a few words how you know")
+        Wrong::request("an override needs its reason; enter in a few words how you know")
     })?;
     let date = |day: &String| {
         day.parse::<Date>()
-            .map_err(|_| Wrong::asked(format!("\"{day}\" is no date; write it as 2026-12-31")))
+            .map_err(|_| Wrong::request(format!("\"{day}\" is no date; write it as 2026-12-31")))
     };
     let until = asked.until.as_ref().and_then(|day| text(day)).as_ref().map(date).transpose()?;
     if asked.all_recordings && until.is_none() {
-        return Err(Wrong::asked(
+        return Err(Wrong::request(
             "an override for all recordings needs a last day, such as 2026-12-31",
         ));
     }

@@ -68,7 +68,7 @@ impl Tapes {
     pub fn draw(kind: LoopKind, design: &Design, draw: &mut Draw) -> Result<Self> {
         let mut cause = draw.fork();
         let mut tapes = Self::length(kind, design, draw)?;
-        let mut later = cause.beside();
+        let mut later = cause.branch();
         while tapes.load.len() < design.all_steps() {
             tapes.go_on(Self::length(kind, design, &mut later)?);
         }

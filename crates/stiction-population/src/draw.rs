@@ -19,7 +19,7 @@ impl Draw {
     }
 
     /// Another stream, derived from the state of this one without changing it.
-    pub fn beside(&self) -> Self {
+    pub fn branch(&self) -> Self {
         Self::of(&[Self(self.0.clone()).seed(), 1])
     }
 

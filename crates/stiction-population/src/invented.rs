@@ -34,14 +34,14 @@ mod slugging;
 mod soft_linkage;
 mod sticking_float;
 mod surge_control;
-mod tested;
 mod titration;
 mod transport_by_flow;
 mod two_controllers;
+mod valve_trial;
 mod valves_in_series;
 mod winding_positioner;
 
-pub use tested::Unseen;
+pub use valve_trial::Unseen;
 
 use super::draw::Draw;
 use parts::Parts;

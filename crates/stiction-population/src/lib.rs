@@ -29,8 +29,8 @@ pub mod position;
 mod repaired;
 mod stem;
 mod switched;
-mod tested;
 mod truth;
+mod valve_trial;
 mod visibility;
 
 #[doc(hidden)]
@@ -45,8 +45,8 @@ pub use kind::LoopKind;
 pub use member::member;
 pub use mistaken::{Mistake, mistaken};
 pub use repaired::Repaired;
-pub use tested::{Carried, Operator, Tested, TestedValve, ToPlan, Trend};
 pub use truth::{Facts, Simulated, Truth};
+pub use valve_trial::{Operator, OperatorActions, Tested, TestedValve, ToPlan, Trend};
 
 /// Version of the population: it determines the loop of a seed.
 pub const VERSION: u32 = 5;

@@ -64,7 +64,7 @@ pub(super) fn simulate(
     // Deviation of the PV from that of a healthy valve with the same OP.
     let (played, missing) = match kind {
         LoopKind::Sticky => {
-            let s = design.s * beyond_what_happens(&mut of_valve.beside());
+            let s = design.s * beyond_what_happens(&mut of_valve.branch());
             let s = asked.unwrap_or(s.clamp(LEAST_S, MOST_S));
             valve = sticking(&design, s, &healthy[0], &mut of_valve)?;
             let run = plant.play(&valve.fittings)?;
@@ -72,7 +72,7 @@ pub(super) fn simulate(
                 true => (run, 0.0),
                 // It is as good as stuck, and looks like it.
                 false => {
-                    let (run, beside) = plant.play_beside(&valve.fittings, &healthy)?;
+                    let (run, beside) = plant.play_both(&valve.fittings, &healthy)?;
                     let missing = std(&differences(&beside, &run.pv));
                     (run, missing)
                 }
@@ -83,7 +83,7 @@ pub(super) fn simulate(
                 LoopKind::Stuck => stuck(&design, &healthy[0], &mut of_valve)?,
                 _ => sticking(&design, design.s, &healthy[0], &mut of_valve)?,
             };
-            let (run, beside) = plant.play_beside(&valve.fittings, &healthy)?;
+            let (run, beside) = plant.play_both(&valve.fittings, &healthy)?;
             let missing = std(&differences(&beside, &run.pv));
             (run, missing)
         }
@@ -715,7 +715,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_is_told() {
+    fn what_moves_is_reported() {
         for Simulated { recording, truth } in of(LoopKind::Stuck, 80) {
             if truth.facts.faulty_share == 1.0 {
                 assert!(!truth.moves, "{}", recording.name);

@@ -145,7 +145,7 @@ impl<'a> Plant<'a> {
     ///
     /// # Errors
     /// If the settings of a part are invalid.
-    pub fn play_beside(&self, valve: &[Fitting], other: &[Fitting]) -> Result<(Played, Vec<f64>)> {
+    pub fn play_both(&self, valve: &[Fitting], other: &[Fitting]) -> Result<(Played, Vec<f64>)> {
         let played = self.steps(valve, None, &mut Nobody)?;
         let beside = self.steps(other, Some(&played.op), &mut Nobody)?;
         let warm_up = self.design.warm_up;

@@ -242,7 +242,7 @@ fn the_longest_automatic_segment_is_judged() {
 }
 
 #[test]
-fn a_recording_of_bad_values_cannot_be_told() {
+fn a_recording_of_bad_values_cannot_be_reported() {
     let mut recording = sticky();
     for channel in [Some(&mut recording.op), recording.pv.as_mut()].into_iter().flatten() {
         channel.quality.fill(Quality::Bad);
@@ -270,7 +270,7 @@ fn the_op_alone_never_condemns() {
 }
 
 #[test]
-fn causes_of_oscillations_are_told_only_where_one_was_found() {
+fn causes_of_oscillations_are_reported_only_where_one_was_found() {
     let recording = sticky();
     let diagnosis = of(&recording);
     let segment = diagnosis.segment().unwrap();
@@ -297,7 +297,7 @@ fn an_op_at_its_limit_counts() {
 }
 
 #[test]
-fn only_the_methods_that_are_asked_are_computed_and_say_what_they_always_say() {
+fn only_the_methods_that_are_requested_are_computed_and_say_what_they_always_say() {
     let recording = sticky();
     let all = of(&recording);
     let asking = |detectors: Detectors| {

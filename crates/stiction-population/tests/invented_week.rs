@@ -12,8 +12,8 @@ const WEEK: f64 = 604_800.0;
 /// Most samples, over those of a record of the usual length.
 const LONGEST: f64 = 64.0;
 
-/// What is said of a loop.
-struct Said {
+/// What is judged of a loop.
+struct Judged {
     sticks: bool,
     /// Whether the week can show it, or the record of the usual length can. The likelihood alone would tell too few:
     /// its rows are at most 800, and those of a week are far apart.
@@ -24,8 +24,8 @@ struct Said {
     days: f64,
 }
 
-/// What is said of a loop of this kind after a week, or as much of it as the usual length allows.
-fn of(kind: Invention, seed: u64, sticks: bool) -> Said {
+/// What is judged of a loop of this kind after a week, or as much of it as the usual length allows.
+fn of(kind: Invention, seed: u64, sticks: bool) -> Judged {
     let duration = |time: &[f64]| time[time.len() - 1] - time[0];
     let usual = kind.simulate(seed, sticks).unwrap();
     // A longer record may reject a draw that the usual one accepts; S then differs.
@@ -35,7 +35,7 @@ fn of(kind: Invention, seed: u64, sticks: bool) -> Said {
     let verdict = diagnose(&made.recording, &options).unwrap().verdict;
     let decided = matches!(verdict.class, VerdictClass::Sticks | VerdictClass::DoesNotStick);
     let near = verdict.probability.is_some_and(|p| p <= SURE.0 || p >= SURE.1);
-    Said {
+    Judged {
         sticks,
         visible: made.visible || usual.visible && usual.s == made.s,
         class: verdict.class,
@@ -44,17 +44,17 @@ fn of(kind: Invention, seed: u64, sticks: bool) -> Said {
     }
 }
 
-fn print_row(kind: &str, said: &[Said]) {
-    let count = |which: &dyn Fn(&Said) -> bool| said.iter().filter(|one| which(one)).count();
-    let accused = |one: &Said| one.class == VerdictClass::Sticks;
-    let cleared = |one: &Said| one.class == VerdictClass::DoesNotStick;
+fn print_row(kind: &str, judged: &[Judged]) {
+    let count = |which: &dyn Fn(&Judged) -> bool| judged.iter().filter(|one| which(one)).count();
+    let accused = |one: &Judged| one.class == VerdictClass::Sticks;
+    let cleared = |one: &Judged| one.class == VerdictClass::DoesNotStick;
     // Sticking that no record can show is no error of either class.
-    let counts = |one: &Said| one.visible || !one.sticks;
-    let wrong = |one: &Said| counts(one) && one.sure && accused(one) != one.sticks;
+    let counts = |one: &Judged| one.visible || !one.sticks;
+    let wrong = |one: &Judged| counts(one) && one.sure && accused(one) != one.sticks;
     println!(
         "{kind:20} {:4.1} days; healthy {}: accused {}, cleared {}; visible sticking {}: found {}, \
          cleared {}; sure {}: wrong {}",
-        said.iter().map(|one| one.days).sum::<f64>() / said.len() as f64,
+        judged.iter().map(|one| one.days).sum::<f64>() / judged.len() as f64,
         count(&|one| !one.sticks),
         count(&|one| !one.sticks && accused(one)),
         count(&|one| !one.sticks && cleared(one)),
@@ -73,11 +73,11 @@ fn a_week_of_kinds_never_trained_on() {
     let mut all = vec![];
     for kind in Invention::THIRD {
         let loops = (70_000..70_000 + LOOPS).into_par_iter();
-        let said: Vec<Said> = loops
+        let judged: Vec<Judged> = loops
             .flat_map_iter(|seed| [false, true].map(|sticks| of(kind, seed, sticks)))
             .collect();
-        print_row(kind.name(), &said);
-        all.extend(said);
+        print_row(kind.name(), &judged);
+        all.extend(judged);
     }
     print_row("all", &all);
 }

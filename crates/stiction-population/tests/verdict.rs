@@ -101,7 +101,7 @@ fn a_verdict_follows_from_its_probability_and_adds_up() {
 }
 
 #[test]
-fn what_is_clear_is_said() {
+fn what_is_clear_is_reported() {
     // Shares of loops that are accused; the full figures stand in docs/accuracy.md.
     let accused = |kind: LoopKind, visible: bool| {
         let loops: Vec<_> = (0..60).map(|seed| kind.simulate(5_000 + seed).unwrap()).collect();

@@ -8,13 +8,13 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use stiction::methods::MethodId;
-use stiction::score::bench::exchange::{Heard, Said, heard};
+use stiction::score::bench::exchange::{AnswerLine, ParsedLine, parsed_line};
 use stiction::score::bench::key::key;
 use stiction::score::bench::leaderboard;
 use stiction::score::bench::results::{
     Detector, Label, Loops, Results, Submitted, joined, same_loops,
 };
-use stiction::scoreboard::{Answer, Asked, Errors, Interval, Share, answer_of};
+use stiction::scoreboard::{Answer, Errors, Interval, KnownLoop, Share, answer_of};
 use stiction::suite::{Known, Suite};
 use stiction_report::document;
 
@@ -37,7 +37,7 @@ enum Source {
 #[derive(Debug, Clone)]
 pub struct BenchLoop {
     recording: Recording,
-    asked: Asked,
+    asked: KnownLoop,
 }
 
 /// Name, version and command of a detector, and the line and time of each answer.
@@ -48,7 +48,7 @@ type Entry = (String, String, String, Vec<(String, f64)>);
 #[derive(Debug)]
 pub struct BenchResults {
     results: Results,
-    asked: Vec<Asked>,
+    asked: Vec<KnownLoop>,
 }
 
 #[pymethods]
@@ -86,7 +86,7 @@ impl BenchSuite {
             Source::Labelled(all) => {
                 let of = |(recording, label): &(Recording, Label)| BenchLoop {
                     recording: recording.clone(),
-                    asked: label.asked(),
+                    asked: label.known_loop(),
                 };
                 return Ok(all[first..until].iter().map(of).collect());
             }
@@ -109,7 +109,7 @@ impl BenchSuite {
         loops: Vec<PyRef<'_, BenchLoop>>,
         entries: Vec<Entry>,
     ) -> PyResult<BenchResults> {
-        let asked: Vec<Asked> = loops.iter().map(|each| each.asked.clone()).collect();
+        let asked: Vec<KnownLoop> = loops.iter().map(|each| each.asked.clone()).collect();
         let known = match &self.0 {
             Source::Suite(suite) => Loops::of(suite),
             Source::Labelled(all) => {
@@ -120,9 +120,9 @@ impl BenchSuite {
             .into_iter()
             .map(|(name, version, command, lines)| {
                 let answers = lines.iter().zip(&asked).map(|((line, time_s), asked)| {
-                    let answer = match heard(line, &asked.id) {
-                        Heard::Answer(answer) => answer,
-                        Heard::Other => Answer::none("the answer is about another loop", 0.0),
+                    let answer = match parsed_line(line, &asked.id) {
+                        ParsedLine::Answer(answer) => answer,
+                        ParsedLine::Other => Answer::none("the answer is about another loop", 0.0),
                     };
                     Answer { time_s: *time_s, ..answer }
                 });
@@ -192,7 +192,7 @@ impl BenchResults {
 
     /// Detector, loop and reason of each missing answer.
     fn failures(&self) -> Vec<(String, String, String)> {
-        let of = |name: &str, said: &Said| {
+        let of = |name: &str, said: &AnswerLine| {
             let reason = said.no_answer.clone()?;
             Some((name.to_owned(), said.id.clone(), reason))
         };
@@ -205,7 +205,7 @@ impl BenchResults {
 
 fn measured(
     py: Python<'_>,
-    measure: impl FnOnce() -> Result<(Results, Vec<Asked>), String> + Send + 'static,
+    measure: impl FnOnce() -> Result<(Results, Vec<KnownLoop>), String> + Send + 'static,
 ) -> PyResult<BenchResults> {
     let (results, asked) = long(py, None, move |_| measure())?.map_err(PyValueError::new_err)?;
     Ok(BenchResults { results, asked })
@@ -248,7 +248,7 @@ fn bench_answer(py: Python<'_>, recording: &Recording, method: Option<&str>) -> 
     let recording = recording.recording.clone();
     let name = recording.name.clone();
     let answer = py.detach(move || answer_of(&recording, method)).map_err(refused)?;
-    Ok(Said::of(&name, &answer).line())
+    Ok(AnswerLine::of(&name, &answer).line())
 }
 
 /// Results in texts, each with its origin, measured again together.
@@ -272,11 +272,11 @@ fn bench_read(
             Some(name) => {
                 let suite = suite(name, passphrase.as_deref().filter(|_| loops.hidden))?;
                 let asked = |k| suite.known(k).map(|known| known.asked);
-                let all: stiction::Result<Vec<Asked>> =
+                let all: stiction::Result<Vec<KnownLoop>> =
                     (0..suite.len()).into_par_iter().map(asked).collect();
                 (Loops::of(&suite), all.map_err(|e| e.to_string())?)
             }
-            None => (loops.clone(), loops.labels.iter().map(Label::asked).collect()),
+            None => (loops.clone(), loops.labels.iter().map(Label::known_loop).collect()),
         };
         Ok((joined(TOOL, &submitted, loops, &asked)?, asked))
     })

@@ -110,7 +110,7 @@ type Seen = (
 /// Information on loops for their diagnosis.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct Told {
+pub struct LoopOptions {
     loop_type: Option<String>,
     /// None means all.
     detectors: Option<Vec<String>>,
@@ -118,7 +118,7 @@ pub struct Told {
     dead_time: Option<f64>,
 }
 
-impl Told {
+impl LoopOptions {
     /// The options with this information.
     pub fn options(self) -> PyResult<DiagnoseOptions> {
         let loop_type = self.loop_type.map(|name| LoopType::by_name(&name)).transpose();
@@ -142,7 +142,7 @@ impl Told {
 fn diagnose_recordings(
     py: Python<'_>,
     recordings: Vec<Recording>,
-    told: Told,
+    told: LoopOptions,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Vec<Diagnosed>> {
     let options = told.options()?;

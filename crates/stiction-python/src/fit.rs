@@ -1,7 +1,7 @@
 //! The fitted loop of a recording, its scenario, the effects of actions, and their comparison with a later recording.
 
 use crate::closed_loop::Scenario;
-use crate::diagnosis::Told;
+use crate::diagnosis::LoopOptions;
 use crate::dict::plain;
 use crate::errors::{refused, unread};
 use crate::long::long;
@@ -75,7 +75,7 @@ impl Fitted {
         &self,
         py: Python<'py>,
         after: Recording,
-        told: Told,
+        told: LoopOptions,
         action: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         let action = Remedy::by_name(action).map_err(refused)?;
@@ -91,7 +91,7 @@ impl Fitted {
     }
 }
 
-fn diagnosed(py: Python<'_>, recording: &Recording, told: Told) -> PyResult<Diagnosis> {
+fn diagnosed(py: Python<'_>, recording: &Recording, told: LoopOptions) -> PyResult<Diagnosis> {
     let options = told.options()?;
     let (name, recording) = (recording.recording.name.clone(), Arc::clone(&recording.recording));
     long(py, None, move |_| diagnose(&recording, &options))?
@@ -103,7 +103,7 @@ fn diagnosed(py: Python<'_>, recording: &Recording, told: Told) -> PyResult<Diag
 fn fit_recording(
     py: Python<'_>,
     recording: Recording,
-    told: Told,
+    told: LoopOptions,
     draws: usize,
     seed: u64,
 ) -> PyResult<Fitted> {

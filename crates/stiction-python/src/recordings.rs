@@ -336,7 +336,7 @@ fn recording_kept(
 /// The user's information on a file or table.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct Told {
+struct ReadingOptions {
     mapping: Option<PathBuf>,
     /// `ROLE=COLUMN`.
     columns: Vec<String>,
@@ -358,7 +358,7 @@ struct Told {
     bad_value: Vec<f64>,
 }
 
-impl Told {
+impl ReadingOptions {
     /// The options, where this information takes precedence over the mapping file.
     fn options(self) -> PyResult<ReadOptions> {
         let wrong = |name: &str, words: String| PyValueError::new_err(format!("{name}: {words}"));
@@ -422,7 +422,11 @@ fn recordings(reading: Reading) -> Vec<Recording> {
 
 /// The recordings in a file.
 #[pyfunction]
-fn read_recordings(py: Python<'_>, path: PathBuf, told: Told) -> PyResult<Vec<Recording>> {
+fn read_recordings(
+    py: Python<'_>,
+    path: PathBuf,
+    told: ReadingOptions,
+) -> PyResult<Vec<Recording>> {
     let options = told.options()?;
     long(py, None, move |_| stiction_io::reading::read(&path, &options))?
         .map(recordings)
@@ -430,7 +434,7 @@ fn read_recordings(py: Python<'_>, path: PathBuf, told: Told) -> PyResult<Vec<Re
 }
 
 /// The recordings in a table.
-fn of_sheet(py: Python<'_>, sheet: Sheet, told: Told) -> PyResult<Vec<Recording>> {
+fn of_sheet(py: Python<'_>, sheet: Sheet, told: ReadingOptions) -> PyResult<Vec<Recording>> {
     let options = told.options()?;
     long(py, None, move |_| stiction_io::reading::of_sheet(sheet, &options))?
         .map(recordings)
@@ -456,7 +460,7 @@ fn recordings_of_columns(
     py: Python<'_>,
     origin: &str,
     columns: Vec<(String, Given<'_>)>,
-    told: Told,
+    told: ReadingOptions,
 ) -> PyResult<Vec<Recording>> {
     let column = |(name, given): (String, Given<'_>)| -> PyResult<Column> {
         let cells = match given {
@@ -487,7 +491,7 @@ fn recordings_of_arrow(
     py: Python<'_>,
     origin: &str,
     table: AnyRecordBatch,
-    told: Told,
+    told: ReadingOptions,
 ) -> PyResult<Vec<Recording>> {
     of_sheet(py, sheet_of(origin, table)?, told)
 }

@@ -6,9 +6,9 @@
 //! * [`fitted_scenario`]: a fitted loop as a scenario;
 //! * [`report`]: the interactive report on recorded loops;
 //! * [`sheet`]: tables as CSV, safe for spreadsheets;
-//! * [`test_sheet`]: the sheet of a valve test, to print and to fill in;
-//! * [`test_answers`]: the figure of the PV's responses;
-//! * [`test_page`]: the page of a test, and of two with a repair between them.
+//! * [`valve_test_sheet`]: the sheet of a valve test, to print and to fill in;
+//! * [`valve_test_figure`]: the figure of the PV's responses;
+//! * [`valve_test_page`]: the page of a test, and of two with a repair between them.
 //!
 //! Nothing here reads or writes files. Functions return strings and bytes, and equal input gives equal output.
 #![forbid(unsafe_code)]
@@ -18,9 +18,9 @@ pub mod fitted_scenario;
 pub mod report;
 pub mod sheet;
 pub mod table;
-pub mod test_answers;
-pub mod test_page;
-pub mod test_sheet;
+pub mod valve_test_figure;
+pub mod valve_test_page;
+pub mod valve_test_sheet;
 pub mod words;
 
 pub use stiction_figure::Error;

@@ -30,6 +30,7 @@
 
 mod diagnosis;
 pub mod evidence;
+pub mod first_screen;
 mod fitted;
 pub mod folder;
 mod head;
@@ -38,14 +39,13 @@ pub mod layout;
 pub(crate) mod moment;
 mod over_time;
 mod small_trend;
-pub mod told;
 mod verdict;
 pub mod views;
 
 pub use diagnosis::html;
+pub use first_screen::{FirstScreen, Folds, first_screen};
 pub use folder::{Folder, Heading};
 pub use history::history_html;
 pub use layout::{Badge, Block, Card, Column, Fact, Report, Section, Table, Tone};
 pub use small_trend::{Small, small_trend};
-pub use told::{Folds, Told, told};
 pub use views::Context;

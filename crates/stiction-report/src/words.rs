@@ -398,14 +398,14 @@ pub fn overruled(overruled: &Override) -> String {
     }
     format!(
         "Overruled by {who}: the valve {} ({}). This holds for {} ({}).",
-        said(overruled.verdict),
+        verb(overruled.verdict),
         overruled.reason.trim_end_matches('.'),
         overruled.scope,
         overruled.kept_in
     )
 }
 
-fn said(verdict: VerdictClass) -> &'static str {
+fn verb(verdict: VerdictClass) -> &'static str {
     match verdict {
         VerdictClass::CannotTell => "cannot be judged",
         verb => verb.name(),

@@ -19,7 +19,7 @@ use stiction_io::reading::read;
 use stiction_population::member;
 use stiction_report::document::{Loop, Point, Source, Valve, ValveHistory};
 use stiction_report::report::{history_html, html};
-use stiction_report::test_page::{self, Signed, Tested};
+use stiction_report::valve_test_page::{self, Signed, Tested};
 
 /// Rules that are shared with other tests.
 #[derive(Deserialize)]
@@ -416,7 +416,7 @@ fn no_page_of_a_valve_test_contradicts_itself() {
         let source = Source { file: "a.csv".to_owned(), sha256: String::new() };
         if let Ok(signature) = valve_test::signature(recording, &GridOptions::default()) {
             let signed = Signed { source: &source, recording, signature: &signature };
-            let texts = texts(&test_page::signature("tool", signed).unwrap());
+            let texts = texts(&valve_test_page::signature("tool", signed).unwrap());
             let slips: Vec<&String> = texts.iter().filter(|text| SHARED.is_slip(text)).collect();
             assert!(slips.is_empty(), "{}: {slips:?}", path.display());
             let sticks = texts.iter().any(|text| text.contains("The valve sticks"));
@@ -425,7 +425,7 @@ fn no_page_of_a_valve_test_contradicts_itself() {
         }
         let test = valve_test::read(recording, &valve_test::ReadOptions::default()).unwrap();
         let tested = Tested { source: &source, recording, test: &test };
-        let texts = texts(&test_page::reading("tool", tested).unwrap());
+        let texts = texts(&valve_test_page::reading("tool", tested).unwrap());
         let says = |wanted: &str| texts.iter().any(|text| text.contains(wanted));
         let slips: Vec<&String> = texts.iter().filter(|text| SHARED.is_slip(text)).collect();
         assert!(slips.is_empty(), "{}: {slips:?}", path.display());

@@ -10,7 +10,7 @@
 
 mod job;
 
-use crate::scoreboard::Asked;
+use crate::scoreboard::KnownLoop;
 use job::Job;
 pub use job::Part;
 use stiction_diagnose::recording::Recording;
@@ -31,7 +31,7 @@ pub struct Known {
     /// Its recording, which has its name.
     pub recording: Recording,
     /// Its truth and its groups.
-    pub asked: Asked,
+    pub asked: KnownLoop,
 }
 
 /// The content of a suite.

@@ -6,7 +6,7 @@ use stiction_diagnose::diagnose::{Estimate, Ruling, VerdictClass};
 use stiction_diagnose::{finding, methods};
 use stiction_population::LoopKind;
 use stiction_score::page::{self, Scoreboard};
-use stiction_score::scoreboard::{Board, Member, MethodRow, Said, Scored, Truth};
+use stiction_score::scoreboard::{Board, Member, MethodResult, MethodRow, Scored, Truth};
 
 /// Loops whose probabilities and statistics rank most of them as they are.
 fn loops() -> Vec<Scored> {
@@ -22,7 +22,7 @@ fn loops() -> Vec<Scored> {
                 p if p < 0.4 => VerdictClass::DoesNotStick,
                 _ => VerdictClass::CannotTell,
             };
-            let said = |index: usize, statistic: Option<f64>| Said {
+            let said = |index: usize, statistic: Option<f64>| MethodResult {
                 method: detectors[index].method(),
                 statistic,
                 threshold: Some(0.5),

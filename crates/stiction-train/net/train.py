@@ -221,7 +221,7 @@ def logits(net, loops, rows):
     return np.concatenate(out)
 
 
-def told(name, logit, fault):
+def printed(name, logit, fault):
     """Prints how well log-odds rank, and their log loss."""
     order = np.argsort(logit, kind="stable")
     ranks = np.empty(len(order))
@@ -259,9 +259,9 @@ def main():
         net = train(loops, taught, args.passes, fold)
         packed += net.packed()
         said = logits(net, fresh, rows)
-        told(f"net {fold + 1}, fresh loops", said, fresh.fault[rows])
+        printed(f"net {fold + 1}, fresh loops", said, fresh.fault[rows])
         sum_of_all = sum_of_all + said
-    told("mean, fresh loops", sum_of_all / nets, fresh.fault[rows])
+    printed("mean, fresh loops", sum_of_all / nets, fresh.fault[rows])
     with open(args.output, "wb") as file:
         file.write(b"STICNET1" + struct.pack("B", nets) + packed)
 

@@ -361,7 +361,7 @@ impl Left {
         sure
     }
 
-    fn told(&self, [clearing, accusing]: [f64; 2]) -> Sure {
+    fn confidence(&self, [clearing, accusing]: [f64; 2]) -> Sure {
         self.sure(false, clearing).with(self.sure(true, accusing))
     }
 
@@ -433,7 +433,7 @@ impl Families {
             let mut sure = Sure::default();
             for (log_odds, hit, weight) in self.left.iter().filter(of).flat_map(|each| &each.judged)
             {
-                let p = self.confidence.told(sigmoid(*log_odds));
+                let p = self.confidence.reported(sigmoid(*log_odds));
                 if p <= clear || p >= accuse {
                     sure.all += weight;
                     sure.wrong += if *hit == (p <= clear) { *weight } else { 0.0 };
@@ -463,7 +463,7 @@ impl Families {
             let stretch = stretch(&others);
             let scored: Vec<(f64, bool)> =
                 each.judged.iter().map(|(l, hit, _)| (*l, *hit)).collect();
-            let decided = each.told([4f64.ln(); 2]);
+            let decided = each.confidence([4f64.ln(); 2]);
             let total: f64 = each.judged.iter().map(|(.., weight)| weight).sum();
             let own = logit(SURE);
             let name = match (&each.name[..], each.counted) {
@@ -480,7 +480,7 @@ impl Families {
                 100.0 * (1.0 - decided.share()),
                 each.sure(false, own),
                 each.sure(true, own),
-                each.told(from),
+                each.confidence(from),
                 each.covered(1.0),
                 each.covered(stretch),
                 each.limit,
@@ -490,7 +490,7 @@ impl Families {
         let Confidence { clearing, accusing } = self.confidence;
         let counted: Vec<&Left> = self.left.iter().filter(|each| each.counted).collect();
         let from = thresholds(&counted);
-        let above = counted.iter().filter(|each| each.told(from).is_above()).count();
+        let above = counted.iter().filter(|each| each.confidence(from).is_above()).count();
         let told = |accusing: bool, above: f64| {
             counted.iter().fold(Sure::default(), |sum, each| sum.with(each.sure(accusing, above)))
         };
@@ -582,7 +582,7 @@ mod tests {
         let wrong =
             left((0..400).map(|k| (9.0 - 18.0 * f64::from(k % 2), k % 2 == 1, 1.0)).collect());
         let map = confidence(&[&wrong, &wrong, &wrong]);
-        assert!(map.told(1e-9) > 1.0 - SURE && map.told(1.0 - 1e-9) < SURE);
+        assert!(map.reported(1e-9) > 1.0 - SURE && map.reported(1.0 - 1e-9) < SURE);
     }
 
     #[test]

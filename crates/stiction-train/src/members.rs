@@ -142,7 +142,7 @@ fn evidence(recording: &Recording) -> stiction_model::Result<Option<(Evidence, O
         let prepared = Prepared::of(&windows[windows.len() / 2]).ok()?;
         let evidence = Evidence::of_prepared(&prepared);
         let told = evidence.information.as_ref();
-        let heard = told.and_then(|told| Input::of(&prepared, &told.beside));
+        let heard = told.and_then(|told| Input::of(&prepared, &told.added_stem));
         Some((evidence, heard))
     }))
 }

@@ -99,7 +99,7 @@ def logit(p: float) -> float:
     return float(np.log(p / (1.0 - p)))
 
 
-def told(log_odds: np.ndarray, sides: list[tuple[float, float]]) -> np.ndarray:
+def reported(log_odds: np.ndarray, sides: list[tuple[float, float]]) -> np.ndarray:
     """The reported log-odds, as `Confidence::told`."""
     free, sure = logit(1.0 - FREE), logit(SURE)
     size = np.abs(log_odds)
@@ -373,8 +373,8 @@ def main() -> int:
     log_odds = out_of_fold(FAULT, valves, columns, fault, valves.known, raw=True, monotone_constraints=own)
     left = [] if asked.fast else without_families(valves, columns, own)
     sides = sides_of(left, valves.reached) if left else [(reached, np.inf) for reached in valves.reached]
-    p = sigmoid(told(log_odds, sides))
-    families = [(sigmoid(told(each, sides)), truth) for _, each, truth in left]
+    p = sigmoid(reported(log_odds, sides))
+    families = [(sigmoid(reported(each, sides)), truth) for _, each, truth in left]
     accuse, clear = thresholds(p, valves, families) if left else (0.9, 0.1)
     quantiles = [out_of_fold(S, valves, columns, valves.ln_s, valves.has_s, alpha=alpha) for alpha in (0.05, 0.5, 0.95)]
     shifts = s_shifts(quantiles, valves.ln_s, valves.has_s & valves.whole)
@@ -411,7 +411,7 @@ def main() -> int:
     if (asked.folder / "invented.pools").exists():
         other = Valves(asked.folder, "invented")
         raw = final.predict(other.x[:, columns], raw_score=True)
-        q = sigmoid(told(raw, sides))
+        q = sigmoid(reported(raw, sides))
         card += "\n## Kinds that are never trained on\n\n" + lengths(other, q, accuse, clear) + "\n" + calibration(other, q) + "\n" + HEAD
         for kind in np.unique(other.kind):
             of = other.several & (other.kind == kind)

@@ -167,7 +167,7 @@ class Odbc(Source):
             # The password is appended to it.
             self._connection = arrow_odbc.connect(known.rstrip(";") + ";", password=self._password, login_timeout_sec=CONNECT_S, autocommit=False)
         except self._error as error:
-            raise Refused(f"{redacted(url)}: {self._told(error)}") from None
+            raise Refused(f"{redacted(url)}: {self._without_password(error)}") from None
         for self._quote in ('"', "`"):
             self._table = ".".join(self.quoted(part) for part in table.split("."))
             try:
@@ -182,7 +182,7 @@ class Odbc(Source):
     def quoted(self, column: str) -> str:
         return self._quote + column.replace(self._quote, 2 * self._quote) + self._quote
 
-    def _told(self, error: Exception) -> str:
+    def _without_password(self, error: Exception) -> str:
         """The message of a driver in one line, without the password."""
         text = " ".join(str(error).split())
         return text.replace(self._password, "...") if self._password else text
@@ -195,7 +195,7 @@ class Odbc(Source):
                 query_timeout_sec=STATEMENT_S,
             )  # fmt: skip
         except self._error as error:
-            raise Refused(f"table {self.name}: {self._told(error)}") from None
+            raise Refused(f"table {self.name}: {self._without_password(error)}") from None
 
     def time(self, at: datetime, column: str) -> str:
         # The driver turns this into what its database understands. Some databases know no parts of a second.
@@ -207,7 +207,7 @@ class Odbc(Source):
             for batch in batches:
                 yield from zip(*(column.to_pylist() for column in batch.columns))
         except self._error as error:
-            raise Refused(f"table {self.name}: {self._told(error)}{LATER}") from None
+            raise Refused(f"table {self.name}: {self._without_password(error)}{LATER}") from None
 
     def close(self) -> None:
         # Without a reference to it, the connection is closed.

@@ -129,7 +129,7 @@ def probe(spark: Any) -> None:
     """
     expected = _made_by()
 
-    def asked(_batches: Any) -> Iterator[Any]:
+    def version_of(_batches: Any) -> Iterator[Any]:
         import socket
 
         import pyarrow
@@ -146,11 +146,11 @@ def probe(spark: Any) -> None:
         yield pyarrow.RecordBatch.from_pydict(row)
 
     # Sent as code, because its module may be missing there.
-    asked.__module__ = "__main__"
+    version_of.__module__ = "__main__"
     count = 2 * _cores(spark)
     try:
         of_each = spark.range(0, count, 1, count).mapInArrow(
-            asked, "host STRING, version STRING, model STRING, problem STRING"
+            version_of, "host STRING, version STRING, model STRING, problem STRING"
         )
         answers = of_each.distinct().collect()
     except Exception as error:

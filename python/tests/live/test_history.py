@@ -137,7 +137,7 @@ def test_continuations_and_values_without_an_end_come_to_one(monkeypatch):
     assert asked == 100 and [part.end for part in unread] == [1 << 50]
 
 
-def test_a_node_that_is_refused_among_others_is_asked_alone():
+def test_a_node_that_is_refused_among_others_is_requested_alone():
     reading = history.Reading([0, 1], 0, 10, together=2, time_of=lambda value: value, key_of=lambda value: value)
     spans = reading.next()
     assert len(spans) == 2

@@ -159,7 +159,7 @@ def test_expired_and_foreign_certificates_are_refused_even_if_trusted(tmp_path):
         opcua.check_certificate(certificate("urn:other"), "urn:server", "plant-server", security)
 
 
-def test_the_names_in_a_certificate_are_compared_unless_it_is_said_otherwise(tmp_path):
+def test_the_names_in_a_certificate_are_compared_unless_it_is_reported_otherwise(tmp_path):
     security, said = opcua.Security(folder=tmp_path, trust_first=True), []
     here = certificate(hosts=[x509.DNSName(socket.gethostname())])
     for data, host in [(certificate(), "other"), (certificate(hosts=()), "plant-server"), (here, "plant-server"), (certificate(), "fd00::2")]:

@@ -531,7 +531,7 @@ def test_a_cut_connection_loses_nothing_with_a_history(live, silent):
     assert recorded(live.watched) == of_plant(live.plant, server.info["begin"], server.info["end"])
 
 
-def test_jumps_removed_tags_and_other_types_are_told_and_store_no_wrong_value(live):
+def test_jumps_removed_tags_and_other_types_are_reported_and_store_no_wrong_value(live):
     server = live.serve("--speed", "300", "--last", "3600", "--no-history")
     watch = live.watch("--security", "none", "--check", "1s")
     watch.says("connected to")
@@ -693,7 +693,7 @@ def test_a_flood_is_stored(live):
     assert count >= answer["flooded"] and tags > 10
 
 
-def test_a_full_disk_is_told_and_its_gap_is_filled(live):
+def test_a_full_disk_is_reported_and_its_gap_is_filled(live):
     if os.geteuid() != 0 or os.system(f"mount -t tmpfs -o size=600k none {live.watched} 2>/dev/null") != 0:
         pytest.skip("a small disk needs root")
     try:

@@ -16,7 +16,7 @@ use stiction::score::bench::exchange;
 use stiction::score::bench::key::key;
 use stiction::score::bench::leaderboard;
 use stiction::score::bench::results::{Detector, Entrant, Label, Loops, Results};
-use stiction::scoreboard::{Answer, Asked, answers_of};
+use stiction::scoreboard::{Answer, KnownLoop, answers_of};
 use stiction::suite::{Known, Suite};
 
 /// The variable of the environment that holds the passphrase of a hidden half.
@@ -64,15 +64,15 @@ impl Source {
             Self::Suite(suite) => Ok(suite.known(index)?),
             Self::Labels(entries) => {
                 let known = labelled::load(&entries[index])?;
-                Ok(Known { recording: known.recording, asked: entries[index].label().asked() })
+                Ok(Known { recording: known.recording, asked: entries[index].label().known_loop() })
             }
         }
     }
 
     /// The truth about all of them.
-    pub fn asked(&self) -> Result<Vec<Asked>> {
+    pub fn known_loops(&self) -> Result<Vec<KnownLoop>> {
         if let Self::Labels(entries) = self {
-            return Ok(entries.iter().map(|entry| entry.label().asked()).collect());
+            return Ok(entries.iter().map(|entry| entry.label().known_loop()).collect());
         }
         let progress = progress::bar("simulating", self.len());
         let one = |k: usize| {
@@ -105,7 +105,7 @@ pub fn program(
     source: &Source,
     how: &How,
     processes: Option<usize>,
-) -> Result<(Vec<Asked>, Vec<Answer>)> {
+) -> Result<(Vec<KnownLoop>, Vec<Answer>)> {
     let n = source.len();
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     let next = AtomicUsize::new(0);
@@ -151,9 +151,9 @@ fn line(recording: &Recording) -> std::result::Result<String, String> {
 }
 
 /// The answers of the verdict and of the methods that the options ask for.
-pub fn own(source: &Source, options: &DiagnoseOptions) -> Result<(Vec<Asked>, Vec<Entrant>)> {
+pub fn own(source: &Source, options: &DiagnoseOptions) -> Result<(Vec<KnownLoop>, Vec<Entrant>)> {
     let progress = progress::bar("diagnosing", source.len());
-    let one = |k: usize| -> Result<(Asked, Answers)> {
+    let one = |k: usize| -> Result<(KnownLoop, Answers)> {
         let Known { recording, asked } = source.known(k)?;
         let started = Instant::now();
         let diagnosis = diagnose(&recording, options).with_context(|| asked.id.clone())?;
@@ -166,7 +166,7 @@ pub fn own(source: &Source, options: &DiagnoseOptions) -> Result<(Vec<Asked>, Ve
     };
     let all: Result<Vec<_>> = (0..source.len()).into_par_iter().map(one).collect();
     progress.finish_and_clear();
-    let (asked, answers): (Vec<Asked>, Vec<Answers>) = all?.into_iter().unzip();
+    let (asked, answers): (Vec<KnownLoop>, Vec<Answers>) = all?.into_iter().unzip();
     let mut entries: Vec<Entrant> = vec![];
     for (k, each) in answers.into_iter().enumerate() {
         for (at, (name, answer)) in each.into_iter().enumerate() {

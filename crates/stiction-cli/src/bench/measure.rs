@@ -80,7 +80,7 @@ impl Measured {
     /// Computes the median times.
     pub fn finish(mut self, plan: &Plan<'_>) -> Result<Self> {
         if plan.time {
-            let detectors = plan.options.detectors.asked();
+            let detectors = plan.options.detectors.selected();
             let names = detectors.iter().map(|detector| detector.method().name.to_owned());
             let names = std::iter::once("whole diagnosis".to_owned()).chain(names);
             self.times = names
@@ -104,7 +104,7 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
     let mut times = vec![];
     if plan.time {
         times.push(microseconds(started));
-        times.extend(times_of_methods(&diagnosis, &plan.options.detectors.asked()));
+        times.extend(times_of_methods(&diagnosis, &plan.options.detectors.selected()));
     }
     let report = match plan.reports {
         Some(folder) => {

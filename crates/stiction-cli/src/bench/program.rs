@@ -6,7 +6,7 @@ use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
-use stiction::score::bench::exchange::{Heard, heard};
+use stiction::score::bench::exchange::{ParsedLine, parsed_line};
 use stiction::scoreboard::Answer;
 
 /// Starts in sequence without any answer, after which a program is not started again.
@@ -82,15 +82,15 @@ impl<'a> Program<'a> {
             let left = limit.saturating_sub(asked.elapsed());
             let time_s = || asked.elapsed().as_secs_f64();
             match running.lines.recv_timeout(left) {
-                Ok(text) => match heard(&text, id) {
-                    Heard::Answer(answer) => {
+                Ok(text) => match parsed_line(&text, id) {
+                    ParsedLine::Answer(answer) => {
                         let time_s = time_s();
                         running.answered = true;
                         self.running = Some(running);
                         self.vain = 0;
                         return Answer { time_s, ..answer };
                     }
-                    Heard::Other => other = Some(text),
+                    ParsedLine::Other => other = Some(text),
                 },
                 Err(RecvTimeoutError::Timeout) => {
                     let time_s = time_s();
@@ -135,7 +135,7 @@ impl Running {
             .stderr(Stdio::piped())
             .spawn()?;
         let (input, asked) = channel::<Arc<str>>();
-        let (heard, lines) = sync_channel(64);
+        let (parsed_line, lines) = sync_channel(64);
         let errors = Arc::new(Mutex::new(vec![]));
         if let Some(mut to) = child.stdin.take() {
             std::thread::spawn(move || {
@@ -147,7 +147,7 @@ impl Running {
             });
         }
         if let Some(from) = child.stdout.take() {
-            std::thread::spawn(move || listen(from, &heard));
+            std::thread::spawn(move || listen(from, &parsed_line));
         }
         if let Some(from) = child.stderr.take() {
             let errors = Arc::clone(&errors);

@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::io::{BufRead, Write};
 use stiction::methods::MethodId;
-use stiction::score::bench::exchange::{self, Said};
+use stiction::score::bench::exchange::{self, AnswerLine};
 use stiction::score::bench::results::{Label, Results, Submitted, joined, same_loops};
 use stiction::score::bench::{datasheet, leaderboard};
-use stiction::scoreboard::{Asked, answer_of};
+use stiction::scoreboard::{KnownLoop, answer_of};
 use stiction::suite::Known;
 use stiction_io::whole::WholeFile;
 use stiction_report::sheet::Sheet;
@@ -144,7 +144,7 @@ fn write_suite(args: &SuiteArgs) -> Result<()> {
     let progress = progress::bar("simulating", suite.len());
     let mut all = vec![];
     for from in (0..suite.len()).step_by(BATCH) {
-        let batch: Vec<(String, Asked)> = (from..suite.len().min(from + BATCH))
+        let batch: Vec<(String, KnownLoop)> = (from..suite.len().min(from + BATCH))
             .into_par_iter()
             .map(|k| {
                 let Known { recording, asked } = suite.known(k)?;
@@ -173,7 +173,7 @@ fn write_suite(args: &SuiteArgs) -> Result<()> {
     output::line(format!("{} loops; see {}", suite.len(), folder.display()))
 }
 
-fn truth(all: &[Asked]) -> Result<String> {
+fn truth(all: &[KnownLoop]) -> Result<String> {
     let mut sheet = Sheet::new([
         "id",
         "kind",
@@ -186,7 +186,7 @@ fn truth(all: &[Asked]) -> Result<String> {
         "groups",
     ])?;
     let say = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
-    for Asked { id, truth, groups } in all {
+    for KnownLoop { id, truth, groups } in all {
         let groups: Vec<String> =
             groups.iter().map(|(name, value)| format!("{name}: {value}")).collect();
         sheet.row([
@@ -208,7 +208,7 @@ fn truth(all: &[Asked]) -> Result<String> {
 struct Again {
     /// Each file with its name.
     submitted: Vec<(String, Submitted)>,
-    asked: Vec<Asked>,
+    asked: Vec<KnownLoop>,
     /// All of them, measured again together.
     results: Results,
 }
@@ -225,9 +225,9 @@ fn read(files: &[In]) -> Result<Again> {
     let (loops, asked) = match &loops.suite {
         Some(name) => {
             let source = Source::suite(name, loops.hidden)?;
-            (source.loops(), source.asked()?)
+            (source.loops(), source.known_loops()?)
         }
-        None => (loops.clone(), loops.labels.iter().map(Label::asked).collect()),
+        None => (loops.clone(), loops.labels.iter().map(Label::known_loop).collect()),
     };
     let results = joined(output::TOOL, &submitted, loops, &asked).map_err(|e| anyhow!(e))?;
     Ok(Again { submitted, asked, results })
@@ -276,7 +276,7 @@ fn answer(args: &AnswerArgs) -> Result<()> {
         let answer = answer_of(&recording, method)
             .with_context(|| format!("standard input, line {}, {}", k + 1, recording.name))?;
         // A detector answers at once, so each line is flushed.
-        writeln!(out, "{}", Said::of(&recording.name, &answer).line())
+        writeln!(out, "{}", AnswerLine::of(&recording.name, &answer).line())
             .and_then(|()| out.flush())?;
     }
     Ok(())

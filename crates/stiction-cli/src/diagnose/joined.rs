@@ -44,7 +44,7 @@ fn not_of_the_whole(files: &[Found]) -> stiction_io::Result<Vec<String>> {
             continue;
         }
         let path = Path::new(&source.file);
-        let kept = Overrides::read(&Overrides::path_beside(path))?;
+        let kept = Overrides::read(&Overrides::path_for(path))?;
         let of_file = |each: &&Override| {
             each.loop_name == recording.name
                 && matches!(&each.scope, Scope::File { sha256, .. }

@@ -154,7 +154,7 @@ fn weighed(diagnosis: &Diagnosis) -> String {
     list("but", &verdict.contradictions);
     if let Some(silence) = diagnosis.silence() {
         for (k, fault) in Fault::behind(silence).iter().enumerate() {
-            let text = format!("- {}: {}", fault.name(), fault.told_by());
+            let text = format!("- {}: {}", fault.name(), fault.check());
             out += &field(if k == 0 { "may be" } else { "" }, &text);
         }
     }

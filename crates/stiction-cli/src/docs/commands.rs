@@ -10,7 +10,7 @@ pub fn page(mut command: Command) -> Page {
     // Usage lines include the name of the program.
     command.build();
     let mut text = "# Commands\n\n".to_owned();
-    text += &told(&command);
+    text += &description(&command);
     let all: Vec<&Command> =
         command.get_subcommands().filter(|each| each.get_name() != "help").collect();
     text += "| command | purpose |\n|---|---|\n";
@@ -21,7 +21,7 @@ pub fn page(mut command: Command) -> Page {
     }
     for each in all {
         let _ = writeln!(text, "\n## stiction {}\n", each.get_name());
-        text += &told(each);
+        text += &description(each);
         let usage = each.clone().render_usage().to_string();
         let usage = usage.trim_start_matches("Usage: ").trim();
         let _ = writeln!(text, "```text\n{usage}\n```\n");
@@ -32,7 +32,7 @@ pub fn page(mut command: Command) -> Page {
 }
 
 /// The description of a command, as paragraphs.
-fn told(command: &Command) -> String {
+fn description(command: &Command) -> String {
     let about = command.get_long_about().or(command.get_about());
     let paragraphs = about.map(ToString::to_string).unwrap_or_default();
     paragraphs.split("\n\n").map(|paragraph| literal(paragraph) + "\n\n").collect()

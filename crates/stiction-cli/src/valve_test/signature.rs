@@ -13,7 +13,7 @@ use stiction::valve_test::{
     Comparison, Signature, SignaturePlan, compare, signature, signature_plan,
 };
 use stiction_report::document::Source;
-use stiction_report::{test_answers, test_page, test_sheet, words};
+use stiction_report::{valve_test_figure, valve_test_page, valve_test_sheet, words};
 
 /// The output of `stiction test plan --signature --json`.
 #[derive(Serialize, JsonSchema)]
@@ -64,14 +64,17 @@ pub(super) fn planned(args: &Plan, source: Source, recording: &Recording) -> Res
     let plan = signature_plan(name, [args.op_low, args.op_high])
         .map_err(|why| anyhow!("loop {name}: {}; change --op-low and --op-high", why.0))?;
     if let Some(path) = &args.sheet {
-        output::write(Some(path), test_sheet::signature_html(&plan, output::TOOL).as_bytes())?;
+        output::write(
+            Some(path),
+            valve_test_sheet::signature_html(&plan, output::TOOL).as_bytes(),
+        )?;
     }
     if args.json {
         let tool = output::TOOL;
         return output::json(&PlanDocument { tool, source, signature: plan });
     }
     if let Some(path) = &args.csv {
-        output::write(Some(path), test_sheet::signature_csv(&plan)?.as_bytes())?;
+        output::write(Some(path), valve_test_sheet::signature_csv(&plan)?.as_bytes())?;
         if path.is_standard() {
             return Ok(());
         }
@@ -110,9 +113,9 @@ impl Signed {
         Some(Self { source: source.clone(), recording: recording.clone(), signature })
     }
 
-    fn page(&self) -> test_page::Signed<'_> {
+    fn page(&self) -> valve_test_page::Signed<'_> {
         let Self { source, recording, signature } = self;
-        test_page::Signed { source, recording, signature }
+        valve_test_page::Signed { source, recording, signature }
     }
 
     fn document(self) -> SignedLoop {
@@ -141,11 +144,11 @@ pub(super) fn was_read(args: &Read, found: Signed) -> Result<ExitCode> {
 
 fn was_read_alone(args: &Read, found: Signed) -> Result<()> {
     if let Some(path) = &args.plot {
-        let figure = test_answers::signature(&found.recording.name, &found.page().ramped());
+        let figure = valve_test_figure::signature(&found.recording.name, &found.page().ramped());
         output::figure("--plot", path, &figure)?;
     }
     if let Some(path) = &args.report {
-        let page = test_page::signature(output::TOOL, found.page())?;
+        let page = valve_test_page::signature(output::TOOL, found.page())?;
         output::write(Some(path), page.as_bytes())?;
     }
     if args.json {
@@ -161,12 +164,12 @@ fn was_compared(args: &Read, before: Signed, after: Signed) -> Result<()> {
     let comparison = compare(old, new);
     if let Some(path) = &args.plot {
         let both = [before.page().ramped(), after.page().ramped()];
-        let figure = test_answers::signatures([("before", &both[0]), ("after", &both[1])]);
+        let figure = valve_test_figure::signatures([("before", &both[0]), ("after", &both[1])]);
         output::figure("--plot", path, &figure)?;
     }
     if let Some(path) = &args.report {
         let pages = [before.page(), after.page()];
-        let page = test_page::signatures(output::TOOL, pages, &comparison)?;
+        let page = valve_test_page::signatures(output::TOOL, pages, &comparison)?;
         output::write(Some(path), page.as_bytes())?;
     }
     if args.json {
@@ -175,7 +178,7 @@ fn was_compared(args: &Read, before: Signed, after: Signed) -> Result<()> {
     }
     let mut out = format!("{}: before and after the repair\n", after.recording.name);
     out += &hanging("  ", &comparison.sentences);
-    out += &side_by_side(&test_page::signature_rows(before.page(), after.page()));
+    out += &side_by_side(&valve_test_page::signature_rows(before.page(), after.page()));
     output::text(&out)
 }
 

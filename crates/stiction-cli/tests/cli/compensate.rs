@@ -31,7 +31,7 @@ fn all_compensators_or_one() {
 }
 
 #[test]
-fn what_cannot_be_asked_is_refused() {
+fn invalid_requests_are_refused() {
     let folder = folder("compensate-refused");
     no_loop_is_refused(&folder, "compensate");
     for (option, value, expected) in [

@@ -307,7 +307,7 @@ fn a_report_is_one_self_contained_page() {
 }
 
 #[test]
-fn what_cannot_be_asked_is_refused() {
+fn invalid_requests_are_refused() {
     let folder = folder("diagnose-refused");
     for (arguments, expected) in [
         (vec!["diagnose"], "required"),

@@ -135,7 +135,7 @@ fn what_an_action_would_bring_and_what_came() {
 }
 
 #[test]
-fn what_cannot_be_fitted_is_said_so() {
+fn what_cannot_be_fitted_is_reported() {
     let folder = folder("fit-refused");
     let file = sample("FIC101-sticky.csv");
     let two = ["fit", &file, &sample("FIC102-disturbed.csv"), "-o", "loop.toml"];

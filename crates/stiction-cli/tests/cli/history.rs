@@ -77,7 +77,7 @@ fn tables_and_reports_have_every_window() {
 }
 
 #[test]
-fn what_cannot_be_asked_is_refused() {
+fn invalid_requests_are_refused() {
     let folder = with_samples("history-refused");
     std::fs::create_dir_all(folder.join("later")).expect("a folder");
     std::fs::copy(folder.join("FIC101-sticky.csv"), folder.join("later/FIC101-sticky.csv"))

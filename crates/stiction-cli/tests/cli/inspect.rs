@@ -66,7 +66,7 @@ fn inspect_tells_the_same_as_json() {
 }
 
 #[test]
-fn what_is_taken_wrongly_can_be_said() {
+fn a_wrong_interpretation_can_be_corrected() {
     let folder = folder("inspect-options");
     write(
         &folder,

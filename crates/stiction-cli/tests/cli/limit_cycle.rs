@@ -68,7 +68,7 @@ fn no_cycle_is_a_result_with_its_reason() {
 }
 
 #[test]
-fn a_cycle_that_the_describing_function_misses_is_told() {
+fn a_cycle_that_the_describing_function_misses_is_reported() {
     let folder = folder("limit-cycle-missed");
     let mut arguments = PAPER;
     (arguments[8], arguments[10]) = ("1.3", "10.5");

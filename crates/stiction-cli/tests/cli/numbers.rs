@@ -29,7 +29,7 @@ fn s(folder: &Path, arguments: &[&str]) -> [f64; 3] {
 }
 
 #[test]
-fn a_guessed_range_is_beside_s_on_every_output_and_its_interval_holds_the_truth() {
+fn a_guessed_range_is_with_s_on_every_output_and_its_interval_holds_the_truth() {
     let folder = folder("guessed-range");
     recording(&folder, "percent.csv", "%", (0.0, 100.0));
     let [truth, ..] = s(&folder, &["percent.csv"]);

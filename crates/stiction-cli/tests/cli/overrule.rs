@@ -16,7 +16,7 @@ fn overrule(folder: &std::path::Path, more: &[&str]) -> crate::Done {
 }
 
 #[test]
-fn an_override_is_shown_beside_the_verdict_everywhere() {
+fn an_override_is_shown_with_the_verdict_everywhere() {
     let folder = with_samples("override-shown");
     let said = overrule(&folder, &[]).quiet_success();
     assert!(

@@ -4,7 +4,7 @@ use crate::valve_test::{dated, sample};
 use crate::{folder, read, rows, run, write};
 
 #[test]
-fn a_plant_is_made_proposed_scanned_and_told() {
+fn a_plant_is_made_proposed_scanned_and_reported() {
     let folder = folder("plant");
     let demo = ["plant", "demo", "--loops", "3", "--days", "2", "-o", "north"];
     let out = run(&folder, &demo).quiet_success();
@@ -91,7 +91,7 @@ fn one_bad_file_ends_no_scan_and_damaged_rows_no_note() {
 }
 
 #[test]
-fn what_is_wrong_is_told_and_the_rest_judged() {
+fn what_is_wrong_is_reported_and_the_rest_judged() {
     let folder = folder("plant-wrong");
     let missing = run(&folder, &["plant", "scan"]).refusal();
     assert!(missing.contains("plant.toml"), "{missing}");

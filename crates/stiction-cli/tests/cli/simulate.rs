@@ -197,7 +197,7 @@ fn the_valves_surroundings_do_what_they_say() {
 }
 
 #[test]
-fn signals_come_from_files_beside_the_scenario() {
+fn signals_come_from_files_with_the_scenario() {
     let folder = folder("file-signal");
     std::fs::create_dir(folder.join("sub")).expect("a folder");
     write(&folder, "sub/op.csv", "t,u\n0,0\n1,10\n2,20\n3,0\n");

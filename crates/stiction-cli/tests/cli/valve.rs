@@ -81,7 +81,7 @@ fn valve_takes_windows_files() {
 }
 
 #[test]
-fn valve_starts_where_it_is_told() {
+fn valve_starts_at_the_given_position() {
     let folder = folder("valve-start");
     write(&folder, "in.csv", "op\n10\n12\n");
     let vp = |more: &[&str]| {

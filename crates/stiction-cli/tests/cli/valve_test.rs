@@ -171,7 +171,7 @@ fn a_sheet_stands_for_a_mode() {
 }
 
 #[test]
-fn what_cannot_be_planned_or_read_is_said() {
+fn what_cannot_be_planned_or_read_is_reported() {
     let folder = folder("test-refused");
     let refused = run(&folder, &["test", "read", &sample("FIC101-sticky.csv")]).refusal();
     assert!(refused.contains("the recording has no test"), "{refused}");
@@ -229,7 +229,7 @@ fn ramped(folder: &Path, plan: &serde_json::Value) -> String {
 }
 
 #[test]
-fn a_signature_is_planned_carried_out_and_read() {
+fn a_signature_is_planned_performed_and_read() {
     let folder = folder("test-signature");
     let plan = ["test", "plan", &sample("LIC104-quantised.csv"), "--signature"];
     let words = run(&folder, &[&plan[..], &["--sheet", "sheet.html"]].concat()).quiet_success();
@@ -415,7 +415,7 @@ fn a_repair_is_shown_by_two_tests() {
 }
 
 #[test]
-fn a_plan_stands_beside_what_was_carried_out() {
+fn a_plan_stands_with_what_was_performed() {
     let folder = folder("test-carried");
     let tested = sample("test/FIC106-tested.csv");
     let whole = std::fs::read_to_string(&tested).unwrap();
@@ -442,7 +442,7 @@ fn a_plan_stands_beside_what_was_carried_out() {
 }
 
 #[test]
-fn what_spoils_a_test_is_said() {
+fn what_spoils_a_test_is_reported() {
     let folder = folder("test-spoiled");
     let read_it = |name: &str| run(&folder, &["test", "read", name, "--rises"]);
     // A transmitter that never leaves its dead band.

@@ -109,7 +109,7 @@ fn options_change_what_is_assumed() {
 }
 
 #[test]
-fn what_cannot_be_asked_is_refused() {
+fn invalid_requests_are_refused() {
     let folder = folder("what-if-refused");
     no_loop_is_refused(&folder, "what-if");
     for (option, value, expected) in [

@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_missing_is_told() {
+    fn what_is_missing_is_reported() {
         let few = of(2, 3.0).unwrap();
         assert_eq!((few.seen, few.needed, few.step), (2, 8, 4.5));
         assert_eq!(

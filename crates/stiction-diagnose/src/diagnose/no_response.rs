@@ -80,7 +80,7 @@ impl Fault {
     }
 
     /// How to distinguish it from the others.
-    pub fn told_by(self) -> &'static str {
+    pub fn check(self) -> &'static str {
         match self {
             Self::ValveShutOrSeized => "the stem does not move although the actuator pressure does",
             Self::LineIsolated => "the stem moves without any flow; check block valves and pumps",
@@ -127,8 +127,8 @@ pub struct NoResponse {
     /// The rest of the PV in which the OP travels farthest; `None` if the PV moves.
     pub rest: Option<Rest>,
     /// Possible faults, the likeliest first.
-    #[cfg_attr(feature = "serde", serde(serialize_with = "told"))]
-    #[cfg_attr(feature = "serde", schemars(with = "Vec<Told>"))]
+    #[cfg_attr(feature = "serde", serde(serialize_with = "documents"))]
+    #[cfg_attr(feature = "serde", schemars(with = "Vec<FaultDocument>"))]
     pub faults: &'static [Fault],
 }
 
@@ -148,7 +148,7 @@ impl NoResponse {
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 #[schemars(rename = "Fault")]
-struct Told {
+struct FaultDocument {
     /// Its name, such as `line isolated`.
     name: &'static str,
     /// How to distinguish it from the others.
@@ -156,8 +156,10 @@ struct Told {
 }
 
 #[cfg(feature = "serde")]
-fn told<S: serde::Serializer>(faults: &[Fault], to: S) -> Result<S::Ok, S::Error> {
-    to.collect_seq(faults.iter().map(|fault| Told { name: fault.name(), told_by: fault.told_by() }))
+fn documents<S: serde::Serializer>(faults: &[Fault], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(
+        faults.iter().map(|fault| FaultDocument { name: fault.name(), told_by: fault.check() }),
+    )
 }
 
 /// A time in which the PV rests, away from its set point, while the OP travels.
@@ -404,7 +406,7 @@ mod tests {
             assert!(!Fault::behind(silence).is_empty() && !silence.name().is_empty());
         }
         for fault in Fault::ALL {
-            assert!(!fault.name().is_empty() && !fault.told_by().is_empty());
+            assert!(!fault.name().is_empty() && !fault.check().is_empty());
         }
     }
 }

@@ -230,7 +230,7 @@ mod tests {
         [(0.06, 0.6), (0.03, 0.5), (0.12, 0.7), (0.06, 0.6), (0.09, 0.65)];
 
     #[test]
-    fn a_repair_that_works_is_told_with_the_exact_p_value() {
+    fn a_repair_that_works_is_reported_with_the_exact_p_value() {
         let found = repair(&series(&BAD, &GOOD), 5.0).unwrap();
         assert_eq!((found.before, found.after, found.outcome), (5, 5, RepairOutcome::Worked));
         let s = found.s.unwrap();

@@ -75,7 +75,7 @@ pub enum Detectors {
 
 impl Detectors {
     /// The detectors to run, in the order of the registry.
-    pub fn asked(&self) -> Vec<Box<dyn Detector>> {
+    pub fn selected(&self) -> Vec<Box<dyn Detector>> {
         let mut detectors = methods::all();
         detectors.retain(|detector| {
             let method = detector.method();
@@ -242,10 +242,10 @@ pub fn diagnose_with_progress(
     let gave = weighed.filter(|_| by_windows);
     notes.extend(segment.and_then(|segment| cut(&grid, segment, gave)));
     notes.extend(recent.as_ref().map(read_in_part));
-    notes.extend(ByHand::of(recording).and_then(|by_hand| test_beside(&by_hand)));
+    notes.extend(ByHand::of(recording).and_then(|by_hand| note_on_test(&by_hand)));
     let relation = belonging.relation.as_ref();
     let followed = by_position.is_some() && mistaken.is_none();
-    notes.extend(relation.filter(|_| followed).and_then(mistake_beside));
+    notes.extend(relation.filter(|_| followed).and_then(note_on_mistake));
     let mut diagnosis = Diagnosis {
         name: recording.name.clone(),
         loop_type,
@@ -292,7 +292,7 @@ fn findings(asked: &Detectors, subject: Option<&Subject<'_>>, stops: Stops<'_>) 
             Finding { parameters: detector.parameters(), ..finding }
         }
     };
-    let asked = asked.asked();
+    let asked = asked.selected();
     asked.iter().take_while(|_| !stops()).map(|detector| said(&**detector)).collect()
 }
 
@@ -350,7 +350,7 @@ fn read_in_part(recent: &Segment) -> String {
 }
 
 /// The note on a valve test in the recording, which the verdict does not use.
-fn test_beside(by_hand: &ByHand) -> Option<String> {
+fn note_on_test(by_hand: &ByHand) -> Option<String> {
     let (turns, (from, to)) = (by_hand.turns(), by_hand.span_s());
     by_hand.is_test().then(|| {
         format!(
@@ -361,7 +361,7 @@ fn test_beside(by_hand: &ByHand) -> Option<String> {
 }
 
 /// The note on a mistake in the columns that does not affect a verdict from the measured position.
-fn mistake_beside(relation: &Relation) -> Option<String> {
+fn note_on_mistake(relation: &Relation) -> Option<String> {
     let (mismatch, because) = (relation.mismatch?.name(), &relation.because);
     Some(format!(
         "{mismatch}: {because}; the verdict follows the measured valve position, which needs no PV"
@@ -417,7 +417,7 @@ mod tests {
     use std::sync::atomic::AtomicUsize;
 
     #[test]
-    fn a_diagnosis_stops_when_it_is_asked_to() {
+    fn a_diagnosis_stops_on_request() {
         let op: Vec<f64> = sine(24_000, 40.0).iter().map(|s| 50.0 + s).collect();
         let recording = Recording::regular("A", 1.0, &op, Some(&op), None).unwrap();
         let options = DiagnoseOptions::default();

@@ -198,7 +198,7 @@ pub fn measure(information: Option<&Information>, op_span: f64, out: &mut Vec<f6
     out.extend(told.profile.iter().map(|at| at.z));
     out.extend(told.profile.iter().map(|at| signed(at.gain)));
     out.extend(told.profile.iter().map(|at| signed(at.power)));
-    let stem = &told.beside;
+    let stem = &told.added_stem;
     let (_, s, j, slips) = stem.best;
     out.extend([
         signed(stem.gain),

@@ -176,7 +176,7 @@ pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
                     }
                     weighed = valve::weighed(&valves, process, pv, step);
                 }
-                chosen = Ok(valve::told(&weighed));
+                chosen = Ok(valve::summarised(&weighed));
                 if let Ok(controller) = &controller {
                     draws = draw::drawn(controller, &weighed, step, options);
                 }

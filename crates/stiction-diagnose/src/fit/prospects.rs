@@ -251,7 +251,7 @@ struct Played {
 
 impl Played {
     /// The effect beside the present loop. How far a loop runs away depends on the length of the simulation alone.
-    fn beside(&self, present: &Self) -> Self {
+    fn limited_by(&self, present: &Self) -> Self {
         Self {
             swing: self.swing.min(LARGEST_FACTOR * present.swing),
             error: self.error.min(LARGEST_FACTOR * present.error),
@@ -340,7 +340,7 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
         let pairs: Vec<(Played, &Played)> = table
             .iter()
             .filter_map(|row| Some((row[i].as_ref()?, row[0].as_ref()?)))
-            .map(|(changed, present)| (changed.beside(present), present))
+            .map(|(changed, present)| (changed.limited_by(present), present))
             .collect();
         if pairs.len() * 4 < table.len() * 3 {
             continue;

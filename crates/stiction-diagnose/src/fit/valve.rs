@@ -215,7 +215,7 @@ pub(super) fn likeliest<'a>(all: &[Weighed], valves: &'a [Possible]) -> Option<&
 }
 
 /// The weighted valves, as numbers with intervals.
-pub(super) fn told(all: &[Weighed]) -> FittedValve {
+pub(super) fn summarised(all: &[Weighed]) -> FittedValve {
     let sticks: Vec<&Weighed> = all.iter().filter(|one| one.model != Model::Ideal).collect();
     let ideal = all.iter().filter(|one| one.model == Model::Ideal).map(|one| one.weight);
     // An empty sum is -0.

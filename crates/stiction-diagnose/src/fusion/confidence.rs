@@ -52,7 +52,7 @@ impl Side {
         Self { most: logit(most), ..Self::reaching(log_odds) }
     }
 
-    fn told(self, size: f64) -> f64 {
+    fn bounded_size(self, size: f64) -> f64 {
         let (free, sure) = (logit(1.0 - FREE), logit(SURE));
         if size <= free {
             return size;
@@ -83,13 +83,13 @@ impl Confidence {
     }
 
     /// The reported probability for a calibrated one.
-    pub fn told(&self, probability: f64) -> f64 {
+    pub fn reported(&self, probability: f64) -> f64 {
         if (FREE..=1.0 - FREE).contains(&probability) {
             return probability;
         }
         let log_odds = logit(probability);
         let side = if log_odds < 0.0 { self.clearing } else { self.accusing };
-        super::sigmoid(side.told(log_odds.abs()).copysign(log_odds))
+        super::sigmoid(side.bounded_size(log_odds.abs()).copysign(log_odds))
     }
 }
 
@@ -107,19 +107,19 @@ mod tests {
     fn identity_changes_nothing() {
         assert!((Side::IDENTITY.reached - logit(SURE)).abs() < 1e-12);
         for p in [0.0, 1e-6, 0.02, 0.1, 0.5, 0.93, 0.999, 1.0] {
-            assert!((Confidence::IDENTITY.told(p) - p).abs() < 1e-12, "{p}");
+            assert!((Confidence::IDENTITY.reported(p) - p).abs() < 1e-12, "{p}");
         }
     }
 
     #[test]
-    fn sure_is_told_where_it_is_reached() {
+    fn sure_is_reported_where_it_is_reached() {
         let map = Confidence { clearing: Side::reaching(6.0), accusing: Side::reaching(5.0) };
         let map = map.checked().unwrap();
-        assert!((map.told(crate::fusion::sigmoid(-6.0)) - 0.02).abs() < 1e-9);
-        assert!((map.told(crate::fusion::sigmoid(5.0)) - 0.98).abs() < 1e-9);
-        assert_eq!((map.told(0.1), map.told(0.3), map.told(0.9)), (0.1, 0.3, 0.9));
+        assert!((map.reported(crate::fusion::sigmoid(-6.0)) - 0.02).abs() < 1e-9);
+        assert!((map.reported(crate::fusion::sigmoid(5.0)) - 0.98).abs() < 1e-9);
+        assert_eq!((map.reported(0.1), map.reported(0.3), map.reported(0.9)), (0.1, 0.3, 0.9));
         let never = Confidence { clearing: Side::bounded(6.0, 0.97), ..map };
-        assert!((never.told(1e-12) - 0.03).abs() < 1e-9 && never.told(0.999) > 0.98);
+        assert!((never.reported(1e-12) - 0.03).abs() < 1e-9 && never.reported(0.999) > 0.98);
     }
 
     #[test]
@@ -140,10 +140,10 @@ mod tests {
         #[test]
         fn order_is_kept(a in 0.0..=1.0f64, b in 0.0..=1.0f64, low in 3.9..9.0f64, high in 3.9..9.0f64) {
             let map = Confidence { clearing: Side::reaching(low), accusing: Side::bounded(high, 0.97) };
-            let (small, large) = (map.told(a.min(b)), map.told(a.max(b)));
+            let (small, large) = (map.reported(a.min(b)), map.reported(a.max(b)));
             prop_assert!((0.0..=1.0).contains(&small) && small <= large + 1e-12);
             for p in [a, b] {
-                prop_assert!((map.told(p) - 0.5).abs() <= (p - 0.5).abs() + 1e-12);
+                prop_assert!((map.reported(p) - 0.5).abs() <= (p - 0.5).abs() + 1e-12);
             }
         }
     }

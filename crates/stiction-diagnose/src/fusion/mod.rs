@@ -118,7 +118,7 @@ impl Bundle {
         let model = if op_only { &self.op_only } else { &self.full };
         let row = row(values);
         let calibrated = model.calibration.probability(model.fault.margin(&row));
-        let probability = model.confidence.told(calibrated);
+        let probability = model.confidence.reported(calibrated);
         let lines = model
             .lines
             .iter()
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_and_distances_are_told() {
+    fn limits_and_distances_are_reported() {
         let of = |values: [f64; 2], op_only| bundle().weigh(&values, 10.0, op_only).unwrap();
         let small = of([1.0, 0.0], false);
         assert!((small.limit.unwrap() - 10.0 * (-0.25f64).exp()).abs() < 1e-12);
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_told_of_op_and_pv_only() {
+    fn mistakes_are_reported_of_op_and_pv_only() {
         let of =
             |second: f64, op_only| bundle().weigh(&[0.5, second], 10.0, op_only).unwrap().mismatch;
         assert!(of(-1.0, false) < 1.0 && of(1.0, false) > 1.0);

@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_asked_is_refused() {
+    fn invalid_requests_are_refused() {
         let damaged = |change: &dyn Fn(&mut Reference)| {
             let mut reference = pair();
             change(&mut reference);

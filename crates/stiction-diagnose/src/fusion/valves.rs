@@ -100,7 +100,7 @@ impl Valves {
     pub fn weigh(&self, pool: &Pool) -> Together {
         let row = pool.row();
         Together {
-            probability: self.confidence.told(sigmoid(self.fault.margin(&row))),
+            probability: self.confidence.reported(sigmoid(self.fault.margin(&row))),
             s: self.s.estimate(&row).map(|above| (pool.mean_ln_s() + above).exp()),
         }
     }

@@ -260,7 +260,7 @@ impl Record<'_> {
         if let Some(why) = self.refuted(&best) {
             return Err(why);
         }
-        self.told(&best, held)
+        self.with_errors(&best, held)
     }
 
     /// The fit with a gap, if one is likelier.
@@ -356,7 +356,7 @@ impl Record<'_> {
     }
 
     /// The fit with its standard errors, as settings.
-    fn told(&self, best: &Fit, held: bool) -> Result<FittedController, Abstention> {
+    fn with_errors(&self, best: &Fit, held: bool) -> Result<FittedController, Abstention> {
         let columns = self.columns(best.shape);
         let lost = || no("the controller's settings could not be separated");
         let fit = self.with_rho(best.shape, &columns, best.rho, true).ok_or_else(lost)?;

@@ -46,10 +46,10 @@
 //! Q. H. Vuong, "Likelihood ratio tests for model selection and non-nested hypotheses", Econometrica 57
 //! (1989) 307 (recalled, not read). The grid, the floor and the power are ours.
 
-mod beside;
+mod added_stem;
 mod traces;
 
-pub use beside::Beside;
+pub use added_stem::AddedStem;
 pub use traces::{Traces, traces};
 
 use crate::bands::Bands;
@@ -154,7 +154,7 @@ pub struct Information {
     /// That valve: model, S as a share of the OP's range, J as a share of S, and slips.
     pub best: (Model, f64, f64, usize),
     /// The results for stems beside the OP.
-    pub beside: Beside,
+    pub added_stem: AddedStem,
 }
 
 impl Information {
@@ -403,7 +403,7 @@ impl Problem {
             winner.map_or(vec![], |(winner, _)| self.tried(&winner.stem.candidate.nearby()));
         let winner = self.better(nearby.iter().flatten(), winner);
         let refined = winner.map_or(unknown(SMALLEST), |(winner, _)| self.at(winner));
-        let beside = self.beside(op, pv);
+        let added_stem = self.added_stem(op, pv);
         let best = winner.map_or((Model::TwoPhase, SMALLEST, 0.0, 0), |(winner, _)| {
             let Candidate { s, j, model, .. } = winner.stem.candidate;
             (model, s, j, winner.stem.slips as usize)
@@ -418,7 +418,7 @@ impl Problem {
             profile,
             refined,
             best,
-            beside,
+            added_stem,
         }
     }
 
@@ -845,7 +845,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_asked_is_refused() {
+    fn invalid_requests_are_refused() {
         let (op, pv) = recording(2.0, 0.5, 800, 0.05);
         assert!(information(&op[..50], &pv[..50], None).is_err());
         assert!(information(&op, &pv[1..], None).is_err());

@@ -144,7 +144,7 @@ pub fn fit(
     let bench = Bench { x: &x, y: &y, sign };
     let mut found = bench.best()?;
     found.scale(of_y / of_x, of_y, step);
-    Ok(found.told(step))
+    Ok(found.summarised(step))
 }
 
 /// The middle of a signal, at most [`MOST_SAMPLES`] of it, with mean 0 and variance 1, and its standard deviation;
@@ -532,7 +532,7 @@ impl Found {
         self.innovation_sd *= of_y;
     }
 
-    fn told(self, step: f64) -> FittedProcess {
+    fn summarised(self, step: f64) -> FittedProcess {
         let settles: Vec<Candidate> =
             self.points.iter().copied().filter(|p| p.lag_s.is_finite()).collect();
         let slope = weighted(&self.points, |p| {

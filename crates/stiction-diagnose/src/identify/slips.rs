@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn motion_is_told_from_rest() {
+    fn motion_is_distinguished_from_rest() {
         let motion = Motion::of(&[5.0, 5.0, 6.0, 7.0, 7.0, 8.0, 6.0, 6.0]);
         assert_eq!(motion.slips, [2, 5, 6]);
         assert_eq!(motion.reversals, [6]);

@@ -95,7 +95,7 @@ impl Place {
         (tau % 2 == 1 || tau == 0) && tau2 % 2 == 0 && dead % 2 == 0
     }
 
-    fn is_beside(&self, other: &Self) -> bool {
+    fn is_adjacent(&self, other: &Self) -> bool {
         self.at.iter().zip(&other.at).all(|(a, b)| a.abs_diff(*b) <= 1)
     }
 }
@@ -303,7 +303,7 @@ pub(super) fn answers(spells: &[Spell], longest_dead: usize) -> Option<(Vec<Answ
     loop {
         let best: Vec<Place> = all.iter().take(BEST).map(|(place, _)| *place).collect();
         let (near, far): (Vec<Place>, Vec<Place>) =
-            others.into_iter().partition(|place| best.iter().any(|b| b.is_beside(place)));
+            others.into_iter().partition(|place| best.iter().any(|b| b.is_adjacent(place)));
         if near.is_empty() {
             break;
         }

@@ -20,12 +20,12 @@
 
 mod answer;
 mod behind;
-mod carried;
 mod compare;
 mod curve;
 mod cut;
 mod explain;
 mod plan;
+mod plan_comparison;
 mod position;
 mod read;
 mod short;
@@ -33,10 +33,10 @@ mod signature;
 mod stems;
 mod weigh;
 
-pub use carried::{Carried, CarriedSize, same_loop};
 pub use compare::{Comparison, Difference, Effect, Outcome, compare};
 pub(crate) use plan::{KnownLoop, PERIODS, size};
 pub use plan::{PlanOptions, TestPlan, Turn, before_test, plan};
+pub use plan_comparison::{PlanComparison, SizeComparison, same_loop};
 pub use position::{Between, PositionReading};
 pub use read::{ReadOptions, Step, TestReading, read};
 pub use short::short;

@@ -1,10 +1,10 @@
 //! Judges a valve from the recording of a test.
 
-use super::carried::{Carried, carried, same_loop};
 use super::curve::Curve;
 use super::cut::cut;
 use super::explain::Seen;
 use super::plan::{TestPlan, rises};
+use super::plan_comparison::{self, PlanComparison, same_loop};
 use super::position::{PositionReading, position};
 use super::weigh::{Manual, SMALL, Weighed, weigh};
 use crate::diagnose::{Detectors, DiagnoseOptions, Diagnosis, VerdictClass, diagnose};
@@ -91,7 +91,7 @@ pub struct TestReading {
     /// How to repeat the test, if it is inconclusive.
     pub advice: Option<String>,
     /// The comparison with the plan, if one was given.
-    pub plan: Option<Carried>,
+    pub plan: Option<PlanComparison>,
 }
 
 impl TestReading {
@@ -259,7 +259,8 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     let plan = options.plan.as_ref();
     // The limits of a plan apply to the PV.
     let compared = plan.filter(|_| !of_pv.is_empty());
-    reading.plan = compared.map(|plan| carried(plan, &of_pv, &reading.steps, grid.sample_time));
+    reading.plan = compared
+        .map(|plan| plan_comparison::compared(plan, &of_pv, &reading.steps, grid.sample_time));
     if plan.is_some() && compared.is_none() {
         reading.reasons.push(
             "the test cannot be compared with the plan, because the recording has no PV".to_owned(),
@@ -791,7 +792,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_said() {
+    fn what_cannot_be_read_is_reported() {
         let recording = tested(3.0, 1.5, false, 7);
         let refused = |recording: &Recording, options: &ReadOptions| -> String {
             read(recording, options).unwrap_err().0

@@ -134,7 +134,7 @@ impl WhatIfOptions {
     /// If a setting of the loop is out of range.
     pub fn suiting(plant: &ClosedLoop, model: Model, bands: Bands) -> Result<Self> {
         sensible(plant)?;
-        let bands = model.felt(bands)?;
+        let bands = model.effective(bands)?;
         let figures = Figures::of(&knowledge(plant, bands))?;
         let continuous = left_alone(plant, model, bands);
         let cycle = [limit_cycle::Method::Exact, limit_cycle::Method::DescribingFunction]
@@ -393,7 +393,7 @@ pub fn what_if_with_progress(
     sensible(plant)?;
     let protocol = &options.protocol;
     let given = bands;
-    let bands = model.felt(bands)?;
+    let bands = model.effective(bands)?;
     let known = knowledge(plant, bands);
     let continuous = left_alone(plant, model, bands);
     let stability = FrequencyResponse::of(&continuous)?.stability();

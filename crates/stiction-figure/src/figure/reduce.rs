@@ -123,7 +123,7 @@ fn straightened(points: &[Point]) -> Vec<Point> {
         while end + 1 < points.len()
             && end - anchor < WINDOW
             && (anchor + 1..=end)
-                .all(|i| beside(points[i], points[anchor], points[end + 1]) <= STRAIGHT)
+                .all(|i| distance(points[i], points[anchor], points[end + 1]) <= STRAIGHT)
         {
             end += 1;
         }
@@ -134,7 +134,7 @@ fn straightened(points: &[Point]) -> Vec<Point> {
 }
 
 /// Distance of `p` from the segment `a`-`b`.
-fn beside(p: Point, a: Point, b: Point) -> f64 {
+fn distance(p: Point, a: Point, b: Point) -> f64 {
     let length = a.distance(b);
     if length == 0.0 {
         return p.distance(a);
@@ -246,7 +246,7 @@ mod tests {
             let slim = slim(&all);
             assert_eq!((all.first(), all.last()), (slim.first(), slim.last()));
             for p in &all {
-                let strokes = slim.windows(2).map(|pair| beside(*p, pair[0], pair[1]));
+                let strokes = slim.windows(2).map(|pair| distance(*p, pair[0], pair[1]));
                 let nearest = strokes.fold(f64::MAX, f64::min);
                 assert!(nearest <= FLAT + 1e-9 || slim.len() < 2, "{p:?} is {nearest} px off");
             }
@@ -294,7 +294,7 @@ mod tests {
             let nearest = runs
                 .iter()
                 .flat_map(|run| run.windows(2))
-                .map(|pair| beside(*p, pair[0], pair[1]))
+                .map(|pair| distance(*p, pair[0], pair[1]))
                 .fold(f64::MAX, f64::min);
             assert!(nearest <= NEAR + STRAIGHT, "{p:?} is {nearest} px off");
         }

@@ -13,7 +13,7 @@ pub const NAMES: [(&str, Mode); 4] = [
 
 /// The content of a mode cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Said {
+pub enum ModeCell {
     /// A mode.
     Mode(Mode),
     /// A mode by the common code of 0, 1 and 2, which some systems do not use.
@@ -91,25 +91,25 @@ pub fn of_cell(
     words: &[(String, Mode)],
     codes: Codes,
     mark: DecimalMark,
-) -> Option<Said> {
+) -> Option<ModeCell> {
     let number = number::parse(cell, mark);
     let same = |word: &str| {
         word.eq_ignore_ascii_case(cell)
             || number.is_some_and(|n| number::parse(word, DecimalMark::Point) == Some(n))
     };
     if let Some((_, mode)) = words.iter().find(|(word, _)| same(word)) {
-        return Some(Said::Mode(*mode));
+        return Some(ModeCell::Mode(*mode));
     }
     if let Some(number) = number {
-        return codes.mode(number).map(Said::Code);
+        return codes.mode(number).map(ModeCell::Code);
     }
     if number::word(cell).is_some() {
-        return Some(Said::Nothing);
+        return Some(ModeCell::Nothing);
     }
     let word = cell.to_uppercase().replace('Á', "A");
     // Honeywell writes who set the mode in front of it. Foxboro and others write possible modes behind it.
     let word = word.trim_start_matches("B-").trim_start_matches("P-").trim();
-    Some(Said::Mode(match word {
+    Some(ModeCell::Mode(match word {
         "AUTO" | "AUT" | "A" | "AUTOMATIC" | "AUTOMATIK" | "AUTOMATISCH" | "AUTOMATIKBETRIEB"
         | "AUTOMATIQUE" | "AUTOMATICO" | "AUTOMATISK" | "AUTOMAATTI" | "AUTOMATYCZNY" => {
             Mode::Automatic
@@ -166,21 +166,21 @@ mod tests {
         let own = [("3".to_owned(), Mode::Automatic), ("Rechner".to_owned(), Mode::Cascade)];
         let said = |cell| of_cell(cell, &own, Codes::Common, DecimalMark::Point);
         for (cell, expected) in [
-            ("AUTO", Some(Said::Mode(Mode::Automatic))),
-            ("b-auto", Some(Said::Mode(Mode::Automatic))),
-            ("Man", Some(Said::Mode(Mode::Manual))),
-            ("rcas", Some(Said::Mode(Mode::Cascade))),
-            ("IMAN", Some(Said::Mode(Mode::Other))),
-            ("0", Some(Said::Code(Mode::Manual))),
-            ("1.0", Some(Said::Code(Mode::Automatic))),
-            ("2", Some(Said::Code(Mode::Cascade))),
-            ("3.0", Some(Said::Mode(Mode::Automatic))),
-            ("rechner", Some(Said::Mode(Mode::Cascade))),
-            ("", Some(Said::Nothing)),
-            ("I/O Timeout", Some(Said::Nothing)),
-            ("Kaskade", Some(Said::Mode(Mode::Cascade))),
-            ("manuel", Some(Said::Mode(Mode::Manual))),
-            ("Automático", Some(Said::Mode(Mode::Automatic))),
+            ("AUTO", Some(ModeCell::Mode(Mode::Automatic))),
+            ("b-auto", Some(ModeCell::Mode(Mode::Automatic))),
+            ("Man", Some(ModeCell::Mode(Mode::Manual))),
+            ("rcas", Some(ModeCell::Mode(Mode::Cascade))),
+            ("IMAN", Some(ModeCell::Mode(Mode::Other))),
+            ("0", Some(ModeCell::Code(Mode::Manual))),
+            ("1.0", Some(ModeCell::Code(Mode::Automatic))),
+            ("2", Some(ModeCell::Code(Mode::Cascade))),
+            ("3.0", Some(ModeCell::Mode(Mode::Automatic))),
+            ("rechner", Some(ModeCell::Mode(Mode::Cascade))),
+            ("", Some(ModeCell::Nothing)),
+            ("I/O Timeout", Some(ModeCell::Nothing)),
+            ("Kaskade", Some(ModeCell::Mode(Mode::Cascade))),
+            ("manuel", Some(ModeCell::Mode(Mode::Manual))),
+            ("Automático", Some(ModeCell::Mode(Mode::Automatic))),
             ("16", None),
             ("warp", None),
         ] {

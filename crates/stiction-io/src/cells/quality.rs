@@ -123,7 +123,7 @@ pub fn read(
     wording: Wording,
 ) -> Result<Column, (usize, String)> {
     // Successive cells are mostly the same.
-    let mut last: Option<(&str, Said)> = None;
+    let mut last: Option<(&str, QualityCell)> = None;
     let view = cells.view();
     let mut said = |row: usize| match &view {
         Viewed::Numbers(numbers) | Viewed::Times(numbers) => of_number(numbers[row], words),
@@ -137,9 +137,11 @@ pub fn read(
             said
         }
     };
-    let said: Vec<Said> = rows.iter().map(|row| said(*row)).collect();
-    let numbers: Vec<f64> =
-        said.iter().filter_map(|s| if let Said::Number(n) = s { Some(*n) } else { None }).collect();
+    let said: Vec<QualityCell> = rows.iter().map(|row| said(*row)).collect();
+    let numbers: Vec<f64> = said
+        .iter()
+        .filter_map(|s| if let QualityCell::Number(n) = s { Some(*n) } else { None })
+        .collect();
     let code = if numbers.is_empty() { None } else { Code::of(name, &numbers) };
     let remedy = |word: &str| {
         format!(
@@ -148,10 +150,10 @@ pub fn read(
             wording.of(Remedy::map("ignore", name))
         )
     };
-    let quality = |(row, said): (&usize, &Said)| match (said, code) {
-        (Said::Quality(quality), _) => Ok(*quality),
-        (Said::Number(number), Some(code)) if code.has(*number) => Ok(code.quality(*number)),
-        (Said::Number(number), code) => {
+    let quality = |(row, said): (&usize, &QualityCell)| match (said, code) {
+        (QualityCell::Quality(quality), _) => Ok(*quality),
+        (QualityCell::Number(number), Some(code)) if code.has(*number) => Ok(code.quality(*number)),
+        (QualityCell::Number(number), code) => {
             let number = number.to_string();
             let why = match code {
                 Some(code) => format!("is none of the {} of the other rows", code.name()),
@@ -159,7 +161,7 @@ pub fn read(
             };
             Err((*row, format!("{number} {why}; {}", remedy(&number))))
         }
-        (Said::Unknown, _) => {
+        (QualityCell::Unknown, _) => {
             let cell = if let Viewed::Text(cells) = &view {
                 number::shown(&cells[*row])
             } else {
@@ -174,25 +176,25 @@ pub fn read(
 
 /// The content of one cell.
 #[derive(Debug, Clone, Copy)]
-enum Said {
+enum QualityCell {
     Quality(Quality),
     Number(f64),
     Unknown,
 }
 
-fn of_number(number: f64, words: &[(String, Quality)]) -> Said {
+fn of_number(number: f64, words: &[(String, Quality)]) -> QualityCell {
     let own =
         words.iter().find(|(word, _)| number::parse(word, DecimalMark::Point) == Some(number));
     match own {
-        Some((_, quality)) => Said::Quality(*quality),
-        None if number.is_nan() => Said::Quality(Missing),
-        None => Said::Number(number),
+        Some((_, quality)) => QualityCell::Quality(*quality),
+        None if number.is_nan() => QualityCell::Quality(Missing),
+        None => QualityCell::Number(number),
     }
 }
 
-fn of_cell(cell: &str, words: &[(String, Quality)], mark: DecimalMark) -> Said {
+fn of_cell(cell: &str, words: &[(String, Quality)], mark: DecimalMark) -> QualityCell {
     if let Some((_, quality)) = words.iter().find(|(word, _)| word.eq_ignore_ascii_case(cell)) {
-        return Said::Quality(*quality);
+        return QualityCell::Quality(*quality);
     }
     if let Some(number) = number::parse(cell, mark) {
         return of_number(number, words);
@@ -200,44 +202,44 @@ fn of_cell(cell: &str, words: &[(String, Quality)], mark: DecimalMark) -> Said {
     let word = cell.to_lowercase();
     match (hexadecimal(&word), of_word(&word)) {
         (Some(said), _) => said,
-        (None, Some(quality)) => Said::Quality(quality),
+        (None, Some(quality)) => QualityCell::Quality(quality),
         (None, None) => of_parts(&word, mark),
     }
 }
 
 /// A hexadecimal code. Those of OPC UA have eight digits.
-fn hexadecimal(word: &str) -> Option<Said> {
+fn hexadecimal(word: &str) -> Option<QualityCell> {
     let digits = word.strip_prefix("0x")?;
     let code = u32::from_str_radix(digits, 16).ok()?;
     Some(match digits.len() {
-        0..=4 => Said::Number(f64::from(code)),
-        _ => Said::Quality(Code::OpcUa.quality(f64::from(code))),
+        0..=4 => QualityCell::Number(f64::from(code)),
+        _ => QualityCell::Quality(Code::OpcUa.quality(f64::from(code))),
     })
 }
 
 /// The parts of a cell such as `StatusCode(Good)`, `0x00000000 (Good)` or `192 [Good]`. A part in words counts more
 /// than a number. Parts that contradict each other mean nothing.
-fn of_parts(word: &str, mark: DecimalMark) -> Said {
+fn of_parts(word: &str, mark: DecimalMark) -> QualityCell {
     let parts = || {
         word.split(['(', ')', '[', ']', ':', '=', ';'])
             .map(str::trim)
             .filter(|part| !part.is_empty())
     };
     if parts().count() < 2 && !word.starts_with(['(', '[']) {
-        return Said::Unknown;
+        return QualityCell::Unknown;
     }
     let mut words = parts().filter_map(of_word);
     if let Some(first) = words.next() {
         return if words.all(|other| other == first) {
-            Said::Quality(first)
+            QualityCell::Quality(first)
         } else {
-            Said::Unknown
+            QualityCell::Unknown
         };
     }
     let mut codes = parts().filter_map(|part| {
-        hexadecimal(part).or_else(|| number::parse(part, mark).map(Said::Number))
+        hexadecimal(part).or_else(|| number::parse(part, mark).map(QualityCell::Number))
     });
-    codes.next().unwrap_or(Said::Unknown)
+    codes.next().unwrap_or(QualityCell::Unknown)
 }
 
 /// The quality of a word in lower case, such as "good, non-specific", "uncertainlastusablevalue" or "opcgood".

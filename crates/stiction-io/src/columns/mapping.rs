@@ -47,7 +47,7 @@ const OWN: &str = ".mapping.toml";
 
 impl ReadOptions {
     /// The mapping file of a single file, beside it: `FIC101.csv.mapping.toml` for `FIC101.csv`.
-    pub fn mapping_beside(file: &Path) -> PathBuf {
+    pub fn mapping_path(file: &Path) -> PathBuf {
         let mut name = file.file_name().unwrap_or_default().to_owned();
         name.push(OWN);
         file.with_file_name(name)

@@ -120,7 +120,7 @@ fn read_within(
             notes,
         });
     }
-    let delimiter = told_delimiter(&input.text).unwrap_or_else(|| delimiter(&input.text));
+    let delimiter = stated_delimiter(&input.text).unwrap_or_else(|| delimiter(&input.text));
     let first = loop {
         match beginning(&input, delimiter).map_err(wrong)? {
             Some(first) => break first,
@@ -237,7 +237,7 @@ fn cut(text: &str, columns: &[Texts], rows: &[usize]) -> Option<String> {
 }
 
 /// The delimiter in Excel's line `sep=;`.
-fn told_delimiter(text: &str) -> Option<u8> {
+fn stated_delimiter(text: &str) -> Option<u8> {
     match *lines(text).next()?.trim_ascii_end().as_bytes() {
         [b's' | b'S', b'e' | b'E', b'p' | b'P', b'=', delimiter] => Some(delimiter),
         _ => None,

@@ -1,6 +1,6 @@
 //! Makes recordings from a sheet with known columns.
 
-use super::naming::told;
+use super::naming::attribute;
 use super::times::times;
 use crate::cells::number::{self, DecimalMark};
 use crate::cells::{mode, quality, range};
@@ -116,7 +116,7 @@ impl<'a> Builder<'a> {
         let mode = mode.map(|place| self.modes(plan, place, is_sparse, &mut notes));
         let mode = mode.transpose()?;
 
-        let told_range = |key: &str| told(self.sheet, &[key]).and_then(range::of_text);
+        let told_range = |key: &str| attribute(self.sheet, &[key]).and_then(range::of_text);
         if let Some(pv) = &mut pv {
             let given = settings.pv_range.map(|ends| (ends, RangeSource::Given));
             let told = told_range("pv_range").map(|ends| (ends, RangeSource::Metadata));
@@ -173,7 +173,7 @@ impl<'a> Builder<'a> {
         }
         recording.loop_type = match settings.loop_type {
             Some(given) => given,
-            None => self.told_type(&mut notes).unwrap_or_else(|| role::loop_type(&name)),
+            None => self.stated_type(&mut notes).unwrap_or_else(|| role::loop_type(&name)),
         };
         recording.plant_time = match (&self.options.zone, self.times.start, &self.times.clock) {
             (Some(zone), Some(start), _) => zone.plant_time(start),
@@ -209,8 +209,8 @@ impl<'a> Builder<'a> {
     }
 
     /// The type in the file, as a name or as a flag for an integrating loop.
-    fn told_type(&self, notes: &mut Vec<String>) -> Option<LoopType> {
-        let told = told(self.sheet, &["type", "loop_type"])?;
+    fn stated_type(&self, notes: &mut Vec<String>) -> Option<LoopType> {
+        let told = attribute(self.sheet, &["type", "loop_type"])?;
         let integrating = number::parse(told, DecimalMark::Point);
         let found = match integrating {
             Some(0.0) => Some(LoopType::OtherSelfRegulating),
@@ -404,12 +404,12 @@ impl<'a> Builder<'a> {
                 continue;
             }
             modes.push(match mode::of_cell(cell, &self.options.modes, kind, mark) {
-                Some(mode::Said::Mode(mode)) => mode,
-                Some(mode::Said::Code(mode)) => {
+                Some(mode::ModeCell::Mode(mode)) => mode,
+                Some(mode::ModeCell::Code(mode)) => {
                     codes = true;
                     mode
                 }
-                Some(mode::Said::Nothing) => {
+                Some(mode::ModeCell::Nothing) => {
                     nothing += 1;
                     Mode::Other
                 }

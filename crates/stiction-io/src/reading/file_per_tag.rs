@@ -68,7 +68,7 @@ impl SignalFile {
             path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         let stem =
             path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-        let told = told(&file, &stem, options);
+        let told = mapped(&file, &stem, options);
         let column =
             Some(sheet.columns[value].name.clone()).filter(|name| role::of_rows(name).is_none());
         let named = [tag, column].into_iter().flatten().find_map(|name| split(&name, options));
@@ -189,7 +189,7 @@ pub fn read_together(files: &[SignalFile], options: &ReadOptions) -> Result<Read
 }
 
 /// The user's role for a file by its name.
-fn told<'o>(file: &str, stem: &str, options: &'o ReadOptions) -> Option<&'o Mapped> {
+fn mapped<'o>(file: &str, stem: &str, options: &'o ReadOptions) -> Option<&'o Mapped> {
     let is_it = |mapped: &&Mapped| is_name(&mapped.column, file) || is_name(&mapped.column, stem);
     options.map.iter().rev().find(is_it)
 }

@@ -20,7 +20,7 @@ impl Names<'_> {
             (Some(name), part) if part.is_empty() || !self.several => name.clone(),
             (Some(name), part) => format!("{part}.{name}"),
             (None, part) if !part.is_empty() && self.several => part.to_owned(),
-            (None, _) => match told(sheet, &["tag", "loop", "name"]) {
+            (None, _) => match attribute(sheet, &["tag", "loop", "name"]) {
                 Some(told) => told.to_owned(),
                 None => {
                     let stem = Path::new(self.origin).file_stem();
@@ -43,7 +43,7 @@ pub fn common_start(sheets: &[Sheet]) -> usize {
 }
 
 /// The information of a file beside its columns under one of the `keys`.
-pub fn told<'s>(sheet: &'s Sheet, keys: &[&str]) -> Option<&'s str> {
+pub fn attribute<'s>(sheet: &'s Sheet, keys: &[&str]) -> Option<&'s str> {
     let same = |key: &str| keys.contains(&&*key.to_lowercase().replace([' ', '-'], "_"));
     sheet.attributes.iter().find(|(key, _)| same(key)).map(|(_, value)| &**value)
 }

@@ -9,7 +9,7 @@ use crate::names::list;
 use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column, Sheet, Viewed};
 use crate::texts::Texts;
-use crate::timestamp::{self, Clock, Times, Told};
+use crate::timestamp::{self, Clock, StatedBy, Times};
 use jiff::ToSpan;
 use jiff::civil::Date;
 use jiff::tz::Offset;
@@ -26,8 +26,8 @@ pub fn times(
     mark: DecimalMark,
 ) -> Result<Times> {
     let wrong = |message: String| Error::Table { origin: sheet.origin.clone(), message };
-    let check_told = |seconds: f64, told: Told| {
-        timestamp::check_told(seconds, told, &sheet.origin, options.wording)
+    let check_sample_time = |seconds: f64, told: StatedBy| {
+        timestamp::check_sample_time(seconds, told, &sheet.origin, options.wording)
     };
     let by_rows = matches!(plan.place, Place::Rows { .. });
     if let Some(sample_time) = options.sample_time {
@@ -35,7 +35,7 @@ pub fn times(
             let message = "has one row per sample, so a sample time cannot replace its times";
             return Err(wrong(message.to_owned()));
         }
-        check_told(sample_time, Told::ByUser)?;
+        check_sample_time(sample_time, StatedBy::User)?;
         let mut times = evenly(sheet.len(), sample_time);
         if let Some(column) = plan.time {
             let name = &sheet.columns[column].name;
@@ -46,7 +46,7 @@ pub fn times(
     let Some(time) = plan.time else {
         return match sheet.sample_time {
             Some(sample_time) if sample_time > 0.0 && sample_time.is_finite() && !by_rows => {
-                check_told(sample_time, Told::ByFile)?;
+                check_sample_time(sample_time, StatedBy::File)?;
                 Ok(evenly(sheet.len(), sample_time))
             }
             _ => Err(wrong(no_times(sheet, by_rows, options.wording))),

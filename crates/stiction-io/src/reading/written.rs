@@ -284,7 +284,7 @@ impl Draft {
             let (Cell::Number(cell) | Cell::Word(cell)) = Cell::of(&cells, *row, mark);
             // A word that is known is no guess. A word that is not known is the position of a switch.
             let said = mode::of_cell(&cell, &options.modes, mode::Codes::Common, mark);
-            if let Some(mode::Said::Code(_)) | None = said {
+            if let Some(mode::ModeCell::Code(_)) | None = said {
                 let value = quoted(name_of(&mode::NAMES, *mode));
                 self.set(Table::Modes, &cell, value, "a common code or switch");
             }

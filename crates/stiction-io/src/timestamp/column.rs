@@ -549,7 +549,7 @@ fn unit_in(name: &str) -> Option<f64> {
 }
 
 /// The unit that a column gives, s.
-pub(super) fn told_unit(column: &Column) -> Option<f64> {
+pub(super) fn unit_of_column(column: &Column) -> Option<f64> {
     let told = column.unit.as_deref().map(str::to_lowercase);
     told.and_then(|unit| unit_of(&unit)).or_else(|| unit_in(&column.name))
 }
@@ -557,7 +557,7 @@ pub(super) fn told_unit(column: &Column) -> Option<f64> {
 /// The kind of numbers, by the name and unit of their column and by their magnitude.
 fn guess(column: &Column, numbers: &[f64]) -> TimeFormat {
     let is_dated = |format: &TimeFormat| plausible::all_within(&PLAUSIBLE, format, numbers);
-    if let Some(unit) = told_unit(column) {
+    if let Some(unit) = unit_of_column(column) {
         let epoch = TimeFormat::Epoch(unit);
         return if is_dated(&epoch) { epoch } else { TimeFormat::Elapsed(unit) };
     }

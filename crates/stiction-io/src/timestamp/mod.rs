@@ -18,6 +18,6 @@ pub use zone::{Zone, instant};
 
 pub(crate) use column::read;
 pub(crate) use context::Context;
-pub(crate) use plausible::{MOST_COLLAPSED, Told, check_told, is_epoch};
+pub(crate) use plausible::{MOST_COLLAPSED, StatedBy, check_sample_time, is_epoch};
 pub(crate) use scan::{looks_like, scan};
 pub(crate) use time_of_day::scan as time_of_day;

@@ -4,7 +4,7 @@
 //! meaning of the numbers, an unusual sample time leads to a question to the user.
 
 use super::clock::Clock;
-use super::column::told_unit;
+use super::column::unit_of_column;
 use super::context::{Context, PLAUSIBLE, Times};
 use super::format::{TimeFormat, is_plain_name, unit_name};
 use crate::cells::number;
@@ -113,13 +113,13 @@ pub fn question(
     let mut readings = better_dates(format, numbers);
     if !readings.is_empty() {
         readings.push(format.clone());
-        return Err(asked(&readings, step, numbers, column, context));
+        return Err(ambiguous(&readings, step, numbers, column, context));
     }
-    if *format == TimeFormat::Elapsed(1.0) && is_usual(format) && told_unit(column).is_none() {
+    if *format == TimeFormat::Elapsed(1.0) && is_usual(format) && unit_of_column(column).is_none() {
         readings = larger_units(numbers, &steps, step).into_iter().filter(is_usual).collect();
         if !readings.is_empty() {
             readings.insert(0, format.clone());
-            return Err(asked(&readings, step, numbers, column, context));
+            return Err(ambiguous(&readings, step, numbers, column, context));
         }
     }
     let others: Vec<TimeFormat> =
@@ -148,11 +148,11 @@ pub fn question(
     if other.is_some_and(|other| !matches!(other, TimeFormat::Elapsed(_))) {
         readings.reverse();
     }
-    Err(asked(&readings, step, numbers, column, context))
+    Err(ambiguous(&readings, step, numbers, column, context))
 }
 
 /// The question which of `readings` applies.
-fn asked(
+fn ambiguous(
     readings: &[TimeFormat],
     step: f64,
     numbers: &[f64],
@@ -407,15 +407,20 @@ fn digits(step: f64) -> String {
 
 /// The source of the time between rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Told {
+pub enum StatedBy {
     /// The user, who is trusted as far as possible.
-    ByUser,
+    User,
     /// The file, whose unit may be different.
-    ByFile,
+    File,
 }
 
 /// Refuses an impossible time between rows, in s, and questions an unusual one from a file.
-pub fn check_told(seconds: f64, told: Told, origin: &str, wording: Wording) -> Result<()> {
+pub fn check_sample_time(
+    seconds: f64,
+    told: StatedBy,
+    origin: &str,
+    wording: Wording,
+) -> Result<()> {
     let wrong = |message: String| Err(Error::Table { origin: origin.to_owned(), message });
     if !POSSIBLE.contains(&seconds) {
         return wrong(format!(
@@ -424,7 +429,7 @@ pub fn check_told(seconds: f64, told: Told, origin: &str, wording: Wording) -> R
             wording.of(Remedy::SampleTime(1.0))
         ));
     }
-    if told == Told::ByUser || USUAL.contains(&seconds) {
+    if told == StatedBy::User || USUAL.contains(&seconds) {
         return Ok(());
     }
     let other = [86_400.0, 3600.0, 60.0, 1e-3, 1e-6].map(|unit| (unit, seconds * unit));

@@ -78,7 +78,7 @@ impl Scanning {
 /// The options of a scan.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ScanAsked {
+pub struct ScanRequest {
     /// Whether to judge finished windows again.
     #[serde(default)]
     again: bool,
@@ -88,18 +88,18 @@ pub struct ScanAsked {
 ///
 /// # Errors
 /// If one runs, or the plant's file cannot be read.
-pub fn begin_scan(lab: &Lab, asked: ScanAsked) -> Answer<ScanNow> {
+pub fn begin_scan(lab: &Lab, asked: ScanRequest) -> Answer<ScanNow> {
     let folder = lab.plant.folder()?.to_owned();
     let plant = Plant::read(&folder)?;
     let files = inputs::paths(&folder, &plant).len();
     if files == 0 {
-        return Err(Wrong::asked("no file matches the data entry of plant.toml"));
+        return Err(Wrong::request("no file matches the data entry of plant.toml"));
     }
     let scanning = Arc::clone(&lab.plant.scanning);
     {
         let mut now = locked(&scanning.now);
         if now.running {
-            return Err(Wrong::asked("a scan is already running"));
+            return Err(Wrong::request("a scan is already running"));
         }
         *now = ScanNow { running: true, files, ..ScanNow::default() };
         scanning.is_to_stop.store(false, Ordering::Relaxed);

@@ -49,7 +49,7 @@ impl Window {
 /// Which days of a loop are asked for.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TrendAsked {
+pub struct TrendRequest {
     /// Its tag.
     #[serde(rename = "loop")]
     name: String,
@@ -157,10 +157,10 @@ fn least_and_most(known: &[(f64, Option<f64>)], from: f64, to: f64) -> Vec<(f64,
 }
 
 impl Window {
-    fn asked(lab: &Lab, name: &str, first: &str, days: i64) -> Answer<Self> {
-        let day = day::parse(first).map_err(Wrong::asked)?;
+    fn requested(lab: &Lab, name: &str, first: &str, days: i64) -> Answer<Self> {
+        let day = day::parse(first).map_err(Wrong::request)?;
         if !(1..=SEGMENT).contains(&days) {
-            return Err(Wrong::asked(format!("ask for 1 to {SEGMENT} days at a time")));
+            return Err(Wrong::request(format!("ask for 1 to {SEGMENT} days at a time")));
         }
         let week = lab.plant.week(None)?;
         let name = log::loop_named(&week.plant, week.known.names(), name).map_err(Wrong::gone)?;
@@ -172,8 +172,8 @@ impl Window {
 ///
 /// # Errors
 /// If there is no such loop, or no file holds those days.
-pub fn trend(lab: &Lab, asked: TrendAsked) -> Answer<Trend> {
-    let window = Window::asked(lab, &asked.name, &asked.day, asked.days)?;
+pub fn trend(lab: &Lab, asked: TrendRequest) -> Answer<Trend> {
+    let window = Window::requested(lab, &asked.name, &asked.day, asked.days)?;
     let recording = lab.plant.recording(&window)?;
     let plant = Plant::read(lab.plant.folder()?)?;
     let begin = |day: i64| day::begin(day, &plant.zone);
@@ -183,7 +183,7 @@ pub fn trend(lab: &Lab, asked: TrendAsked) -> Answer<Trend> {
     };
     let (from_s, to_s) = (within(asked.from_s, 0.0), within(asked.to_s, end - start));
     if from_s >= to_s {
-        return Err(Wrong::asked("from_s must be before to_s"));
+        return Err(Wrong::request("from_s must be before to_s"));
     }
     let line = |channel: &Channel| Line::of(channel, from_s, to_s, false);
     let held = |channel: &Channel| Line::of(channel, from_s, to_s, true);
@@ -205,7 +205,7 @@ pub fn trend(lab: &Lab, asked: TrendAsked) -> Answer<Trend> {
 /// Which window is asked for.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct WindowAsked {
+pub struct WindowRequest {
     /// The loop, by its tag.
     #[serde(rename = "loop")]
     name: String,
@@ -228,8 +228,8 @@ pub struct Explained {
 ///
 /// # Errors
 /// If there is no such loop, no file holds those days, or it cannot be judged.
-pub fn diagnose_window(lab: &Lab, asked: WindowAsked, wanted: &Wanted) -> Answer<Explained> {
-    let window = Window::asked(lab, &asked.name, &asked.day, asked.days)?;
+pub fn diagnose_window(lab: &Lab, asked: WindowRequest, wanted: &Wanted) -> Answer<Explained> {
+    let window = Window::requested(lab, &asked.name, &asked.day, asked.days)?;
     let recording = lab.plant.recording(&window)?;
     // Reading may have taken long.
     wanted.check()?;

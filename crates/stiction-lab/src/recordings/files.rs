@@ -28,7 +28,7 @@ const FILES: usize = 5_000;
 /// Levels of folders that are searched.
 const DEPTH: usize = 8;
 /// Reports of stretches in memory, for further requests.
-const TOLD: usize = 3;
+const FOLDS: usize = 3;
 
 /// The open files.
 #[derive(Debug, Default)]
@@ -38,7 +38,7 @@ pub(crate) struct Room {
     /// The options for all files without a mapping of their own.
     options: ReadOptions,
     state: Mutex<State>,
-    told: Mutex<VecDeque<(Of, Arc<Folds>)>>,
+    folds: Mutex<VecDeque<(Of, Arc<Folds>)>>,
     /// Reports that were opened as pages.
     pub(super) reports: Reports,
 }
@@ -161,7 +161,7 @@ impl File {
 
     /// The path of its own mapping file, existing or not; `None` if it was dropped.
     pub fn mapping_path(&self) -> Option<PathBuf> {
-        self.path().map(ReadOptions::mapping_beside)
+        self.path().map(ReadOptions::mapping_path)
     }
 
     /// Its entry in the list.
@@ -230,7 +230,7 @@ impl File {
         let about = std::fs::metadata(path)
             .map_err(|error| Wrong::gone(format!("{}: {error}", path.display())))?;
         if about.len() > FILE {
-            return Err(Wrong::asked(format!(
+            return Err(Wrong::request(format!(
                 "{} is larger than {} MiB; open a part of it",
                 path.display(),
                 FILE >> 20
@@ -323,7 +323,7 @@ impl Room {
         };
         let sum: usize = state.files.iter().map(held).sum();
         if sum + bytes.len() > DROPPED || state.files.iter().filter(dropped).count() >= DROPS {
-            return Err(Wrong::asked(format!(
+            return Err(Wrong::request(format!(
                 "the lab keeps at most {DROPS} dropped files, of {} MiB in all; close some, or name the file in the command \
                  `stiction lab`",
                 DROPPED >> 20
@@ -379,7 +379,7 @@ impl Room {
         };
         let before = file.own();
         if save && let Some(why) = &before.fixed {
-            return Err(Wrong::asked(why));
+            return Err(Wrong::request(why));
         }
         let asked = self.now();
         let mut held = lock(&file.held);
@@ -390,7 +390,7 @@ impl Room {
         let mut own = Own { mapping, options, is_saved, fixed: before.fixed };
         if save {
             let path = file.mapping_path().ok_or_else(|| {
-                Wrong::asked(
+                Wrong::request(
                     "a dropped file has no folder for a mapping file; save the mapping as a download",
                 )
             })?;
@@ -401,7 +401,7 @@ impl Room {
         (held.asked, held.stamp, held.failure) = (asked, stamp, None);
         let reading = self.hold(&mut held, read);
         drop(held);
-        lock(&self.told).retain(|((stretch, ..), _)| stretch.file != file.id);
+        lock(&self.folds).retain(|((stretch, ..), _)| stretch.file != file.id);
         self.make_room(file);
         Ok(reading)
     }
@@ -442,17 +442,17 @@ impl Room {
     }
 
     /// The report of a stretch, if it is still in memory.
-    pub fn told(&self, of: &Of) -> Option<Arc<Folds>> {
-        let told = lock(&self.told);
-        told.iter().find(|(known, _)| known == of).map(|(_, folds)| Arc::clone(folds))
+    pub fn folds(&self, of: &Of) -> Option<Arc<Folds>> {
+        let kept = lock(&self.folds);
+        kept.iter().find(|(known, _)| known == of).map(|(_, folds)| Arc::clone(folds))
     }
 
     /// Keeps the report of a stretch.
-    pub fn tell(&self, of: Of, folds: Arc<Folds>) {
-        let mut told = lock(&self.told);
-        told.push_back((of, folds));
-        while told.len() > TOLD {
-            told.pop_front();
+    pub fn keep_folds(&self, of: Of, folds: Arc<Folds>) {
+        let mut kept = lock(&self.folds);
+        kept.push_back((of, folds));
+        while kept.len() > FOLDS {
+            kept.pop_front();
         }
     }
 }
@@ -461,7 +461,7 @@ impl Room {
 fn write(path: &Path, own: &Own) -> Answer<()> {
     let about = std::fs::symlink_metadata(path).ok();
     if about.as_ref().is_some_and(|about| !about.is_file()) {
-        return Err(Wrong::asked(format!(
+        return Err(Wrong::request(format!(
             "{} is not a regular file; move it away",
             path.display()
         )));

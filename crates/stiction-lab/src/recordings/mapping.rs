@@ -75,8 +75,8 @@ impl Mapping {
     /// If a role, a zone or a similar word is not known. The message is the reader's, without a line number.
     pub fn options(&self) -> Answer<ReadOptions> {
         ReadOptions::parse(&self.text(), "what was said").map_err(|error| match error {
-            stiction_io::Error::Mapping { message, .. } => Wrong::asked(message),
-            other => Wrong::asked(other),
+            stiction_io::Error::Mapping { message, .. } => Wrong::request(message),
+            other => Wrong::request(other),
         })
     }
 }

@@ -218,7 +218,7 @@ fn settings_turn_a_loop_without_a_jump() {
 }
 
 #[test]
-fn a_seed_gives_the_same_loops_and_no_truth_before_it_is_asked_for() {
+fn a_seed_gives_the_same_loops_and_no_truth_before_it_is_requested() {
     let lab = open(&Options::new("test"));
     for number in 0..4 {
         let which = json!({ "seed": 11, "number": number });

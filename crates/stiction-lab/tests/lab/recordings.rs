@@ -75,7 +75,7 @@ fn the_verdict_on_a_recording_and_on_a_stretch_is_that_of_diagnose_to_the_last_d
             let expected = serde_json::to_value(said(&path, stretch)).unwrap();
             assert_eq!(answer["diagnosis"], expected, "{name} {stretch:?}");
             assert_eq!(answer["source"]["sha256"].as_str().unwrap().len(), 64);
-            assert!(!answer["told"]["headline"].as_str().unwrap().is_empty());
+            assert!(!answer["first_screen"]["headline"].as_str().unwrap().is_empty());
         }
     }
 }
@@ -113,7 +113,7 @@ fn a_stretch_is_judged_as_a_file_that_holds_its_rows_alone() {
 }
 
 #[test]
-fn folders_are_looked_through_and_files_read_when_asked_for() {
+fn folders_are_looked_through_and_files_read_when_requested_for() {
     let lab = open(&[samples()]);
     let list = lab.good("recordings", &json!({}));
     let files = list["files"].as_array().unwrap();
@@ -152,7 +152,7 @@ fn samples_come_as_bytes_in_one_go() {
 }
 
 #[test]
-fn what_was_not_opened_cannot_be_asked_for() {
+fn what_was_not_opened_cannot_be_requested() {
     let lab = open(&[sample("FIC101-sticky.csv")]);
     let other = sample("FIC102-disturbed.csv").display().to_string();
     for file in [other.as_str(), "/etc/passwd", "../samples/truth.csv", "", "dropped-1:x.csv"] {
@@ -201,7 +201,7 @@ fn what_is_dropped_is_read_and_closed_again() {
 }
 
 #[test]
-fn what_is_no_recording_is_told_and_what_is_too_large_refused() {
+fn what_is_no_recording_is_reported_and_what_is_too_large_refused() {
     let lab = open(&[]);
     for (bytes, word) in [
         (&b"PK\x03\x04"[..], "workbook"),
@@ -338,7 +338,7 @@ fn an_override_is_kept_where_the_command_keeps_it() {
     assert!(kept.contains("new packing") && kept.contains("test 1.0"), "{kept}");
     let judged = lab.good("recordings/diagnose", &json!({ "file": file, "loop": "FIC101" }));
     assert_eq!(judged["diagnosis"]["verdict"]["override"]["by"], "J. Miller");
-    assert!(judged["told"]["overruled"].as_str().unwrap().contains("new packing"));
+    assert!(judged["first_screen"]["overruled"].as_str().unwrap().contains("new packing"));
     lab.good("recordings/override", &json!({ "file": file, "loop": "FIC101" }));
     let judged = lab.good("recordings/diagnose", &json!({ "file": file, "loop": "FIC101" }));
     assert!(judged["diagnosis"]["verdict"]["override"].is_null());

@@ -164,7 +164,7 @@ impl Method {
     pub fn with(self, known: &Knowledge, given: &[(&str, f64)]) -> Result<Box<dyn Compensator>> {
         let mut given = Given { given, asked: vec![] };
         let compensator = self.chosen(known, &mut given)?;
-        given.all_were_asked_for()?;
+        given.all_are_known()?;
         Ok(compensator)
     }
 
@@ -274,7 +274,7 @@ impl Given<'_> {
         Ok(require(name, value, ok, "a whole number of samples, at least 1")? as usize)
     }
 
-    fn all_were_asked_for(&self) -> Result<()> {
+    fn all_are_known(&self) -> Result<()> {
         match self.given.iter().find(|each| !self.asked.contains(&each.0)) {
             None => Ok(()),
             Some((name, _)) => Err(Error::UnknownName {

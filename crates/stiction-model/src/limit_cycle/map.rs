@@ -724,7 +724,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_is_said_so() {
+    fn what_is_not_known_is_reported() {
         let kc = axis(Parameter::Kc, -1.0, 1.0, 3);
         let ti = axis(Parameter::Ti, -1.0, 1.0, 3);
         let map = Map::of(&paper(), kc, ti, Method::Exact).unwrap();

@@ -145,7 +145,7 @@ impl Model {
     ///
     /// # Errors
     /// Only for invalid bands.
-    pub fn felt(self, bands: Bands) -> Result<Bands> {
+    pub fn effective(self, bands: Bands) -> Result<Bands> {
         let Description { uses_s, uses_j, .. } = self.describe();
         match (uses_s, uses_j) {
             (true, true) => Ok(bands),

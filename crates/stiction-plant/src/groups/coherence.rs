@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn by_chance_it_is_as_rare_as_is_said() {
+    fn by_chance_it_is_as_rare_as_is_reported() {
         for (memory, seed) in [(0.0f32, 1u64), (0.8, 2)] {
             let loops: Vec<Pieces> = (0..400)
                 .map(|k| {

@@ -81,7 +81,7 @@ pub struct Recorded<'a> {
 
 impl Overrides {
     /// The file of overrides in the folder of `file`, or in `file` itself if it is a folder.
-    pub fn path_beside(file: &Path) -> PathBuf {
+    pub fn path_for(file: &Path) -> PathBuf {
         if file.is_dir() { file.join(FILE_NAME) } else { file.with_file_name(FILE_NAME) }
     }
 

@@ -15,10 +15,10 @@
 pub mod action;
 pub mod heading;
 pub mod health;
+pub mod last_test;
 pub mod orders;
 pub mod page;
 pub mod ranking;
-pub mod tested;
 pub mod treemap;
 
 use crate::day;
@@ -52,7 +52,7 @@ use stiction_report::document::{Loop, Source, json};
 use stiction_report::report::Folder;
 use stiction_report::report::folder::plain;
 use stiction_report::sheet::Sheet;
-use stiction_report::test_sheet;
+use stiction_report::valve_test_sheet;
 
 /// The folder of all reports, in that of the plant.
 pub const FOLDER: &str = "reports";
@@ -444,7 +444,7 @@ fn write_pages(
                         Ok(plan) => {
                             let tag = format!("{}-test", plain(&row.name));
                             let sheet = file_name(&mut names, tag);
-                            let html = test_sheet::html(&plan, &tool());
+                            let html = valve_test_sheet::html(&plan, &tool());
                             write_whole(&to.join(&sheet), html.as_bytes())?;
                             (row.plan, row.sheet) = (Some(valve_test::short(&plan)), Some(sheet));
                         }

@@ -23,7 +23,7 @@ use crate::log::{Entry, Kind, Log};
 use crate::plant_file::Plant;
 use crate::report::action::{Action, Found, LIKELY};
 use crate::report::health::Health;
-use crate::report::tested::{LastTest, s_in_words};
+use crate::report::last_test::{LastTest, s_in_words};
 use crate::store::table::columns;
 use crate::store::window::WindowRow;
 use crate::week::Week;
@@ -293,7 +293,7 @@ pub fn rank<'a>(
 }
 
 /// The entries of a loop in the log that count in a week.
-struct Said<'a> {
+struct LogEntries<'a> {
     /// Days of repairs up to its end.
     repairs: Vec<i64>,
     overruled: Option<&'a Entry>,
@@ -303,7 +303,7 @@ struct Said<'a> {
     ordered: Option<i64>,
 }
 
-impl<'a> Said<'a> {
+impl<'a> LogEntries<'a> {
     /// Of entries in the order of their days, and the days of the week.
     fn of(entries: &[&'a Entry], days: &RangeInclusive<i64>) -> Self {
         let of_kind = |kind: Kind| entries.iter().copied().filter(move |entry| entry.kind == kind);
@@ -404,7 +404,7 @@ fn ranked<'a>(
     let days = week.days();
     let facts = plant.facts(name);
     let entries = log.of(name);
-    let Said { repairs, overruled, snoozed, note, ordered } = Said::of(&entries, &days);
+    let LogEntries { repairs, overruled, snoozed, note, ordered } = LogEntries::of(&entries, &days);
     let last_repair = repairs.last().copied();
     let Valve { settled, now, history, before, drift, event } =
         Valve::of(&windows, &entries, last_repair, *days.start(), begin);

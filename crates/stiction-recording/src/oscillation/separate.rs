@@ -152,7 +152,7 @@ mod tests {
     use crate::oscillation::test_signals::{noise, sine};
 
     #[test]
-    fn two_sines_are_told_apart() {
+    fn two_sines_are_distinguished() {
         let x: Vec<f64> = sine(4000, 130.0)
             .iter()
             .zip(sine(4000, 31.0))

@@ -608,7 +608,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_doubtful_or_open_is_told() {
+    fn what_is_missing_doubtful_or_open_is_reported() {
         let mut holes = pv();
         (0..N).step_by(8).for_each(|k| holes[k] = f64::NAN);
         let fitness = of(&op(), &holes, None, Some(40.0));

@@ -226,7 +226,7 @@ impl Order {
         let mut starts = vec![];
         let mut known: BTreeMap<i64, usize> = BTreeMap::new();
         for stretch in stretches(&ordered) {
-            if Beside::of(&stretch, &known, &ordered, values, &value, step).is_new_run() {
+            if Overlap::of(&stretch, &known, &ordered, values, &value, step).is_new_run() {
                 starts.push(stretch.start);
                 known.clear();
             }
@@ -277,7 +277,7 @@ fn key(time: f64) -> i64 {
 
 /// The rows of a stretch beside the earlier rows of its run.
 #[derive(Default)]
-struct Beside {
+struct Overlap {
     /// Rows equal to an earlier one.
     equal: usize,
     /// Rows with the time of an earlier one but other values.
@@ -291,7 +291,7 @@ struct Beside {
     fits: f64,
 }
 
-impl Beside {
+impl Overlap {
     fn of(
         stretch: &Range<usize>,
         known: &BTreeMap<i64, usize>,

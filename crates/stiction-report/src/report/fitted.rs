@@ -29,7 +29,7 @@ pub(super) fn of_accused(diagnosis: &Diagnosis) -> Option<Fitted> {
 }
 
 /// Adds the results of the fit.
-pub(super) fn told(mut section: Section, Fitted { fit, prospects }: &Fitted) -> Section {
+pub(super) fn added_to(mut section: Section, Fitted { fit, prospects }: &Fitted) -> Section {
     section = section.heading("Does the valve explain the swing?");
     match (fit.cycle.known(), fit.cycle.why_not()) {
         (Some(cycle), _) => {

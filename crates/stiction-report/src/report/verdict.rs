@@ -32,9 +32,9 @@ fn faults(section: Section, diagnosis: &Diagnosis) -> Section {
         sentence(silence.name()).trim_end_matches('.')
     );
     let table = Table::new(caption).words("fault").words("how to check");
-    let table = Fault::behind(silence).iter().fold(table, |table, fault| {
-        table.row([fault.name().to_owned(), sentence(fault.told_by())])
-    });
+    let table = Fault::behind(silence)
+        .iter()
+        .fold(table, |table, fault| table.row([fault.name().to_owned(), sentence(fault.check())]));
     section.heading("Possible faults").with(table)
 }
 

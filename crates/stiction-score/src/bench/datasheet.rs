@@ -1,6 +1,6 @@
 //! What is in a suite, in words.
 
-use crate::scoreboard::Asked;
+use crate::scoreboard::KnownLoop;
 use crate::suite::Suite;
 use std::collections::BTreeMap;
 use stiction_report::report::layout::Table;
@@ -11,7 +11,7 @@ pub const RECORDINGS: &str = "recordings.jsonl";
 pub const TRUTH: &str = "truth.csv";
 
 /// The datasheet of a suite in Markdown.
-pub fn markdown(suite: &Suite, asked: &[Asked], tool: &str) -> String {
+pub fn markdown(suite: &Suite, asked: &[KnownLoop], tool: &str) -> String {
     let half = if suite.is_hidden() { ", hidden half" } else { "" };
     let mut out = format!(
         "# Suite {}{half}\n\nSimulated control loops with known truth: {}. Written by {tool} from population {}. The same \

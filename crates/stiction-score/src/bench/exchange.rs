@@ -32,7 +32,7 @@ struct Sent {
 
 /// An answer, as a detector writes it and as results keep it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Said {
+pub struct AnswerLine {
     /// The recording.
     pub id: String,
     /// Larger values indicate sticking.
@@ -135,7 +135,7 @@ pub fn recording(line: &str) -> Result<Recording, String> {
     Ok(made)
 }
 
-impl Said {
+impl AnswerLine {
     /// An answer for results, with its time.
     pub fn of(id: &str, answer: &Answer) -> Self {
         let guess = |e: Estimate| match e.low.is_nan() || e.high.is_nan() {
@@ -223,7 +223,7 @@ impl Said {
 
 /// A line of a detector.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Heard {
+pub enum ParsedLine {
     /// The answer about the recording, or a broken one as no answer.
     Answer(Answer),
     /// Something else, such as a progress message.
@@ -232,13 +232,13 @@ pub enum Heard {
 
 /// Interprets a line of a detector that was asked about the recording `id`. A line is an answer if it begins with a brace,
 /// unless it is about another recording.
-pub fn heard(line: &str, id: &str) -> Heard {
+pub fn parsed_line(line: &str, id: &str) -> ParsedLine {
     let line = line.trim();
     if !line.starts_with('{') {
-        return Heard::Other;
+        return ParsedLine::Other;
     }
     let parsed: Result<serde_json::Value, _> = serde_json::from_str(line);
-    let broken = |reason: String| Heard::Answer(Answer::none(reason, 0.0));
+    let broken = |reason: String| ParsedLine::Answer(Answer::none(reason, 0.0));
     let value = match parsed {
         Ok(value) => value,
         Err(_) if ["NaN", "Infinity"].iter().any(|word| line.contains(word)) => {
@@ -249,12 +249,12 @@ pub fn heard(line: &str, id: &str) -> Heard {
         Err(e) => return broken(format!("the answer is not JSON: {e}")),
     };
     match value.get("id").and_then(|found| found.as_str()) {
-        Some(found) if found != id => return Heard::Other,
+        Some(found) if found != id => return ParsedLine::Other,
         Some(_) => {}
         None => return broken("the answer has no id".to_owned()),
     }
-    match serde_json::from_value::<Said>(value) {
-        Ok(said) => Heard::Answer(said.answer()),
+    match serde_json::from_value::<AnswerLine>(value) {
+        Ok(said) => ParsedLine::Answer(said.answer()),
         Err(e) => broken(format!(
             "the answer has a value of the wrong type (S and J are numbers, or objects with value, low and high): {e}"
         )),
@@ -301,9 +301,9 @@ mod tests {
 
     #[test]
     fn an_answer_is_an_answer_or_has_a_reason() {
-        let of = |text: &str| match heard(text, "a") {
-            Heard::Answer(answer) => answer,
-            Heard::Other => Answer::none("other", 0.0),
+        let of = |text: &str| match parsed_line(text, "a") {
+            ParsedLine::Answer(answer) => answer,
+            ParsedLine::Other => Answer::none("other", 0.0),
         };
         let good = of(
             r#" {"id":"a","score":1.5,"decision":"sticks","S":{"value":2,"low":1,"high":3},"J":0.5,"x":1}"#,
@@ -337,15 +337,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_is_what_was_said() {
+    fn what_is_kept_is_what_was_reported() {
         let lines = [
             r#"{"id":"a","score":1.5,"decision":"sticks","S":{"value":2.0,"low":1.0,"high":3.0},"J":0.5}"#,
             r#"{"id":"a","probability":0.25,"decision":"abstain"}"#,
             r#"{"id":"a","no_answer":"it ended"}"#,
         ];
         for text in lines {
-            let Heard::Answer(answer) = heard(text, "a") else { panic!("{text}") };
-            assert_eq!(Said::of("a", &answer).line(), text);
+            let ParsedLine::Answer(answer) = parsed_line(text, "a") else { panic!("{text}") };
+            assert_eq!(AnswerLine::of("a", &answer).line(), text);
         }
     }
 }

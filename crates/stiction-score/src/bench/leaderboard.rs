@@ -4,7 +4,7 @@ use super::results::{Compared, Entry, Results};
 use crate::Error;
 use crate::page::share;
 use crate::scoreboard::{
-    Answer, Asked, Errors, GroupMeasure, Interval, KindMeasure, Quantification,
+    Answer, Errors, GroupMeasure, Interval, KindMeasure, KnownLoop, Quantification,
 };
 use stiction_figure::figure::{Figure, Legend, Panel, Scale, Series, colour};
 use stiction_report::report::layout::{Block, Fact, Report, Table};
@@ -19,7 +19,7 @@ const ROWS: usize = 12;
 ///
 /// # Errors
 /// If a figure cannot be drawn, which is not expected.
-pub fn html(results: &Results, asked: &[Asked]) -> Result<String, Error> {
+pub fn html(results: &Results, asked: &[KnownLoop]) -> Result<String, Error> {
     let mut report = Report::new(results.loops.title(), &results.tool).introduction(READING);
     report = report.block(Block::Facts(facts(results)));
     let heading = |report: Report, text: &str| report.block(Block::Heading(text.to_owned()));
@@ -396,7 +396,7 @@ pub fn detectors(results: &Results) -> Table {
 }
 
 /// Lists of loops: where two detectors differ, or where one is wrong.
-fn loops(results: &Results, asked: &[Asked]) -> Vec<Table> {
+fn loops(results: &Results, asked: &[KnownLoop]) -> Vec<Table> {
     let answers: Vec<Vec<Answer>> = ranked(results)
         .iter()
         .map(|entry| entry.answers.iter().map(|said| said.answer()).collect())

@@ -1,7 +1,7 @@
 //! The measures of one or several detectors on the same loops, as a document.
 
-use super::exchange::Said;
-use crate::scoreboard::{Answer, Asked, Comparison, Errors, Measures, Truth, times};
+use super::exchange::AnswerLine;
+use crate::scoreboard::{Answer, Comparison, Errors, KnownLoop, Measures, Truth, times};
 use crate::suite::Suite;
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -85,7 +85,7 @@ pub struct Entry {
     /// The measures.
     pub measures: Measures,
     /// The answers, in the order of the loops.
-    pub answers: Vec<Said>,
+    pub answers: Vec<AnswerLine>,
 }
 
 /// The comparison of two detectors.
@@ -120,7 +120,7 @@ pub struct SubmittedEntry {
     sha256: String,
     measures: serde_json::Value,
     /// The answers.
-    pub answers: Vec<Said>,
+    pub answers: Vec<AnswerLine>,
 }
 
 impl Loops {
@@ -154,7 +154,7 @@ impl Loops {
 
 impl Label {
     /// The truth by the label. Its stiction counts as visible.
-    pub fn asked(&self) -> Asked {
+    pub fn known_loop(&self) -> KnownLoop {
         let truth = Truth {
             valve: self.valve.clone(),
             kind: String::new(),
@@ -164,16 +164,16 @@ impl Label {
             j: None,
             member: None,
         };
-        Asked { id: self.id.clone(), truth, groups: vec![] }
+        KnownLoop { id: self.id.clone(), truth, groups: vec![] }
     }
 }
 
 impl Results {
     /// Measures detectors by their answers to the same loops, in the same order.
-    pub fn of(tool: &str, loops: Loops, asked: &[Asked], entries: Vec<Entrant>) -> Self {
+    pub fn of(tool: &str, loops: Loops, asked: &[KnownLoop], entries: Vec<Entrant>) -> Self {
         let answers: Vec<Vec<&Answer>> =
             entries.iter().map(|(_, answers)| answers.iter().collect()).collect();
-        let all: Vec<&Asked> = asked.iter().collect();
+        let all: Vec<&KnownLoop> = asked.iter().collect();
         let n = entries.len();
         let pairs: Vec<(usize, usize)> = (0..n)
             .flat_map(|a| (a + 1..n).map(move |b| (a, b)))
@@ -191,8 +191,8 @@ impl Results {
             .par_iter()
             .map(|(detector, answers)| {
                 let pairs: Vec<_> = asked.iter().zip(answers).collect();
-                let said: Vec<Said> =
-                    pairs.iter().map(|(asked, answer)| Said::of(&asked.id, answer)).collect();
+                let said: Vec<AnswerLine> =
+                    pairs.iter().map(|(asked, answer)| AnswerLine::of(&asked.id, answer)).collect();
                 Entry {
                     detector: detector.clone(),
                     sha256: sha256(&said),
@@ -241,7 +241,7 @@ impl Submitted {
     ///
     /// # Errors
     /// If the answers of one are not those to these loops, in a sentence.
-    pub fn answers(&self, asked: &[Asked]) -> Result<Vec<Entrant>, String> {
+    pub fn answers(&self, asked: &[KnownLoop]) -> Result<Vec<Entrant>, String> {
         let of = |entry: &SubmittedEntry| {
             let name = &entry.detector.name;
             if entry.answers.len() != asked.len() {
@@ -255,7 +255,7 @@ impl Submitted {
                     said.id, asked.id
                 ));
             }
-            Ok((entry.detector.clone(), entry.answers.iter().map(Said::answer).collect()))
+            Ok((entry.detector.clone(), entry.answers.iter().map(AnswerLine::answer).collect()))
         };
         self.entries.iter().map(of).collect()
     }
@@ -312,7 +312,7 @@ pub fn joined(
     tool: &str,
     submitted: &[(String, Submitted)],
     loops: Loops,
-    asked: &[Asked],
+    asked: &[KnownLoop],
 ) -> Result<Results, String> {
     let mut entries: Vec<Entrant> = vec![];
     for (origin, each) in submitted {
@@ -345,7 +345,7 @@ fn difference(a: &serde_json::Value, b: &serde_json::Value, at: &str) -> Option<
 }
 
 /// SHA-256 of the lines of answers, without times.
-fn sha256(answers: &[Said]) -> String {
+fn sha256(answers: &[AnswerLine]) -> String {
     let mut hash = Sha256::new();
     for said in answers {
         hash.update(said.line());
@@ -359,9 +359,10 @@ mod tests {
     use super::*;
     use stiction_diagnose::finding::Decision;
 
-    fn measured() -> (Vec<Asked>, Results) {
+    fn measured() -> (Vec<KnownLoop>, Results) {
         let suite = Suite::by_name("v1-trial", None).unwrap();
-        let asked: Vec<Asked> = (0..suite.len()).map(|k| suite.known(k).unwrap().asked).collect();
+        let asked: Vec<KnownLoop> =
+            (0..suite.len()).map(|k| suite.known(k).unwrap().asked).collect();
         let answers = |shift: usize| -> Vec<Answer> {
             let of = |k: usize| match k % 9 {
                 8 => Answer::none("too short", 0.25),
@@ -433,9 +434,9 @@ mod tests {
             source: String::new(),
             licence: String::new(),
         };
-        let sticking = label(true).asked();
+        let sticking = label(true).known_loop();
         assert!(sticking.counts() && sticking.truth.visible);
-        assert!(label(false).asked().counts());
+        assert!(label(false).known_loop().counts());
         assert_eq!(Loops::labelled(vec![label(true)]).title(), "1 labelled recordings");
     }
 }

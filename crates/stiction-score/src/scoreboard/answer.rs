@@ -116,7 +116,7 @@ pub type Group = (&'static str, String);
 
 /// A loop of known truth, with its groups.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Asked {
+pub struct KnownLoop {
     /// Its name.
     pub id: String,
     /// Its truth.
@@ -125,7 +125,7 @@ pub struct Asked {
     pub groups: Vec<Group>,
 }
 
-impl Asked {
+impl KnownLoop {
     /// Whether it belongs to a class: masked stiction does not.
     pub fn counts(&self) -> bool {
         self.truth.visible || !self.truth.sticks
@@ -248,8 +248,8 @@ pub struct Comparison {
 
 impl Measures {
     /// Of loops with their answers.
-    pub fn of(loops: &[(&Asked, &Answer)]) -> Self {
-        let seen: Vec<(&Asked, &Answer)> =
+    pub fn of(loops: &[(&KnownLoop, &Answer)]) -> Self {
+        let seen: Vec<(&KnownLoop, &Answer)> =
             loops.iter().copied().filter(|(asked, _)| asked.counts()).collect();
         let ranked = ranked(&seen);
         let threshold = threshold_at(&ranked, FEW_ALARMS);
@@ -314,7 +314,7 @@ impl Measures {
 
 impl Comparison {
     /// Of the answers of two detectors to the same loops.
-    pub fn of(loops: &[&Asked], first: &[&Answer], second: &[&Answer]) -> Self {
+    pub fn of(loops: &[&KnownLoop], first: &[&Answer], second: &[&Answer]) -> Self {
         let both = |answers: &[&Answer]| -> Vec<Ranked> {
             let pairs: Vec<_> = loops.iter().copied().zip(answers.iter().copied()).collect();
             let seen: Vec<_> = pairs.into_iter().filter(|(asked, _)| asked.counts()).collect();
@@ -340,9 +340,9 @@ pub fn times<'a>(answers: impl IntoIterator<Item = &'a Answer>) -> Option<Errors
     Errors::of(&times)
 }
 
-fn ranked(loops: &[(&Asked, &Answer)]) -> Vec<Ranked> {
+fn ranked(loops: &[(&KnownLoop, &Answer)]) -> Vec<Ranked> {
     let mut numbers = BTreeMap::new();
-    let one = |(asked, answer): &(&Asked, &Answer)| {
+    let one = |(asked, answer): &(&KnownLoop, &Answer)| {
         let next = numbers.len();
         let valve = *numbers.entry(asked.truth.valve.clone()).or_insert(next);
         Ranked { sticks: asked.truth.sticks, score: answer.rank(), valve }
@@ -350,7 +350,7 @@ fn ranked(loops: &[(&Asked, &Answer)]) -> Vec<Ranked> {
     loops.iter().map(one).collect()
 }
 
-fn failures(loops: &[(&Asked, &Answer)]) -> Vec<Failure> {
+fn failures(loops: &[(&KnownLoop, &Answer)]) -> Vec<Failure> {
     let mut found: Vec<Failure> = vec![];
     for (asked, answer) in loops {
         let Some(reason) = &answer.failure else { continue };
@@ -366,7 +366,7 @@ fn failures(loops: &[(&Asked, &Answer)]) -> Vec<Failure> {
     found
 }
 
-fn kinds(loops: &[(&Asked, &Answer)], above: &dyn Fn(&Answer) -> bool) -> Vec<KindMeasure> {
+fn kinds(loops: &[(&KnownLoop, &Answer)], above: &dyn Fn(&Answer) -> bool) -> Vec<KindMeasure> {
     let mut found: BTreeMap<(bool, &str), (Counts, usize)> = BTreeMap::new();
     for (asked, answer) in loops.iter().filter(|(asked, _)| !asked.truth.kind.is_empty()) {
         // Those that stick come first.
@@ -385,24 +385,26 @@ fn kinds(loops: &[(&Asked, &Answer)], above: &dyn Fn(&Answer) -> bool) -> Vec<Ki
     found.into_iter().map(row).collect()
 }
 
-fn groups(loops: &[(&Asked, &Answer)]) -> Vec<GroupMeasure> {
+fn groups(loops: &[(&KnownLoop, &Answer)]) -> Vec<GroupMeasure> {
     // In the order in which properties and values first occur in a sorted list of loops.
-    let mut found: BTreeMap<(&'static str, &str), Vec<(&Asked, &Answer)>> = BTreeMap::new();
+    let mut found: BTreeMap<(&'static str, &str), Vec<(&KnownLoop, &Answer)>> = BTreeMap::new();
     for (asked, answer) in loops {
         for (property, value) in &asked.groups {
             found.entry((property, value)).or_default().push((asked, answer));
         }
     }
-    let measured = |((property, value), of): &((&'static str, &str), Vec<(&Asked, &Answer)>)| {
-        let mut decisions = Outcomes::default();
-        of.iter().for_each(|(asked, answer)| decisions.add(asked.truth.sticks, answer.decision));
-        let auc = auc_of_all(&ranked(of));
-        GroupMeasure { property, value: (*value).to_owned(), decisions, auc }
-    };
+    let measured =
+        |((property, value), of): &((&'static str, &str), Vec<(&KnownLoop, &Answer)>)| {
+            let mut decisions = Outcomes::default();
+            of.iter()
+                .for_each(|(asked, answer)| decisions.add(asked.truth.sticks, answer.decision));
+            let auc = auc_of_all(&ranked(of));
+            GroupMeasure { property, value: (*value).to_owned(), decisions, auc }
+        };
     found.into_iter().collect::<Vec<_>>().par_iter().map(measured).collect()
 }
 
-fn nats(loops: &[(&Asked, &Answer)], above: &dyn Fn(&Answer) -> bool) -> Vec<NatsMeasure> {
+fn nats(loops: &[(&KnownLoop, &Answer)], above: &dyn Fn(&Answer) -> bool) -> Vec<NatsMeasure> {
     // Valves that never slip, and those of a loop below, have no gain.
     let shown: Vec<(Member, &Answer)> = loops
         .iter()
@@ -446,7 +448,7 @@ mod tests {
     use super::*;
     use crate::scoreboard::scored::tests as blank;
 
-    fn asked(k: usize, sticks: bool, gain: Option<f64>) -> Asked {
+    fn known_loop(k: usize, sticks: bool, gain: Option<f64>) -> KnownLoop {
         let truth = Truth {
             valve: k.to_string(),
             kind: if sticks { "sticky valve" } else { "saturation" }.to_owned(),
@@ -456,25 +458,25 @@ mod tests {
             member: gain.map(|gain| Member { gain, slips: 3 }),
             ..blank::truth()
         };
-        Asked { id: format!("loop {k}"), truth, groups: vec![("half", (k % 2).to_string())] }
+        KnownLoop { id: format!("loop {k}"), truth, groups: vec![("half", (k % 2).to_string())] }
     }
 
-    fn said(score: f64, decision: Decision) -> Answer {
+    fn answer(score: f64, decision: Decision) -> Answer {
         Answer { score: Some(score), decision, failure: None, ..Answer::none("", 0.5) }
     }
 
     #[test]
     fn an_abstention_costs_recall_and_a_failure_is_listed() {
         use Decision::{Abstains, DoesNotStick, Sticks};
-        let loops: Vec<Asked> = (0..8).map(|k| asked(k, k < 4, None)).collect();
+        let loops: Vec<KnownLoop> = (0..8).map(|k| known_loop(k, k < 4, None)).collect();
         let mut answers = vec![
-            said(5.0, Sticks),
-            said(4.0, Abstains),
-            said(1.0, DoesNotStick),
+            answer(5.0, Sticks),
+            answer(4.0, Abstains),
+            answer(1.0, DoesNotStick),
             Answer::none("it ended with exit code 1", 0.1),
-            said(3.0, Sticks),
-            said(0.0, DoesNotStick),
-            said(0.5, DoesNotStick),
+            answer(3.0, Sticks),
+            answer(0.0, DoesNotStick),
+            answer(0.5, DoesNotStick),
             Answer::none("it ended with exit code 1", 0.1),
         ];
         answers[0].probability = Some(0.99);
@@ -500,11 +502,15 @@ mod tests {
 
     #[test]
     fn masked_stiction_counts_by_nats_only() {
-        let loops = [asked(0, true, Some(1.0)), asked(1, true, Some(30.0)), asked(2, false, None)];
+        let loops = [
+            known_loop(0, true, Some(1.0)),
+            known_loop(1, true, Some(30.0)),
+            known_loop(2, false, None),
+        ];
         let answers = [
-            said(9.0, Decision::Sticks),
-            said(8.0, Decision::Sticks),
-            said(1.0, Decision::DoesNotStick),
+            answer(9.0, Decision::Sticks),
+            answer(8.0, Decision::Sticks),
+            answer(1.0, Decision::DoesNotStick),
         ];
         let found = Measures::of(&loops.iter().zip(&answers).collect::<Vec<_>>());
         assert_eq!((found.sticky, found.masked), (1, 1));

@@ -142,7 +142,7 @@ impl Board {
 }
 
 /// The decision of a method, or of the verdict, on a loop, with its score.
-fn said(loop_: &Scored, method: Option<&'static Method>) -> (Decision, Option<f64>) {
+fn decision_of(loop_: &Scored, method: Option<&'static Method>) -> (Decision, Option<f64>) {
     match method {
         None => (loop_.decision(), loop_.probability.map(logit)),
         Some(method) => {
@@ -157,7 +157,7 @@ fn row(method: Option<&'static Method>, loops: &[&Scored], valves: &[usize]) -> 
     let mut votes: BTreeMap<usize, (bool, Counts)> = BTreeMap::new();
     let mut ranked = Vec::with_capacity(loops.len());
     for (each, valve) in loops.iter().zip(valves) {
-        let (decision, score) = said(each, method);
+        let (decision, score) = decision_of(each, method);
         let sticks = each.truth.sticks;
         recordings.add(sticks, decision);
         let (valve_sticks, counts) = votes.entry(*valve).or_default();
@@ -197,7 +197,7 @@ fn kinds(loops: &[&Scored], asked: &[Option<&'static Method>]) -> Vec<KindRow> {
         });
         rows[place].loops += 1;
         for (counts, method) in rows[place].counts.iter_mut().zip(asked) {
-            counts.add(said(each, *method).0);
+            counts.add(decision_of(each, *method).0);
         }
     }
     rows.sort_by(|a, b| b.sticks.cmp(&a.sticks).then_with(|| a.kind.cmp(&b.kind)));
@@ -207,7 +207,7 @@ fn kinds(loops: &[&Scored], asked: &[Option<&'static Method>]) -> Vec<KindRow> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scoreboard::{Said, Truth};
+    use crate::scoreboard::{MethodResult, Truth};
     use stiction_diagnose::diagnose::{Estimate, VerdictClass};
     use stiction_diagnose::methods;
 
@@ -235,7 +235,7 @@ mod tests {
                 j: None,
                 member: None,
             },
-            methods: vec![Said {
+            methods: vec![MethodResult {
                 method: detectors[0].method(),
                 statistic: p,
                 threshold: Some(0.8),

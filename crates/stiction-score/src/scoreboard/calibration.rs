@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_comes_true_as_often_as_was_said_is_calibrated() {
+    fn what_comes_true_as_often_as_was_reported_is_calibrated() {
         // Of each probability k/20 twenty, of which k come true.
         let said = (0..=20).flat_map(|k| (0..20).map(move |i| (f64::from(k) / 20.0, i < k)));
         let found = Calibration::of(said).unwrap();

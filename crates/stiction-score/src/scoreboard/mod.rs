@@ -39,7 +39,7 @@ mod sureness;
 mod undecided;
 
 pub use answer::{
-    Answer, Asked, Comparison, FEW_ALARMS, Failure, Group, GroupMeasure, KindMeasure, Measures,
+    Answer, Comparison, FEW_ALARMS, Failure, Group, GroupMeasure, KindMeasure, KnownLoop, Measures,
     NatsMeasure, Sure, answer_of, answers_of, times,
 };
 pub use auc::{Auc, DRAWS, Interval, Ranked, auc, by_valve, logit, recall_at, roc, threshold_at};
@@ -51,7 +51,7 @@ pub use outcomes::{Outcomes, Share, wilson};
 pub use paired::{AucDifference, Discordant, auc_of_all, compare_auc, compare_decisions};
 pub use quantification::{Errors, Quantification};
 pub use risk::RiskCoverage;
-pub use scored::{Member, Said, Scored, Truth};
+pub use scored::{Member, MethodResult, Scored, Truth};
 pub use stiction_diagnose::methods::Counts;
 pub use sureness::{SURE, Sureness};
 pub use undecided::{HeldBack, Undecided};

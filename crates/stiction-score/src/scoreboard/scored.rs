@@ -106,7 +106,7 @@ impl Truth {
 
 /// The result of a method for a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Said {
+pub struct MethodResult {
     /// The method.
     pub method: &'static Method,
     /// The number behind the decision; larger values indicate sticking.
@@ -125,7 +125,7 @@ pub struct Scored {
     /// Its truth.
     pub truth: Truth,
     /// The result of each method that was run, in the order of the registry.
-    pub methods: Vec<Said>,
+    pub methods: Vec<MethodResult>,
     /// The conclusion.
     pub verdict: VerdictClass,
     /// The rule by which the evidence decided nothing; `None` if it decided, or something else did.
@@ -140,7 +140,7 @@ pub struct Scored {
     pub s_below: Option<f64>,
 }
 
-impl Said {
+impl MethodResult {
     /// The score that ranks loops: the statistic, unless the method abstains although it has one, for example
     /// without an oscillation to explain.
     pub fn score(&self) -> Option<f64> {
@@ -151,7 +151,7 @@ impl Said {
 impl Scored {
     /// The diagnosis of a loop with known truth.
     pub fn new(diagnosis: &Diagnosis, truth: Truth) -> Self {
-        let said = diagnosis.findings.iter().map(|finding| Said {
+        let said = diagnosis.findings.iter().map(|finding| MethodResult {
             method: finding.method,
             statistic: finding.statistic,
             threshold: finding.threshold,

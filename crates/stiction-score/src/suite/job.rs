@@ -1,7 +1,7 @@
 //! The loops of a suite, as they are made.
 
 use super::Known;
-use crate::scoreboard::{Asked, Group, Truth};
+use crate::scoreboard::{Group, KnownLoop, Truth};
 use stiction_diagnose::recording::Recording;
 use stiction_model::error::Result;
 use stiction_population::network::{Network, NetworkPlan};
@@ -126,7 +126,7 @@ impl Job {
         recording.name.clone_from(&id);
         groups.push(("part", part.name().to_owned()));
         groups.push(("samples", band(recording.op.values.len()).to_owned()));
-        Ok(Known { recording, asked: Asked { id, truth, groups } })
+        Ok(Known { recording, asked: KnownLoop { id, truth, groups } })
     }
 }
 

@@ -1,7 +1,7 @@
 //! The input of the net for a window: signals without units, offsets and directions, at their own rate.
 
 use crate::evidence::Prepared;
-use crate::identify::information::{Beside, traces};
+use crate::identify::information::{AddedStem, traces};
 use crate::series::{max, mean, min, std};
 
 /// Most samples.
@@ -35,7 +35,7 @@ pub struct Input {
 
 impl Input {
     /// The input for a window in which stems were searched; `None` if too little can be predicted.
-    pub fn of(prepared: &Prepared<'_>, beside: &Beside) -> Option<Self> {
+    pub fn of(prepared: &Prepared<'_>, beside: &AddedStem) -> Option<Self> {
         let segment = prepared.segment;
         let pv = segment.pv.as_deref()?;
         let n = pv.len();
@@ -45,18 +45,19 @@ impl Input {
         let kept = n.min(LENGTH * factor + 1);
         let part = (n - kept) / 2..(n - kept) / 2 + kept;
         let (op, pv) = (&segment.op[part.clone()], &pv[part.clone()]);
-        let heard = traces(op, pv, factor, beside)?;
-        let samples = heard.op.len();
+        let net_input = traces(op, pv, factor, beside)?;
+        let samples = net_input.op.len();
         let sp = segment.sp.as_ref().map(|sp| &sp[part]);
-        let error: Vec<f64> =
-            (0..samples).map(|k| sp.map_or(0.0, |sp| heard.pv[k] - sp[(k + 1) * factor])).collect();
+        let error: Vec<f64> = (0..samples)
+            .map(|k| sp.map_or(0.0, |sp| net_input.pv[k] - sp[(k + 1) * factor]))
+            .collect();
 
-        let (op_scale, pv_scale) = (std(&heard.op), std(&heard.pv));
+        let (op_scale, pv_scale) = (std(&net_input.op), std(&net_input.pv));
         if !(op_scale > 0.0 && pv_scale > 0.0) {
             return None;
         }
-        let level = mean(&heard.op);
-        let third: f64 = heard.op.iter().map(|u| ((u - level) / op_scale).powi(3)).sum();
+        let level = mean(&net_input.op);
+        let third: f64 = net_input.op.iter().map(|u| ((u - level) / op_scale).powi(3)).sum();
         let of_op = if third < 0.0 { -1.0 } else { 1.0 };
         let of_pv = of_op * prepared.gain_sign;
         let standard = |x: &[f64], scale: f64, sign: f64| -> Vec<f64> {
@@ -71,16 +72,16 @@ impl Input {
         let scaled = |x: &[f64], scale: f64, sign: f64| -> Vec<f64> {
             x.iter().map(|v| sign * v / scale).collect()
         };
-        let op = standard(&heard.op, op_scale, of_op);
-        let pv = standard(&heard.pv, pv_scale, of_pv);
-        let left = std(&heard.follows).max(1e-9);
+        let op = standard(&net_input.op, op_scale, of_op);
+        let pv = standard(&net_input.pv, pv_scale, of_pv);
+        let left = std(&net_input.follows).max(1e-9);
         let channels: [Vec<f64>; CHANNELS] = [
             scaled(&error, pv_scale, of_pv),
             moves(&op),
             moves(&pv),
-            scaled(&heard.follows, left, of_pv),
-            scaled(&heard.sticks, left, of_pv),
-            scaled(&heard.behind, 1.0, of_op),
+            scaled(&net_input.follows, left, of_pv),
+            scaled(&net_input.sticks, left, of_pv),
+            scaled(&net_input.behind, 1.0, of_op),
             op.clone(),
             pv.clone(),
         ];
@@ -151,15 +152,15 @@ mod tests {
         }
     }
 
-    fn heard(segment: &Segment) -> Input {
+    fn net_input(segment: &Segment) -> Input {
         let prepared = Prepared::of(segment).unwrap();
         let period = prepared.period * prepared.factor as f64;
         let told = information::of(&segment.op, segment.pv.as_ref().unwrap(), period).unwrap();
-        Input::of(&prepared, &told.beside).unwrap()
+        Input::of(&prepared, &told.added_stem).unwrap()
     }
 
     #[test]
-    fn units_offsets_and_directions_are_not_heard() {
+    fn units_offsets_and_directions_are_ignored() {
         let one = segment(900);
         let turned =
             |x: &Option<Vec<f64>>| x.as_ref().map(|x| x.iter().map(|v| 7.0 - 3.0 * v).collect());
@@ -168,8 +169,8 @@ mod tests {
             Segment { op: one.op.iter().map(|u| 100.0 - u).collect(), ..one.clone() },
             Segment { sample_time: 30.0, ..one.clone() },
         ];
-        let one = heard(&one);
-        for other in others.iter().map(heard) {
+        let one = net_input(&one);
+        for other in others.iter().map(net_input) {
             for (a, b) in one.values.iter().flatten().zip(other.values.iter().flatten()) {
                 assert!((a - b).abs() < 2e-3 * a.abs().max(1.0), "{a} {b}");
             }
@@ -181,16 +182,17 @@ mod tests {
     fn long_windows_are_thinned_as_far_as_their_period_allows() {
         // A period of 63 samples: up to three in one.
         for (n, factor) in [(900, 1), (1_800, 2), (3_900, 3)] {
-            let heard = heard(&segment(n));
+            let net_input = net_input(&segment(n));
             assert!(
-                (heard.scalars[6] - (factor as f32).ln()).abs() < 1e-6,
+                (net_input.scalars[6] - (factor as f32).ln()).abs() < 1e-6,
                 "{n}: {:?}",
-                heard.scalars
+                net_input.scalars
             );
             assert!(
-                heard.values.len() <= LENGTH && heard.values.len() + 2 >= (n / factor).min(LENGTH)
+                net_input.values.len() <= LENGTH
+                    && net_input.values.len() + 2 >= (n / factor).min(LENGTH)
             );
-            assert!(heard.values.iter().flatten().all(|v| v.abs() <= LARGEST as f32));
+            assert!(net_input.values.iter().flatten().all(|v| v.abs() <= LARGEST as f32));
         }
     }
 }

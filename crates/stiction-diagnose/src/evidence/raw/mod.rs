@@ -49,8 +49,8 @@ const CAUSES: [Cause; 5] = [
 ];
 
 /// The input of the net for a window, if there is enough data.
-pub fn heard(prepared: &Prepared<'_>, information: Option<&Information>) -> Option<Input> {
-    information.and_then(|told| Input::of(prepared, &told.beside))
+pub fn net_input(prepared: &Prepared<'_>, information: Option<&Information>) -> Option<Input> {
+    information.and_then(|told| Input::of(prepared, &told.added_stem))
 }
 
 /// One value for each of [`FEATURES`]; NaN without a net or without enough data.
@@ -58,7 +58,7 @@ pub(super) fn values_of(
     prepared: &Prepared<'_>,
     information: Option<&Information>,
 ) -> [f64; FEATURES.len()] {
-    let said = shipped().and_then(|net| Some(net.outputs(&heard(prepared, information)?)));
+    let said = shipped().and_then(|net| Some(net.outputs(&net_input(prepared, information)?)));
     said.map_or([f64::NAN; FEATURES.len()], |said| values(&said))
 }
 

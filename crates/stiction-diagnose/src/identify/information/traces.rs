@@ -1,6 +1,6 @@
 //! OP, PV and the residuals of the regressions, sample by sample: the input of a net on raw signals.
 
-use super::{Beside, Candidate, LONGEST, Problem, block_means};
+use super::{AddedStem, Candidate, LONGEST, Problem, block_means};
 use crate::series::{quantile, std};
 
 /// Signals at one rate, all of one length.
@@ -20,7 +20,7 @@ pub struct Traces {
 }
 
 /// The traces at `factor` recorded samples per value; `None` if too little can be predicted.
-pub fn traces(op: &[f64], pv: &[f64], factor: usize, beside: &Beside) -> Option<Traces> {
+pub fn traces(op: &[f64], pv: &[f64], factor: usize, beside: &AddedStem) -> Option<Traces> {
     let op_range = quantile(op, 0.995) - quantile(op, 0.005);
     if !(op_range > 0.0 && op_range.recip().is_finite() && std(pv) > 0.0) {
         return None;
@@ -29,7 +29,7 @@ pub fn traces(op: &[f64], pv: &[f64], factor: usize, beside: &Beside) -> Option<
     let (model, s, j, _) = beside.best;
     let stem = problem.stems(&[Candidate { s, j, model, place: beside.place }]).pop()?;
     let sticks = match problem.added(&stem) {
-        Some(added) => problem.errors_beside(&stem, &added),
+        Some(added) => problem.errors_with(&stem, &added),
         None => problem.error.clone(),
     };
     let instants = problem.instants;

@@ -82,7 +82,7 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
     let mut all = target.fit(&healthy(&SECOND), &LAGS);
     all.extend(target.fit(&grid(&fs, &RATIOS, &FAMILIES), &LAGS));
     refine(&target, &mut all);
-    healthy_beside(&target, &mut all);
+    add_healthy(&target, &mut all);
     let best = best(&all);
     let left: Vec<f64> = residual(&target, &all[best]).concat();
     let scored: Vec<f64> = pieces.iter().flat_map(|p| less_mean(&p.v[p.burn..])).collect();
@@ -151,7 +151,7 @@ fn refine(target: &Target<'_>, all: &mut Vec<Fitted>) {
 }
 
 /// Healthy valves with lags as fine, and small bands, so that they are not at a disadvantage.
-fn healthy_beside(target: &Target<'_>, all: &mut Vec<Fitted>) {
+fn add_healthy(target: &Target<'_>, all: &mut Vec<Fitted>) {
     let second = all[best(all)].candidate.second;
     let found = all[best(all)].lag;
     for behind in SECOND {

@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn process_and_walk_are_told_apart() {
+    fn process_and_walk_are_distinguished() {
         let (x, y, h) = wandering(0.02);
         let found = fit(&x, &y, 2, 0.04).unwrap();
         for (found, known) in found.past.iter().chain(&found.taps).zip([1.1, -0.3, 0.4, 0.1]) {

@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sticking_valve_is_told_from_a_wave_from_outside() {
+    fn a_sticking_valve_is_distinguished_from_a_wave_from_outside() {
         let (op, pv, period) = recorded(Model::He, 5.0, 3.0, 0.02);
         let found = fit(&op, &pv, Some(period), LEAST).unwrap();
         assert_eq!(found.cause, Cause::Stiction, "{}", found.fit.gain);

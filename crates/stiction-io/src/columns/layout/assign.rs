@@ -4,11 +4,11 @@ use super::assigned::{
     Assigned, join_acquisition, join_by_instrument, join_the_nameless, keep_those_with_op,
     leave_out_missing,
 };
-use super::beside::{settle_mv, take_qualities, take_quantity, take_switches};
 use super::candidate::{Candidate, candidate};
 use super::content::Content;
 use super::given::{Given, conflict};
 use super::leftover;
+use super::neighbours::{settle_mv, take_qualities, take_quantity, take_switches};
 use super::plan::{LoopPlan, MissingLoop, Recognised};
 use crate::columns::role::Role;
 use crate::error::Result;

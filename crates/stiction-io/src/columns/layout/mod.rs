@@ -3,7 +3,6 @@
 mod about_rows;
 mod assign;
 mod assigned;
-mod beside;
 mod bundles;
 mod candidate;
 pub(crate) mod content;
@@ -11,6 +10,7 @@ mod given;
 mod instrument;
 mod left_out;
 mod leftover;
+mod neighbours;
 mod plan;
 pub(crate) mod side_by_side;
 mod time_column;

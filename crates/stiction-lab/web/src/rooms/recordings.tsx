@@ -516,7 +516,7 @@ function OfLoop(props: FileProps & { loop: LoopSummary; dropped: boolean; column
           place={judged.place}
           verdicts={list.verdicts}
           dropped={props.dropped}
-          overruled={judged.judgement.told.overruled !== null}
+          overruled={judged.judgement.first_screen.overruled !== null}
           onDone={() => ask(stretch)}
         />
       )}

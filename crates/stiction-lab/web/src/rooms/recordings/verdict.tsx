@@ -6,7 +6,7 @@ import { type Clock, lasting } from "./samples";
 
 const w = t.recordings.verdict;
 export type Judgement = Answer<"recordings/diagnose">;
-type Told = Judgement["told"];
+type FirstScreen = Judgement["first_screen"];
 type Details = Answer<"recordings/details">;
 type Piece = Details["pieces"][number];
 
@@ -29,7 +29,7 @@ function bound(text: string): string {
   return text.replace(/ %/g, "\u00a0%");
 }
 
-export function Badge({ of }: { of: Told["badge"] }) {
+export function Badge({ of }: { of: FirstScreen["badge"] }) {
   return (
     <span class={`badge ${of.tone}`}>
       <span aria-hidden="true">{of.symbol}</span> {of.word}
@@ -72,31 +72,31 @@ function Likelihood({ p, words }: { p: number; words: string }) {
 
 /** The verdict on the stretch. */
 export function Card(props: { judgement: Judgement; where: string; busy: boolean }) {
-  const { told, diagnosis } = props.judgement;
+  const { first_screen: screen, diagnosis } = props.judgement;
   const p = diagnosis.verdict.probability;
   // What is not known is said, too.
   const unknown = (["S", "J"] as const)
-    .filter((name) => !told.facts.some((fact) => fact.name.startsWith(`${name},`)))
+    .filter((name) => !screen.facts.some((fact) => fact.name.startsWith(`${name},`)))
     .map((name) => ({ name: w[name], value: w.notKnown, unit: "" }));
   const why = diagnosis.stiction.why_not;
-  const tone = told.badge.tone;
+  const tone = screen.badge.tone;
   return (
     <div class={`card verdict ${tone} ${props.busy ? "busy" : ""}`} aria-busy={props.busy}>
       <div class="first">
-        <Badge of={told.badge} />
+        <Badge of={screen.badge} />
         <h2>{props.where}</h2>
       </div>
       <p class="headline" role="status">
-        {bound(told.headline)}
+        {bound(screen.headline)}
       </p>
-      {told.overruled && <p class="overruled">{told.overruled}</p>}
-      {p !== null && p !== undefined && told.probability && <Likelihood p={p} words={told.probability} />}
-      <Facts facts={[...unknown, ...told.facts].sort(bySign)} />
+      {screen.overruled && <p class="overruled">{screen.overruled}</p>}
+      {p !== null && p !== undefined && screen.probability && <Likelihood p={p} words={screen.probability} />}
+      <Facts facts={[...unknown, ...screen.facts].sort(bySign)} />
       {unknown.length > 1 && why && <p class="soft">{w.because(why)}</p>}
-      {told.actions.length > 0 && (
+      {screen.actions.length > 0 && (
         <>
           <h3>{w.actions}</h3>
-          <List ordered={told.actions.length > 1} items={told.actions} />
+          <List ordered={screen.actions.length > 1} items={screen.actions} />
         </>
       )}
     </div>
@@ -110,23 +110,23 @@ function bySign(a: { name: string }, b: { name: string }): number {
 }
 
 /** What the verdict rests on. */
-export function Evidence({ judgement: { told, diagnosis } }: { judgement: Judgement }) {
-  const notes = [...told.remarks.slice(1), ...diagnosis.notes];
+export function Evidence({ judgement: { first_screen: screen, diagnosis } }: { judgement: Judgement }) {
+  const notes = [...screen.remarks.slice(1), ...diagnosis.notes];
   return (
     <section class="evidence" aria-label={w.evidence}>
-      {told.sides.map((side) => (
+      {screen.sides.map((side) => (
         <div key={side.heading}>
           <h3>{side.heading}</h3>
           <List items={side.reasons} />
         </div>
       ))}
-      {told.causes.length > 0 && (
+      {screen.causes.length > 0 && (
         <>
           <h3>{w.causes}</h3>
-          <Facts facts={told.causes.map(({ cause, likelihood }) => ({ name: cause, value: likelihood, unit: "" }))} />
+          <Facts facts={screen.causes.map(({ cause, likelihood }) => ({ name: cause, value: likelihood, unit: "" }))} />
         </>
       )}
-      <h3>{told.remarks[0] ?? w.data}</h3>
+      <h3>{screen.remarks[0] ?? w.data}</h3>
       {notes.length > 0 && <List items={notes} />}
     </section>
   );
@@ -143,10 +143,10 @@ export function Compare(props: {
   const all = [...props.kept, ...(props.present ? [props.present] : [])];
   const names: string[] = [];
   for (const { judgement } of all) {
-    for (const { name } of judgement.told.facts) if (!names.includes(name)) names.push(name);
+    for (const { name } of judgement.first_screen.facts) if (!names.includes(name)) names.push(name);
   }
-  const fact = (told: Told, name: string) => {
-    const found = told.facts.find((each) => each.name === name);
+  const fact = (screen: FirstScreen, name: string) => {
+    const found = screen.facts.find((each) => each.name === name);
     return found ? (found.unit ? `${found.value}\u00a0${found.unit}` : found.value) : "–";
   };
   return (
@@ -182,21 +182,21 @@ export function Compare(props: {
               <th scope="row">{w.verdict}</th>
               {all.map(({ judgement }, k) => (
                 <td key={k}>
-                  <Badge of={judgement.told.badge} />
+                  <Badge of={judgement.first_screen.badge} />
                 </td>
               ))}
             </tr>
             <tr>
               <th scope="row">{w.probability}</th>
               {all.map(({ judgement }, k) => (
-                <td key={k}>{judgement.told.probability ?? "–"}</td>
+                <td key={k}>{judgement.first_screen.probability ?? "–"}</td>
               ))}
             </tr>
             {names.map((name) => (
               <tr key={name}>
                 <th scope="row">{name}</th>
                 {all.map(({ judgement }, k) => (
-                  <td key={k}>{fact(judgement.told, name)}</td>
+                  <td key={k}>{fact(judgement.first_screen, name)}</td>
                 ))}
               </tr>
             ))}

@@ -17,7 +17,7 @@ use crate::spoken::{counted, range, rough, time};
 /// A size of the plan and its turns in the test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-pub struct CarriedSize {
+pub struct SizeComparison {
     /// The part of the test: 1 with growing sizes, 2 with shrinking sizes.
     pub part: u8,
     /// The planned size, percent from one turn to the next; `None` if it is not in the plan.
@@ -37,9 +37,9 @@ pub struct CarriedSize {
 /// A test compared with its plan.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
-pub struct Carried {
+pub struct PlanComparison {
     /// The sizes, in the order of the test or the plan.
-    pub sizes: Vec<CarriedSize>,
+    pub sizes: Vec<SizeComparison>,
     /// Planned turns of these sizes.
     pub turns_planned: usize,
     /// Turns in the test.
@@ -90,19 +90,19 @@ struct Turned {
 
 /// Compares a test with its plan. `spells` are the recorded times in manual with a sample every `dt` s, and `steps` are
 /// their turns with the answers.
-pub(super) fn carried(
+pub(super) fn compared(
     plan: &TestPlan,
     spells: &[(Vec<f64>, Manual)],
     steps: &[Step],
     dt: f64,
-) -> Carried {
+) -> PlanComparison {
     let mut turned = vec![];
     let mut seen = steps.iter().map(|step| step.answered);
     for (_, manual) in spells {
         turned.extend(of_spell(plan, manual, dt, &mut seen));
     }
     let made = grouped(&turned);
-    let (sizes, of_turn) = beside(plan, &made);
+    let (sizes, of_turn) = aligned(plan, &made);
     let pv = || spells.iter().flat_map(|(_, manual)| manual.pv.iter().copied());
     let values: Vec<f64> = pv().collect();
     let outside = pv().filter(|v| *v < plan.pv_low || *v > plan.pv_high).count();
@@ -113,7 +113,7 @@ pub(super) fn carried(
         cut_short += usize::from(short && !turn.moved && !turn.last);
         held_longer += usize::from(turn.hold_s > LONGER * hold_s + 2.0 * dt);
     }
-    let mut all = Carried {
+    let mut all = PlanComparison {
         turns_planned: plan.each * sizes.iter().filter(|size| size.planned.is_some()).count(),
         turns: turned.len(),
         cut_short,
@@ -188,7 +188,7 @@ fn grouped(turned: &[Turned]) -> Vec<Made> {
 }
 
 /// The sizes of plan and test, and the planned hold of each turn, s.
-fn beside(plan: &TestPlan, made: &[Made]) -> (Vec<CarriedSize>, Vec<Option<f64>>) {
+fn aligned(plan: &TestPlan, made: &[Made]) -> (Vec<SizeComparison>, Vec<Option<f64>>) {
     let planned: Vec<(f64, f64)> =
         plan.grow.chunks(plan.each).map(|two| (2.0 * two[0].op.abs(), two[0].hold_s)).collect();
     // The first of equal sizes, because those of part 2 are smaller.
@@ -196,7 +196,7 @@ fn beside(plan: &TestPlan, made: &[Made]) -> (Vec<CarriedSize>, Vec<Option<f64>>
         true => k,
         false => top,
     });
-    let row = |part, planned: Option<(f64, Option<f64>)>, made: Option<&Made>| CarriedSize {
+    let row = |part, planned: Option<(f64, Option<f64>)>, made: Option<&Made>| SizeComparison {
         part,
         planned: planned.map(|(size, _)| size),
         made: made.map(|m| m.size),
@@ -236,10 +236,15 @@ fn beside(plan: &TestPlan, made: &[Made]) -> (Vec<CarriedSize>, Vec<Option<f64>>
     (rows, holds)
 }
 
-fn remarks(of: &Carried, plan: &TestPlan, spells: &[(Vec<f64>, Manual)], dt: f64) -> Vec<String> {
+fn remarks(
+    of: &PlanComparison,
+    plan: &TestPlan,
+    spells: &[(Vec<f64>, Manual)],
+    dt: f64,
+) -> Vec<String> {
     let unit = plan.pv_unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
     let listed = |sizes: Vec<f64>| sizes.into_iter().map(rough).collect::<Vec<_>>().join(", ");
-    let sizes = |wanted: &dyn Fn(&CarriedSize) -> Option<f64>| -> Vec<f64> {
+    let sizes = |wanted: &dyn Fn(&SizeComparison) -> Option<f64>| -> Vec<f64> {
         of.sizes.iter().filter_map(wanted).collect()
     };
     let left_out = sizes(&|size| size.planned.filter(|_| size.made.is_none()));
@@ -309,8 +314,8 @@ fn remarks(of: &Carried, plan: &TestPlan, spells: &[(Vec<f64>, Manual)], dt: f64
 }
 
 /// The remark on the end of part 2, if it differs from the plan.
-fn end(of: &Carried, plan: &TestPlan) -> Option<String> {
-    let second: Vec<&CarriedSize> =
+fn end(of: &PlanComparison, plan: &TestPlan) -> Option<String> {
+    let second: Vec<&SizeComparison> =
         of.sizes.iter().filter(|size| size.part == 2 && size.made.is_some()).collect();
     let Some(last) = second.last() else {
         return Some("Part 2 was not carried out.".to_owned());
@@ -413,9 +418,9 @@ mod tests {
     const AS_PLANNED: [(f64, usize); 8] =
         [(0.4, 2), (0.64, 2), (1.02, 2), (1.64, 4), (1.394, 2), (1.185, 2), (1.007, 2), (0.856, 2)];
 
-    fn remarks_of(sizes: &[(f64, usize)], held: usize, plan: &TestPlan) -> Carried {
+    fn remarks_of(sizes: &[(f64, usize)], held: usize, plan: &TestPlan) -> PlanComparison {
         let (spells, steps) = made(sizes, held);
-        carried(plan, &spells, &steps, 5.0)
+        compared(plan, &spells, &steps, 5.0)
     }
 
     #[test]
@@ -428,7 +433,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_done_otherwise_is_said() {
+    fn what_is_done_otherwise_is_reported() {
         let mut sizes = AS_PLANNED.to_vec();
         // 0.64 % is left out, 1.02 % becomes 0.8 %, and one turn of it alone.
         sizes[2] = (0.8, 1);

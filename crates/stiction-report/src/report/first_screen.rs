@@ -15,7 +15,7 @@ use stiction_figure::Figure;
 
 /// The information that an engineer with three minutes needs.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Told {
+pub struct FirstScreen {
     /// The conclusion as a word.
     pub badge: Badge,
     /// The conclusion as a sentence or two.
@@ -57,7 +57,7 @@ pub struct Side {
 }
 
 /// The first screen of a loop. The effects of actions are left to the [folds](Folds), because they need a fit.
-pub fn told(case: &Loop<'_>) -> Told {
+pub fn first_screen(case: &Loop<'_>) -> FirstScreen {
     let Loop { diagnosis, source } = *case;
     let causes = head::causes(diagnosis)
         .into_iter()
@@ -66,7 +66,7 @@ pub fn told(case: &Loop<'_>) -> Told {
         heading: heading.to_owned(),
         reasons: reasons.iter().map(|reason| sentence(reason)).collect(),
     });
-    Told {
+    FirstScreen {
         badge: Badge::from(diagnosis.verdict.grade),
         headline: words::verdict(diagnosis),
         overruled: diagnosis.verdict.overruled.as_ref().map(words::overruled),

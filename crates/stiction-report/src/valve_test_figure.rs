@@ -44,7 +44,7 @@ fn branches(unit: Option<&str>, test: &TestReading) -> Panel {
 
 /// The tests before and after a repair, one above the other with the same axes. Each has a title; `unit` is the unit of
 /// the PV.
-pub fn beside(tests: [(&str, &TestReading); 2], unit: Option<&str>) -> Figure {
+pub fn before_and_after(tests: [(&str, &TestReading); 2], unit: Option<&str>) -> Figure {
     let mut panels =
         tests.map(|(title, test)| Panel { title: title.to_owned(), ..panel(unit, test) });
     let ends = |of: fn(&Series) -> &Vec<f64>| {

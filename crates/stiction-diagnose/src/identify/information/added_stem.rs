@@ -91,7 +91,7 @@ type WithGain<T> = (T, f64);
 
 /// Results for stems beside the OP.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Beside {
+pub struct AddedStem {
     /// Nats that the best stem gains.
     pub gain: f64,
     /// The same by a likelihood that limits outliers.
@@ -134,7 +134,7 @@ pub(super) struct Added {
 
 impl Problem {
     /// The results of the grid's valves, and finer ones around the best, beside the OP.
-    pub(super) fn beside(&self, op: &[f64], pv: &[f64]) -> Beside {
+    pub(super) fn added_stem(&self, op: &[f64], pv: &[f64]) -> AddedStem {
         let weights = self.reliability();
         match Self::weighted(op, pv, self.op_range, self.factor, |_| weights) {
             Some(problem) => problem.searched(),
@@ -161,7 +161,7 @@ impl Problem {
     /// The valves of the grid, those that slip seldom with their best initial position, and all tried valves.
     fn on_grid(&self) -> (Vec<WithGain<Stem>>, Vec<WithGain<Candidate>>) {
         let with_gain = |stem: Stem| {
-            let gain = self.gain_beside(&stem);
+            let gain = self.added_gain(&stem);
             (stem, gain)
         };
         let mut best: Vec<WithGain<Stem>> =
@@ -201,7 +201,7 @@ impl Problem {
             let asked: Vec<Candidate> =
                 best.iter().flat_map(|(about, _)| self.finer(*about, reach)).collect();
             for stem in self.stems(&asked) {
-                let gain = self.gain_beside(&stem);
+                let gain = self.added_gain(&stem);
                 best.push((stem.candidate, gain));
                 tried.push((stem.candidate, gain));
                 winner = better(winner, (stem, gain));
@@ -223,7 +223,7 @@ impl Problem {
         })
     }
 
-    fn searched(&self) -> Beside {
+    fn searched(&self) -> AddedStem {
         let (on_grid, mut tried) = self.on_grid();
         let (mut profile, mut refuted) = ([0.0; STEPS], [f64::INFINITY; STEPS]);
         for (k, (_, gain)) in on_grid.iter().enumerate() {
@@ -252,7 +252,7 @@ impl Problem {
         let (smallest, largest) = (super::SMALLEST.ln() - 0.3, super::LARGEST.ln() + 0.3);
         let of_s = tried.iter().map(|(candidate, gain)| (candidate.s.ln(), *gain));
         let of_j = tried.iter().map(|(candidate, gain)| (candidate.j, *gain));
-        Beside {
+        AddedStem {
             gain: winner.as_ref().map_or(0.0, |(_, gain)| *gain),
             robust,
             z,
@@ -305,7 +305,7 @@ impl Problem {
         Some(Added { coefficients, drop })
     }
 
-    fn gain_beside(&self, stem: &Stem) -> f64 {
+    fn added_gain(&self, stem: &Stem) -> f64 {
         self.added(stem).map_or(0.0, |added| self.nats(self.follows.sse, added.drop))
     }
 
@@ -317,7 +317,7 @@ impl Problem {
     }
 
     /// The errors of the columns with a stem beside them, row by row.
-    pub(super) fn errors_beside(&self, stem: &Stem, added: &Added) -> Vec<f64> {
+    pub(super) fn errors_with(&self, stem: &Stem, added: &Added) -> Vec<f64> {
         let kept = self.kept(stem, added);
         let mut error = residual(&self.columns, &kept, &self.target);
         for (b, lag) in added.coefficients.iter().zip(LAGS) {
@@ -338,7 +338,7 @@ impl Problem {
     fn borne_out(&self, stem: &Stem) -> Borne {
         let Some(added) = self.added(stem) else { return Borne::default() };
         let kept = self.kept(stem, &added);
-        let error = self.errors_beside(stem, &added);
+        let error = self.errors_with(stem, &added);
         let width = 4.0 * self.scale * self.scale;
         let blocks = self.target.len() / BLOCK;
         let sums: Vec<f64> = (0..blocks)
@@ -410,7 +410,7 @@ impl Problem {
         // The remainder at the end stays there.
         turned[..self.instants * self.factor].reverse();
         let backwards = self.stems_under(&asked, &turned, true);
-        backwards.iter().map(|stem| self.gain_beside(stem)).fold(0.0, f64::max)
+        backwards.iter().map(|stem| self.added_gain(stem)).fold(0.0, f64::max)
     }
 }
 
@@ -499,7 +499,7 @@ mod tests {
         for bursts in [false, true] {
             let (op, pv) = recording(1.0, 0.5, bursts);
             let told = information(&op, &pv, Some(90.0)).unwrap();
-            let stem = &told.beside;
+            let stem = &told.added_stem;
             assert!(stem.gain > 60.0 && stem.z > 3.0, "{stem:?}");
             assert!(stem.gain > 2.0 * stem.placebo && stem.gain > 2.0 * stem.lacks, "{stem:?}");
             assert!(stem.beyond_curve > 0.5 * stem.gain && stem.share > 0.5, "{stem:?}");
@@ -512,7 +512,7 @@ mod tests {
     #[test]
     fn behind_a_valve_that_follows_large_bands_are_refuted() {
         let (op, pv) = recording(0.0, 0.0, false);
-        let stem = information(&op, &pv, Some(90.0)).unwrap().beside;
+        let stem = information(&op, &pv, Some(90.0)).unwrap().added_stem;
         assert!(stem.gain < 25.0 && stem.z < 3.0, "{stem:?}");
         assert!(stem.refuted[6] > 100.0 && stem.refuted[6] > stem.refuted[1], "{stem:?}");
     }

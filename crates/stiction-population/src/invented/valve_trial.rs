@@ -5,7 +5,7 @@ use super::sketch::Sketch;
 use super::{Invented, Invention};
 use crate::draw::Draw;
 use crate::plant::{Hand, Nobody};
-use crate::tested::{Operator, Site, Tested, TestedValve, ToPlan};
+use crate::valve_trial::{Operator, Site, Tested, TestedValve, ToPlan};
 use stiction_diagnose::recording::Recording;
 use stiction_diagnose::valve_test::TestPlan;
 use stiction_model::error::Result;

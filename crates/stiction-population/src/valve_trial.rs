@@ -40,7 +40,7 @@ pub struct ToPlan {
 
 /// The actions of the operator.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Carried {
+pub struct OperatorActions {
     /// Tests that began, one after another.
     pub began: usize,
     /// Number of turns.
@@ -94,7 +94,7 @@ pub struct Tested {
     /// The plan.
     pub plan: TestPlan,
     /// The result of the test.
-    pub carried: Carried,
+    pub carried: OperatorActions,
     /// Whether most of it is found in the recording, without a sheet or a mode.
     pub noticed: bool,
     /// Whether a test is found in the recording before it.
@@ -208,7 +208,7 @@ impl Site {
         let (whole, mut carried) = loop {
             let mut hand = AtWork::new(self, &plans, operator, allowed, Draw::of(&of));
             let whole = play(&mut hand)?;
-            let carried = hand.carried();
+            let carried = hand.actions();
             let last = &plans[plans.len() - 1];
             let more = plans.len() < MOST_TESTS && carried.began == plans.len();
             let next = more.then(|| last.again(&whole, Some(carried.sheet.clone())));
@@ -294,7 +294,7 @@ struct AtWork<'a> {
     calm: f64,
     /// Noise of the PV, units.
     noise: Noise,
-    carried: Carried,
+    carried: OperatorActions,
     last: usize,
     /// Consecutive moves of the OP because the PV drifted.
     nudged: u32,
@@ -387,7 +387,7 @@ impl<'a> AtWork<'a> {
             op_mean: f64::NAN,
             calm: 0.0,
             noise: Noise::default(),
-            carried: Carried {
+            carried: OperatorActions {
                 turns: 0,
                 stopped: 0,
                 began: 1,
@@ -415,8 +415,8 @@ impl<'a> AtWork<'a> {
         k.saturating_sub(self.site.warm_up) as f64 * self.site.step
     }
 
-    fn carried(&self) -> Carried {
-        Carried {
+    fn actions(&self) -> OperatorActions {
+        OperatorActions {
             from_s: self.at(self.site.first),
             to_s: self.at(self.last),
             ..self.carried.clone()

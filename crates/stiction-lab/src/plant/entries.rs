@@ -1,6 +1,6 @@
 //! Entries in the log, by the functions of the command.
 
-use super::Said;
+use super::LogEntry;
 use crate::calls::{Answer, Wrong};
 use crate::lab::Lab;
 use schemars::JsonSchema;
@@ -82,15 +82,15 @@ struct New {
     text: String,
 }
 
-fn enter(lab: &Lab, new: New) -> Answer<Said> {
+fn enter(lab: &Lab, new: New) -> Answer<LogEntry> {
     let folder = lab.plant.folder()?;
     if new.text.chars().count() > TEXT || new.by.iter().any(|by| by.chars().count() > NAME) {
-        return Err(Wrong::asked(format!("a text has at most {TEXT} characters, a name {NAME}")));
+        return Err(Wrong::request(format!("a text has at most {TEXT} characters, a name {NAME}")));
     }
     let plant = Plant::read(folder)?;
     let days = |text: Option<String>| text.map(|day| day::parse(&day)).transpose();
     let (day, until) =
-        (days(new.day).map_err(Wrong::asked)?, days(new.until).map_err(Wrong::asked)?);
+        (days(new.day).map_err(Wrong::request)?, days(new.until).map_err(Wrong::request)?);
     let today = || day::parse(&overrides::today().to_string()).map_err(Wrong::own);
     // Of all judged loops, not of one week, so that old loops can have entries too.
     let week = lab.plant.week(None).ok();
@@ -110,17 +110,17 @@ fn enter(lab: &Lab, new: New) -> Answer<Said> {
         text: new.text.trim().to_owned(),
     };
     log::enter(folder, &entry)?;
-    Ok(Said::of(&entry))
+    Ok(LogEntry::of(&entry))
 }
 
 /// Enters a note, a repair or an order.
 ///
 /// # Errors
 /// If there is no such loop, the entry is not possible, or the log cannot be written.
-pub fn enter_note(lab: &Lab, asked: Note) -> Answer<Said> {
+pub fn enter_note(lab: &Lab, asked: Note) -> Answer<LogEntry> {
     let Note { name, kind, text, by, day } = asked;
     if !matches!(kind, Kind::Note | Kind::Repair | Kind::Order) {
-        return Err(Wrong::asked("the kind of a note must be note, repair or order"));
+        return Err(Wrong::request("the kind of a note must be note, repair or order"));
     }
     enter(lab, New { name, kind, day, by, until: None, verdict: None, text })
 }
@@ -129,7 +129,7 @@ pub fn enter_note(lab: &Lab, asked: Note) -> Answer<Said> {
 ///
 /// # Errors
 /// As [`enter_note`].
-pub fn enter_snooze(lab: &Lab, asked: Snooze) -> Answer<Said> {
+pub fn enter_snooze(lab: &Lab, asked: Snooze) -> Answer<LogEntry> {
     let Snooze { name, until, text, by } = asked;
     let (kind, until) = (Kind::Snooze, Some(until));
     enter(lab, New { name, kind, day: None, by, until, verdict: None, text })
@@ -139,7 +139,7 @@ pub fn enter_snooze(lab: &Lab, asked: Snooze) -> Answer<Said> {
 ///
 /// # Errors
 /// As [`enter_note`].
-pub fn enter_override(lab: &Lab, asked: Conclusion) -> Answer<Said> {
+pub fn enter_override(lab: &Lab, asked: Conclusion) -> Answer<LogEntry> {
     let Conclusion { name, verdict, reason: text, until, by } = asked;
     let verdict = Some(VerdictClass::by_name(&verdict)?);
     enter(lab, New { name, kind: Kind::Override, day: None, by, until, verdict, text })

@@ -4,12 +4,14 @@ use crate::Error;
 use crate::document::Source;
 use crate::report::layout::{Badge, Block, Fact, Report, Section, Table};
 use crate::report::views::{self, Context};
-use crate::test_answers::{self, Ramped};
+use crate::valve_test_figure::{self, Ramped};
 use crate::words::{self, percent, rough, sentence};
 use stiction_diagnose::diagnose::Estimate;
 use stiction_diagnose::recording::{Grid, GridOptions, Recording};
 use stiction_diagnose::spoken::{counted, time};
-use stiction_diagnose::valve_test::{Carried, Comparison, Signature, TestReading, same_loop};
+use stiction_diagnose::valve_test::{
+    Comparison, PlanComparison, Signature, TestReading, same_loop,
+};
 use stiction_figure::figure::instant;
 use stiction_figure::{Annotation, Figure};
 
@@ -121,7 +123,10 @@ pub fn comparison(
     };
     let (old, new) = (title("before", before), title("after", after));
     let tests = [(&*old, before.test), (&*new, after.test)];
-    section = drawn(section, test_answers::beside(tests, unit(after.recording)).width(WIDTH));
+    section = drawn(
+        section,
+        valve_test_figure::before_and_after(tests, unit(after.recording)).width(WIDTH),
+    );
     section = section.heading("Agreed").with(agreed());
     for (word, one) in [("Before the repair", before), ("After the repair", after)] {
         section = section.heading(word);
@@ -199,7 +204,7 @@ pub fn signature(tool: &str, of: Signed<'_>) -> Result<String, Error> {
     let mut section = Section::new(name, Badge::from(of.signature.class), of.headline());
     section.facts = of.facts();
     section.reasons = of.signature.reasons.iter().map(|text| sentence(text)).collect();
-    let figure = test_answers::signature("", &of.ramped()).width(WIDTH);
+    let figure = valve_test_figure::signature("", &of.ramped()).width(WIDTH);
     section = drawn(section, Figure { title: String::new(), ..figure });
     section = section.heading("Agreed").with(agreed());
     let report = Report::new(format!("Valve signature of {name}"), tool);
@@ -223,7 +228,7 @@ pub fn signatures(
     let table = table.words("").words("before").words("after");
     let rows = signature_rows(before, after).into_iter().fold(table, Table::row);
     let both = [before.ramped(), after.ramped()];
-    let figure = test_answers::signatures([("before", &both[0]), ("after", &both[1])]);
+    let figure = valve_test_figure::signatures([("before", &both[0]), ("after", &both[1])]);
     section = drawn(section.with(rows), figure.width(WIDTH)).heading("Agreed").with(agreed());
     for (word, one) in [("Before the repair", before), ("After the repair", after)] {
         let items = one.signature.reasons.iter().map(|text| sentence(text)).collect();
@@ -255,7 +260,7 @@ pub fn signature_rows(before: Signed<'_>, after: Signed<'_>) -> Vec<[String; 3]>
 const WIDTH: f64 = 560.0;
 
 fn answers(of: Tested<'_>) -> Figure {
-    let figure = test_answers::figure("", unit(of.recording), of.test).width(WIDTH);
+    let figure = valve_test_figure::figure("", unit(of.recording), of.test).width(WIDTH);
     Figure { title: String::new(), ..figure }
 }
 
@@ -327,7 +332,7 @@ fn trend(of: Tested<'_>) -> Option<Figure> {
 }
 
 /// The planned and actual sizes.
-fn planned(carried: &Carried) -> Table {
+fn planned(carried: &PlanComparison) -> Table {
     let table = Table::new(format!(
         "Test and plan: the test has {}, and the plan has {} of these sizes or more.",
         counted(carried.turns, "turn"),
