@@ -183,7 +183,7 @@ def suite(name: str = "v1", *, passphrase: str | None = None) -> Suite:
     name : str, default "v1"
         Its name, one of `suites`.
     passphrase : str, optional
-        Return its hidden half, whose seeds are derived from this.
+        Return the hidden half of the suite, whose seeds are derived from the passphrase.
 
     Raises
     ------

@@ -49,7 +49,7 @@ fn diagnosis(own: &OsString, files: &[OsString], report: &Path) -> Vec<OsString>
     [own.clone(), "diagnose".into()].into_iter().chain(words).chain(files.iter().cloned()).collect()
 }
 
-/// The choice of a person, or nothing if the answer ends.
+/// The command line that the user chooses, or `None` at the end of the input.
 fn chosen(own: &OsString) -> Option<Vec<OsString>> {
     let mut out = anstream::stdout();
     let text = format!(

@@ -80,8 +80,8 @@ impl Bands {
 
     /// Whether a stem at rest breaks away under the net spring force `e = u - x`: `|e| > fs`.
     ///
-    /// Every model uses this one condition. The published models write it in algebraically equal ways that differ
-    /// by rounding exactly at the threshold.
+    /// Every model uses this one condition. The published models write it in algebraically equal forms. Exactly at
+    /// the threshold these differ by rounding.
     #[inline(always)]
     pub(crate) fn breaks(&self, e: f64) -> bool {
         e.abs() > self.fs

@@ -307,7 +307,7 @@ impl Tapes {
         self.spells.retain(|spell| spell.from < n);
     }
 
-    /// A load that ramps and resets, at the load or, rarely, at the PV.
+    /// A disturbance that ramps and resets. It acts at the load or, rarely, at the PV.
     fn resets(&mut self, design: &Design, draw: &mut Draw) -> Result<()> {
         let size = design.activity * draw.uniform(0.8, 5.0);
         let at_load = draw.chance(0.85);

@@ -1,8 +1,8 @@
 //! Recordings whose columns do not belong together: loops of the population with a mistake in their columns.
 //!
 //! They show the training false evidence. A column that replaces another keeps its units in some of the recordings.
-//! In others it is scaled to its own range, as by an export that scales every column, or the whole recording is in
-//! percent, so that ranges give no hint.
+//! In others it is scaled to its own range, as in an export that scales every column. In the rest the whole recording is
+//! in percent, so that the ranges give no hint.
 
 use super::draw::Draw;
 use super::{ControllerKind, Simulated, Situation, member};

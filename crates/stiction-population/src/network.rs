@@ -140,7 +140,7 @@ pub struct Link {
 /// The kind of coupling of two loops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LinkKind {
-    /// The outflow of one unit enters the next: the flow out of a level, else the PV.
+    /// The outflow of one unit enters the next. It is the flow out of a level, or else the PV.
     MassBalance,
     /// The outflow of a later unit returns, late and smoothed.
     Recycle,

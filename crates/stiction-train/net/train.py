@@ -184,7 +184,7 @@ def loss_of(said, loops, rows):
 
 
 def train(loops, rows, passes, seed):
-    """A net, taught by some loops."""
+    """Train a net on some of the loops."""
     torch.manual_seed(seed)
     random = np.random.default_rng(seed)
     net = Net()

@@ -5,8 +5,8 @@
 //! violates a constraint stays at its last value. So the chance that the final ones violate a constraint is that of
 //! a single test, for any number of tries (fixed sequence testing, as in A. Angelopoulos et al., "Learn then test",
 //! 2021; recalled, not read). Tests of shares of all decisions are exact: the upper end of a one-sided binomial
-//! interval of [`DOUBT`] must be within the bound. They hold for loops like the simulated ones; loops of kinds left
-//! out of training have a constraint of their own.
+//! interval of [`DOUBT`] must be within the bound. The thresholds hold for loops like the simulated ones. Kinds of
+//! loops left out of training have a constraint of their own.
 
 use crate::dataset::Dataset;
 use crate::families::Families;

@@ -60,7 +60,7 @@ struct Split {
 struct Leaf {
     /// Its index in the tree.
     node: usize,
-    /// Its part of the rows.
+    /// Range of the rows that reach it.
     rows: Range<usize>,
     sum: Sum,
     /// Bounds of its value.

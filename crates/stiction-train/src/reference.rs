@@ -14,7 +14,7 @@ const RIDGE: f64 = 0.05;
 /// The share of loops left out of training within the distance of 1.
 pub const WITHIN: f64 = 0.995;
 
-/// The reference of some rows and columns; its threshold is found on other rows.
+/// The reference from `rows` and `columns`. Its threshold is set on the rows `judged`.
 pub fn reference(data: &Dataset, columns: &[usize], rows: &[u32], judged: &[u32]) -> Reference {
     let spreads = columns.par_iter().map(|column| spread(data, *column, rows)).collect();
     let mut reference = Reference { spreads, whitening: vec![], threshold: 1.0 };

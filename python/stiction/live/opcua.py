@@ -214,8 +214,8 @@ def _loaded(path: Path) -> x509.Certificate:
 
 
 def check_certificate(data: bytes, uri: str | None, host: str, security: Security) -> str | None:
-    """Check the certificate of a server on a host against the trusted ones, and return a note, if any. The URI of the server's
-    application may be unknown.
+    """Check the certificate of a server on a host against the trusted ones, and return a note, if any. `uri` is that of the
+    server's application, if it is known.
 
     Raises
     ------

@@ -630,7 +630,7 @@ class Watcher:
             self.recorder.add(index, part.begin + 1, math.nan, hours.LOST)
 
     def _past(self, index: int, value: Any, begin: int) -> None:
-        """Stores a value of the history. The last one before its beginning is held there, unless a gap of the tag began after it."""
+        """Stores a value of the history. The last value before `begin` holds from `begin` on, unless a gap of the tag began after it."""
         status = value.StatusCode.value if value.StatusCode is not None else 0
         if status == opcua.NO_BOUND:
             return

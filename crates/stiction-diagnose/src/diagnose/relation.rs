@@ -128,8 +128,8 @@ impl Mistake<'_> {
     }
 }
 
-/// Lengths of blocks, samples: from the waves of a fast loop to those of a slow one, each four times the one
-/// before.
+/// Block lengths in samples, from the waves of a fast loop to those of a slow one. Each is four times the previous
+/// one.
 const LENGTHS: [usize; 4] = [16, 64, 256, 1024];
 /// The two lengths for averages.
 const SHORT: [usize; 2] = [16, 64];

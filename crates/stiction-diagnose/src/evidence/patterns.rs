@@ -212,7 +212,7 @@ struct Innovations {
     of_op: f64,
 }
 
-/// The first sample with a full past.
+/// The first sample whose past is complete.
 const FIRST: usize = 4;
 
 impl Innovations {

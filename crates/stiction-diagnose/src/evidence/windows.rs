@@ -20,7 +20,7 @@ const MOST_WINDOWS: usize = 60;
 /// with long records, pools of windows of 1,500 samples separate the sticking ones better than those of 4,000 (AUC 0.911
 /// and 0.890).
 pub const WINDOW_SAMPLES: usize = 1_500;
-/// A segment of up to so many samples is one window: hardly longer than those of training.
+/// A segment of up to this many samples is one window. It is hardly longer than a training loop.
 const UNDIVIDED: usize = 2_500;
 /// Cycles of a window, if they are long.
 pub const WINDOW_CYCLES: f64 = 25.0;

@@ -35,7 +35,7 @@ impl Calibration {
     /// Accepts a map that is monotone and finite.
     ///
     /// # Errors
-    /// If it is not.
+    /// If the map is not monotone or not finite.
     pub fn checked(self) -> Result<Self> {
         let sound = match &self {
             Self::Beta { a, b, c } => {

@@ -133,7 +133,7 @@ impl Pool {
         self.sums[8] as f64 / self.sums[7] as f64
     }
 
-    /// The [`SUMMARY`] and the mean of each feature, as the trees compare them; NaN where nothing is known.
+    /// The [`SUMMARY`] and the mean of each feature, as inputs of the trees. Unknown values are NaN.
     pub fn row(&self) -> Vec<f32> {
         let sum = |k: usize| self.sums[k] as f64 / ONE;
         let over = |a: f64, b: f64| if b > 0.0 { a / b } else { f64::NAN };

@@ -26,8 +26,8 @@
 //!   ln(1 - R2)`.
 //! * Load that jumps: the regression with u plus a square wave that changes sign whenever the best model's valve
 //!   reverses. It explains corners without any friction.
-//! * Placebo: valves under the mirrored OP of half a period ago. A regular wave is the same there, so the placebo
-//!   explains everything that depends on its period only.
+//! * Placebo: valves driven by the OP of half a period earlier, mirrored. A regular wave looks the same there, so the
+//!   placebo explains everything that depends only on its period.
 //! * Sensor: the output error of u behind a sensor with play.
 //! * Slips: see [`Slips`] and [`Steadiness`].
 //!

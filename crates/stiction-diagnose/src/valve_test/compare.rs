@@ -9,8 +9,8 @@
 //! d_u = a - b + sqrt((a_u - a)^2 + (b - b_l)^2)
 //! ```
 //!
-//! A test that finds no S gives only a limit: S lies between 0 and A with 95 % confidence. Then d has no best value,
-//! and its ends are the extremes that the two results allow:
+//! A test that finds no S gives only a limit: S lies between 0 and A with 95 % confidence. Then d has no best
+//! estimate. Its ends are the extremes that the two results allow:
 //!
 //! ```text
 //! a < A:           d_l = -b_u,  d_u = A - b_l

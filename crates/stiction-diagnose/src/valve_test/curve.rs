@@ -9,15 +9,16 @@
 //! The distance of the branches is that of a candidate stem: 2 b = S - J if its steps are larger than J.
 //!
 //! Both branches are fitted by monotone regression (Ayer, Brunk, Ewing, Reid and Silverman 1955, recalled, not read). The
-//! PV becomes f^-1(PV), the position of a stem on a straight line, so that a curved valve is no disturbance.
+//! PV becomes f^-1(PV), the position of a stem on a straight line, so that a nonlinear valve
+//! characteristic does not matter.
 //!
 //! What the PV lacks at the end of a hold is a share of its answer. That share follows from the sums of all holds, whose
 //! thirds approach the end geometrically, and completes each settled value.
 //!
 //! # Limits
 //! In a hold the PV comes near its end: one that still moves by more than half as much from the second third to the last
-//! as from the first to the second has no characteristic. Each direction has at least three settled levels beside the
-//! first after a reversal, which may lie within the stick band.
+//! as from the first to the second has no characteristic. Each direction must have at least three settled levels. The
+//! first level after a reversal does not count, because it may lie within the stick band.
 
 use super::stems::Stem;
 use super::weigh::Manual;

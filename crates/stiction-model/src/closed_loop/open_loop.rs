@@ -56,7 +56,7 @@ impl OpenLoopRun {
         cycle::period(&self.vp[self.vp.len() / 2..], self.sample_time, 0.0).ok().flatten()
     }
 
-    /// Half the peak-to-peak value of `signal` (one of this run's) over the last half of the run.
+    /// Half the peak-to-peak value of `signal`, a signal of this run, over the last half of the run.
     pub fn half_pp(&self, signal: &[f64]) -> f64 {
         cycle::half_pp_of_last_half(signal)
     }

@@ -299,13 +299,13 @@ impl StickSlip {
         Some(Ended { elapsed, net_n: net_n + area * drive.rise(elapsed) })
     }
 
-    /// Its momentum is enough to slip.
+    /// The stem has enough momentum to slip.
     fn leave_band(&mut self, direction: Direction, time_s: f64, recorder: &mut Recorder<'_>) {
         self.velocity_m_per_s = direction.sign() * self.law.band();
         self.begin_slip(direction, time_s, recorder);
     }
 
-    /// Its momentum is used up before it slipped.
+    /// The stem loses its momentum before it slips.
     fn fall_back(&mut self) {
         self.velocity_m_per_s = 0.0;
         self.mode = Mode::Held;

@@ -205,7 +205,7 @@ impl Inputs {
         self.changes_to(&now.collect(), |known, now| known.stamp != now.stamp)
     }
 
-    /// How the files in `folder` differ from this list, which then no longer has those that are missing.
+    /// Returns how the files in `folder` differ from this list, and removes missing files from the list.
     pub fn compared(&mut self, folder: &Path, plant: &Plant) -> Changes {
         let changes = self.changes(folder, plant);
         self.files.retain(|path, _| !changes.missing.contains(path));

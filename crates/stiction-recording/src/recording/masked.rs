@@ -26,7 +26,7 @@ use std::collections::HashSet;
 pub enum MaskedKind {
     /// The user names it as bad.
     Named,
-    /// It is a number that programs write instead of a value, and lies outside the reach of the signal.
+    /// A number that programs write instead of a value, outside the plausible range of the signal.
     Code,
     /// It lies far outside for a single sample.
     Spike,

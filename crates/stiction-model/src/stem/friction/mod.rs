@@ -53,7 +53,7 @@ pub struct LawEntry {
     pub name: &'static str,
     /// Its principle, in one line.
     pub summary: &'static str,
-    /// Its source; recalled, not verified, unless stated otherwise.
+    /// Its source, cited from memory and not verified unless stated otherwise.
     pub source: &'static str,
     /// Names of its parameters, with their units, in the order [`FrictionLaw::from_name`] takes
     /// them.
