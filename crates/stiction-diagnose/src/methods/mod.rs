@@ -1,15 +1,17 @@
-//! The published methods, a folder each, behind one trait and one registry.
+//! The methods, a folder each, behind one trait and one registry.
 //!
 //! A detector gets a [`Subject`]: one segment of a recording and the information about its loop. It returns a
 //! [`Finding`](crate::finding::Finding): its statistic, its threshold, its decision and intermediate numbers, or
 //! the reason for abstaining. Each also has its own method that returns a typed result with the data for a plot of
 //! its evidence.
 //!
-//! Detectors differ in their assumptions, needs and meaning; none is right on all loops. Thresholds are the
-//! published ones. If those could only be recalled, the documentation of the detector states it.
+//! Detectors differ in their assumptions, needs and meaning; none is right on all loops. Each documents which of its
+//! equations and thresholds were read, which were recalled, and which are ours.
 //!
 //! A folder contains the computation (`mod.rs`) and the figure of its evidence (`figure.rs`, with the feature
 //! `figure`); `shared` contains the common parts of several methods.
+//!
+#![doc = include_str!("basis.md")]
 
 pub mod area_ratio;
 pub mod bicoherence;

@@ -31,7 +31,8 @@
 //! which the first counts. Half waves of fewer than five samples are left out. Four half waves are needed.
 //!
 //! # Deviations from the paper
-//! Formula recalled, not read. The paper's margin was not found. Set point changes are not cut out.
+//! Only the first page of the paper was read: areas before and after the peak of an oscillating signal. The formula
+//! was recalled, and the paper's margin was not found. Set point changes are not cut out.
 //!
 //! # References
 //! A. Singhal, T. I. Salsbury, A simple method for detecting valve stiction in oscillating control
@@ -117,8 +118,8 @@ impl AreaRatio {
     pub const METHOD: Method = Method {
         name: "area-ratio",
         title: "Singhal and Salsbury's ratio of areas",
-        source: "Singhal, Salsbury, J. Process Control 15 (2005) 371-382; formulas recalled, not \
-                 read; margin ours",
+        source: "Singhal, Salsbury, J. Process Control 15 (2005) 371-382; first page read, \
+                 formula recalled; margin ours",
         statistic: "mean area before the peak over area after it",
         rule: "sticks if the ratio exceeds 1.18, does not if it is within 0.18 of 1",
         applies: Applies::SelfRegulating,

@@ -40,7 +40,8 @@
 //! ellipse.
 //!
 //! # Deviations from the paper
-//! Formulas and limits were recalled, not read.
+//! Formulas and limits were recalled, not read. The abstract of a later paper of the authors modifies NGI and NLI;
+//! these are the earlier ones.
 //! * Significance: the recalled limit `chi²/(2K)` at 5 % for each bin lets one in twenty bins of
 //!   Gaussian noise pass, so that NGI is then always above 0.001. Here `crit = 1 - (alpha/bins)^(1/(K-1))`,
 //!   exact for independent Gaussian segments, and alpha is shared among all bins.

@@ -21,7 +21,7 @@
 //! |---|---|---|---|
 //! | emptiness | 0.5 | | ours, midway between sine and square |
 //! | opening | 1 | standard deviations | ours |
-//! | cutoff | none | share of the Nyquist frequency | read (0.1, optional) |
+//! | cutoff | none | share of the Nyquist frequency | read (0.2, optional) |
 //!
 //! # Limits
 //! A PV behind a lag, rounded or triangular, has no empty body even if the valve sticks. So a shape without wings
@@ -29,9 +29,9 @@
 //! empties the body.
 //!
 //! # Deviations from the paper
-//! The paper was not read; the plot was read in a public repository. The publication judges the plot by eye or by a
-//! network; emptiness, opening and their thresholds are ours. The optional low pass (Butterworth, third order) runs
-//! forwards and backwards.
+//! The paper was not read; the plot was read in a public repository, which scales both signals to 0 to 1, not to
+//! standard deviations. The publication judges the plot by eye or by a network; emptiness, opening and their
+//! thresholds are ours. The optional low pass (Butterworth, third order) runs forwards and backwards, as there.
 //!
 //! # References
 //! Kamaruddin, Zabiri et al., J. Process Control 87 (2020) (not read); GitHub

@@ -30,8 +30,9 @@
 //! the PV's shape. Half waves of fewer than five samples are left out. Four half waves are needed.
 //!
 //! # Deviations from the paper
-//! Not known: only the abstract was read. The two sides of a triangle need not meet at the apex. That SI averages
-//! errors, not indices, over the half waves is our reading.
+//! Not known: only the abstract was read. The two sides of a triangle need not meet at the apex. Two public programs
+//! also form SI from mean errors; a third averages one SI per cycle. The programs fit lines between the end samples
+//! of a half wave; ours begin and end at the interpolated crossings.
 //!
 //! # References
 //! Q. P. He, J. Wang, M. Pottmann, S. J. Qin, A curve fitting method for detecting valve stiction in

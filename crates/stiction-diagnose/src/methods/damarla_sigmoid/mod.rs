@@ -27,13 +27,14 @@
 //! outlier of the OP compresses `y`.
 //!
 //! # Deviations from the paper
-//! The paper was not read. The public implementation below uses the sigmoid and the threshold. How it pairs
-//! increments and OP was not read and is our reading. Its stored `R` of six recorded loops, from another fit,
-//! differ from ours by at most 0.04. Of more than 4,000 pairs, evenly spaced ones are used.
+//! The paper was not read; increments, scaling, function and threshold are those of the public implementation below.
+//! It adds a first increment of 0, begins at `a = 1`, and rounds `R` to two digits before the comparison. Its stored
+//! `R` of seven recorded loops, from another fit, differ from ours by at most 0.06. Of more than 4,000 pairs, evenly
+//! spaced ones are used.
 //!
 //! # References
 //! Damarla, S. K. et al., AdCONIP 2022, 210-215 (not read); GitHub
-//! nPoKhappy/control-valve-stiction-implementation, thesis_2 (read).
+//! nPoKhappy/control-valve-stiction-implementation, thesis_2 and final/data.py (read).
 
 #[cfg(feature = "figure")]
 pub(super) mod figure;

@@ -31,8 +31,8 @@
 //! stiction and disturbance give similar phases.
 //!
 //! # Deviations from the paper
-//! None known; only the first page of the paper was read, the rest recalled. Crossings are interpolated between
-//! lags, `r_opt` uses whole lags.
+//! None known; only the first page of the paper was read, the rest recalled. No public program with the two ratios
+//! was found. Crossings are interpolated between lags, `r_opt` uses whole lags.
 //!
 //! # References
 //! A. Horch, A simple method for detection of stiction in control valves, Control Engineering Practice
@@ -112,7 +112,7 @@ impl Horch {
     pub const METHOD: Method = Method {
         name: "horch",
         title: "Horch's cross-correlation",
-        source: "Horch, Control Eng. Practice 7 (1999) 1221-1231; formulas recalled, not read",
+        source: "Horch, Control Eng. Practice 7 (1999) 1221-1231; first page read, formulas recalled",
         statistic: "smaller of delta tau and delta rho",
         rule: "sticks if delta tau and delta rho exceed 2/3, does not if both are below 1/3",
         applies: Applies::SelfRegulating,

@@ -31,12 +31,14 @@
 //! of the set point or of the load are also corners.
 //!
 //! # Deviations from the paper
-//! Recalled, not read: the comparison of the second derivative's density with those of triangle and sinusoid. The
-//! filter, the estimate of the noise, the histogram, the index and its margin are ours.
+//! The paper was not read. The claims of Horch's patent agree in the idea: the derived signal is mapped, and the
+//! mapping is compared with that of static friction and that of a sinusoid. The patent filters to two to four times
+//! the frequency of the oscillation; the average over `m` passes up to about five times. The estimate of the noise,
+//! the histogram, the index and its margin are ours.
 //!
 //! # References
 //! A. Horch, A. J. Isaksson, Detection of stiction in integrating processes, European Control
-//! Conference (2001).
+//! Conference (2001) (not read); A. Horch, US patent 7,047,152 (claims read).
 
 #[cfg(feature = "figure")]
 pub(super) mod figure;
@@ -122,8 +124,8 @@ impl HorchDensity {
     pub const METHOD: Method = Method {
         name: "horch-density",
         title: "Horch and Isaksson's density of the second derivative",
-        source: "Horch, Isaksson, European Control Conference (2001); idea recalled, not read; \
-                 filter, index and margin ours",
+        source: "Horch, Isaksson, European Control Conference (2001), not read; idea as in the \
+                 claims of US patent 7,047,152; filter, index and margin ours",
         statistic: "index of the densities' misfits",
         rule: "sticks if one hump fits the density better than two by the margin of 0.2, does not if \
                two fit better than one",

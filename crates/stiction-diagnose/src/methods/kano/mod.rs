@@ -27,8 +27,9 @@
 //! is refined once, to 0.2 % of the OP's span.
 //!
 //! # Deviations from the paper
-//! Recalled, not read: A counts how long the position rests while the OP's changes add up, and B reconstructs the
-//! position through a dead band of unknown width. Tolerances and the search are ours.
+//! Recalled, not read; public programs named after Kano have other rules. A counts how long the position rests while
+//! the OP's changes add up, and B reconstructs the position through a dead band of unknown width. Tolerances and the
+//! search are ours.
 //!
 //! # References
 //! M. Kano, H. Maruta, H. Kugemoto, K. Shimizu, Practical model and detection algorithm for valve

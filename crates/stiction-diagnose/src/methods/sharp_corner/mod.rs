@@ -36,12 +36,15 @@
 //! sticking valve. Noise can cover corners, and rarely makes them.
 //!
 //! # Deviations from the paper
-//! No paper. A user's guide to the tool describes the steps and the similarity of 50 %, but not the similarity's
-//! definition, the crop, the tolerance or how cycles are combined: those are ours. The guide compares images; here
-//! the points themselves are used.
+//! No paper. A user's guide and the source of the tool were read. Its steps are these, its details are not:
+//! * it cuts cycles at every second turning point of the smoothed OP, and compares images, not points;
+//! * "50 %" is a distance of image moments of at most 0.5 from one of three fixed ellipses at 45°;
+//! * it crops two opposite quarters of the image, and keeps points farther than 4 % of the contour's length;
+//! * one of the two corners with three points suffices for a cycle; nothing is noise, and no share is decided on;
+//! * its magnitude is our width of the ellipse, but in pixels over the difference of the axes.
 //!
 //! # References
-//! HAW Hamburg, Process Automation, Stiction Analyser, user's guide (read); Douglas, Peucker,
+//! HAW Hamburg, GitHub HAW-Process-Automation/Stiction-Analyser, user's guide and source (read); Douglas, Peucker,
 //! Cartographica 10 (1973) 112-122 (not read).
 
 #[cfg(feature = "figure")]
@@ -78,7 +81,7 @@ const MOST_CYCLES: usize = 200;
 static METHOD: Method = Method {
     name: "sharp-corner",
     title: "Sharp corners",
-    source: "HAW Hamburg, Stiction Analyser, user's guide (read); details ours",
+    source: "HAW Hamburg, Stiction Analyser, user's guide and program (read); details ours",
     statistic: "share of sharp corners",
     rule: "sticks if at least half (ours) of the outermost corners are sharp, in cycles that resemble an ellipse \
            by more than 50 %; undecided if noise covers most corners",

@@ -18,18 +18,22 @@
 //! # Parameters
 //! | name | unit | default | source |
 //! |---|---|---|---|
-//! | `threshold` | none | 0 | Hägglund 2011, recalled, not read |
+//! | `threshold` | none | 0 | recalled, and read in a public program |
 //!
 //! # Limits
 //! If the process is slow, the error of a sticking loop is a triangle, which a sine fits better: the index is then
 //! evidence against stiction. Half waves of fewer than five samples are left out. Four half waves are needed.
 //!
 //! # Deviations from the paper
-//! Recalled, not read. The paper's method is recursive and forgets; this one uses the whole segment.
+//! The paper was not read. A public program agrees in the index and the threshold. It takes the amplitudes from equal
+//! areas, `a = 2 IAE / Tp` and `b = pi IAE / Tp` with the half wave's absolute area `IAE` and the period `Tp`, and
+//! averages one index per half wave. Here the amplitudes are of least squares, and errors are summed. The paper's
+//! method, as recalled, is recursive and forgets; this one uses the whole segment.
 //!
 //! # References
 //! T. Hägglund, A shape-analysis approach for diagnosis of stiction in control valves, Control
-//! Engineering Practice 19 (2011) 782-789.
+//! Engineering Practice 19 (2011) 782-789 (not read); GitHub
+//! Freddymt20/Non-linearity-detection-algorithm-in-control-valves (read).
 
 #[cfg(feature = "figure")]
 pub(super) mod figure;
@@ -92,7 +96,8 @@ impl SquareWave {
     pub const METHOD: Method = Method {
         name: "square-wave",
         title: "Hägglund's shape",
-        source: "Hägglund, Control Eng. Practice 19 (2011) 782-789; recalled, not read",
+        source: "Hägglund, Control Eng. Practice 19 (2011) 782-789, not read; index and threshold \
+                 as in a public program",
         statistic: "shape index",
         rule: "sticks if the index exceeds 0",
         applies: Applies::SelfRegulating,

@@ -40,12 +40,12 @@
 //! a sticky loop with steady cycles is called linear. `N` varies by some tenths with the seed.
 //!
 //! # Deviations from the paper
-//! Formulas and limits were recalled, not read. The middle of a long record is used. Surrogates are refined by a
-//! few iterations only, and end with the values, so that their spectrum is approximate. The original cuts the
-//! record where its end matches its beginning.
+//! Only the abstract was read; formulas and limits were recalled. The middle of a long record is used. Surrogates are
+//! refined by a few iterations only, and end with the values, so that their spectrum is approximate. The original cuts
+//! the record where its end matches its beginning.
 //!
 //! # References
-//! Thornhill, IEEE Trans. Control Syst. Technol. 13 (2005) 434-443 (not read); Schreiber, Schmitz, Phys.
+//! Thornhill, IEEE Trans. Control Syst. Technol. 13 (2005) 434-443 (abstract read); Schreiber, Schmitz, Phys.
 //! Rev. Lett. 77 (1996) 635-638 (not read).
 
 #[cfg(feature = "figure")]
@@ -83,8 +83,8 @@ const FEWEST_PERIODS: f64 = 10.0;
 static METHOD: Method = Method {
     name: "surrogates",
     title: "Thornhill's surrogate data",
-    source: "Thornhill, IEEE Trans. Control Syst. Technol. 13 (2005) 434-443; formulas and limits \
-             recalled, not read",
+    source: "Thornhill, IEEE Trans. Control Syst. Technol. 13 (2005) 434-443; abstract read, formulas \
+             and limits recalled",
     statistic: "N",
     rule: "nonlinear if N, the deviation of the prediction error from the surrogates' in three of their \
            standard deviations, is above the threshold 1",

@@ -33,8 +33,8 @@
 //! Dead time and lag between valve and PV look like stiction.
 //!
 //! # Deviations from the paper
-//! Recalled, not read. The decision by rho1 and not rho3 is ours: at 0.25 rho1 agrees with the known state of eight
-//! of nine recorded loops, rho3 of four.
+//! Recalled, not read; no public program with these patterns was found. The decision by rho1 and not rho3 is ours: at
+//! 0.25 rho1 agrees with the known state of eight of nine recorded loops, rho3 of four.
 //!
 //! # References
 //! Y. Yamashita, An automatic method for detection of valve stiction in process control loops, Control
