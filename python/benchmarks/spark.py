@@ -1,9 +1,9 @@
-"""What a scan on Spark costs beside the same scan here: the table of BENCHMARKS.md.
+"""Compares the time of a scan on Spark with that of the local engine, for the table in BENCHMARKS.md.
 
     pip install ".[spark]" && python python/benchmarks/spark.py --loops 50 --days 3
 
 A demo plant is scanned by the local engine in one thread, then by Spark on one machine with one and with two workers, each
-held to a CPU of its own; driver and master run where there is room. CPU seconds are those of processes, sampled from
+bound to a separate CPU. Driver and master may use any CPU. CPU seconds are those of processes, sampled from
 /proc: the driver, the virtual machines of Java that work, and their Python, which reads tables and diagnoses. It
 runs on Linux.
 """

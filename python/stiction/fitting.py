@@ -405,7 +405,7 @@ def fit(
 
     The controller is identified from OP, PV and SP. The valve is identified from its recorded position, or from the evidence of
     the diagnosis and the prediction of the PV. The process is identified from everything that explains the PV with that valve.
-    Then loops are drawn from all possible ones, and the exact limit cycle of each is compared with the recorded swing.
+    Then possible loops are drawn from these results, and the exact limit cycle of each is compared with the recorded swing.
 
     Parameters
     ----------

@@ -66,7 +66,7 @@ pub struct Document {
     settings: Settings,
     /// S and J assumed for choosing parameters.
     assumed: Bands,
-    /// The test that every method went through.
+    /// The simulated test of each method.
     protocol: CompareOptions,
     /// First the loop without a compensator, then the methods, those with the smallest worst error first.
     methods: Vec<Compensated>,

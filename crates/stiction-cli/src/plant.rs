@@ -351,7 +351,7 @@ fn check(folder: &Path, json: bool) -> Result<ExitCode> {
     ended(checked.files, &checked.problems)
 }
 
-/// Prints the problems. The exit code is 2 if there are any, and missing files are an error.
+/// Prints the problems. The exit code is 2 if there are any. It is an error if no file was found.
 fn ended(files: usize, problems: &[Problem]) -> Result<ExitCode> {
     if files == 0 {
         bail!("no file matches data in {}", plant_file::NAME);

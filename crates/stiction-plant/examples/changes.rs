@@ -1,4 +1,5 @@
-//! Compares the weekly reports of demo plants with their truth: changes, work orders and loops that are sent upstream.
+//! Compares the weekly reports of demo plants with their true values: changes, work orders, and loops with the action
+//! "look upstream".
 //!
 //! `cargo run -p stiction-plant --example changes -- PLANT...`, with folders that `stiction plant demo` wrote and `stiction
 //! plant scan` judged. A change of the demo is visible if the windows before and after it, each side combined, have 80 % or more

@@ -49,7 +49,7 @@ impl Selected {
 pub(super) struct Spell {
     pub from: usize,
     pub until: usize,
-    /// Steps of OP movements, and their sizes, percent.
+    /// Sample numbers of the OP movements, with their sizes, percent.
     moves: Vec<(usize, f64)>,
 }
 

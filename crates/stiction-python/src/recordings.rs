@@ -446,7 +446,7 @@ fn of_columns(origin: &str, columns: Vec<Column>) -> Sheet {
     Sheet { origin: origin.to_owned(), columns, ..Sheet::default() }
 }
 
-/// A column of numbers, texts, or times with whether they are UTC.
+/// A column of numbers, of texts, or of times with a flag that they are UTC.
 #[derive(FromPyObject)]
 enum Given<'py> {
     Numbers(PyReadonlyArray1<'py, f64>),

@@ -27,7 +27,7 @@ use stiction::valve::{Start, Valve as _};
 /// parameters : mapping, optional
 ///     Changes to parameters of stem and friction by name, such as ``{"coulomb_n": 900}``.
 /// tolerance : float, default 1e-8
-///     Relative tolerance of the solver, 1e-12 to 1e-3. It has no effect on motion with a closed solution.
+///     Relative tolerance of the solver, 1e-12 to 1e-3. It has no effect on motion with a closed-form solution.
 ///
 /// Raises
 /// ------

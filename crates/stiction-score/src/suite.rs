@@ -90,7 +90,7 @@ impl Suite {
         PLANS.iter().map(|plan| (plan.name, plan.about))
     }
 
-    /// The suite of this name. With a key, it is its hidden half: loops of the same kinds and numbers whose seeds are
+    /// The suite of this name. With a key it is the hidden half: loops of the same kinds and numbers, whose seeds are
     /// derived from the key.
     ///
     /// # Errors

@@ -271,7 +271,8 @@ struct Step {
 }
 
 impl Step {
-    /// The limit keeps its coverage by itself, at the end of the search.
+    /// Whether all constraints hold, except that on the limit. The limit is shifted after the search to keep its
+    /// coverage.
     fn holds(&self) -> bool {
         let mut all = Constraint::ALL.into_iter().zip(self.values);
         all.all(|(each, value)| each == Constraint::Broken || value <= each.bound())

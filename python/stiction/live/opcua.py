@@ -104,7 +104,7 @@ NO_HISTORY = (
 
 
 NO_BOUND = ua.StatusCodes.BadBoundNotFound
-"""The status of an answer that there is no value at a bound."""
+"""The status of a history bound that has no value."""
 NO_DATA = (ua.StatusCodes.BadNoData, ua.StatusCodes.GoodNoData)
 TOO_LARGE = (
     ua.StatusCodes.BadEncodingLimitsExceeded,

@@ -35,14 +35,14 @@ use crate::series::mean;
 
 /// The least score of a change by log-odds.
 pub const THRESHOLD: f64 = 6.0;
-/// The least score of a change by S, whose noise is better known.
+/// The least score of a change of S. It is lower, because the noise of S is better known.
 pub const S_THRESHOLD: f64 = 4.0;
 /// Days of windows on each side of a change, at least, if there are not [`MANY`].
 pub const SIDE: f64 = 2.0;
-/// Windows of a diagnosis on each side of a change, at least, if there are not [`SIDE`] days; how often it errs is in
-/// `docs/accuracy.md`.
+/// Windows of a diagnosis on each side of a change, at least, if there are not [`SIDE`] days. `docs/accuracy.md` reports
+/// how often the result is wrong.
 pub const MANY: f64 = 5.0;
-/// How far mean log-odds go at least: odds of 9 to 1.
+/// The least change of the mean log-odds: odds of 9 to 1.
 pub const FARTHEST: f64 = 2.2;
 /// By what share S grows or shrinks at least.
 pub const GROWTH: f64 = 0.25;

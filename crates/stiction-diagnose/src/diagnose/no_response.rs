@@ -196,11 +196,12 @@ const ONE_WAY: f64 = 0.8;
 const AWAY: f64 = 10.0;
 /// Share of the OP's span above which no loop can hold its PV to the last digit: this rest names the fault alone.
 const OVERWHELMING: f64 = 20.0;
-/// Probability from which the evidence alone names it; ours. `docs/accuracy.md` reports how often "does not respond" is right.
+/// Probability from which the evidence alone gives "does not respond"; ours. `docs/accuracy.md` reports how often that is
+/// right.
 pub const NAMED_FROM: f64 = 0.7;
-/// Probability from which the evidence names it if the PV rests.
+/// Probability from which the evidence gives it if the PV is constant.
 const SUPPORTED_FROM: f64 = 0.2;
-/// Probability of saturation below which the evidence alone can name it.
+/// The evidence alone gives it only if saturation is less probable than this.
 const SATURATION_BELOW: f64 = 0.2;
 /// Reasons for unfit data that a PV that does not respond causes by itself.
 const BY_ITSELF: [MeasureId; 8] = [

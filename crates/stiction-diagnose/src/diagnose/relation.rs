@@ -158,7 +158,7 @@ const RANGES: [(f64, f64); 10] = [
 /// A signal is at its set point if its mean distance is below one standard deviation, and it crosses the set point
 /// at least this often.
 const CROSSINGS: usize = 8;
-/// Distance from which a signal is far from a set point that it never meets, in standard deviations.
+/// Least distance of a signal that is far from its set point and never reaches it, in standard deviations.
 const FAR: f64 = 5.0;
 /// Below this share, a signal explains nothing of another.
 const NOTHING: f64 = 0.1;

@@ -137,7 +137,7 @@ pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
     out.extend(values);
 }
 
-/// A signal from turn to turn.
+/// A signal, divided at its turning points.
 pub(super) struct Legs {
     pub turns: Vec<usize>,
     pub times: Vec<f64>,

@@ -380,8 +380,8 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
     Ok(Prospects { actions, loops: table.len(), advice })
 }
 
-/// Sorts actions by the upper end of the error's ratio, the smallest first; among those as good as the best
-/// remaining one, by effort.
+/// Sorts actions by the upper end of the error's ratio, the smallest first. Actions as good as the best remaining one
+/// are sorted by effort.
 fn ranked(actions: &mut [Prospect]) {
     for from in 0..actions.len() {
         let rest = &mut actions[from..];

@@ -29,7 +29,7 @@ pub struct Confidence {
     pub accusing: Side,
 }
 
-/// One side of a [`Confidence`], in the size of log-odds.
+/// One side of a [`Confidence`], as absolute values of log-odds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Side {
     /// The calibrated log-odds that are reported as 0.98; at least those of 0.98.

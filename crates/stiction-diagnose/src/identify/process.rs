@@ -302,7 +302,7 @@ fn answer(x: &[f64], lag: f64) -> Vec<f64> {
     z
 }
 
-/// Orthonormal columns without those that are nearly in the span of others.
+/// Orthonormalises the columns, and drops those that nearly depend on others.
 fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = vec![];
     for mut column in columns {

@@ -11,8 +11,8 @@ pub type Part<'a> = (&'a str, &'a Recording);
 
 /// Joins the recordings of one loop. Recordings with dates are ordered by them. Recordings without dates follow each
 /// other as given. A clock that continues is kept, and a clock that restarts is shifted to the next sample. The time
-/// between two files remains a gap, and samples in both files are used once. The name is that of the first. Which
-/// values are no measurements is decided for the whole, so that it does not depend on how files divide it.
+/// between two files remains a gap, and samples in both files are used once. The name is that of the first. Values
+/// that are not measurements are found in the joined recording, so that the result does not depend on the files.
 ///
 /// # Errors
 /// If only some have dates, if their signals, units or ranges differ, or if they overlap with different samples; the

@@ -10,7 +10,7 @@ use axum::response::{IntoResponse, Response};
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
-/// Where reports are: what their addresses begin with.
+/// The beginning of the addresses of reports.
 pub(crate) const REPORTS: &str = "/report/";
 /// How many are kept; the oldest is given up.
 const KEPT: usize = 16;

@@ -98,7 +98,7 @@ struct LoopState<V, const N: usize, const M: usize> {
 
 #[derive(Debug, Clone)]
 struct Extras<const N: usize> {
-    /// Instead of the PI controllers.
+    /// The controllers that replace the PI controllers.
     controller: PidBank<N>,
     op_quantum: Lane<N>,
     pv_quantum: Lane<N>,

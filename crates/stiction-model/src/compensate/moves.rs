@@ -99,7 +99,7 @@ impl Moves {
 ///     target = target + (memory (pv_before - pv) + pace (sp - pv)) / gain
 /// ```
 /// This is an integral controller at the sample time `W` for a self-regulating process that settles within it
-/// (`memory = 0`), and a PI controller for a process with memory. `gain` is the response of the process to a unit
+/// (`memory = 0`), and a PI controller for a slower one. `gain` is the response of the process to a unit
 /// step after `W`. `memory` is the share of a deviation that remains one interval later, `(response after 2W) /
 /// (response after W) - 1`, which is 1 for an integrator.
 #[derive(Debug, Clone, Copy, PartialEq)]

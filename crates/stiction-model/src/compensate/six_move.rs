@@ -17,9 +17,9 @@ use crate::error::Result;
 /// As for the two moves. The process settles within `settle_s`, with a gain known well enough.
 ///
 /// # Limits
-/// As for the two moves, less the correction: the remaining offset is the share by which the gain is wrong. For an
-/// integrating process the correction sees the error but not yet its growth. With wrong bands, the method can then
-/// make a worse cycle than the one it ends.
+/// As for the two moves, but the correction reduces the offset to the share by which the gain is wrong. For an
+/// integrating process the correction uses the present error but not its growth. With wrong bands, the method can then
+/// cause a worse cycle than the original one.
 ///
 /// # Deviations from the paper
 /// Only the name of the method in the paper is known to us. Methods of this family are known to estimate the steady

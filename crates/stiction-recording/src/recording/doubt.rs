@@ -33,7 +33,7 @@ impl Doubt {
         Self { least: self.least.min(other.least), most: self.most.max(other.most) }
     }
 
-    /// An amount in percent, with an interval that holds it for every plausible span.
+    /// An amount in percent, with an interval that covers every plausible span.
     pub fn widen(self, of: Estimate) -> Estimate {
         let ends = [of.low, of.high].map(|end| [end * self.least, end * self.most]);
         Estimate {

@@ -240,7 +240,7 @@ impl Submitted {
     /// The detectors with their answers, for measuring them again.
     ///
     /// # Errors
-    /// If the answers of one are not those to these loops, in a sentence.
+    /// If the answers of a detector do not belong to these loops. The error is a sentence.
     pub fn answers(&self, asked: &[KnownLoop]) -> Result<Vec<Entrant>, String> {
         let of = |entry: &SubmittedEntry| {
             let name = &entry.detector.name;

@@ -3,7 +3,7 @@
 use super::given::Given;
 use crate::columns::role::{self, Role, Signal};
 
-/// A name split into its parts, or given.
+/// A name that was split into its parts, or whose parts the user gave.
 pub struct Candidate {
     pub loop_name: Option<String>,
     pub role: Role,

@@ -9,7 +9,7 @@ use crate::remedy::Remedy;
 use crate::sheet::{LeftOut, Sheet};
 use std::collections::{BTreeMap, HashMap};
 
-/// Number of reasons that get a note of their own. The list of columns has them all.
+/// Number of reasons with a separate note. The list of columns has all reasons.
 const MOST_REASONS: usize = 20;
 
 /// Names the data that could not become a column. A loop with such a signal is not read, unless another column
