@@ -9,8 +9,10 @@ use stiction::methods;
 pub fn table() -> String {
     let mut out = String::from(
         "# Methods\n\nMade by `stiction diagnose --methods` and checked by a test. The library's documentation, \
-         module `stiction::detect`, gives equations, assumptions and limits.\n",
+         module `stiction::methods`, gives equations, assumptions and limits.\n\n",
     );
+    // What each method rests on, as in the documentation of the module.
+    out.push_str(include_str!("../../../stiction-diagnose/src/methods/basis.md"));
     for detector in methods::all() {
         let method = detector.method();
         let applies = match method.applies {
