@@ -139,22 +139,41 @@ pub(super) fn concluded(judged: &Judgement, sample_time: f64) -> ByPosition {
 
 impl ByPosition {
     /// The verdict from the position instead of that from OP and PV, because the position shows the stem itself. If it leaves open
-    /// whether the valve sticks, OP and PV may accuse it, unless their `S` is above the position's limit.
+    /// whether the valve sticks, OP and PV may accuse it, unless their `S` is above the position's limit. If it does not move, but OP
+    /// and PV show a stem that slips, its transmitter has failed. A stem that follows stands against their accusation.
     pub fn verdict(&self, without: Verdict, s: Option<Estimate>) -> Verdict {
         let accuse = without.basis == Basis::Evidence && without.class == VerdictClass::Sticks;
         let agree = s.zip(self.s_limit).is_none_or(|(s, limit)| s.low <= limit);
-        if self.class == VerdictClass::CannotTell && accuse && agree {
-            let mut verdict = without;
-            verdict.reasons.extend(self.reasons.first().cloned());
-            return verdict;
+        let first = self.reasons.first().cloned();
+        match self.class {
+            VerdictClass::CannotTell if accuse && agree => {
+                let mut verdict = without;
+                verdict.reasons.extend(first);
+                return verdict;
+            }
+            VerdictClass::DoesNotRespond if accuse => {
+                let mut verdict = without;
+                let failed = |first| format!("{first}: its transmitter seems to have failed");
+                verdict.contradictions.extend(first.map(failed));
+                return verdict;
+            }
+            _ => {}
         }
+        let against = self.class == VerdictClass::DoesNotStick && accuse;
+        let probability = without.probability.filter(|_| against);
+        let contradictions = probability.map(|p| {
+            format!(
+                "by OP and PV alone the valve sticks ({}); check that the position is that of this stem",
+                crate::spoken::percent(p)
+            )
+        });
         Verdict {
             class: self.class,
             basis: Basis::ValvePosition,
             probability: None,
             s_below: self.s_limit.map(|value| Limit { value, confidence: LIMIT }),
             reasons: self.reasons.clone(),
-            contradictions: vec![],
+            contradictions: contradictions.into_iter().collect(),
             alternatives: vec![],
             ..without
         }

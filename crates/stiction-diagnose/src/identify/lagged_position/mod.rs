@@ -65,7 +65,7 @@ pub use recorded::{Moves, moves};
 
 use crate::finding::Abstention;
 use crate::series::{quantile, span};
-use crate::spoken::{rough, time};
+use crate::spoken::{counted, rough, time};
 use candidate::worse_by;
 
 /// Fewest samples for a judgement: forty blocks of five.
@@ -237,7 +237,7 @@ fn threshold(s: f64, op_change: f64, gained: f64, n: usize, moves: Moves) -> f64
 ///
 /// # Errors
 /// If there are fewer than [`FEWEST_SAMPLES`], the two differ in length, one is not finite or beyond 1e9 percent,
-/// the OP does not move, or no valve leads from the one to the other.
+/// the OP does not move, the position only repeats the OP, or no valve leads from the one to the other.
 pub fn judge(op: &[f64], vp: &[f64], moves: Moves) -> Result<Judgement, Abstention> {
     let refuse = |why: String| Err(Abstention(why));
     if op.len() != vp.len() || op.len() < FEWEST_SAMPLES {
@@ -254,6 +254,13 @@ pub fn judge(op: &[f64], vp: &[f64], moves: Moves) -> Result<Judgement, Abstenti
     let op_travel = span(op);
     if !(op_travel > 1e-9) {
         return refuse("the OP never moves".to_owned());
+    }
+    if let Some(delay) = recorded::copied(op, vp) {
+        let of = match delay {
+            0 => "in every sample".to_owned(),
+            delay => format!("of {} before", counted(delay, "sample")),
+        };
+        return refuse(format!("it equals the OP {of}, so it is a copy and no measurement"));
     }
     let (noise, quantum) = (recorded::noise(vp), recorded::quantum(vp));
     let vp_travel = quantile(vp, 0.99) - quantile(vp, 0.01);
@@ -425,6 +432,46 @@ mod tests {
                 assert_eq!(judged.behaviour, Behaviour::Follows, "{lag} {judged:?}");
                 assert!(judged.s_limit < 0.5);
             }
+        }
+    }
+
+    /// The stem rests in the first sixth, so that its mean is not that of the OP, and slips by little more than S.
+    #[test]
+    fn a_stem_that_rests_at_first_is_found() {
+        for (s, j) in [(4.0, 2.0), (4.0, 0.5), (3.0, 1.0)] {
+            let top = (s + j + 0.1) / 2.0;
+            let wave = |k: f64| {
+                let phase = ((k - 350.0) / 74.0).fract();
+                let down = (s + 0.2) * (1.0 - (2.0 * phase - 1.0).abs());
+                45.0 + if k < 350.0 { top * k / 350.0 } else { top - down }
+            };
+            let mut noise = NormalStream::new(5);
+            let round = |u: f64| (100.0 * u).round() / 100.0;
+            let op: Vec<f64> =
+                (0..2400).map(|k| round(wave(f64::from(k)) + 0.05 * noise.draw())).collect();
+            let mut valve = Model::TwoPhase.build(Bands::from_s_j(s, j).unwrap()).unwrap();
+            valve.restart(Start::at_rest(45.0));
+            let vp: Vec<f64> = op.iter().map(|u| valve.step(*u)).collect();
+            let judged = judge(&op, &vp, Moves::Recorded).unwrap();
+            assert_eq!(judged.behaviour, Behaviour::Sticks, "{judged:?}");
+            let holds = |of: Interval, truth: f64| of.low <= truth && truth <= of.high;
+            assert!(holds(judged.s, s) && holds(judged.j, j), "{s} {j} {judged:?}");
+        }
+    }
+
+    #[test]
+    fn a_copy_of_the_op_is_no_position() {
+        let op = op(1200);
+        for delay in 0..3 {
+            let copy: Vec<f64> = (0..1200).map(|k| op[k.max(delay) - delay]).collect();
+            let Err(Abstention(why)) = judge(&op, &copy, Moves::Recorded) else {
+                unreachable!("{delay}")
+            };
+            assert!(why.contains("copy"), "{why}");
+            // With the rounding of a transmitter it may be a valve that follows.
+            let rounded: Vec<f64> = copy.iter().map(|x| (20.0 * x).round() / 20.0).collect();
+            let judged = judge(&op, &rounded, Moves::Recorded).unwrap();
+            assert_eq!(judged.behaviour, Behaviour::Follows, "{delay} {judged:?}");
         }
     }
 

@@ -86,6 +86,24 @@ fn keeps_law(op: &[f64], pv: &[f64], sp: Option<&[f64]>) -> bool {
     left * of_target * of_target - rounding <= LEAST * missed && rounding <= missed / LEAST
 }
 
+/// Delays of a copy, samples; share of its samples that are equal; and fewest levels that cannot be equal by chance.
+const COPIED: (usize, f64, usize) = (3, 0.99, 20);
+
+/// The delay, in samples, of a position that only repeats the OP. No measured stem does so, not even an ideal one, as its transmitter
+/// has its own rounding.
+pub(super) fn copied(op: &[f64], vp: &[f64]) -> Option<usize> {
+    let (delays, share, fewest) = COPIED;
+    let mut levels: Vec<f64> = op.to_vec();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup_by(|a, b| (*a - *b).abs() <= 1e-6);
+    let equal = |delay: usize| {
+        let pairs = op.iter().zip(&vp[delay..]);
+        pairs.filter(|(op, vp)| (**op - **vp).abs() <= 1e-6).count()
+    };
+    let is_copy = |delay: &usize| equal(*delay) as f64 >= share * (op.len() - delay) as f64;
+    (0..delays).find(is_copy).filter(|_| levels.len() >= fewest)
+}
+
 /// The least distance between two different values, if there are at least four samples a value; else 0.
 pub(super) fn quantum(x: &[f64]) -> f64 {
     let mut levels = x.to_vec();

@@ -2,7 +2,7 @@
 
 use super::candidate::{Candidate, Fitted, Friction, Place};
 use super::evaluate::{Piece, Target};
-use crate::series::{median, median_absolute_deviation, span, std};
+use crate::series::{max, median, median_absolute_deviation, min, quantile, span, std};
 
 /// First lags to try, samples.
 const LAGS: [f64; 11] = [0.0, 0.25, 0.5, 0.9, 1.5, 2.3, 3.5, 5.2, 8.0, 12.0, 18.0];
@@ -12,6 +12,10 @@ const RATIOS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 0.9, 1.0];
 const SECOND: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
 /// First fs to try: from, up to, %, and the step in its logarithm.
 const FS: (f64, f64, f64) = (0.03, 20.0, 0.25);
+/// Shares of samples beyond the largest distance of OP and position, and fd over fs, to try with half of that distance as fs. In a
+/// loop the OP reverses as soon as the stem slips, so that a band a little larger than the true one misses all slips.
+const BEYOND: [f64; 4] = [0.0, 0.001, 0.005, 0.02];
+const FINE_RATIOS: [f64; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 /// Small bands that count as healthy, tried at the best lags, %.
 const SMALL: [f64; 4] = [0.03, 0.06, 0.1, 0.14];
 /// Limits of the gain: with a smaller one, a valve that follows would look like a play.
@@ -55,32 +59,40 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
         })
         .collect();
     let (u, v) = (less_mean(op), less_mean(vp));
-    let pieces = |gain: f64| -> Vec<Piece<'_>> {
+    let pieces = |gain: f64, level: Level| -> Vec<Piece<'_>> {
         let piece = |part: &std::ops::Range<usize>| {
             let (u, v) = (&u[part.clone()], &v[part.clone()]);
-            let offset = mean(v) - gain * mean(u);
+            let offset = match level {
+                Level::Means => mean(v) - gain * mean(u),
+                Level::Middles => middle(v) - gain * middle(u),
+                Level::Zeros => gain * mean(op) - mean(vp),
+            };
             let burn = BURN.0.min(u.len() / BURN.1);
             Piece { u, v, start: (v[0] - offset) / gain, burn }
         };
         parts.iter().map(piece).collect()
     };
-    // Initial position of the stem, from the valve that follows.
     let follows = [Candidate::ideal(Place::After, 0.0)];
-    let unscaled = pieces(1.0);
+    let unscaled = pieces(1.0, Level::Means);
     let free =
         Target::new(&unscaled, 0.0, f64::INFINITY, (0.0, f64::INFINITY)).fit(&follows, &LAGS);
     let gain = Target::new(&unscaled, 0.0, f64::INFINITY, GAIN).fit(&follows, &LAGS)[0].gain();
-    let pieces = pieces(gain);
 
     // The bands to try.
     let most = span(op).min(FS.1).max(1.0);
     let steps = ((most / FS.0).ln() / FS.2).ceil() as usize;
     let fs: Vec<f64> = (0..steps).map(|i| FS.0 * (FS.2 * i as f64).exp()).collect();
-    let (rho, huber) = first_look(&pieces, &fs);
+    let look = |level| first_look(pieces(gain, level), &fs);
+    let looked = look(Level::Means).better(look(Level::Middles)).better(look(Level::Zeros));
+    let Look { pieces, rho, huber, .. } = looked;
     let target = Target::new(&pieces, rho, if huber > 0.0 { huber } else { f64::INFINITY }, GAIN);
 
     let mut all = target.fit(&healthy(&SECOND), &LAGS);
     all.extend(target.fit(&grid(&fs, &RATIOS, &FAMILIES), &LAGS));
+    let distance: Vec<f64> = u.iter().zip(&v).map(|(u, v)| u - v / gain).collect();
+    let half = |share| 0.5 * (quantile(&distance, 1.0 - share) - quantile(&distance, share));
+    let travelled: Vec<f64> = BEYOND.map(half).into_iter().filter(|fs| *fs >= FS.0).collect();
+    all.extend(target.fit(&grid(&travelled, &FINE_RATIOS, &FAMILIES), &LAGS));
     refine(&target, &mut all);
     add_healthy(&target, &mut all);
     let best = best(&all);
@@ -96,14 +108,43 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
     }
 }
 
-/// A first look at the residual: its correlation, and the size from which its weight decreases.
-fn first_look(pieces: &[Piece<'_>], fs: &[f64]) -> (f64, f64) {
+/// How the levels of OP and VP, hence the position of the stem at the first sample, are related. A stem that rests for long has
+/// another mean than the OP, and one that begins wrongly may miss the first reversals, or all.
+#[derive(Clone, Copy)]
+enum Level {
+    /// Their means agree.
+    Means,
+    /// The middles of their ranges agree.
+    Middles,
+    /// Both have the same zero.
+    Zeros,
+}
+
+/// A first look at the residual.
+struct Look<'a> {
+    pieces: Vec<Piece<'a>>,
+    /// Sum of squares of the best of a few candidates.
+    loss: f64,
+    /// Its correlation from sample to sample.
+    rho: f64,
+    /// The size from which its weight decreases.
+    huber: f64,
+}
+
+impl Look<'_> {
+    fn better(self, other: Self) -> Self {
+        if other.loss < self.loss { other } else { self }
+    }
+}
+
+fn first_look<'a>(pieces: Vec<Piece<'a>>, fs: &[f64]) -> Look<'a> {
     let every_second = |x: &[f64]| -> Vec<f64> { x.iter().copied().step_by(2).collect() };
     let mut few = healthy(&SECOND);
     few.extend(grid(&every_second(fs), &[0.0, 0.5, 1.0], &FAMILIES));
-    let plain = Target::new(pieces, 0.0, f64::INFINITY, GAIN);
+    let plain = Target::new(&pieces, 0.0, f64::INFINITY, GAIN);
     let first = plain.fit(&few, &every_second(&LAGS));
-    let left = residual(&plain, &first[best(&first)]);
+    let first = &first[best(&first)];
+    let left = residual(&plain, first);
     let (mut squares, mut products) = (0.0, 0.0);
     for left in &left {
         squares += left.iter().map(|x| x * x).sum::<f64>();
@@ -114,7 +155,8 @@ fn first_look(pieces: &[Piece<'_>], fs: &[f64]) -> (f64, f64) {
         left.iter().flat_map(|left| left.windows(2).map(|x| x[1] - rho * x[0])).collect();
     // `median_absolute_deviation` is scaled to the standard deviation of a normal distribution.
     let huber = HUBER * median_absolute_deviation(&white).max(0.3 * std(&white));
-    (rho, huber)
+    let loss = first.loss;
+    Look { pieces, loss, rho, huber }
 }
 
 /// A second, finer look around the best candidates.
@@ -234,6 +276,10 @@ fn residual(target: &Target<'_>, fitted: &Fitted) -> Vec<Vec<f64>> {
 /// `count` numbers from -1 to 1.
 fn spread(count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |i| 2.0 * i as f64 / (count - 1) as f64 - 1.0)
+}
+
+fn middle(x: &[f64]) -> f64 {
+    0.5 * (min(x) + max(x))
 }
 
 fn mean(x: &[f64]) -> f64 {
