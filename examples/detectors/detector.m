@@ -1,6 +1,6 @@
-% A detector for `stiction bench --detector`, in Octave without any package.
+% A detector for `stiction bench detector`, in Octave without any package.
 %
-%   stiction bench --detector 'octave-cli --quiet detector.m' --suite v1-trial
+%   stiction bench detector 'octave-cli --quiet detector.m' --suite v1-trial
 %
 % It reads a recording as JSON in each line of standard input, and writes an answer as JSON. The score is minus the
 % kurtosis of the OP: -1.8 for a triangle, -3 for noise.

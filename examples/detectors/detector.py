@@ -1,6 +1,6 @@
-"""A detector for `stiction bench --detector`, in Python without any package.
+"""A detector for `stiction bench detector`, in Python without any package.
 
-    stiction bench --detector 'python3 detector.py' --suite v1-trial
+    stiction bench detector 'python3 detector.py' --suite v1-trial
 
 It reads a recording as JSON in each line of standard input, and writes an answer as JSON. The score is minus the kurtosis of the
 OP. Behind a sticking valve an integrating controller ramps evenly, which gives a triangle.

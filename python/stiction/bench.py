@@ -460,7 +460,7 @@ def read(*paths: str | PathLike[str], passphrase: str | None = None) -> Results:
     Parameters
     ----------
     paths : path
-        Files of `Results.save` or ``stiction bench --json``.
+        Files of `Results.save` or ``stiction bench detector --json``.
     passphrase : str, optional
         That of the hidden half of the suite.
 
@@ -484,7 +484,7 @@ def read(*paths: str | PathLike[str], passphrase: str | None = None) -> Results:
 
 @documented
 def answer(recording: Recording, said: Any) -> str:
-    """Return the answer of a detector as a line of JSON, as a program for ``stiction bench --detector`` writes it.
+    """Return the answer of a detector as a line of JSON, as a program for ``stiction bench detector`` writes it.
 
     Parameters
     ----------

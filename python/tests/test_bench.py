@@ -144,7 +144,7 @@ def test_our_own_answers_are_those_of_the_command(tmp_path):
     own = {"verdict": bench.verdict, "horch": bench.method("horch")}
     found = {entry["detector"]["name"]: entry for entry in timeless(bench.run(own, SUITE))}
     command = _command()
-    line = [command, "bench", "--suite", SUITE, "--method", "horch", "--json"]
+    line = [command, "bench", "detector", "--suite", SUITE, "--method", "horch", "--json"]
     printed = json.loads(subprocess.run(line, capture_output=True, check=True, text=True).stdout)
     for entry in printed["entries"]:
         name = entry["detector"]["name"]
@@ -153,7 +153,7 @@ def test_our_own_answers_are_those_of_the_command(tmp_path):
     # And a Python program through standard input.
     (tmp_path / "program.py").write_text(PROGRAM)
     detector = f"{sys.executable} program.py"
-    line = [command, "bench", "--detector", detector, "--suite", SUITE, "--json"]
+    line = [command, "bench", "detector", detector, "--suite", SUITE, "--json"]
     printed = json.loads(subprocess.run(line, capture_output=True, check=True, text=True, cwd=tmp_path).stdout)
     [entry] = printed["entries"]
     assert entry["sha256"] == found["horch"]["sha256"] and entry["measures"] == found["horch"]["measures"]

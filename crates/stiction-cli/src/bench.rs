@@ -19,7 +19,7 @@ pub use results::Document;
 pub use stiction::score::bench::results::Results as ComparedDocument;
 
 use anyhow::{Context, Result, anyhow};
-use clap::{Parser, ValueEnum};
+use clap::{Parser, Subcommand, ValueEnum};
 use entrants::Source;
 use measure::{Measured, Plan};
 use program::How;
@@ -33,139 +33,194 @@ use stiction::score::page::{self, Scoreboard};
 use stiction::score::{TestTrialOptions, TestedLoops};
 use stiction::scoreboard::{Board, MethodRow};
 use stiction_report::report::Table;
-use tasks::Task;
 
 /// Measure the accuracy of the verdict and of every method on simulated or labelled loops.
 ///
 /// Prints recall, false alarms, the ranking by each statistic, and the quality of probabilities and estimates, with
 /// 95 % intervals. No threshold is ever fitted. The same command prints the same bytes on any number of threads,
 /// except for the times of --time.
-///
-/// An index of labelled recordings is a CSV with the columns loop and label. The label is stiction, no stiction, or
-/// empty for loops to skip. Optional columns are loop_type, tag (the valve), file, columns, source and licence. Without
-/// file, the recording of a loop is LOOP.csv beside the index. The column columns maps signals to columns of the file, such
-/// as "op=CV; pv=FLOW". Recordings must lie in the folder of the index, unless --allow-outside is given.
-///
-/// With --detector, a program of your own is measured. It reads a recording as JSON in each line of its standard input,
-/// and writes an answer as JSON in a line. Without any answer the exit code is 2. With --suite alone, the verdict and the
-/// methods answer the same loops.
 #[derive(Parser)]
-#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-#[command(after_help = "Examples:
-  stiction bench --detector 'python3 mine.py' --suite v1-trial
-  stiction bench --detector 'python3 mine.py' --suite v1 --json > mine.json
-  stiction bench --simulated 1000
-  stiction bench --simulated 10000 --only verdict --report board.html
-  stiction bench --invented 300 --only verdict
-  stiction bench --invented 300 --invented-set first --only verdict
-  stiction bench --positions 1000 --only verdict
-  stiction bench --networks 300
-  stiction bench --tests 500 --careless
-  stiction bench --tests 500 --loops physical-stems
-  stiction bench --labels plant/index.csv --report board.html --reports reports --csv details.csv")]
+#[command(
+    subcommand_required = true,
+    after_help = "Examples:
+  stiction bench simulated 1000
+  stiction bench simulated 10000 --only verdict --report board.html
+  stiction bench invented 300 --only verdict
+  stiction bench labels plant/index.csv --report board.html --reports reports --csv details.csv
+  stiction bench tests 500 --careless
+  stiction bench detector 'python3 mine.py' --suite v1-trial"
+)]
 pub struct Args {
     #[command(subcommand)]
-    task: Option<Task>,
-    /// Measure this program, a command for the shell [default: the verdict and the methods]
-    #[arg(long, value_name = "COMMAND",
-          conflicts_with_all = ["simulated", "invented", "positions", "networks", "tests", "methods", "only", "time",
-                                "csv", "reports"])]
-    detector: Option<String>,
-    /// Measure on the suite v1, v1-trial or v1-training [default with --detector: v1]
-    #[arg(long, value_name = "SUITE",
-          conflicts_with_all = ["labels", "simulated", "invented", "positions", "networks", "tests", "time", "csv",
-                                "reports"])]
-    suite: Option<String>,
-    /// Measure on the hidden half of the suite, by the passphrase in STICTION_BENCH_PASSPHRASE
-    #[arg(long, requires = "suite")]
-    hidden: bool,
-    /// Name of the detector in results [default: its command]
-    #[arg(long, value_name = "NAME", requires = "detector")]
-    name: Option<String>,
-    /// Version of the detector in results
-    #[arg(long, value_name = "VERSION", requires = "detector")]
-    detector_version: Option<String>,
-    /// Time for an answer, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds, requires = "detector")]
-    limit: f64,
-    /// Additional time for the first answer after a start, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds, requires = "detector")]
-    startup: f64,
-    /// Run the program so many times side by side [default: one for each core]
-    #[arg(long, value_name = "N", requires = "detector",
-          value_parser = clap::value_parser!(u32).range(1..=1024))]
-    processes: Option<u32>,
-    /// Index of labelled recordings
-    #[arg(long, value_name = "INDEX.csv",
-          required_unless_present_any = ["simulated", "invented", "positions", "networks", "tests", "detector",
-                                         "suite"])]
-    labels: Option<In>,
-    /// Let the index name recordings outside its folder
-    #[arg(long, requires = "labels")]
-    allow_outside: bool,
-    /// Simulate this many members of the mixed population
-    #[arg(long, value_name = "N", conflicts_with = "labels",
-          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
-    simulated: Option<u64>,
-    /// Simulate this many loops of each kind that the verdict was not trained on, half of them healthy
-    #[arg(long, value_name = "N", conflicts_with_all = ["labels", "simulated"],
-          value_parser = clap::value_parser!(u64).range(2..=100_000))]
-    invented: Option<u64>,
-    /// Choose the set of these kinds; the first belongs to an earlier training [default: second]
-    #[arg(long, value_name = "SET", requires = "invented",
-          conflicts_with_all = ["labels", "simulated", "positions", "networks"])]
-    invented_set: Option<InventedSet>,
-    /// Simulate this many loops with a recorded valve position and any process lag
-    #[arg(long, value_name = "N", conflicts_with_all = ["labels", "simulated", "invented"],
-          value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
-    positions: Option<u64>,
-    /// Simulate this many networks of coupled loops, to measure how often groups and sources are found
-    #[arg(long, value_name = "N",
-          conflicts_with_all = ["labels", "simulated", "invented", "positions", "methods", "only", "time", "csv",
-                                "report", "reports"],
-          value_parser = clap::value_parser!(u64).range(1..=100_000))]
-    networks: Option<u64>,
-    /// Simulate this many loops with a planned test, to measure how often the test is right
-    #[arg(long, value_name = "N",
-          conflicts_with_all = ["labels", "simulated", "invented", "positions", "networks", "methods", "only", "time",
-                                "csv", "report", "reports"],
-          value_parser = clap::value_parser!(u64).range(1..=100_000))]
-    tests: Option<u64>,
-    /// With --tests, the loops to test
-    #[arg(long, value_enum, requires = "tests", default_value = "population")]
-    loops: Loops,
-    /// With --tests, vary the holds from 50 to 150 % of their length, and skip or resize one of five reversals
-    #[arg(long, requires = "tests")]
-    careless: bool,
-    /// With --tests, record the test with the loop's own historian and its compression
-    #[arg(long, requires = "tests")]
-    historian: bool,
-    /// Days recorded of each network [default: 3]
-    #[arg(long, value_name = "DAYS", requires = "networks",
-          value_parser = clap::value_parser!(u32).range(1..=31))]
-    days: Option<u32>,
-    /// Add loops until there are this many of each kind [default: one for twenty members]
-    #[arg(long, value_name = "M", requires = "simulated",
-          value_parser = clap::value_parser!(u64).range(0..=100_000))]
-    per_kind: Option<u64>,
-    /// Seed of the simulated loops; on seed 1, which it was trained on, the verdict is better than on fresh loops
-    #[arg(long, default_value_t = 101, value_name = "SEED")]
-    seed: u64,
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Measure on members of the mixed population
+    #[command(after_help = "Examples:
+  stiction bench simulated 1000
+  stiction bench simulated 1000 --method horch --method kano")]
+    Simulated {
+        /// Number of members
+        #[arg(value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+        loops: u64,
+        /// Add loops until there are this many of each kind [default: one for twenty members]
+        #[arg(long, value_name = "M", value_parser = clap::value_parser!(u64).range(0..=100_000))]
+        per_kind: Option<u64>,
+        #[command(flatten)]
+        seed: Seed,
+        #[command(flatten)]
+        measuring: Measuring,
+    },
+    /// Measure on kinds of loops that the verdict was not trained on, half of them healthy
+    #[command(after_help = "Examples:
+  stiction bench invented 300 --only verdict
+  stiction bench invented 300 --set first --only verdict")]
+    Invented {
+        /// Number of loops of each kind
+        #[arg(value_name = "N", value_parser = clap::value_parser!(u64).range(2..=100_000))]
+        loops: u64,
+        /// The set of these kinds; the first belongs to an earlier training, the third was devised after the present one
+        #[arg(long, value_enum, value_name = "SET", default_value = "second")]
+        set: InventedSet,
+        #[command(flatten)]
+        seed: Seed,
+        #[command(flatten)]
+        measuring: Measuring,
+    },
+    /// Measure on loops with a recorded valve position and any process lag
+    #[command(after_help = "Examples:
+  stiction bench positions 1000 --only verdict")]
+    Positions {
+        /// Number of loops
+        #[arg(value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+        loops: u64,
+        #[command(flatten)]
+        seed: Seed,
+        #[command(flatten)]
+        measuring: Measuring,
+    },
+    /// Measure on labelled recordings
+    ///
+    /// The index is a CSV with the columns loop and label. The label is stiction, no stiction, or empty for loops to skip.
+    /// Optional columns are loop_type, tag (the valve), file, columns, source and licence. Without file, the recording of
+    /// a loop is LOOP.csv beside the index. The column columns maps signals to columns of the file, such as "op=CV;
+    /// pv=FLOW". Recordings must lie in the folder of the index, unless --allow-outside is given.
+    #[command(after_help = "Examples:
+  stiction bench labels plant/index.csv --report board.html --reports reports --csv details.csv")]
+    Labels {
+        /// Index of the recordings
+        #[arg(value_name = "INDEX.csv")]
+        index: In,
+        /// Let the index name recordings outside its folder
+        #[arg(long)]
+        allow_outside: bool,
+        #[command(flatten)]
+        measuring: Measuring,
+    },
+    /// Measure how often groups of loops that swing together, and their sources, are found
+    #[command(after_help = "Examples:
+  stiction bench networks 300")]
+    Networks {
+        /// Number of networks of coupled loops
+        #[arg(value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+        networks: u64,
+        /// Days recorded of each network
+        #[arg(long, value_name = "DAYS", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=31))]
+        days: u32,
+        #[command(flatten)]
+        seed: Seed,
+        #[command(flatten)]
+        form: Form,
+    },
+    /// Measure how often a planned valve test is right
+    #[command(after_help = "Examples:
+  stiction bench tests 500 --careless
+  stiction bench tests 500 --loops physical-stems")]
+    Tests {
+        /// Number of loops with a planned test
+        #[arg(value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+        tests: u64,
+        /// The loops to test
+        #[arg(long, value_enum, default_value = "population")]
+        loops: Loops,
+        /// Vary the holds from 50 to 150 % of their length, and skip or resize one of five reversals
+        #[arg(long)]
+        careless: bool,
+        /// Record the test with the loop's own historian and its compression
+        #[arg(long)]
+        historian: bool,
+        #[command(flatten)]
+        seed: Seed,
+        #[command(flatten)]
+        form: Form,
+    },
+    /// Measure a program of your own, or the verdict and the methods, on a suite or on labelled recordings
+    ///
+    /// The program reads a recording as JSON in each line of its standard input, and writes an answer as JSON in a line.
+    /// Without any answer the exit code is 2. Without a program, the verdict and the methods answer the same loops.
+    #[command(after_help = "Examples:
+  stiction bench detector 'python3 mine.py' --suite v1-trial
+  stiction bench detector 'python3 mine.py' --suite v1 --json > mine.json
+  stiction bench detector --suite v1 --json > ours.json")]
+    Detector(DetectorArgs),
+    #[command(flatten)]
+    Exchange(tasks::Task),
+}
+
+/// The methods beside the verdict.
+#[derive(clap::Args)]
+struct Methods {
     /// Run only this method beside the verdict; may be given several times
     #[arg(long = "method", value_name = "NAME", conflicts_with = "only")]
     methods: Vec<String>,
-    /// Compute only the verdict, without any published method
+    /// Compute only the verdict, without any method
     #[arg(long)]
     only: Option<Only>,
-    /// Also time the diagnosis and each method
-    #[arg(long)]
-    time: bool,
+}
+
+impl Methods {
+    fn detectors(&self) -> Result<Detectors> {
+        Ok(match (self.only, &self.methods[..]) {
+            (Some(Only::Verdict), _) => Detectors::None,
+            (None, []) => Detectors::All,
+            (None, names) => {
+                let named = names.iter().map(|name| name.parse()).collect::<stiction::Result<_>>();
+                Detectors::Only(named?)
+            }
+        })
+    }
+}
+
+/// The form of what is printed.
+#[derive(clap::Args)]
+struct Form {
     /// Print the tables in Markdown
     #[arg(long, conflicts_with = "json")]
     markdown: bool,
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
+}
+
+#[derive(clap::Args)]
+struct Seed {
+    /// Seed of the simulated loops; on seed 1, which it was trained on, the verdict is better than on fresh loops
+    #[arg(long, default_value_t = 101, value_name = "SEED")]
+    seed: u64,
+}
+
+/// What is computed for each loop, and written.
+#[derive(clap::Args)]
+struct Measuring {
+    #[command(flatten)]
+    methods: Methods,
+    /// Also time the diagnosis and each method
+    #[arg(long)]
+    time: bool,
+    #[command(flatten)]
+    form: Form,
     /// Write statistics, decisions and truth of every loop to this CSV file
     #[arg(long, value_name = "FILE")]
     csv: Option<Out>,
@@ -175,6 +230,47 @@ pub struct Args {
     /// Write the report of every loop to this folder; the page of --report links to them
     #[arg(long, value_name = "DIR")]
     reports: Option<Out>,
+}
+
+#[derive(Parser)]
+struct DetectorArgs {
+    /// The program, a command for the shell [default: the verdict and the methods]
+    #[arg(value_name = "COMMAND")]
+    command: Option<String>,
+    /// The suite: v1, v1-trial or v1-training
+    #[arg(long, value_name = "SUITE", default_value = "v1", conflicts_with = "labels")]
+    suite: String,
+    /// Measure on the hidden half of the suite, by the passphrase in STICTION_BENCH_PASSPHRASE
+    #[arg(long, conflicts_with = "labels")]
+    hidden: bool,
+    /// Index of labelled recordings, as for `stiction bench labels`
+    #[arg(long, value_name = "INDEX.csv")]
+    labels: Option<In>,
+    /// Let the index name recordings outside its folder
+    #[arg(long, requires = "labels")]
+    allow_outside: bool,
+    /// Name of the program in results [default: its command]
+    #[arg(long, value_name = "NAME", requires = "command")]
+    name: Option<String>,
+    /// Version of the program in results
+    #[arg(long, value_name = "VERSION", requires = "command")]
+    detector_version: Option<String>,
+    /// Time for an answer, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds, requires = "command")]
+    limit: f64,
+    /// Additional time for the first answer after a start, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds, requires = "command")]
+    startup: f64,
+    /// Run the program so many times side by side [default: one for each core]
+    #[arg(long, value_name = "N", requires = "command", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    processes: Option<u32>,
+    #[command(flatten)]
+    methods: Methods,
+    #[command(flatten)]
+    form: Form,
+    /// Write the results as a self-contained HTML page to this file
+    #[arg(long, value_name = "FILE")]
+    report: Option<Out>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -229,31 +325,42 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-pub fn run(mut args: Args) -> Result<()> {
-    if let Some(task) = args.task.take() {
-        return tasks::run(task);
-    }
-    if let Some(n) = args.networks {
-        return networks::run(args.seed, n, args.days.unwrap_or(3), args.json, args.markdown);
-    }
-    if let Some(n) = args.tests {
-        let options = TestTrialOptions {
-            loops: args.loops.into(),
-            operator: if args.careless { Operator::Careless } else { Operator::Careful },
-            trend: if args.historian { Trend::Historian } else { Trend::AsAsked },
-        };
-        return planned_tests::run(args.seed, n, options, args.json, args.markdown);
-    }
-    let detectors = match (args.only, &args.methods[..]) {
-        (Some(Only::Verdict), _) => Detectors::None,
-        (None, []) => Detectors::All,
-        (None, names) => {
-            Detectors::Only(names.iter().map(|name| name.parse()).collect::<stiction::Result<_>>()?)
+pub fn run(args: Args) -> Result<()> {
+    match args.task {
+        Task::Exchange(task) => tasks::run(task),
+        Task::Detector(args) => compared(&args),
+        Task::Networks { networks, days, seed, form } => {
+            networks::run(seed.seed, networks, days, form.json, form.markdown)
         }
-    };
-    if args.detector.is_some() || args.suite.is_some() {
-        return compared(&args, detectors);
+        Task::Tests { tests, loops, careless, historian, seed, form } => {
+            let options = TestTrialOptions {
+                loops: loops.into(),
+                operator: if careless { Operator::Careless } else { Operator::Careful },
+                trend: if historian { Trend::Historian } else { Trend::AsAsked },
+            };
+            planned_tests::run(seed.seed, tests, options, form.json, form.markdown)
+        }
+        Task::Simulated { loops, per_kind, seed, measuring } => {
+            measured(&measuring, |plan| simulated::measure(seed.seed, loops, per_kind, plan))
+        }
+        Task::Invented { loops, set, seed, measuring } => {
+            measured(&measuring, |plan| simulated::invented(set.kinds(), seed.seed, loops, plan))
+        }
+        Task::Positions { loops, seed, measuring } => {
+            measured(&measuring, |plan| positions::measure(seed.seed, loops, plan))
+        }
+        Task::Labels { index, allow_outside, measuring } => {
+            measured(&measuring, |plan| labelled::measure(&index, allow_outside, plan))
+        }
     }
+}
+
+/// Measures the verdict and the methods, and writes what is asked for.
+fn measured(
+    args: &Measuring,
+    measure: impl FnOnce(&Plan<'_>) -> Result<(About, Measured)>,
+) -> Result<()> {
+    let detectors = args.methods.detectors()?;
     if let Some(folder) = &args.reports {
         folder.make_folder()?;
     }
@@ -266,32 +373,23 @@ pub fn run(mut args: Args) -> Result<()> {
         time: args.time,
         reports: args.reports.as_ref(),
     };
-    let (about, measured) = match (&args.labels, args.invented, args.positions) {
-        (Some(index), ..) => labelled::measure(index, args.allow_outside, &plan)?,
-        (None, Some(n), _) => {
-            let kinds = args.invented_set.unwrap_or_default().kinds();
-            simulated::invented(kinds, args.seed, n, &plan)?
-        }
-        (None, None, Some(n)) => positions::measure(args.seed, n, &plan)?,
-        (None, None, None) => {
-            simulated::measure(args.seed, args.simulated.unwrap_or(1), args.per_kind, &plan)?
-        }
-    };
+    let (about, measured) = measure(&plan)?;
+    let Form { json, markdown } = args.form;
     let board = Board::of(&measured.loops);
     if let Some(path) = &args.csv {
         output::write(Some(path), results::csv(&measured.loops)?.as_bytes())?;
     }
     if let Some(path) = &args.report {
-        output::write(Some(path), page(path, &args, &about, &board, &measured)?.as_bytes())?;
+        output::write(Some(path), page(path, args, &about, &board, &measured)?.as_bytes())?;
     }
-    if args.json {
+    if json {
         return output::json(&results::document(about, board, &measured));
     }
-    let print = if args.markdown { text::markdown } else { text::plain };
+    let print = if markdown { text::markdown } else { text::plain };
     let head = format!("{}. {}", about.title, about.origin);
-    let width = if args.markdown { usize::MAX } else { 96 };
+    let width = if markdown { usize::MAX } else { 96 };
     let mut out: String = text::wrapped(&head, width).into_iter().map(|line| line + "\n").collect();
-    for table in tables(&board, &measured, args.markdown) {
+    for table in tables(&board, &measured, markdown) {
         out.push('\n');
         out += &print(&table);
     }
@@ -299,10 +397,10 @@ pub fn run(mut args: Args) -> Result<()> {
 }
 
 /// Measures a program, or the verdict and methods, on a suite or on labelled recordings.
-fn compared(args: &Args, detectors: Detectors) -> Result<()> {
+fn compared(args: &DetectorArgs) -> Result<()> {
     let source = match &args.labels {
         Some(index) => Source::labels(index, args.allow_outside)?,
-        None => Source::suite(args.suite.as_deref().unwrap_or("v1"), args.hidden)?,
+        None => Source::suite(&args.suite, args.hidden)?,
     };
     let loops = source.loops();
     if loops.suite.is_none() {
@@ -310,7 +408,7 @@ fn compared(args: &Args, detectors: Detectors) -> Result<()> {
     }
     // Why a program answered nothing.
     let mut silent = None;
-    let (asked, entries) = match &args.detector {
+    let (asked, entries) = match &args.command {
         Some(command) => {
             let how = How {
                 command: command.clone(),
@@ -329,6 +427,7 @@ fn compared(args: &Args, detectors: Detectors) -> Result<()> {
             (asked, vec![(detector, answers)])
         }
         None => {
+            let detectors = args.methods.detectors()?;
             let options =
                 DiagnoseOptions { detectors, evidence: false, ..DiagnoseOptions::default() };
             entrants::own(&source, &options)?
@@ -338,7 +437,7 @@ fn compared(args: &Args, detectors: Detectors) -> Result<()> {
     if let Some(path) = &args.report {
         output::write(Some(path), leaderboard::html(&results, &asked)?.as_bytes())?;
     }
-    entrants::print(&results, args.json, args.markdown)?;
+    entrants::print(&results, args.form.json, args.form.markdown)?;
     match silent {
         Some(why) => Err(anyhow!("the detector answered none of {} loops: {why}", asked.len())),
         None => Ok(()),
@@ -384,7 +483,7 @@ fn tables(board: &Board, measured: &Measured, markdown: bool) -> Vec<Table> {
 
 fn page(
     path: &Path,
-    args: &Args,
+    args: &Measuring,
     about: &About,
     board: &Board,
     measured: &Measured,

@@ -12,12 +12,12 @@ use stiction_io::whole::WholeFile;
 /// Simulate a population of loops with known truth, to train or to test a method.
 ///
 /// Writes a folder with a recording per loop, loop-NUMBER.csv, with the columns t, sp, pv, op. In the folder, truth.csv
-/// has a row per loop with its kind, S, J and all other drawn properties. index.csv is for stiction bench --labels.
+/// has a row per loop with its kind, S, J and all other drawn properties. index.csv is for stiction bench labels.
 /// docs/population.md explains the properties. The same seed gives the same files on every machine.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction population --n 1000 --seed 7 -o loops
-  stiction bench --labels loops/index.csv
+  stiction bench labels loops/index.csv
   stiction population --n 20 --kind \"external wave\" --vp -o waves")]
 pub struct Args {
     /// Number of loops

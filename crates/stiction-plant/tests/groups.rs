@@ -248,7 +248,7 @@ fn a_thousand_loops() {
 }
 
 #[test]
-#[ignore = "many networks; `stiction bench --networks` does the same"]
+#[ignore = "many networks; `stiction bench networks` does the same"]
 fn many_networks() {
     let of = |name: &str, other: u64| std::env::var(name).map_or(other, |v| v.parse().unwrap());
     println!("{:#?}", Trial::run(of("SEED", 7), of("N", 12), 3, || {}).unwrap());

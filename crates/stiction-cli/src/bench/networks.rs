@@ -12,7 +12,7 @@ use stiction_report::report::Table;
 /// Version of the document. A change that breaks its readers gets a new one.
 const VERSION: u32 = 1;
 
-/// What `stiction bench --networks --json` prints.
+/// What `stiction bench networks --json` prints.
 #[derive(Serialize, JsonSchema)]
 pub struct Document {
     /// Name and version of the program.

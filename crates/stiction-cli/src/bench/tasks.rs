@@ -21,7 +21,7 @@ use stiction_report::sheet::Sheet;
 pub enum Task {
     /// Write a suite of loops: recordings, truth apart, datasheet, and SHA-256 of the files
     ///
-    /// Recordings are lines of JSON, as --detector sends them. The same suite has the same bytes on every machine. With
+    /// Recordings are lines of JSON, as `stiction bench detector` sends them. The same suite has the same bytes on every machine. With
     /// --hidden, the seeds are derived from the passphrase in the variable STICTION_BENCH_PASSPHRASE, so that an
     /// organiser can withhold these loops.
     #[command(after_help = "Examples:
@@ -31,7 +31,7 @@ pub enum Task {
     Suite(SuiteArgs),
     /// Compare results as one page: leaderboard, curves, differences, loops to look at
     ///
-    /// Results are what stiction bench --detector or --suite prints with --json. All must be about the same loops.
+    /// Results are what stiction bench detector prints with --json. All must be about the same loops.
     #[command(after_help = "Examples:
   stiction bench report mine.json theirs.json -o page.html
   stiction bench report mine.json theirs.json --markdown")]
@@ -44,13 +44,13 @@ pub enum Task {
     #[command(after_help = "Examples:
   stiction bench verify mine.json")]
     Verify(VerifyArgs),
-    /// Answer recordings from standard input, as a program for --detector
+    /// Answer recordings from standard input, as a program for `stiction bench detector`
     ///
     /// Reads a recording as JSON in each line and writes an answer as JSON. It is the reference for a program of your
     /// own.
     #[command(after_help = "Examples:
   stiction bench answer < suite/recordings.jsonl > answers.jsonl
-  stiction bench --detector 'stiction bench answer --method horch' --suite v1-trial")]
+  stiction bench detector 'stiction bench answer --method horch' --suite v1-trial")]
     Answer(AnswerArgs),
 }
 

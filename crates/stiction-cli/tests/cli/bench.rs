@@ -15,7 +15,7 @@ const INDEX: &str = "loop,label,tag,file,loop_type\n\
 fn labelled_recordings_are_scored_by_recording_and_by_valve() {
     let folder = with_samples("bench-labels");
     write(&folder, "index.csv", INDEX);
-    let arguments = ["bench", "--labels", "index.csv", "--csv", "details.csv", "--method", "horch"];
+    let arguments = ["bench", "labels", "index.csv", "--csv", "details.csv", "--method", "horch"];
     let text = run(&folder, &arguments).quiet_success();
     assert!(
         text.starts_with("4 labelled recordings. Index: index.csv. Skipped, without a label: 1."),
@@ -54,7 +54,7 @@ fn an_index_has_one_row_or_more_and_stays_in_its_folder() {
         write(&folder, "plant/index.csv", format!("loop,label,file\nA,stiction,{file}\n"));
         run(
             &folder,
-            &[&["bench", "--labels", "plant/index.csv", "--only", "verdict"][..], more].concat(),
+            &[&["bench", "labels", "plant/index.csv", "--only", "verdict"][..], more].concat(),
         )
     };
     assert!(measured("in.csv", &[]).quiet_success().starts_with("1 labelled recordings"));
@@ -73,14 +73,14 @@ fn an_index_has_one_row_or_more_and_stays_in_its_folder() {
     }
     assert!(measured(&absolute, &["--allow-outside"]).quiet_success().starts_with("1 labelled"));
     write(&folder, "plant/index.csv", "loop,label\n../FIC101-sticky,stiction\n");
-    let refused = run(&folder, &["bench", "--labels", "plant/index.csv"]).refusal();
+    let refused = run(&folder, &["bench", "labels", "plant/index.csv"]).refusal();
     assert!(refused.contains("give --allow-outside"), "{refused}");
 }
 
 #[test]
 fn what_is_counted_can_be_counted_again_from_the_table_of_all_loops() {
     let folder = folder("bench-again");
-    let arguments = "bench --simulated 40 --per-kind 2 --method yamashita --json --csv details.csv";
+    let arguments = "bench simulated 40 --per-kind 2 --method yamashita --json --csv details.csv";
     let json = run(&folder, &arguments.split(' ').collect::<Vec<_>>()).json();
     let details = read(&folder, "details.csv");
     let (header, rows) = rows(&details);
@@ -141,8 +141,7 @@ fn board(folder: &Path, threads: &str) -> Vec<String> {
     let output = command(folder)
         .env("RAYON_NUM_THREADS", threads)
         .args(
-            "bench --simulated 12 --per-kind 1 --seed 5 --method horch --method curve-fit"
-                .split(' '),
+            "bench simulated 12 --per-kind 1 --seed 5 --method horch --method curve-fit".split(' '),
         )
         .args(["--report", &html, "--csv", &csv])
         .output()
@@ -158,26 +157,26 @@ fn the_same_on_any_number_of_threads_and_another_with_another_seed() {
     let folder = folder("bench-threads");
     let once = board(&folder, "1");
     assert!(once == board(&folder, "2"));
-    let other = run(&folder, &["bench", "--simulated", "12", "--only", "verdict", "--seed", "6"]);
+    let other = run(&folder, &["bench", "simulated", "12", "--only", "verdict", "--seed", "6"]);
     assert_ne!(once[0], other.quiet_success());
 }
 
 #[test]
 fn loops_with_a_recorded_position_are_scored() {
     let folder = folder("bench-positions");
-    let found = run(&folder, &["bench", "--positions", "12", "--only", "verdict", "--json"]).json();
+    let found = run(&folder, &["bench", "positions", "12", "--only", "verdict", "--json"]).json();
     assert!(
         found["title"].as_str().is_some_and(|t| t.contains("recorded valve position")),
         "{found}"
     );
-    let text = run(&folder, &["bench", "--positions", "12", "--only", "verdict"]).quiet_success();
+    let text = run(&folder, &["bench", "positions", "12", "--only", "verdict"]).quiet_success();
     assert!(text.contains("every move recorded"), "{text}");
 }
 
 #[test]
 fn every_form_of_the_results_has_its_parts() {
     let folder = folder("bench-forms");
-    let base = ["bench", "--simulated", "20", "--per-kind", "0", "--only", "verdict"];
+    let base = ["bench", "simulated", "20", "--per-kind", "0", "--only", "verdict"];
     let with = |more: &[&str]| run(&folder, &[&base[..], more].concat());
 
     let text = with(&[]).quiet_success();
@@ -211,7 +210,7 @@ fn the_page_leads_to_every_report() {
     write(&folder, "index.csv", INDEX);
     std::fs::create_dir(folder.join("pages")).expect("a folder");
     let arguments =
-        "bench --labels index.csv --only verdict --report pages/board.html --reports all/reports";
+        "bench labels index.csv --only verdict --report pages/board.html --reports all/reports";
     run(&folder, &arguments.split(' ').collect::<Vec<_>>()).quiet_success();
     let page = read(&folder, "pages/board.html");
     // Pictures name their language by an address, which no one opens.
@@ -234,7 +233,7 @@ fn what_cannot_be_measured_is_refused_with_the_row_and_the_remedy() {
     let folder = with_samples("bench-refused");
     let labels = |index: &str| {
         write(&folder, "index.csv", index);
-        run(&folder, &["bench", "--labels", "index.csv"]).refusal()
+        run(&folder, &["bench", "labels", "index.csv"]).refusal()
     };
     let sound = "FIC101-sticky,stiction\n";
     for (index, wanted) in [
@@ -255,14 +254,14 @@ fn what_cannot_be_measured_is_refused_with_the_row_and_the_remedy() {
         assert!(refused.contains(wanted), "{index}: {refused}");
     }
     for (arguments, wanted) in [
-        ("bench", "required"),
-        ("bench --simulated 0", "--simulated"),
-        ("bench --simulated 2 --method nonesuch", "horch"),
-        ("bench --simulated 2 --only horch", "verdict"),
-        ("bench --simulated 2 --invented-set first", "--invented"),
-        ("bench --invented 2 --invented-set fourth", "second"),
-        ("bench --labels none.csv", "none.csv"),
-        ("bench --labels none.csv --simulated 2", "cannot be used with"),
+        ("bench", "stiction bench simulated 1000"),
+        ("bench simulated 0", "1..=1000000"),
+        ("bench simulated 2 --method nonesuch", "horch"),
+        ("bench simulated 2 --only horch", "verdict"),
+        ("bench simulated 2 --set first", "--set"),
+        ("bench invented 2 --set fourth", "second"),
+        ("bench labels none.csv", "none.csv"),
+        ("bench labels none.csv --seed 2", "--seed"),
     ] {
         let refused = run(&folder, &arguments.split(' ').collect::<Vec<_>>()).refusal();
         assert!(refused.contains(wanted), "{arguments}: {refused}");

@@ -19,7 +19,7 @@ fn is_there(program: &str) -> bool {
 
 /// The results of a detector on the trial suite.
 fn measured(folder: &Path, detector: &str, more: &[&str]) -> Value {
-    let base = ["bench", "--detector", detector, "--suite", "v1-trial", "--json"];
+    let base = ["bench", "detector", detector, "--suite", "v1-trial", "--json"];
     run(folder, &[&base[..], more].concat()).json()
 }
 
@@ -95,7 +95,7 @@ fn the_hidden_half_needs_its_passphrase() {
     let curious =
         format!("test -z \"${PASSPHRASE}\" && \"{}\" bench answer", env!("CARGO_BIN_EXE_stiction"));
     let mut command = command(&folder);
-    command.env(PASSPHRASE, "the first passphrase").args(["bench", "--detector", &curious]);
+    command.env(PASSPHRASE, "the first passphrase").args(["bench", "detector", &curious]);
     let done = command.args(["--suite", "v1-trial", "--hidden", "--json"]).output();
     let results: Value =
         serde_json::from_slice(&done.expect("the command starts").stdout).expect("JSON");
@@ -106,7 +106,10 @@ fn the_hidden_half_needs_its_passphrase() {
 #[test]
 fn our_verdict_and_methods_give_the_same_by_each_door() {
     let folder = folder("detector-doors");
-    let own = ["bench", "--suite", "v1-trial", "--method", "horch", "--method", "kano", "--json"];
+    let own = [
+        "bench", "detector", "--suite", "v1-trial", "--method", "horch", "--method", "kano",
+        "--json",
+    ];
     let own = timeless(run(&folder, &own).json());
     let names: Vec<&str> = own["entries"]
         .as_array()
@@ -211,7 +214,7 @@ fn a_detector_that_misbehaves_does_not_end_the_run() {
 
     // What never answers is given up soon, and a command that does not exist is named.
     for (detector, words) in [("exit 3", "exit code 3"), ("no-such-detector", "not found")] {
-        let asked = ["bench", "--detector", detector, "--suite", "v1-trial", "--json"];
+        let asked = ["bench", "detector", detector, "--suite", "v1-trial", "--json"];
         let done = run(&folder, &[&asked[..], &["--processes", "2"]].concat());
         let why = "the detector answered none of 120 loops";
         assert!(done.code == 2 && done.err.contains(why), "{} {}", done.code, done.err);
@@ -237,7 +240,7 @@ fn results_are_reported_and_verified() {
         |name: &str| format!("\"{}\" bench answer --method {name}", env!("CARGO_BIN_EXE_stiction"));
     for name in ["horch", "kano"] {
         let base =
-            ["bench", "--detector", &method(name), "--suite", "v1-trial", "--json", "--name", name];
+            ["bench", "detector", &method(name), "--suite", "v1-trial", "--json", "--name", name];
         write(&folder, &format!("{name}.json"), run(&folder, &base).quiet_success());
     }
     let verified = run(&folder, &["bench", "verify", "horch.json", "kano.json"]).quiet_success();
@@ -295,7 +298,7 @@ fn a_detector_is_measured_on_labelled_recordings() {
         .collect();
     write(&folder, "renamed.csv", format!("{}\n{rest}", header.join(",")));
     let program = format!("\"{}\" bench answer", env!("CARGO_BIN_EXE_stiction"));
-    let base = ["bench", "--labels", "index.csv", "--detector", &program, "--json"];
+    let base = ["bench", "detector", &program, "--labels", "index.csv", "--json"];
     let results = run(&folder, &base).json();
     assert_eq!(results["loops"]["suite"], Value::Null);
     assert_eq!(results["loops"]["labels"][0]["licence"], "CC0");
@@ -308,12 +311,12 @@ fn a_detector_is_measured_on_labelled_recordings() {
     let refused = run(&folder, &base).refusal();
     assert!(refused.contains("one class only"), "{refused}");
     for (arguments, wanted) in [
-        ("bench --detector x --simulated 3", "cannot be used with"),
-        ("bench --suite v1-trial --hidden --labels index.csv", "cannot be used with"),
-        ("bench --hidden", "--suite"),
-        ("bench --limit 3 --suite v1-trial", "--detector"),
-        ("bench --detector x --limit 0", "above 0"),
-        ("bench --detector x --suite v9", "v1-trial"),
+        ("bench detector x --per-kind 3", "--per-kind"),
+        ("bench detector --suite v1-trial --labels index.csv", "cannot be used with"),
+        ("bench detector --hidden --labels index.csv", "cannot be used with"),
+        ("bench detector --limit 3 --suite v1-trial", "COMMAND"),
+        ("bench detector x --limit 0", "above 0"),
+        ("bench detector x --suite v9", "v1-trial"),
         ("bench verify", "required"),
     ] {
         let refused = run(&folder, &arguments.split(' ').collect::<Vec<_>>()).refusal();

@@ -31,10 +31,9 @@ const NOT_RUN: [(&str, &str); 15] = [
 /// Recordings that are not part of the project: `docs/accuracy.md` measures on them.
 const NOT_AT_HAND: &str = "../shared/";
 
-/// Options of `bench` that say how many loops to simulate. Pages show counts that measure; a few loops tell whether the
+/// Words of `bench` before the number of loops to simulate. Pages show counts that measure; a few loops tell whether the
 /// command runs.
-const COUNTS: [&str; 6] =
-    ["--simulated", "--positions", "--invented", "--per-kind", "--networks", "--tests"];
+const COUNTS: [&str; 6] = ["simulated", "positions", "invented", "--per-kind", "networks", "tests"];
 
 /// A line of a block of commands.
 struct Line {
@@ -252,8 +251,8 @@ fn commands_are_found_as_a_reader_sees_them() {
     );
     assert_eq!(runnable("pip install ."), None);
     assert_eq!(
-        runnable("stiction bench --simulated 1000").as_deref(),
-        Some("stiction bench --simulated 4")
+        runnable("stiction bench simulated 1000").as_deref(),
+        Some("stiction bench simulated 4")
     );
 }
 

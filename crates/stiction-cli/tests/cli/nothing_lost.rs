@@ -63,8 +63,8 @@ fn an_output_that_is_an_input_is_refused_by_every_command() {
         cases.push(vec!["shift", FILE, "--csv", output]);
         cases.push(vec!["fit", FILE, "-o", output]);
         cases.push(vec!["fit", FILE, "--plot", output]);
-        cases.push(vec!["bench", "--labels", "index.csv", "--csv", output]);
-        cases.push(vec!["bench", "--labels", "index.csv", "--report", output]);
+        cases.push(vec!["bench", "labels", "index.csv", "--csv", output]);
+        cases.push(vec!["bench", "labels", "index.csv", "--report", output]);
         cases.push(vec!["diagnose", output, "--csv", FILE]);
     }
     for command in ["simulate", "compensate", "what-if", "limit-cycle"] {
@@ -81,7 +81,7 @@ fn an_output_that_is_an_input_is_refused_by_every_command() {
         vec!["stem", "--input", "in.csv", "-o", "in.csv"],
         vec!["stem", "--input", "in.csv", "--events", "in.csv"],
         vec!["diagnose", FILE, "--mapping", "map.toml", "--csv", "map.toml"],
-        vec!["bench", "--labels", "index.csv", "--csv", "index.csv"],
+        vec!["bench", "labels", "index.csv", "--csv", "index.csv"],
     ]);
     for arguments in cases {
         let refused = run(&folder, &arguments).refusal();
@@ -164,7 +164,7 @@ fn a_recording_is_replaced_by_no_output() {
     std::fs::copy(samples().join("test/FIC106-tested.csv"), folder.join("FIC106-tested.csv"))
         .expect("a copy");
     write(&folder, "in.csv", "t,u\n0,1\n1,2\n2,3\n");
-    let results = ["bench", "--suite", "v1-trial", "--only", "verdict", "--json"];
+    let results = ["bench", "detector", "--suite", "v1-trial", "--only", "verdict", "--json"];
     write(&folder, "results.json", run(&folder, &results).quiet_success());
     let recording = read(&folder, "FIC102-disturbed.csv");
     for (_, _, output, line) in ARGUMENTS {
@@ -233,7 +233,7 @@ const OUTPUTS: [(&str, &[&str]); 9] = [
     ("valve.fmu", &["fmu", "paper/closed-loop", "-o", "valve.fmu"]),
     ("stem.csv", &["stem", "-o", "stem.csv"]),
     ("shift.csv", &["shift", FILE, "--csv", "shift.csv"]),
-    ("board.html", &["bench", "--simulated", "2", "--only", "verdict", "--report", "board.html"]),
+    ("board.html", &["bench", "simulated", "2", "--only", "verdict", "--report", "board.html"]),
 ];
 
 /// What an output may replace.

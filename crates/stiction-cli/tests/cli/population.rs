@@ -27,7 +27,7 @@ fn a_population_is_files_that_bench_reads() {
         assert_eq!(truth[0], format!("{}.csv", entry[0]));
         assert_eq!(entry[1] == "stiction", truth[2] == "true");
     }
-    let table = run(&folder, &["bench", "--labels", "loops/index.csv"]).quiet_success();
+    let table = run(&folder, &["bench", "labels", "loops/index.csv"]).quiet_success();
     let sticky = truths.iter().filter(|truth| truth[2] == "true").count();
     let counts = format!("{sticky} sticking and {} healthy recordings", 12 - sticky);
     assert!(table.contains(&counts), "{counts}: {table}");

@@ -12,13 +12,16 @@ fn printed() -> Vec<(&'static str, Vec<&'static str>)> {
         ("history", vec!["history", file, "--window", "5min", "--repair", "1200", "--json"]),
         ("fit", vec!["fit", file, "--json"]),
         ("inspect", vec!["inspect", file, "--json"]),
-        ("bench", vec!["bench", "--simulated", "4", "--only", "verdict", "--time", "--json"]),
+        ("bench", vec!["bench", "simulated", "4", "--only", "verdict", "--time", "--json"]),
         (
             "bench-results",
-            vec!["bench", "--suite", "v1-trial", "--method", "horch", "--method", "kano", "--json"],
+            vec![
+                "bench", "detector", "--suite", "v1-trial", "--method", "horch", "--method",
+                "kano", "--json",
+            ],
         ),
-        ("bench-networks", vec!["bench", "--networks", "1", "--days", "1", "--json"]),
-        ("bench-tests", vec!["bench", "--tests", "3", "--json"]),
+        ("bench-networks", vec!["bench", "networks", "1", "--days", "1", "--json"]),
+        ("bench-tests", vec!["bench", "tests", "3", "--json"]),
         ("test-plan", vec!["test", "plan", file, "--json"]),
         ("test-read", vec!["test", "read", "FIC106-tested.csv", "--json"]),
         (

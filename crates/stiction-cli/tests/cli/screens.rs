@@ -173,8 +173,8 @@ fn a_message_says_things_once() {
     write(&folder, "index.csv", "loop,label\nA,stiction\n");
     for arguments in [
         &["diagnose", "no.csv"][..],
-        &["bench", "--labels", "no.csv"],
-        &["bench", "--labels", "index.csv"],
+        &["bench", "labels", "no.csv"],
+        &["bench", "labels", "index.csv"],
         &["valve", "--S", "1", "--J", "1", "no.csv"],
         &["fmu", "--library", "a-b=no.so", "-o", "x.fmu"],
         &["simulate", "paper/closed-loop", "-o", "no/x.csv"],

@@ -29,7 +29,7 @@ const LINES: &[(&str, i32)] = &[
     ("override FIC101-sticky.csv --verdict sticks --reason stroked", 0),
     ("inspect FIC101-sticky.csv", 0),
     ("fit FIC101-sticky.csv --draws 20", 0),
-    ("bench --simulated 2 --only verdict", 0),
+    ("bench simulated 2 --only verdict", 0),
     ("valve --S 1 --J 1 in.csv", 0),
     ("stem", 0),
     ("simulate paper/closed-loop", 0),

@@ -228,9 +228,8 @@ impl Submitted {
             }
             None => return Err("holds no results of stiction bench".to_owned()),
         }
-        let found: Self = serde_json::from_str(text).map_err(|e| {
-            format!("holds no results of stiction bench --detector or --suite: {e}")
-        })?;
+        let found: Self = serde_json::from_str(text)
+            .map_err(|e| format!("holds no results of stiction bench detector: {e}"))?;
         match found.entries.is_empty() {
             true => Err("holds no detector".to_owned()),
             false => Ok(found),
