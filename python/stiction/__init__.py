@@ -15,7 +15,7 @@ recording_from             a recording from a table of pandas, polars or pyarrow
 diagnose                   the verdict on the valve of a recording, with S, J, causes and remedies
 diagnose_all               the verdicts on many recordings, on all processors
 summary_table              a table of diagnoses with one row per loop
-detect                     the result of one published method
+detect                     the result of one method
 evidence, weigh            the numbers behind a verdict, and the trained model that weighs them
 fit                        controller, process and valve of a recording, and the effect of each action
 what_if                    the effect of repair, retuning, compensators and positioner on a loop
@@ -31,7 +31,7 @@ Modules
 stiction.recordings        recordings from files, tables and arrays, their segments and fitness
 stiction.datasets          sample recordings with known truth
 stiction.diagnosis         verdicts, their combination over time, reports, and all classes of a diagnosis
-stiction.detection         the published methods
+stiction.detection         the methods that detect stiction
 stiction.fusion            the evidence and the trained model
 stiction.oscillations      whether a signal oscillates, with which period, and when
 stiction.identification    models of process, valve and stem fitted to signals

@@ -313,7 +313,7 @@ def verdict(recording: Recording) -> dict[str, Any]:
 
 
 class method:
-    """A detector that answers by a published method.
+    """A detector that answers by one of the methods.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The published detectors of stiction."""
+"""The methods that detect stiction."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _DRAWN = {"line": "-", "steps": "-", "dashed": "--", "dotted": ":", "points": "o
 
 @result
 class Detector(Result):
-    """A published method."""
+    """A method that detects stiction."""
 
     name: str = about('Its name, such as ``"horch"``.')
     title: str = about("Its title.")
@@ -135,7 +135,7 @@ class MethodEvidence(Result):
 
 
 def detectors() -> list[Detector]:
-    """List the published detectors.
+    """List the methods.
 
     Returns
     -------
@@ -166,7 +166,7 @@ def detect(
     period_s: float | None = None,
     loop_type: str = "unknown",
 ) -> Finding:
-    """Apply one published method to a valve's signals.
+    """Apply one method to a valve's signals.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def detect_all(
     period_s: float | None = None,
     loop_type: str = "unknown",
 ) -> dict[str, Finding]:
-    """Apply all published methods to a valve's signals.
+    """Apply all methods to a valve's signals.
 
     Parameters
     ----------

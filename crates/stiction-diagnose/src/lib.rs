@@ -1,6 +1,6 @@
 //! Does this valve stick? Diagnosis of a valve from a recorded control loop.
 //!
-//! * [`methods`]: the published methods, a folder each, behind one registry.
+//! * [`methods`]: the methods, a folder each, behind one registry.
 //! * [`identify`]: linear models of the loop, and valve models fitted to OP and PV or a valve position.
 //! * [`evidence`]: the evidence in a window of data, as numbers without units.
 //! * [`fusion`]: the frozen model from evidence to probabilities and intervals.

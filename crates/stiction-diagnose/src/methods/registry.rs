@@ -13,7 +13,7 @@ use std::str::FromStr;
 use stiction_figure::figure::Figure;
 
 /// Declares the methods of the registry, a line each: its name here, its folder, whose `figure.rs` draws its
-/// evidence, and the detector with its published parameters.
+/// evidence, and the detector with its default parameters.
 macro_rules! methods {
     ($($id:ident of $folder:ident: $detector:expr,)*) => {
         /// The methods of the registry, in the order of reports.
@@ -26,7 +26,7 @@ macro_rules! methods {
             /// All of them, in the order of reports.
             pub const ALL: &'static [Self] = &[$(Self::$id),*];
 
-            /// The method with its published parameters.
+            /// The method with its default parameters.
             pub fn detector(self) -> Box<dyn Detector> {
                 match self {
                     $(Self::$id => {
@@ -92,7 +92,7 @@ impl FromStr for MethodId {
     }
 }
 
-/// All detectors with their published parameters, in the order of reports.
+/// All detectors with their default parameters, in the order of reports.
 pub fn all() -> Vec<Box<dyn Detector>> {
     MethodId::ALL.iter().map(|id| id.detector()).collect()
 }
