@@ -36,7 +36,7 @@ pub fn one(loop_: &Diagnosed) -> String {
         out += &field("override", &words::overruled(said));
     }
     if lacks_pv(diagnosis) {
-        out += &field("", "It rests on the OP alone, because no PV was read; see the notes.");
+        out += &field("", "It rests on the OP alone, because no PV was read.");
     }
     out += &weighed(diagnosis);
     out += &field("data", &data(diagnosis));
@@ -86,19 +86,26 @@ fn line(diagnosis: &Diagnosis) -> String {
         Some(p) => write!(out, " ({})", words::percent(p)),
         None => Ok(()),
     };
+    let of = words::guessed_range(diagnosis).map_or(String::new(), |of| format!(" {of}"));
     let _ = match (diagnosis.stiction.s, verdict.s_below) {
-        (Some(s), _) => write!(out, "; S {}", words::interval(s)),
-        (None, Some(limit)) => write!(out, "; S below {} %", words::rough(limit.value)),
-        (None, None) => return out,
+        (Some(s), _) => write!(out, "; S {}{of}", words::interval(s)),
+        (None, Some(limit)) => {
+            let limit = words::rough(limit.value);
+            match verdict.grade {
+                Grade::Fine => write!(out, "; S above {limit} %{of} would have been detected"),
+                _ => write!(out, "; could mask an S of up to {limit} %{of}"),
+            }
+        }
+        (None, None) => Ok(()),
     };
-    if let Some(of) = words::guessed_range(diagnosis) {
-        out += &format!(" {of}");
-    }
     if lacks_pv(diagnosis) {
         out += "; judged without a PV";
     }
     if let Some(masked) = diagnosis.masked_words() {
         let _ = write!(out, "; masked {masked}");
+    }
+    if let Some(said) = &verdict.overruled {
+        let _ = write!(out, "; a person: {}", said.verdict);
     }
     out
 }
