@@ -234,7 +234,7 @@ def diagnose(
     loop_type : str, optional
         Type of the loop, see `stiction.recordings.loop_types`; by default as in the recording.
     detectors : {"all", "none"} or sequence of str, default "all"
-        The published methods to run. They take most of the time. Methods that use a measured valve position are always run.
+        The methods to run. They take most of the time. Methods that use a measured valve position are always run.
     sample_time : float, optional
         Time between samples of the grid, s; by default the most frequent one of the recording. For arrays, and tables without
         times, it is the time between their samples.
@@ -583,7 +583,7 @@ def _kept(diagnosis: Diagnosis) -> _core.Diagnosed:
 
 def _all_kept(diagnoses: Iterable[Diagnosis]) -> list[_core.Diagnosed]:
     if isinstance(diagnoses, Diagnosis):
-        raise TypeError("diagnoses must be several in a list, but is one")
+        raise TypeError("diagnoses must be a list of diagnoses, not a single one")
     return [_kept(each) for each in diagnoses]
 
 

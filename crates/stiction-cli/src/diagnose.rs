@@ -22,9 +22,9 @@ use stiction_report::report;
 ///
 /// Reads SP, PV, OP and, where recorded, valve position and mode from CSV, Parquet, Excel or MATLAB files. `stiction
 /// inspect` shows how the files are interpreted. All segments in automatic of each loop are judged together.
-/// The probability is that of sticking that the recording can show; a smaller S may hide below the detection limit. Recordings
-/// of one tag with dates are joined across files. A person's verdict, kept by `stiction override`, is shown beside
-/// the computed one.
+/// The probability covers only sticking that the recording can show. An S below the detection limit is not seen.
+/// Recordings of one tag with dates are joined across files. A person's verdict, kept by `stiction override`, is shown
+/// beside the computed one.
 ///
 /// Exit code 0: all files were diagnosed. Exit code 1: all were, and a loop is of a class that --fail-on names. Exit
 /// code 2: some could not be diagnosed, and the messages say why.

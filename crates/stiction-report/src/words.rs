@@ -14,7 +14,7 @@ use stiction_diagnose::spoken::{self, number};
 pub use stiction_diagnose::spoken::{percent, unparted as spoken};
 
 /// The meaning of the probability of a verdict.
-pub const PROBABILITY: &str = "The probability is that of sticking that the recording can show; a smaller S may hide below the detection limit.";
+pub const PROBABILITY: &str = "The probability covers only sticking that the recording can show. An S below the detection limit is not seen.";
 
 /// A rough number with two digits and a typographic minus.
 pub fn rough(value: f64) -> String {
@@ -112,7 +112,7 @@ fn verdict_alone(diagnosis: &Diagnosis) -> String {
             });
             let says = match verdict.s_below.filter(|_| verdict.grade == Grade::NoneVisible) {
                 Some(limit) => format!(
-                    "No stiction is visible{left}, but an S of up to {} % could hide in this recording ({:.0} % confidence).",
+                    "No stiction is visible{left}. This recording could mask an S of up to {} % ({:.0} % confidence).",
                     rough(limit.value),
                     100.0 * limit.confidence
                 ),
@@ -285,6 +285,9 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
         None => "a recorded valve position",
         Some(_) => "a position of this valve",
     };
+    if let Some(remedy) = too_little(diagnosis) {
+        return Some(remedy);
+    }
     if let Some(few) = &diagnosis.few_slips {
         let step = rough(few.step);
         return Some(format!(
@@ -322,7 +325,23 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
             }
         },
     };
-    Some(format!("{ask}, {position}, or a test of the valve would decide."))
+    // No test can be planned without a PV.
+    Some(match segment.pv {
+        None => format!("{ask}, or {position}, would decide."),
+        Some(_) => format!("{ask}, {position}, or a test of the valve would decide."),
+    })
+}
+
+/// The remedy for data that are unfit because they contain too little of the OP; `None` for others.
+fn too_little(diagnosis: &Diagnosis) -> Option<String> {
+    let mut unfit = diagnosis.fitness.measures.iter().filter(|m| m.class == Class::Unfit);
+    unfit.find_map(|measure| match measure.id {
+        MeasureId::Samples => {
+            measure.caveat_at.map(|least| format!("Record at least {least:.0} samples."))
+        }
+        MeasureId::OpMoves => Some("Choose another time, in which the OP moves.".to_owned()),
+        _ => None,
+    })
 }
 
 /// The properties of a better recording, if there are any. Of 672 undecided loops of the population 15 % were decided by
@@ -330,6 +349,14 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
 fn recording(diagnosis: &Diagnosis, segment: &Segment) -> Option<String> {
     let period = diagnosis.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
     let mut wants = vec![];
+    let few = diagnosis
+        .fitness
+        .measures
+        .iter()
+        .find(|measure| measure.id == MeasureId::Samples && measure.class != Class::Fit);
+    if let Some(least) = few.and_then(|measure| measure.caveat_at) {
+        wants.push(format!("of at least {least:.0} samples"));
+    }
     if segment.pv.is_none() {
         wants.push("with the PV".to_owned());
     }

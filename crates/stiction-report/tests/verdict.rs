@@ -332,6 +332,24 @@ fn advice_fits_what_is_missing() {
 }
 
 #[test]
+fn too_little_data_has_a_remedy_of_its_own() {
+    let of = |samples: usize, moves: f64, pv: bool| {
+        let wave = |k: usize| moves * (k as f64 * 0.3).sin();
+        let op: Vec<f64> = (0..samples).map(|k| 50.0 + wave(k)).collect();
+        let flow: Vec<f64> = (0..samples).map(|k| 30.0 + (k as f64 * 0.3 - 0.8).sin()).collect();
+        let recording =
+            Recording::regular("FIC101", 1.0, &op, pv.then_some(&flow[..]), None).unwrap();
+        let diagnosis = diagnose(&recording, &DiagnoseOptions::default()).unwrap();
+        words::what_would_answer(&diagnosis)
+    };
+    assert_eq!(of(25, 2.0, true).unwrap(), "Record at least 200 samples.");
+    assert_eq!(of(400, 0.0, true).unwrap(), "Choose another time, in which the OP moves.");
+    let alone = of(400, 2.0, false).unwrap();
+    assert!(alone.starts_with("A recording with the PV"), "{alone}");
+    assert!(alone.ends_with(", or a recorded valve position, would decide."), "{alone}");
+}
+
+#[test]
 fn the_windows_since_the_last_change_count() {
     let mut diagnosis = full();
     diagnosis.verdict = verdict(VerdictClass::CannotTell, Basis::Evidence, Some(0.5));

@@ -224,13 +224,13 @@ impl Ruling {
             Self::Blind => {
                 match limit.filter(|_| weighing.limit < Some(100.0 * weighing.doubt.most)) {
                     Some(limit) => format!(
-                        "S below {limit} % cannot be detected here, because the OP travels only {} %. Record longer, \
-                     or step the OP in manual",
+                        "S below {limit} % cannot be detected here, because the OP travels only {} %. Step the OP in \
+                         manual",
                         rough(weighing.op_range)
                     ),
                     None => format!(
                         "stiction of any size would be masked here, because disturbances move the PV more than the OP \
-                     does ({} % of travel). Record longer or faster, or step the OP in manual",
+                     does ({} % of travel). Record faster, or step the OP in manual",
                         rough(weighing.op_range)
                     ),
                 }

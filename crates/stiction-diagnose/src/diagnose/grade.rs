@@ -4,10 +4,10 @@
 //! | Grade | Condition |
 //! |---|---|
 //! | sticks | The verdict accuses the valve |
-//! | probably sticks | Evidence makes it [likely](PROBABLY_FROM), but does not accuse; or families of published methods find it |
+//! | probably sticks | Evidence makes it [likely](PROBABLY_FROM), but does not accuse |
 //! | unclear | The probability is between the limits, or the recording is unlike the training |
 //! | probably fine | Evidence makes sticking [unlikely](PROBABLY_FINE_UP_TO), but does not clear the valve |
-//! | no stiction visible | The verdict clears the valve, but S up to a limit above [`FINE_UP_TO`] could hide |
+//! | no stiction visible | The verdict clears the valve, but the recording could mask an S above [`FINE_UP_TO`] |
 //! | too little to matter | The valve sticks by its probability, but S is too small to be a fault |
 //! | fine | The verdict clears the valve, and the detection limit is at most [`FINE_UP_TO`] |
 //! | does not respond | The OP travels, the flow or the stem does not |

@@ -64,7 +64,7 @@ pub enum Grade {
     Unclear,
     /// It is probably fine, without proof in this recording.
     ProbablyFine,
-    /// No stiction is visible, but a larger S than matters could hide in the recording.
+    /// No stiction is visible, but the recording could mask an S that matters.
     NoneVisible,
     /// It sticks by no more than a healthy valve may.
     TooLittle,
