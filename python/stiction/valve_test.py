@@ -350,9 +350,10 @@ def plan(
     rises : bool, optional
         Whether the PV rises when the OP rises; by default from the action of the controller.
     pv_allowed : (float, float), optional
-        The lowest and the highest PV that the process tolerates; by default the recorded range, widened by half.
+        The lowest and the highest PV that the process tolerates; by default the recorded range, widened by a quarter of it on
+        either side.
     time_s : float, optional
-        The longest time in manual, s; by default 20 min, or 40 holds of a slow loop, but 8 h at most.
+        The longest time in manual, s; by default 20 min, or 40 first holds if that is longer, but 8 h at most.
 
     Returns
     -------

@@ -34,8 +34,9 @@ use stiction_report::{valve_test_figure, valve_test_page, valve_test_sheet, word
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction test plan samples/LIC104-quantised.csv
-  stiction test plan FIC101.csv --pv-low 40 --pv-high 60 --sheet sheet.html --json > FIC101.plan.json
-  stiction test read samples/FIC106-tested.csv
+  stiction test plan FIC101.csv --pv-low 40 --pv-high 60 --sheet sheet.html \\
+    --json > FIC101.plan.json
+  stiction test read samples/test/FIC106-tested.csv
   stiction test read FIC101-test.csv --plan FIC101.plan.json --done done.csv --json
   stiction test read FIC101-after.csv --before FIC101-before.csv --report repair.html")]
 pub struct Args {
@@ -48,10 +49,10 @@ enum Task {
     /// Size a test for a loop from a recording of its operation
     ///
     /// The sheet shows how far to turn the OP, how long to hold it, which PV change is an answer, and when to stop.
-    /// Without limits for the PV, the test stays within the recorded range plus half of it. If the recording contains a
-    /// test that cannot tell, the plan is for the next test. It begins at the size that the PV answered, and has more
-    /// turns of each size. With --signature, the plan is a slow ramp of the OP over the stroke and back. It needs a
-    /// recorded valve position (VP) and a process that tolerates the whole range.
+    /// Without limits for the PV, the test stays within the recorded range, widened by a quarter of it on either side. If
+    /// the recording contains a test that cannot tell, the plan is for the next test. It begins at the size that the PV
+    /// answered, and has more turns of each size. With --signature, the plan is a slow ramp of the OP over the stroke and
+    /// back. It needs a recorded valve position (VP) and a process that tolerates the whole range.
     #[command(after_help = "Examples:
   stiction test plan FIC101.csv --sheet sheet.html
   stiction test plan FIC101.csv --signature --op-low 20 --op-high 80 --sheet sheet.html
@@ -67,9 +68,9 @@ enum Task {
   stiction test read FIC101-test.csv --done done.csv --plot answers.svg
   stiction test read FIC101-after.csv --before FIC101-before.csv --report repair.html
 
-A completed sheet is a CSV file with the columns time and op. They are the time of each OP setting, in the
-clock of the recording, and the new OP, in percent. A row without op marks the return to automatic. Other
-columns are ignored.")]
+A completed sheet is a CSV file with the columns time and op. They are the time of each OP setting,
+in the clock of the recording, and the new OP, in percent. A row without op marks the return to
+automatic. Other columns are ignored.")]
     Read(Read),
 }
 
@@ -129,7 +130,7 @@ struct Plan {
     /// The highest PV that the process tolerates, in PV units
     #[arg(long, value_name = "PV", requires = "pv_low", allow_negative_numbers = true)]
     pv_high: Option<f64>,
-    /// The longest time in manual, such as 15min [default: 20min, and more for a slow loop]
+    /// The longest time in manual, such as 15min [default: 20min, or 40 holds of the first turn if that is longer]
     #[arg(long, value_name = "DURATION", value_parser = a_duration)]
     time: Option<f64>,
     /// The completed sheet of an inconclusive test in the recording: a CSV file with the columns time and op

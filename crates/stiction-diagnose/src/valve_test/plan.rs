@@ -27,13 +27,14 @@
 //!
 //! # Limits
 //! The PV range that the process tolerates is unknown. Unless the user gives limits, the PV stays within the recorded
-//! range plus half of it. The OP must drive this valve, so test the inner loop of a cascade.
+//! range, widened by a quarter of it on either side. The OP must drive this valve, so test the inner loop of a cascade.
 //!
 //! # Sources
 //! Ours. The alternation resembles the relay test of K. J. Astrom and T. Hagglund, "Automatic tuning of simple
 //! regulators with specifications on phase and amplitude margins", Automatica 20 (1984) 645 (recalled, not read).
 
 use super::read::{FEWEST, ReadOptions, TestReading, read};
+use super::short::holds;
 use crate::diagnose::{Diagnosis, Estimate, VerdictClass};
 use crate::finding::Abstention;
 use crate::identify::controller;
@@ -48,7 +49,7 @@ pub struct PlanOptions {
     pub rises: Option<bool>,
     /// The allowed range of the PV, in its units.
     pub pv_allowed: Option<[f64; 2]>,
-    /// The longest time in manual, s. By default it is 20 min, or 40 first holds of a slow loop, but 8 h at most.
+    /// The longest time in manual, s. By default it is 20 min, or 40 first holds if that is longer, but 8 h at most.
     pub time_s: Option<f64>,
 }
 
@@ -248,10 +249,17 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
     let room = (0.5 * span(pv)).max(16.0 * noise);
     let answer = (ANSWERED * noise).min(0.4 * room);
     let hold_s = (PERIODS * known.period_s.unwrap_or(NO_PERIOD * dt)).max(SAMPLES * dt);
+    let (long, too_long) = match known.period_s {
+        Some(period) if PERIODS * period >= SAMPLES * dt => {
+            ("The loop is slow", "the loop is too slow")
+        }
+        Some(_) => ("The loop was recorded slowly", "the loop was recorded too slowly"),
+        None => ("The period of the loop is not known", "the loop was recorded too slowly"),
+    };
     if hold_s > LONGEST_HOLD {
         return refuse(&format!(
-            "the loop is too slow for a test within a shift, because each turn would last {} or longer. Record the valve \
-             position, or make a signature of the valve at the next stop",
+            "{too_long} for a test within a shift, because each turn would last {} or longer. Record the valve position, \
+             or make a signature of the valve at the next stop",
             time(hold_s)
         ));
     }
@@ -299,7 +307,7 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
         instructions: vec![],
     };
     plan.expect(known.likely_s.map_or(0.5 * travel, |s| s.value));
-    plan.word();
+    plan.word(long);
     Ok(plan)
 }
 
@@ -338,17 +346,18 @@ impl TestPlan {
         self.expected_s = (holds + each * answered.hold_s + shrinking).min(self.total_s);
     }
 
-    /// Writes summary and instructions.
-    fn word(&mut self) {
+    /// Writes summary and instructions; `long` is why the holds may be long.
+    fn word(&mut self, long: &str) {
         let size = |turn: &Turn| rough(2.0 * turn.op.abs());
         self.summary = format!(
-            "in manual, turns of the OP up and down by {} to {} %, each held for {} or longer, {} at most in all",
+            "in manual, turns of the OP up and down by {} to {} %, each held until the PV answers, for {} at most, {} at \
+             most in all",
             size(&self.grow[0]),
             size(&self.grow[self.grow.len() - 1]),
-            time(self.grow[0].hold_s),
+            holds(self),
             time(self.total_s)
         );
-        self.instructions = instructions(self);
+        self.instructions = instructions(self, long);
     }
 
     fn after(&self, last: Option<&TestReading>) -> Self {
@@ -383,7 +392,7 @@ impl TestPlan {
         };
         let mut next = Self { each: EACH_AGAIN, grow: growing.turns(), ..self.clone() };
         next.expect(from / LESS);
-        next.word();
+        next.word("The holds are long");
         next
     }
 
@@ -468,7 +477,7 @@ fn quantum(x: &[f64]) -> f64 {
     steps.fold(f64::INFINITY, f64::min).min(span(x))
 }
 
-fn instructions(plan: &TestPlan) -> Vec<String> {
+fn instructions(plan: &TestPlan, long: &str) -> Vec<String> {
     let [low, high] = plan.inner();
     let unit = plan.pv_unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
     let first = plan.grow[0];
@@ -528,26 +537,31 @@ fn instructions(plan: &TestPlan) -> Vec<String> {
             "{}After {} in manual end the test, whatever was seen, and put the controller in automatic. {}Read the recording \
              with stiction test read. If it cannot tell, plan the next test from the same recording with stiction test plan.",
             match plan.expected_s < 0.9 * plan.total_s {
-                true => format!("The test takes about {}. ", time(plan.expected_s)),
+                true => format!("The test takes about {}. ", roughly(plan.expected_s)),
                 false => String::new(),
             },
             time(plan.total_s),
-            slow(plan)
+            short_of_time(plan, long)
         ),
     ]
 }
 
-/// A sentence on a loop that is too slow for the time; empty for others.
-fn slow(plan: &TestPlan) -> String {
+/// A time in whole minutes from two minutes on.
+fn roughly(seconds: f64) -> String {
+    time(if seconds < 120.0 { seconds } else { 60.0 * (seconds / 60.0).round() })
+}
+
+/// A sentence on a test that needs more than the usual time, or more than it has; empty for others.
+fn short_of_time(plan: &TestPlan, long: &str) -> String {
     let needed = HOLDS * plan.grow[0].hold_s;
     match () {
         () if needed > 1.1 * plan.total_s => format!(
-            "The loop is slow: in this time it answers some {:.0} turns, which seldom decide. A test of {} decides more often. ",
+            "In this time the loop answers some {:.0} turns, which seldom decide. A test of {} decides more often. ",
             plan.total_s / plan.grow[0].hold_s,
             time(needed)
         ),
         () if needed > TIME && plan.total_s < 1.1 * needed => {
-            format!("The loop is slow, so the test needs more than {}. ", time(TIME))
+            format!("{long}, so the test needs more than {}. ", time(TIME))
         }
         () => String::new(),
     }

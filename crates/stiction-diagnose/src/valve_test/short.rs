@@ -7,15 +7,22 @@ use crate::spoken::{rough, time};
 pub fn short(plan: &TestPlan) -> String {
     let sizes: Vec<String> =
         plan.grow.iter().step_by(plan.each).map(|turn| rough(2.0 * turn.op.abs())).collect();
-    let holds = plan.grow.iter().map(|turn| turn.hold_s);
-    let (least, most) = holds.fold((f64::INFINITY, 0.0f64), |(a, b), h| (a.min(h), b.max(h)));
     format!(
-        "in manual, turn the OP up and down by {} %, {} turns each, until the PV answers; hold each for {} to {} at most; \
+        "in manual, turn the OP up and down by {} %, {} turns each, until the PV answers; hold each for {} at most; \
          then make each size {:.0} % smaller",
         sizes.join(", "),
         plan.each,
-        time(least),
-        time(most),
+        holds(plan),
         100.0 * (1.0 - plan.shrink_by)
     )
+}
+
+/// The longest holds of the first part, such as `30 s to 74 s`.
+pub(super) fn holds(plan: &TestPlan) -> String {
+    let holds = plan.grow.iter().map(|turn| turn.hold_s);
+    let (least, most) = holds.fold((f64::INFINITY, 0.0f64), |(a, b), h| (a.min(h), b.max(h)));
+    match (time(least), time(most)) {
+        (one, other) if one == other => one,
+        (least, most) => format!("{least} to {most}"),
+    }
 }
