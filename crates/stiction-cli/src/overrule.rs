@@ -19,8 +19,10 @@ use stiction_plant::overrides::{self, Date, FILE_NAME, Override, Overrides, Scop
 /// shown.
 #[derive(Parser)]
 #[command(after_help = "Examples:
-  stiction override FIC101.csv --verdict \"does not stick\" --reason \"new packing, stroked\" --by \"J. Miller\"
-  stiction override plant.csv --loop FIC102 --verdict sticks --reason \"seen at the stem\" --all-recordings --until 2026-06-30
+  stiction override FIC101.csv --verdict \"does not stick\" --reason \"new packing, stroked\" \\
+    --by \"J. Miller\"
+  stiction override plant.csv --loop FIC102 --verdict sticks --reason \"seen at the stem\" \\
+    --all-recordings --until 2026-06-30
   stiction override FIC101.csv --list
   stiction override FIC101.csv --loop FIC101 --remove")]
 pub struct Args {
