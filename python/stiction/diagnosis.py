@@ -467,6 +467,8 @@ def _percent(share: float) -> str:
     """Return a probability as reports do, never more certain than 99 %."""
     if share > 0.99:
         return "more than 99 %"
+    if 0.79 < share < 0.8:
+        return "79 %"  # A valve "probably sticks" from 80 % on.
     return "less than 1 %" if share < 0.01 else f"{100 * share:.0f} %"
 
 

@@ -249,7 +249,7 @@ fn text(valve: &Valve) -> String {
         combined.decided,
         spoken::counted(combined.observations, "window"),
         valve.since(),
-        if combined.decided == 1 { "counts" } else { "count" }
+        if combined.decided == 1 || combined.observations == 1 { "counts" } else { "count" }
     );
     let mut field = |name: &str, text: &str| {
         for (k, line) in wrapped(text, 88).into_iter().enumerate() {

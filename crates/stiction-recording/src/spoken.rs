@@ -3,9 +3,14 @@
 /// Largest reported certainty, percent: beyond it only "more than" and "less than" are reported.
 const SUREST: f64 = 99.0;
 
-/// A share of one in percent, without claims of certainty.
+/// The least probability, percent, of the graded word "probably sticks".
+const PROBABLY: f64 = 80.0;
+
+/// A share of one in percent, without claims of certainty. A smaller one is not rounded to the 80 % from which a valve
+/// "probably sticks".
 pub fn percent(share: f64) -> String {
     match 100.0 * share {
+        p if p < PROBABLY && p.round() >= PROBABLY => format!("{:.0} %", p.floor()),
         p if p > SUREST => format!("more than {SUREST:.0} %"),
         p if p < 100.0 - SUREST => format!("less than {:.0} %", 100.0 - SUREST),
         p => format!("{p:.0} %"),
@@ -206,6 +211,8 @@ mod tests {
             (0.0, "less than 1 %"),
             (0.004, "less than 1 %"),
             (0.5, "50 %"),
+            (0.796, "79 %"),
+            (0.8, "80 %"),
             (0.934, "93 %"),
             (0.9999, "more than 99 %"),
         ] {

@@ -6,6 +6,7 @@ use crate::Error;
 use crate::document::{Valve, ValveHistory};
 use crate::words::{interval, percent, sentence, spoken};
 use stiction_diagnose::diagnose::Estimate;
+use stiction_diagnose::spoken::counted;
 
 const INTRODUCTION: &str = "Each window of the recordings is judged on its own and together with the others, to show \
     whether the valve gets worse. Windows of one valve are not independent: how much their agreement is worth was \
@@ -99,13 +100,18 @@ fn headline(valve: &Valve) -> String {
     let which = valve.since();
     let n = combined.observations;
     match combined.probability {
+        Some(p) if n == 1 => {
+            format!("The window{which} gives a probability of sticking of {}.", percent(p))
+        }
         Some(p) => format!(
             "The {n} windows{which} together give a probability of sticking of {}.",
             percent(p)
         ),
         None => format!(
-            "{} of {n} windows{which} can be judged. Together: {}.",
-            combined.decided, combined.grade
+            "{} of {}{which} can be judged. Together: {}.",
+            combined.decided,
+            counted(n, "window"),
+            combined.grade
         ),
     }
 }
