@@ -130,7 +130,7 @@ columns! {
     "drift_low" ["% of S"] drift_low: Option<f64>;
     /// High end of its 95 % interval.
     "drift_high" ["% of S"] drift_high: Option<f64>;
-    /// Probability of this drift by chance, the larger of two tests.
+    /// p-value of the drift: the larger of two tests.
     "drift_p" [""] drift_p: Option<f64>;
     /// Whether the drift is significant by both tests.
     "drift_significant" [""] drift_significant: Option<bool>;
@@ -154,7 +154,7 @@ columns! {
     "test_S_below" ["%"] test_s_below: Option<f64>;
     /// Day of the last order without a later repair.
     "ordered" [""] ordered: Option<String>;
-    /// Day on which to look again.
+    /// Day until which the loop is snoozed.
     "snoozed_until" [""] snoozed_until: Option<String>;
     /// Whether it is on the watch list.
     "watch" [""] watch: bool;

@@ -22,7 +22,7 @@ columns! {
     "type" [""] loop_type: String;
     /// Start of the window, since 1970-01-01 UTC: midnight by the clock of the plant.
     "window_start" ["s"] window_start: i64;
-    /// Duration of the window: a day of the plant, or several.
+    /// Duration of the window: one or more plant days.
     "window_s" ["s"] window_s: i64;
     /// Version of the program that judged.
     "engine_version" [""] engine_version: String;
@@ -30,7 +30,7 @@ columns! {
     "model_version" [""] model_version: String;
     /// SHA-256 of the settings in plant.toml that affect the verdict.
     "settings_hash" [""] settings_hash: String;
-    /// SHA-256 of its input, which shows that it is done: its files, or on Spark its rows.
+    /// SHA-256 of its input (files, or on Spark rows), by which a scan knows that the window is finished.
     "input_fingerprint" [""] input_fingerprint: String;
     /// SHA-256 of the judged samples, independent of where they are stored; empty without samples.
     "samples_fingerprint" [""] samples_fingerprint: Option<String>;
@@ -38,7 +38,7 @@ columns! {
     "error" [""] error: Option<String>;
     /// Samples of the judged stretch.
     "samples" [""] samples: Option<i64>;
-    /// Share of usable samples, of the worse of OP and PV.
+    /// Share of usable samples: the lower of OP and PV.
     "good_share" ["%"] good_share: Option<f64>;
     /// Share of the time in automatic: the service factor.
     "auto_share" ["%"] auto_share: Option<f64>;
@@ -76,9 +76,9 @@ columns! {
     "probability" [""] probability: Option<f64>;
     /// Basis of the verdict.
     "basis" [""] basis: Option<String>;
-    /// Number of windows of the evidence, what overlaps counted once.
+    /// Number of evidence windows, with overlaps counted once.
     "evidence_windows" [""] evidence_windows: Option<f64>;
-    /// What these windows say together, in numbers that days add up.
+    /// Pool of these windows: sums that are added over days.
     "pool" [""] pool: Option<String>;
     /// Stick band plus dead band, of span.
     "S" ["%"] s: Option<f64>;
