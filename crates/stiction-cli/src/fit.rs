@@ -325,7 +325,8 @@ pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
         found.loops,
         text::columns(&rows, &[false, true, true, true, true, true, true, false])
     );
-    let words = "Ranges are 5 to 95 % points, ranked by the upper end of the control error. PV swing is half of its \
+    let words = "Ranges are 5 to 95 % points. Rows are ranked by the upper end of the control error and, if two are about \
+        equal, by effort: a setting, a compensator, a repair, a new part. PV swing is half of its \
         peak-to-peak value in a period, without noise. \"x present\" is the ratio to the loop as it is. Error is the \
         mean absolute control error. Load s is the settling time after a load step, - if the loop does not settle. \
         The benefit is certain if PV swing falls by more than 20 % with a probability of at least 95 %, and \

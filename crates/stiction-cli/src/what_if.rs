@@ -244,7 +244,7 @@ fn in_words(title: &str, found: &WhatIf) -> String {
     paragraph("", &words, 0);
     let spoken: Vec<&Row> = found.rows.iter().filter(|row| !row.against.is_empty()).collect();
     if !spoken.is_empty() {
-        paragraph("\n", "Against, in place of the loop as it is", 0);
+        paragraph("\n", "Evidence against each action, compared with the present loop", 0);
         for row in spoken {
             paragraph(&format!("  {:24}", row.action.name()), &row.against.join("; "), 26);
         }

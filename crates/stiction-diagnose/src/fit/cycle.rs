@@ -177,9 +177,10 @@ fn sentence(cycle: &Cycle) -> String {
     };
     let left = cycle.pv_swing_left.map_or(String::new(), |left| {
         let fall = |share: f64| 100.0 * (1.0 - share);
-        let by = match left.high <= 1.0 {
-            true => format!("fall by {:.0} to {:.0} %", fall(left.high), fall(left.low)),
-            false => format!("change by {:+.0} to {:+.0} %", -fall(left.low), -fall(left.high)),
+        let by = match [fall(left.high), fall(left.low)] {
+            ends if ends.iter().all(|end| end.abs() < 0.5) => "not change".to_owned(),
+            [least, most] if least >= 0.0 => format!("fall by {least:.0} to {most:.0} %"),
+            [least, most] => format!("change by {:+.0} to {:+.0} %", -most, -least),
         };
         format!("; with a valve that follows its OP, the PV's oscillation would {by}")
     });

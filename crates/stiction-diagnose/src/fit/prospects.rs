@@ -569,15 +569,16 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
             rough(tuning.ms.high)
         ));
     }
+    // Never a positioner: one slower than a slip leaves J, and may hunt.
     let interim = actions.iter().filter(|row| row.certain()).find_map(|row| match row.action {
-        Remedy::Positioner => Some((row, "a positioner".to_owned())),
-        Remedy::Compensate(method) => {
-            Some((row, format!("the compensator {}", method.describe().name)))
-        }
+        Remedy::Compensate(method) => Some((row, method.describe().name)),
         _ => None,
     });
-    if let Some((row, what)) = interim {
-        all.push(format!("Meanwhile, {what} would cut PV swing by {}.", row.fall()));
+    if let Some((row, name)) = interim {
+        all.push(format!(
+            "Meanwhile, the compensator {name} would cut PV swing by {}.",
+            row.fall()
+        ));
     }
     all
 }
