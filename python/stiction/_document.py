@@ -202,7 +202,7 @@ class Verdict(Result):
         "cleared valve and if nothing is decided. None if the valve is at fault, if S is a number with an interval, if "
         "no limit is known, and for mistaken columns, unfit data or a recording unlike the training."
     )
-    votes: Votes = about("How the families of published methods voted.")
+    votes: Votes = about("How the families of methods voted.")
     reasons: list[str] = about("Why, in sentences.")
     contradictions: list[str] = about("Evidence against the conclusion, in sentences.")
     alternatives: list[Alternative] = about("Other possible causes, the likeliest first.")

@@ -331,7 +331,7 @@ def diagnose_all(
     if isinstance(detectors, str) and detectors not in {"all", "none"}:
         raise ValueError(f"detectors is {detectors!r}, but must be 'all', 'none' or a sequence of names")
     if callable(detectors) or (not isinstance(detectors, str) and any(map(callable, detectors))):
-        raise TypeError("detectors must be names of published methods; stiction.bench.run measures a function of your own")
+        raise TypeError("detectors must be names of methods; stiction.bench.run measures a function of your own")
     asked = {"all": None, "none": []}[detectors] if isinstance(detectors, str) else list(detectors)
     told = {
         "loop_type": None if loop_type is None else text("loop_type", loop_type),

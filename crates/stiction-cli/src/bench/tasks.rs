@@ -92,7 +92,7 @@ pub struct VerifyArgs {
 
 #[derive(Parser)]
 pub struct AnswerArgs {
-    /// Answer by this published method instead of the verdict
+    /// Answer by this method instead of the verdict
     #[arg(long, value_name = "NAME")]
     method: Option<String>,
 }

@@ -229,7 +229,7 @@ pub struct Verdict {
     /// if no limit is known, and for mistaken columns, unfit data or a recording unlike the training.
     #[cfg_attr(feature = "serde", serde(rename = "S_below"))]
     pub s_below: Option<Limit>,
-    /// How the families of published methods voted.
+    /// How the families of methods voted.
     pub votes: Votes,
     /// Why, in sentences.
     pub reasons: Vec<String>,
