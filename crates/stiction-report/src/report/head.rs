@@ -40,6 +40,7 @@ pub(super) fn head(
         probability: diagnosis.verdict.shown_probability(),
         facts: facts(diagnosis),
         actions: actions(diagnosis, fitted),
+        lines: lines(diagnosis),
         causes: causes(diagnosis),
         remarks: remarks(diagnosis),
         cycle: trend.as_ref().and_then(|_| views::cycle_on_axis(segments, context)),
@@ -116,7 +117,9 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
         .is_some_and(|cycle| cycle.explained == Some(false));
     let verdict = &diagnosis.verdict;
     let test = || match (&verdict.confirm, &verdict.no_test) {
-        (Some(plan), _) => format!("Test the valve: {} (see The test).", plan.summary),
+        (Some(plan), _) => {
+            format!("Test the valve in manual, {} at most (see The test).", spoken(plan.total_s))
+        }
         (None, Some(why)) => format!("No test can be planned: {why}."),
         (None, None) => {
             "Test the valve in manual with small OP reversals, and watch the flow or the stem."
@@ -128,10 +131,9 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
             found.actions.iter().find(|row| row.action == Remedy::Repair && row.certain())
         });
         match row {
-            Some(row) => format!(
-                "If confirmed, repair packing, actuator or positioner. PV swing would fall by {}.",
-                row.fall()
-            ),
+            Some(row) => {
+                format!("If confirmed, repair the valve. PV swing would fall by {}.", row.fall())
+            }
             None => "If confirmed, inspect packing, actuator and positioner.".to_owned(),
         }
     };
@@ -177,6 +179,14 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
         }
         Grade::CannotAnswer => words::what_would_answer(diagnosis).into_iter().collect(),
     }
+}
+
+/// The lines of evidence behind the verdict, with the probability of sticking by each alone.
+fn lines(diagnosis: &Diagnosis) -> Vec<(String, f64)> {
+    let weighing =
+        diagnosis.evidence.as_ref().filter(|_| diagnosis.verdict.basis == Basis::Evidence);
+    let lines = weighing.iter().flat_map(|weighing| &weighing.lines);
+    lines.map(|(line, probability)| (line.name().to_owned(), *probability)).collect()
 }
 
 /// The likeliest causes besides a sticking valve, with their likelihood.

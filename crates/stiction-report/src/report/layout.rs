@@ -71,6 +71,8 @@ pub struct Head {
     pub facts: Vec<Fact>,
     /// The actions, most urgent first.
     pub actions: Vec<String>,
+    /// Lines of evidence, with the probability of sticking by each alone.
+    pub lines: Vec<(String, f64)>,
     /// Other possible causes, with the likelihood of each.
     pub causes: Vec<(String, f64)>,
     /// Remarks on the data.
@@ -658,16 +660,8 @@ impl Page {
                     div.beside {
                         @if let Some(map) = &head.map { (self.figure(map)?) }
                         div {
-                            @if !head.causes.is_empty() {
-                                p.do { "Other possible causes" }
-                                ul.causes {
-                                    @for (name, likelihood) in &head.causes {
-                                        li {
-                                            (bar(*likelihood)) " " (name) ", " (percent(*likelihood))
-                                        }
-                                    }
-                                }
-                            }
+                            (likelihoods("Sticking, by each line of evidence alone", &head.lines))
+                            (likelihoods("Other possible causes", &head.causes))
                             ul.remarks { (listed(&head.remarks)) }
                         }
                     }
@@ -806,6 +800,20 @@ pub(super) fn badge(badge: &Badge) -> Markup {
         Tone::Open => "open",
     };
     html! { span.badge.(tone) { span aria-hidden="true" { (badge.symbol) } " " (badge.word) } }
+}
+
+/// Names with their likelihoods as bars.
+fn likelihoods(heading: &str, of: &[(String, f64)]) -> Markup {
+    html! {
+        @if !of.is_empty() {
+            p.do { (heading) }
+            ul.causes {
+                @for (name, likelihood) in of {
+                    li { (bar(*likelihood)) " " (name) ", " (percent(*likelihood)) }
+                }
+            }
+        }
+    }
 }
 
 /// A share of one as a bar.
