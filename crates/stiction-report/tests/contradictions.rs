@@ -262,7 +262,7 @@ const RULES: [Rule; 19] = [
     ("the test is one test", |page| {
         let test = page.diagnosis.verdict.confirm.as_ref()?;
         let (whole, limits) = (spoken::time(test.total_s), range(test.pv_low, test.pv_high));
-        page.find(|text| text.starts_with("Test the valve:") && !text.contains(&test.summary))
+        page.find(|text| text.starts_with("Test the valve in manual,") && !text.contains(&whole))
             .or_else(|| {
                 page.find(|text| text.contains("for part 1, or less") && !text.contains(&whole))
             })
@@ -274,7 +274,8 @@ const RULES: [Rule; 19] = [
     }),
     ("a test that cannot be made is not asked for", |page| {
         page.diagnosis.verdict.no_test.as_ref()?;
-        page.starts("Test the valve:").then(|| "a test, and none can be planned".to_owned())
+        page.starts("Test the valve in manual,")
+            .then(|| "a test, and none can be planned".to_owned())
     }),
 ];
 
