@@ -304,6 +304,39 @@ fn switches_tell_the_mode() {
 }
 
 #[test]
+fn words_of_modes_are_read_or_offered() {
+    let both = Some(vec![Mode::Automatic, Mode::Manual]);
+    let modes = |header: &str, cells: [&str; 2], mapping: &str| {
+        let [a, b] = cells;
+        let reading = parse(&format!("t,{header}\n0,50,{a}\n1,51,{b}\n"), mapping).unwrap();
+        let modes = reading.recordings[0].mode.as_ref().map(|modes| modes.modes.clone());
+        (modes, said(&reading))
+    };
+    for name in ["FIC1.A/M", "FIC1_A/M", "FIC1.AM", "A/M", "FIC1.AUTO"] {
+        assert_eq!(modes(&format!("FIC1.OP,{name}"), ["A", "M"], "").0, both, "{name}");
+    }
+    assert_eq!(modes("FIC1.OP,FIC1.A_M", ["1", "0"], "").0, both);
+    for name in ["FIC1.Ctrl State", "FIC1.MODE.TARGET", "State"] {
+        let header = format!("FIC1.OP,{name}");
+        let (found, note) = modes(&header, ["AUTO", "MAN"], "");
+        let expected =
+            format!("\"{name}\" holds words of modes and is not used, while the loop has no mode");
+        assert_eq!(found, None, "{name}");
+        assert!(note.contains(&expected) && note.contains(&format!("map mode={name}")), "{note}");
+        let mapping = format!("[columns]\n\"{name}\" = \"mode\"\n");
+        assert_eq!(modes(&header, ["AUTO", "MAN"], &mapping).0, both, "{name}");
+    }
+    // Among several loops each has its own. Units, and a loop with a mode, need no note.
+    let text = "t,A1.OP,A11.OP,A11.State\n0,50,60,MAN\n";
+    assert!(said(&parse(text, "").unwrap()).contains("map A11.mode=A11.State"));
+    for header in ["FIC1.OP,Unit", "FIC1.OP,FIC1.MODE,FIC1.State"] {
+        let cells = if header.contains("MODE") { "CAS,AUTO" } else { "A" };
+        let reading = parse(&format!("t,{header}\n0,50,{cells}\n"), "").unwrap();
+        assert!(!said(&reading).contains("words of modes"), "{header}");
+    }
+}
+
+#[test]
 fn a_mapping_that_a_file_lacks_concerns_its_loop() {
     let mapping = "[loop.A]\npv = \"x1\"\nop = \"y1\"\n[loop.B]\npv = \"x2\"\nop = \"y2\"\n\
                    [loop.C]\npv = \"x3\"\nop = \"y3\"\n";

@@ -132,6 +132,7 @@ pub fn of_switch(word: &str, behind_a_tag: bool) -> Option<Mode> {
         "auto" | "aut" | "automatic" | "inauto" | "automatik" => Some(Mode::Automatic),
         "man" | "manual" | "inman" | "hand" => Some(Mode::Manual),
         "cas" | "casc" | "cascade" | "rcas" => Some(Mode::Cascade),
+        "am" => Some(Mode::Automatic),
         // Foxboro, where 1 is automatic.
         "ma" if behind_a_tag => Some(Mode::Automatic),
         _ => None,

@@ -615,17 +615,19 @@ pub fn has_quantity(name: &str) -> bool {
     QUANTITIES.iter().any(|word| name.contains(word))
 }
 
-/// Splits a name such as `FIC101.AUTO`, whose 0 and 1 show whether a mode is on.
+/// Splits a name such as `FIC101.AUTO` or `FIC101.A/M`, whose 0 and 1 show whether a mode is on.
 pub fn split_switch(name: &str) -> Option<(Split, Mode)> {
     let name = without_unit(name).0;
-    let (loop_name, word) = match name.rfind(SEPARATORS) {
-        Some(at) => (Some(name[..at].trim_end_matches(SEPARATORS)), &name[at + 1..]),
-        None => (None, name),
-    };
-    let mode = mode::of_switch(&plain(word), loop_name.is_some())?;
-    let loop_name = loop_name.filter(|name| !name.is_empty()).map(str::to_owned);
-    let role = Role::Signal(Signal::Mode);
-    Some((Split { loop_name, role, word: word.to_owned() }, mode))
+    let mut starts = name.rmatch_indices(SEPARATORS).map(|(at, _)| at + 1).chain([0]);
+    let (last, before) = (starts.next(), starts.next());
+    // A/M is one word.
+    [before, last].into_iter().flatten().find_map(|start| {
+        let mode = mode::of_switch(&plain(&name[start..]), start > 0)?;
+        let loop_name = name[..start].trim_end_matches(SEPARATORS);
+        let loop_name = (!loop_name.is_empty()).then(|| loop_name.to_owned());
+        let role = Role::Signal(Signal::Mode);
+        Some((Split { loop_name, role, word: name[start..].to_owned() }, mode))
+    })
 }
 
 fn signal_of(word: &str, more: &Words) -> Option<Signal> {
@@ -782,6 +784,9 @@ mod tests {
             ("FIC101_MAN", Some((Some("FIC101"), Mode::Manual))),
             ("Hand", Some((None, Mode::Manual))),
             ("CP01:FIC101.MA", Some((Some("CP01:FIC101"), Mode::Automatic))),
+            ("U1/FIC101.A/M", Some((Some("U1/FIC101"), Mode::Automatic))),
+            ("FIC101_A_M", Some((Some("FIC101"), Mode::Automatic))),
+            ("A/M", Some((None, Mode::Automatic))),
             ("mA", None),
             ("FIC101.PV", None),
         ] {

@@ -37,6 +37,8 @@ pub fn assign(
             && !content.is_about_rows(*i)
     };
     let unused: Vec<usize> = (0..names.len()).filter(is_unused).collect();
+    let is_mode = |i: &usize| candidates[*i].is_none() && !rows.contains(i) && content.is_modes(*i);
+    let modes: Vec<&str> = (0..names.len()).filter(is_mode).map(|i| names[i]).collect();
 
     let loops = loops(&mut candidates, settled, names, content, given)?;
     let recognised = names.iter().zip(candidates).map(|(name, candidate)| match candidate {
@@ -69,6 +71,7 @@ pub fn assign(
     let is_offered = |i: &usize| offered.contains(i);
     let lone: Vec<&str> = lone.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
     leftover::note_lone(&mut assigned.loops, &lone, options.wording);
+    leftover::note_modes(&mut assigned.loops, &modes, options.wording);
     let unused: Vec<&str> = unused.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
     assigned.notes.extend(leftover::note(&assigned.loops, &unused, options.wording));
     Ok(assigned)

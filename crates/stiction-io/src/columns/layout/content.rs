@@ -1,9 +1,10 @@
 //! Uses the cells of a column or tag to recognise its role.
 
 use super::plan::Place;
-use crate::cells::mode;
+use crate::cells::mode::{self, Codes, ModeCell};
 use crate::cells::number::{self, DecimalMark};
 use crate::sheet::{Cells, Sheet, Viewed};
+use stiction_recording::recording::Mode;
 
 /// The cells of the names of a sheet, either columns or tags.
 pub struct Content<'a> {
@@ -56,6 +57,22 @@ impl Content<'_> {
                 |cell| is(cell) || number::word(cell).is_some(),
                 |cell| cell.is_nan() || is_number(cell),
             )
+    }
+
+    /// Whether `name` holds words of modes, possibly with missing ones. Single letters count only if they show both
+    /// automatic and manual, because alone they may be units.
+    pub fn is_modes(&self, name: usize) -> bool {
+        let mode = |cell: &str| mode::of_cell(cell, &[], Codes::Common, DecimalMark::Point);
+        let is = |cell: &str, of: Mode| mode(cell) == Some(ModeCell::Mode(of));
+        let some = |of: Mode, least| {
+            self.some(name, |cell| cell.len() >= least && is(cell, of), |_| false)
+        };
+        self.all(
+            name,
+            |cell| matches!(mode(cell), Some(ModeCell::Mode(_) | ModeCell::Nothing)),
+            |_| false,
+        ) && ([Mode::Automatic, Mode::Manual, Mode::Cascade].into_iter().any(|of| some(of, 2))
+            || (some(Mode::Automatic, 1) && some(Mode::Manual, 1)))
     }
 
     /// Whether `name` only counts rows or holds times.

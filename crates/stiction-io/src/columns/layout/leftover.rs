@@ -2,7 +2,7 @@
 
 use super::instrument::Instrument;
 use super::plan::LoopPlan;
-use crate::columns::role::Signal;
+use crate::columns::role::{SEPARATORS, Signal};
 use crate::names::list;
 use crate::remedy::{Remedy, Wording};
 use std::collections::HashMap;
@@ -70,6 +70,28 @@ pub fn note_lone(loops: &mut [LoopPlan], lone: &[&str], wording: Wording) {
             wording.of(Remedy::map(role(each, Signal::Pv, is_only), first))
         );
         each.notes.push(note);
+    }
+}
+
+/// Notes for loops without mode on unused columns or tags with words of modes. One whose name begins with that of
+/// another loop belongs to that loop.
+pub fn note_modes(loops: &mut [LoopPlan], unused: &[&str], wording: Wording) {
+    let is_only = loops.len() == 1;
+    let begins = |name: &str, each: &LoopPlan| {
+        let of = each.name.as_ref().map(|of| of.to_lowercase());
+        let name = name.to_lowercase();
+        of.and_then(|of| name.strip_prefix(&of)).is_some_and(|rest| rest.starts_with(SEPARATORS))
+    };
+    for name in unused {
+        let place = loops.iter().position(|each| begins(name, each)).unwrap_or(0);
+        let Some(each) = loops.get_mut(place).filter(|each| each.signal(Signal::Mode).is_none())
+        else {
+            continue;
+        };
+        each.notes.push(format!(
+            "\"{name}\" holds words of modes and is not used, while the loop has no mode; if it is its mode, give {}",
+            wording.of(Remedy::map(role(each, Signal::Mode, is_only), name))
+        ));
     }
 }
 

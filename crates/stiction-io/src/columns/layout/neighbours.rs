@@ -7,13 +7,13 @@ use crate::remedy::{Remedy, Wording};
 use std::collections::HashSet;
 use stiction_recording::recording::Mode;
 
-/// Columns of 0 and 1 that show automatic or manual mode of a loop without another mode. MAN takes precedence over
+/// Columns of 0 and 1, or of words, that show automatic or manual mode of a loop without another mode. MAN takes precedence over
 /// AUTO. AUTO is not used beside CAS, because a loop in cascade may be in neither.
 pub fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], content: &Content<'_>) {
     let mut found: Vec<(usize, role::Split, Mode)> = (0..names.len())
         .filter(|i| candidates[*i].is_none())
         .filter_map(|i| role::split_switch(names[i]).map(|(split, mode)| (i, split, mode)))
-        .filter(|(i, ..)| content.is_switch(*i))
+        .filter(|(i, ..)| content.is_switch(*i) || content.is_modes(*i))
         .collect();
     found.sort_by_key(|(_, _, mode)| *mode != Mode::Manual);
     let key = |split: &role::Split| split.loop_name.as_ref().map(|name| name.to_lowercase());
@@ -34,6 +34,7 @@ pub fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], conte
         let told = told.contains(&None) || !told.insert(key);
         let (role, why) = match (told, mode) {
             (true, _) => (Role::Ignored, "another column gives the mode"),
+            (false, _) if content.is_modes(i) => (split.role, "its words are those of a mode"),
             (false, Mode::Manual) => (split.role, "its 0 and 1 show whether the loop is in manual"),
             (false, _) => (split.role, "its 0 and 1 show whether the loop is in automatic"),
         };
