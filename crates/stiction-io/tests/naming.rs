@@ -303,6 +303,41 @@ fn switches_tell_the_mode() {
     assert!(note.contains("\"FIC1.MAN\" holds numbers and is not used"), "{note}");
 }
 
+/// CV is the controlled variable of textbooks, or the output of a controller.
+#[test]
+fn cv_beside_mv_is_a_question() {
+    for (header, columns) in [
+        ("CV,SP,MV", ["CV", "MV"]),
+        ("MV,CV", ["CV", "MV"]),
+        ("FIC1.CV,FIC1.SP,FIC1.MV,LIC2.PV,LIC2.OP", ["FIC1.CV", "FIC1.MV"]),
+    ] {
+        let [cv, mv] = columns;
+        let cells = ["1", "2", "50", "4", "60"][..header.split(',').count()].join(",");
+        let text = format!("t,{header}\n0,{cells}\n");
+        let refused = parse(&text, "").unwrap_err();
+        for option in
+            [format!("pv={cv}"), format!("op={mv}"), format!("op={cv}"), format!("vp={mv}")]
+        {
+            assert!(refused.contains(&format!("map {option}")), "{refused}");
+        }
+        for (own, other) in [("pv", "op"), ("op", "vp")] {
+            let mapping = format!("[columns]\n\"{cv}\" = \"{own}\"\n\"{mv}\" = \"{other}\"\n");
+            let reading = parse(&text, &mapping).unwrap();
+            let columns = &reading.recordings[0].columns;
+            let (first, second) = match own {
+                "pv" => (&columns.pv, &columns.op),
+                _ => (&columns.op, &columns.vp),
+            };
+            assert_eq!((first.as_deref(), second.as_deref()), (Some(cv), Some(mv)), "{header}");
+        }
+    }
+    // With a PV, CV is the output.
+    let reading = parse("t,FIC1.PV,FIC1.CV,FIC1.MV\n0,1,50,49\n", "").unwrap();
+    assert_eq!(shown(&reading.recordings[0]), "FIC1: PV 1 OP 50 VP 49");
+    let reading = parse("t,Flow,CV,MV\n0,1,50,49\n", "").unwrap();
+    assert_eq!(shown(&reading.recordings[0]), "f: PV 1 OP 50 VP 49");
+}
+
 #[test]
 fn words_of_modes_are_read_or_offered() {
     let both = Some(vec![Mode::Automatic, Mode::Manual]);

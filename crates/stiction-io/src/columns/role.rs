@@ -636,11 +636,6 @@ fn signal_of(word: &str, more: &Words) -> Option<Signal> {
     given.map(|(signal, _)| *signal).or_else(|| Signal::of_word(&word))
 }
 
-/// Whether a word for OP is ambiguous. MV is the manipulated variable or the measured valve position.
-pub fn is_mv(word: &str) -> bool {
-    plain(word) == "mv"
-}
-
 /// The type of a loop by its tag. In a path the last part with a type counts, so that `[PLC1]FIC101` is a flow and
 /// the letters of the PLC do not count.
 pub fn loop_type(name: &str) -> LoopType {

@@ -6,11 +6,11 @@ use super::assigned::{
 };
 use super::candidate::{Candidate, candidate};
 use super::content::Content;
-use super::given::{Given, conflict};
+use super::given::{Given, conflict, cv_beside_mv};
 use super::leftover;
 use super::neighbours::{settle_mv, take_qualities, take_quantity, take_switches};
 use super::plan::{LoopPlan, MissingLoop, Recognised};
-use crate::columns::role::Role;
+use crate::columns::role::{Role, Signal};
 use crate::error::Result;
 use std::collections::{HashMap, HashSet};
 
@@ -40,6 +40,8 @@ pub fn assign(
     let is_mode = |i: &usize| candidates[*i].is_none() && !rows.contains(i) && content.is_modes(*i);
     let modes: Vec<&str> = (0..names.len()).filter(is_mode).map(|i| names[i]).collect();
 
+    let is_ambiguous = |i: &usize| candidates[*i].as_ref().is_some_and(|c| c.is_cv || c.is_mv);
+    let ambiguous: HashSet<usize> = (0..names.len()).filter(is_ambiguous).collect();
     let loops = loops(&mut candidates, settled, names, content, given)?;
     let recognised = names.iter().zip(candidates).map(|(name, candidate)| match candidate {
         Some(candidate) => Recognised {
@@ -61,6 +63,14 @@ pub fn assign(
     join_by_instrument(&mut assigned);
     join_the_nameless(&mut assigned);
     join_acquisition(&mut assigned, names);
+    for each in assigned.loops.iter().filter(|each| each.signal(Signal::Pv).is_none()) {
+        if let (Some(op), Some(vp)) = (each.signal(Signal::Op), each.signal(Signal::Vp))
+            && ambiguous.contains(&op)
+            && ambiguous.contains(&vp)
+        {
+            return Err(cv_beside_mv(content.sheet, names[op], names[vp], options.wording));
+        }
+    }
     leave_out_missing(&mut assigned);
     let lone = keep_those_with_op(&mut assigned);
 

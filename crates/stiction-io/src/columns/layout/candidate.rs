@@ -8,13 +8,16 @@ pub struct Candidate {
     pub loop_name: Option<String>,
     pub role: Role,
     pub given: bool,
+    /// Whether its name is MV, the manipulated variable or the measured valve position.
     pub is_mv: bool,
+    /// Whether its name is CV, the control variable or the controlled variable.
+    pub is_cv: bool,
     pub why: String,
 }
 
 impl Candidate {
     pub fn recognised(loop_name: Option<String>, role: Role, why: impl Into<String>) -> Self {
-        Self { loop_name, role, given: false, is_mv: false, why: why.into() }
+        Self { loop_name, role, given: false, is_mv: false, is_cv: false, why: why.into() }
     }
 }
 
@@ -48,13 +51,15 @@ pub fn candidate(name: &str, given: &Given<'_>) -> Option<Candidate> {
             role: mapped.role,
             given: true,
             is_mv: false,
+            is_cv: false,
             why: "it is given".to_owned(),
         });
     }
     if let Some((split, why)) = split(&why) {
-        let is_mv = split.role == Role::Signal(Signal::Op) && role::is_mv(&split.word);
+        let is = |word| split.role == Role::Signal(Signal::Op) && role::plain(&split.word) == word;
         return Some(Candidate {
-            is_mv,
+            is_mv: is("mv"),
+            is_cv: is("cv"),
             ..Candidate::recognised(split.loop_name, split.role, why)
         });
     }

@@ -93,3 +93,17 @@ pub fn conflict(
         ),
     }
 }
+
+/// The question which signals a CV and an MV without a PV are: PV and OP, or OP and VP.
+pub fn cv_beside_mv(sheet: &Sheet, cv: &str, mv: &str, wording: Wording) -> Error {
+    let [pv, op] = [("pv", cv), ("op", mv)].map(|(role, name)| wording.of(Remedy::map(role, name)));
+    let [cv_op, vp] =
+        [("op", cv), ("vp", mv)].map(|(role, name)| wording.of(Remedy::map(role, name)));
+    Error::Table {
+        origin: sheet.origin.clone(),
+        message: format!(
+            "without a PV, \"{cv}\" and \"{mv}\" can be the controlled variable and the OP, or the OP and the \
+             measured valve position; give {pv} and {op} for the first, or {cv_op} and {vp} for the second"
+        ),
+    }
+}
