@@ -344,6 +344,15 @@ fn an_unknown_quality_is_accused_in_its_row_and_the_remedy_works() {
     };
     assert_eq!(parsed(&text, &options).unwrap().recordings[0].op.quality[2], Quality::Good);
     assert!(refused(&long("Quality", &["0"])).contains("quality 0=good or bad"));
+    // Wonderware, by whose codes OPC DA would make every sample bad.
+    let text = long("Quality", &["0", "0", "133"]);
+    let message = refused(&text);
+    assert!(message.contains("0 is an ambiguous quality code, like 133"), "{message}");
+    let given = ["0=good", "133=bad"].map(|text| quality::of_option(text).unwrap()).to_vec();
+    let read = parsed(&text, &ReadOptions { qualities: given, ..ReadOptions::default() }).unwrap();
+    assert_eq!(read.recordings[0].op.quality[1..3], [Quality::Good, Quality::Bad]);
+}
+
 }
 
 #[test]

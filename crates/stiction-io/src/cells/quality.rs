@@ -42,13 +42,14 @@ impl Code {
     }
 
     /// The code of a column, from its name and all its numbers; `None` if they are ambiguous. It is the code to which
-    /// most numbers belong that belong to no other.
+    /// most numbers belong that belong to no other. Numbers that OPC DA would all call bad may have another meaning:
+    /// Wonderware writes 0 for good.
     fn of(name: &str, numbers: &[f64]) -> Option<Self> {
         let name = name.to_lowercase().replace(['_', ' '], "");
         let count = |of: &dyn Fn(f64) -> bool| numbers.iter().filter(|n| of(**n)).count();
         let ua = count(&|n| n != 0.0 && Self::OpcUa.has(n));
         let hundred = count(&|n| n == 100.0);
-        let da = count(&|n| n >= 64.0 && Self::OpcDa.has(n));
+        let da = count(&|n| Self::OpcDa.has(n) && Self::OpcDa.quality(n) != Bad);
         let percent = count(&|n| Self::Confidence.has(n)) == numbers.len();
         if name.contains("validity") && count(&|n| Self::Validity.has(n)) == numbers.len() {
             Some(Self::Validity)
@@ -154,10 +155,12 @@ pub fn read(
         (QualityCell::Quality(quality), _) => Ok(*quality),
         (QualityCell::Number(number), Some(code)) if code.has(*number) => Ok(code.quality(*number)),
         (QualityCell::Number(number), code) => {
+            let other = numbers.iter().find(|other| *other != number);
             let number = number.to_string();
-            let why = match code {
-                Some(code) => format!("is none of the {} of the other rows", code.name()),
-                None => "is an ambiguous quality code".to_owned(),
+            let why = match (code, other) {
+                (Some(code), _) => format!("is none of the {} of the other rows", code.name()),
+                (None, Some(other)) => format!("is an ambiguous quality code, like {other}"),
+                (None, None) => "is an ambiguous quality code".to_owned(),
             };
             Err((*row, format!("{number} {why}; {}", remedy(&number))))
         }
@@ -350,6 +353,7 @@ mod tests {
         for (cells, row, expected) in [
             (&["0", "0"][..], 0, "quality 0=good or bad"),
             (&["1", "0"], 0, "1 is an ambiguous quality code"),
+            (&["0", "133", "0"], 0, "like 133; give its meaning, as in quality 0=good"),
             (
                 &["good", "purple"],
                 1,
