@@ -222,7 +222,7 @@ fn what_could_be_two_things_is_not_taken() {
     let reading = parse("t,Flow,Level,Out\n0,1,5,50\n1,3,6,51\n", "").unwrap();
     assert_eq!(shown(&reading.recordings[0]), "f: OP 50");
     let note = "\"Flow\", \"Level\" hold numbers and are not used, while the loop has no PV, no SP, \
-                no mode; if one is such a signal, assign it, as in map pv=Flow";
+                no VP, no mode; if one is such a signal, assign it, as in map pv=Flow";
     assert!(said(&reading).contains(note), "{}", said(&reading));
     let reading = parse("t,Flow,Flow 2,Out\n0,1,5,50\n1,3,6,51\n", "").unwrap();
     assert_eq!(shown(&reading.recordings[0]), "f: OP 50");
@@ -246,13 +246,15 @@ fn what_is_left_over_is_named() {
     let text = "n,t,pv,op,Room\n0,0,1,50,20\n1,1,2,51,21\n";
     let note = said(&parse(text, "").unwrap());
     assert!(note.contains("\"Room\" holds numbers") && !note.contains("\"n\""), "{note}");
+    let position = said(&parse("t,pv,sp,op,OUTPOS\n0,1,2,50,49\n", "").unwrap());
+    assert!(position.contains("no VP, no mode; if one") && position.contains("map vp=OUTPOS"));
     // With nothing missing there is nothing to be said, but it is not passed over.
-    let whole = "t,pv,sp,op,mode,Room\n0,1,2,50,AUTO,20\n";
+    let whole = "t,pv,sp,op,vp,mode,Room\n0,1,2,50,49,AUTO,20\n";
     assert_eq!(said(&parse(whole, "").unwrap()), "\"Room\" holds numbers and is not used");
     let long = "tag,time,value\nFIC1.OP,0,50\nFIC1.PV,0,1\nTI7,0,20\nFIC1.OP,1,50\n";
     let note = said(&parse(long, "").unwrap());
     assert!(note.contains("\"TI7\" holds numbers"), "{note}");
-    assert!(note.contains("loop FIC1 has no SP, no mode"), "{note}");
+    assert!(note.contains("loop FIC1 has no SP, no VP, no mode"), "{note}");
 }
 
 #[test]
@@ -260,10 +262,10 @@ fn the_transmitter_of_a_loop_is_offered() {
     let text = "t,10FT101.DACA.PV,10FT102.DACA.PV,10FC101.PIDA.OP,10FC101.PIDA.SP\n0,1,2,50,3\n";
     let reading = parse(text, "").unwrap();
     assert_eq!(shown(&reading.recordings[0]), "10FC101.PIDA: SP 3 OP 50");
-    let note = "\"10FT101.DACA.PV\" is not used, but by its number it can be the PV of 10FC101.PIDA, \
-                which has none; if it is, give map 10FC101.PIDA.pv=10FT101.DACA.PV";
+    let note = "\"10FT101.DACA.PV\" can by its tag be the PV of 10FC101.PIDA, which has none; if it is, \
+                give map 10FC101.PIDA.pv=10FT101.DACA.PV";
     assert!(said(&reading).contains(note), "{}", said(&reading));
-    assert!(!said(&reading).contains("\"10FT102.DACA.PV\" is not used"), "{}", said(&reading));
+    assert!(!said(&reading).contains("10FT102.DACA.PV\" can"), "{}", said(&reading));
     // What is offered can be taken as it is written there.
     let mapping = "[loop.\"10FC101.PIDA\"]\npv = \"10FT101.DACA.PV\"\n";
     let reading = parse(text, mapping).unwrap();
@@ -301,6 +303,46 @@ fn switches_tell_the_mode() {
     let (found, note) = modes("t,FIC1.OP,FIC1.MAN\n0,50,37.5\n");
     assert_eq!(found, None);
     assert!(note.contains("\"FIC1.MAN\" holds numbers and is not used"), "{note}");
+}
+
+/// A position or an output with the tag of the valve is offered, and what is offered works as it is written.
+#[test]
+fn the_signals_of_a_valve_are_offered() {
+    for (header, offers, expected) in [
+        (
+            "20FIC101.PV,20FIC101.SP,20FIC101.OP,20ZT101.PV",
+            &["20FIC101.vp=20ZT101.PV"][..],
+            "20FIC101: PV 1 SP 2 OP 3 VP 4",
+        ),
+        ("FIC1.PV,FIC1.SP,FIC1.OP,ZI-1", &["FIC1.vp=ZI-1"], "FIC1: PV 1 SP 2 OP 3 VP 4"),
+        (
+            "FIC101.PV,FIC101.SP,FV101.OUT,FV101.POS",
+            &["FIC101.op=FV101.OUT", "FIC101.vp=FV101.POS"],
+            "FIC101: PV 1 SP 2 OP 3 VP 4",
+        ),
+        (
+            "FC-1/PID1/PV.CV,FC-1/PID1/SP.CV,FC-1/PID1/OUT.CV,FC-1/AO1/READBACK.CV",
+            &["FC-1/PID1.vp=FC-1/AO1/READBACK.CV"],
+            "FC-1/PID1: PV 1 SP 2 OP 3 VP 4",
+        ),
+    ] {
+        let text = format!("t,{header}\n0,1,2,3,4\n1,1,2,3,4\n");
+        let notes = said(&parse(&text, "").unwrap());
+        assert!(!notes.contains("the loop has no PV"), "{header}: {notes}");
+        let mut mapping = String::from("[columns]\n");
+        for offer in offers {
+            assert!(notes.contains(&format!("map {offer}")), "{header}: {notes}");
+            let (role, column) = offer.split_once('=').unwrap();
+            let _ = writeln!(mapping, "\"{column}\" = \"{role}\"");
+        }
+        assert_eq!(shown(&parse(&text, &mapping).unwrap().recordings[0]), expected, "{header}");
+    }
+    for header in ["FIC1.PV,FIC1.SP,FIC1.OP,ZT2.PV", "FIC1.PV,FIC1.SP,FIC1.OP,LV1.POS"] {
+        let notes = said(&parse(&format!("t,{header}\n0,1,2,3,4\n"), "").unwrap());
+        assert!(!notes.contains("can by its tag"), "{header}: {notes}");
+    }
+    let reading = parse("t,FC-1/AO1/OUT.CV,FC-1/AO1/READBACK.CV\n0,3,4\n", "").unwrap();
+    assert_eq!(reading.recordings.iter().map(shown).collect::<Vec<_>>(), ["FC-1/AO1: OP 3 VP 4"]);
 }
 
 /// CV is the controlled variable of textbooks, or the output of a controller.

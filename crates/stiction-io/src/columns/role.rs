@@ -146,6 +146,7 @@ impl Signal {
                 "valvetravel",
                 "actualposition",
                 "positionfeedback",
+                "readback",
             ],
             Self::Mode => &[
                 "mode",
@@ -728,6 +729,7 @@ mod tests {
             ("FIC101.CV", Some("FIC101"), Op),
             ("FIC101.MODE.ACTUAL", Some("FIC101"), Mode),
             ("FIC101.TRAVEL", Some("FIC101"), Vp),
+            ("FC-101/AO1/READBACK.CV", Some("FC-101/AO1"), Vp),
             ("Valve output (%)", None, Op),
             ("Set", None, Sp),
             ("STELLGRÖSSE", None, Op),

@@ -72,12 +72,8 @@ pub fn assign(
         }
     }
     leave_out_missing(&mut assigned);
+    let offered = leftover::offer_relatives(&mut assigned, names, &unused, options.wording);
     let lone = keep_those_with_op(&mut assigned);
-
-    let candidates: Vec<usize> = lone.iter().chain(&unused).copied().collect();
-    let named: Vec<&str> = candidates.iter().map(|i| names[*i]).collect();
-    let offered = leftover::offer_pairs(&mut assigned.loops, &named, options.wording);
-    let offered: HashSet<usize> = offered.into_iter().map(|place| candidates[place]).collect();
     let is_offered = |i: &usize| offered.contains(i);
     let lone: Vec<&str> = lone.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
     leftover::note_lone(&mut assigned.loops, &lone, options.wording);

@@ -11,12 +11,19 @@ pub struct Instrument {
     measured: String,
     /// The number of the loop, and any suffix.
     number: String,
-    /// Whether the letters stand for a controller. Otherwise they stand for a transmitter.
-    controls: bool,
+    kind: Kind,
+}
+
+/// What the letters stand for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Controller,
+    Transmitter,
+    Valve,
 }
 
 impl Instrument {
-    /// The instrument in `name`: the last of its parts that is a tag of a controller or transmitter.
+    /// The instrument in `name`: the last of its parts that is a tag of a controller, transmitter or valve.
     pub fn of(name: &str) -> Option<Self> {
         name.rsplit(['/', '\\', ':', '|', '#', '.', ' ', ']', '[', '_']).find_map(Self::of_part)
     }
@@ -34,7 +41,9 @@ impl Instrument {
             }
             from => from,
         };
-        let end = ends.rfind(|end| Self::of_part(&name[start(*end)..*end]).is_some())?;
+        let end = ends.rfind(|end| {
+            Self::of_part(&name[start(*end)..*end]).is_some_and(|tag| tag.kind != Kind::Valve)
+        })?;
         let is_word = |c: char| c.is_alphabetic() || matches!(c, ' ' | '_' | '-');
         name[end..].chars().all(is_word).then_some(&name[..end])
     }
@@ -47,14 +56,21 @@ impl Instrument {
         let tag = before.trim_end_matches(SEPARATORS);
         let area = tag.trim_end_matches(|c: char| c.is_ascii_uppercase());
         let letters = &tag[area.len()..];
-        let controls = letters.ends_with('C');
-        let measured = letters.strip_suffix(['C', 'T']).or_else(|| letters.strip_suffix('I'))?;
+        let kind = match letters.chars().last()? {
+            'C' => Kind::Controller,
+            'T' | 'I' => Kind::Transmitter,
+            'V' => Kind::Valve,
+            _ => return None,
+        };
+        let measured = &letters[..letters.len() - 1];
+        let measured =
+            measured.strip_suffix('C').filter(|_| kind == Kind::Valve).unwrap_or(measured);
         let measured = measured.strip_suffix('I').unwrap_or(measured);
         ((1..=2).contains(&measured.len())).then(|| Self {
             area: area.to_owned(),
             measured: measured.to_owned(),
             number: number.to_owned(),
-            controls,
+            kind,
         })
     }
 
@@ -63,9 +79,34 @@ impl Instrument {
         (&self.area, &self.measured, &self.number)
     }
 
+    /// The area and number of the loop, which the position of its valve has, too.
+    pub fn place(&self) -> (String, String) {
+        (self.area.clone(), self.number.clone())
+    }
+
     /// Whether this transmitter and that `controller` belong to one loop.
     pub fn measures_for(&self, controller: &Self) -> bool {
-        !self.controls && controller.controls && self.loop_key() == controller.loop_key()
+        self.kind == Kind::Transmitter
+            && controller.kind == Kind::Controller
+            && self.loop_key() == controller.loop_key()
+    }
+
+    /// Whether this is the valve of that `controller`.
+    pub fn is_driven_by(&self, controller: &Self) -> bool {
+        self.kind == Kind::Valve
+            && controller.kind == Kind::Controller
+            && self.loop_key() == controller.loop_key()
+    }
+
+    /// Whether this transmits the position of the valve of that `controller`.
+    pub fn is_position_for(&self, controller: &Self) -> bool {
+        self.kind == Kind::Transmitter
+            && controller.kind == Kind::Controller
+            && self.place() == controller.place()
+            && self
+                .measured
+                .strip_suffix('Z')
+                .is_some_and(|of| of.is_empty() || of == controller.measured)
     }
 }
 
@@ -87,10 +128,27 @@ mod tests {
             ("10FT101A", "10FC101B", false),
             ("10FC101", "10FC101", false),
             ("10FV101", "10FC101", false),
+            ("10ZT101", "10FC101", false),
         ] {
             let pair = Instrument::of(transmitter).zip(Instrument::of(controller));
             let found = pair.as_ref().is_some_and(|(t, c)| t.measures_for(c));
             assert_eq!(found, expected, "{transmitter} and {controller}: {pair:?}");
+        }
+        for (tag, driven, position) in [
+            ("FV101", true, false),
+            ("FCV-101", true, false),
+            ("FIC101/AO1", false, false),
+            ("ZT101", false, true),
+            ("FZI101", false, true),
+            ("LZT101", false, false),
+            ("ZT102", false, false),
+            ("LV101", false, false),
+            ("FT101", false, false),
+        ] {
+            let controller = Instrument::of("FIC101/PID1").unwrap();
+            let tag = Instrument::of(tag).unwrap();
+            let found = (tag.is_driven_by(&controller), tag.is_position_for(&controller));
+            assert_eq!(found, (driven, position), "{tag:?}");
         }
         for (name, expected) in [
             ("Area A: FIC2106 Flow", Some("Area A: FIC2106")),

@@ -1,14 +1,15 @@
 //! Unused columns and tags that may be a signal that a loop lacks. They are listed but not used.
 
+use super::assigned::Assigned;
 use super::instrument::Instrument;
 use super::plan::LoopPlan;
 use crate::columns::role::{SEPARATORS, Signal};
 use crate::names::list;
 use crate::remedy::{Remedy, Wording};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// The signals that a diagnosis needs most.
-const WANTED: [Signal; 3] = [Signal::Pv, Signal::Sp, Signal::Mode];
+const WANTED: [Signal; 4] = [Signal::Pv, Signal::Sp, Signal::Vp, Signal::Mode];
 
 /// The role by which the user gives `signal` of a loop.
 fn role(each: &LoopPlan, signal: Signal, is_only: bool) -> String {
@@ -19,34 +20,89 @@ fn role(each: &LoopPlan, signal: Signal, is_only: bool) -> String {
     }
 }
 
-/// For loops without PV, suggests the transmitters among `candidates` with the same loop number, and returns their
-/// places.
-pub fn offer_pairs(loops: &mut [LoopPlan], candidates: &[&str], wording: Wording) -> Vec<usize> {
-    let mut offered = vec![];
-    let tags: Vec<Option<Instrument>> =
-        candidates.iter().map(|name| Instrument::of(name)).collect();
-    let mut of_loop: HashMap<_, Vec<(usize, &Instrument)>> = HashMap::new();
-    for (place, tag) in tags.iter().enumerate() {
-        let Some(tag) = tag else { continue };
-        of_loop.entry(tag.loop_key()).or_default().push((place, tag));
+/// A name that may be a signal of a loop with a different name.
+struct Relative {
+    name: usize,
+    /// The signal by its name, and the loop that has it; none of unused names.
+    of: Option<(Signal, usize)>,
+    tag: Instrument,
+}
+
+impl Relative {
+    fn may_be(&self, signal: Signal, controller: &Instrument) -> bool {
+        match (signal, self.of.map(|(signal, _)| signal)) {
+            (Signal::Pv, None | Some(Signal::Pv)) => self.tag.measures_for(controller),
+            (Signal::Op, Some(Signal::Op)) => self.tag.is_driven_by(controller),
+            // Another block of the controller may have the position.
+            (Signal::Vp, Some(Signal::Vp)) => {
+                self.tag == *controller
+                    || self.tag.is_driven_by(controller)
+                    || self.tag.is_position_for(controller)
+            }
+            (Signal::Vp, None | Some(Signal::Pv)) => self.tag.is_position_for(controller),
+            _ => false,
+        }
     }
-    for each in loops.iter_mut().filter(|each| each.signal(Signal::Pv).is_none()) {
-        let Some(name) = each.name.clone() else { continue };
-        let Some(controller) = Instrument::of(&name) else { continue };
-        for (place, tag) in of_loop.get(&controller.loop_key()).into_iter().flatten() {
-            if tag.measures_for(&controller) {
-                let candidate = candidates[*place];
+}
+
+/// Offers loops the signals that they lack and that by their tags may be theirs: the PV of a transmitter, the OP and VP
+/// of a valve, or a measured position. They are `unused`, or of a loop without OP or without PV. Returns their names.
+pub fn offer_relatives(
+    assigned: &mut Assigned,
+    names: &[&str],
+    unused: &[usize],
+    wording: Wording,
+) -> HashSet<usize> {
+    let Assigned { loops, notes, .. } = assigned;
+    let tag = |each: &LoopPlan| each.name.as_deref().and_then(Instrument::of);
+    let incomplete = loops.iter().enumerate().flat_map(|(place, each)| {
+        let signals = match (each.has_op(), each.signal(Signal::Pv)) {
+            (true, Some(_)) => &[][..],
+            (false, Some(_)) => &[Signal::Pv],
+            (_, None) => &[Signal::Op, Signal::Vp],
+        };
+        signals.iter().filter_map(move |signal| {
+            let of = Some((*signal, place));
+            Some(Relative { name: each.signal(*signal)?, of, tag: tag(each)? })
+        })
+    });
+    let unused = unused.iter().filter_map(|name| {
+        Some(Relative { name: *name, of: None, tag: Instrument::of(names[*name])? })
+    });
+    let mut relatives: HashMap<_, Vec<Relative>> = HashMap::new();
+    for each in incomplete.chain(unused) {
+        relatives.entry(each.tag.place()).or_default().push(each);
+    }
+    let (mut offered, mut found) = (vec![], HashSet::new());
+    for (place, each) in loops.iter().enumerate() {
+        let Some((name, controller)) = each.name.as_ref().zip(tag(each)) else { continue };
+        let wanted = match (each.has_op(), each.signal(Signal::Pv)) {
+            (true, None) => &[Signal::Pv][..],
+            (_, Some(_)) => &[Signal::Op, Signal::Vp],
+            (false, None) => &[],
+        };
+        for signal in wanted.iter().filter(|signal| each.signal(**signal).is_none()) {
+            let all = relatives.get(&controller.place()).into_iter().flatten();
+            for relative in all.filter(|relative| relative.may_be(*signal, &controller)) {
+                let candidate = names[relative.name];
                 let note = format!(
-                    "\"{candidate}\" is not used, but by its number it can be the PV of {name}, which has none; if \
-                     it is, give {}",
-                    wording.of(Remedy::map(role(each, Signal::Pv, false), candidate))
+                    "\"{candidate}\" can by its tag be the {} of {name}, which has none; if it is, give {}",
+                    signal.name(),
+                    wording.of(Remedy::map(role(each, *signal, false), candidate))
                 );
-                each.notes.push(note);
-                offered.push(*place);
+                let owner = relative.of.map(|(_, owner)| owner);
+                let reader =
+                    [Some(place), owner].into_iter().flatten().find(|place| loops[*place].has_op());
+                offered.push((reader, note));
+                // With the OP of the valve, the loop uses its own PV.
+                found.extend([Some(relative.name), each.signal(Signal::Pv)].into_iter().flatten());
             }
         }
     }
-    offered
+    for (reader, note) in offered {
+        reader.map_or(&mut *notes, |place| &mut loops[place].notes).push(note);
+    }
+    found
 }
 
 /// Notes for loops without PV on PVs of loops without OP, which are not used either. A PV whose tag has another number
@@ -67,7 +123,7 @@ pub fn note_lone(loops: &mut [LoopPlan], lone: &[&str], wording: Wording) {
             "the loop has no PV, while {} {} not used, because no OP has that name; if one is its PV, give {}",
             list(&own),
             if own.len() == 1 { "is" } else { "are" },
-            wording.of(Remedy::map(role(each, Signal::Pv, is_only), first))
+            wording.of(Remedy::map(role(each, Signal::Pv, false), first))
         );
         each.notes.push(note);
     }
