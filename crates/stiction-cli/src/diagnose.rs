@@ -103,6 +103,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
         [file] if !args.join => diagnose_file(file, &args.loops, &args.reading, &options)?,
         files => {
             let (found, mut failures) = find_all(files, &args.loops, &args.reading)?;
+            failures.retain(|error| found.is_empty() || !files::is_skipped(error, &args.files));
             let recordings = if args.join { joined::all(found)? } else { joined::by_tag(found) };
             let (loops, refused) = diagnose_all(&recordings, &options);
             failures.extend(refused);

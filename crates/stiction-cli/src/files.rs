@@ -5,7 +5,7 @@
 //! recordings of an index or the pages of a folder, go through [`In::also`] and [`Out::inside`], which check the
 //! same.
 
-use crate::replaced;
+use crate::{output, replaced};
 use anyhow::{Context, Result, bail};
 use clap::builder::{MapValueParser, PathBufValueParser, TypedValueParser, ValueParserFactory};
 use clap::{ArgMatches, Command};
@@ -15,6 +15,7 @@ use std::fs::Metadata;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+use stiction_io::Error::NoOp;
 use stiction_io::reading::Format;
 
 /// The name of standard input in messages.
@@ -73,6 +74,17 @@ pub fn with_folders(named: &[In]) -> Result<Vec<In>> {
         }
     }
     Ok(all)
+}
+
+/// Whether an error only means that a table of a folder is no recording. The user is notified. Files that are `named`
+/// themselves must be recordings.
+pub fn is_skipped(error: &anyhow::Error, named: &[In]) -> bool {
+    let Some(NoOp { origin, has_times: false, .. }) = error.downcast_ref() else { return false };
+    let is_of_folder = named.iter().all(|file| file.origin() != *origin);
+    if is_of_folder {
+        output::note(format!("{origin} is no recording and is skipped"));
+    }
+    is_of_folder
 }
 
 impl Out {

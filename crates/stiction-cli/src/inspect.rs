@@ -85,13 +85,17 @@ pub fn run(args: Args) -> Result<()> {
     if args.write_map.as_ref().is_some_and(Out::is_standard) {
         return Ok(());
     }
-    for (k, summary) in summaries.into_iter().enumerate() {
-        let summary = summary?;
+    let (any, mut between) = (summaries.iter().any(Result::is_ok), "");
+    for summary in summaries {
+        let summary = match summary {
+            Err(error) if any && files::is_skipped(&error, &args.files) => continue,
+            summary => summary?,
+        };
         if args.json {
             shown.push(summary);
         } else {
-            let between = if k == 0 { "" } else { "\n" };
             output::text(&format!("{between}{}", text(&summary)))?;
+            between = "\n";
         }
     }
     if args.json {

@@ -118,13 +118,16 @@ fn a_table_without_op_is_no_recording_and_no_problem() {
     let folder = folder("no-op");
     let truth = "loop,sticks,S,J\nFIC1,yes,5,2\nFIC2,no,0,0\n".to_owned();
     let tags = "tag,description\nFIC1.PV,feed\nFIC1.OP,feed valve\n".to_owned();
-    plant_of(&folder, &[("a.csv", csv(0, 660)), ("truth.csv", truth), ("tags.csv", tags)]);
+    let one = "tag,description,unit\nFIC1.PV,feed,t/h\n".to_owned();
+    let files =
+        [("a.csv", csv(0, 660)), ("one.csv", one), ("truth.csv", truth), ("tags.csv", tags)];
+    plant_of(&folder, &files);
     let done = go(&folder);
     assert!(done.problems.is_empty() && done.windows == 2, "{done:?}");
-    assert_eq!(done.no_recordings.len(), 2, "{done:?}");
-    assert!(done.no_recordings[1].contains("truth.csv"), "{done:?}");
+    assert_eq!(done.no_recordings.len(), 3, "{done:?}");
+    assert!(done.no_recordings[2].contains("truth.csv"), "{done:?}");
     let proposed = propose::propose(&folder, "N", &[".".to_owned()]).unwrap();
-    assert_eq!(proposed.text.matches("# no recording: ").count(), 2, "{}", proposed.text);
+    assert_eq!(proposed.text.matches("# no recording: ").count(), 3, "{}", proposed.text);
     assert!(!proposed.doubts.iter().any(|doubt| doubt.contains("truth.csv")), "{proposed:?}");
 }
 

@@ -10,7 +10,7 @@ use crate::budget::Budget;
 use crate::cells::number::{self, DecimalMark};
 use crate::columns::layout::side_by_side;
 use crate::columns::options::ReadOptions;
-use crate::columns::role;
+use crate::columns::role::{self, Role, Signal};
 use crate::error::{Error, Result};
 use crate::sheet::{Cells, Column, Sheet};
 use crate::texts::{self, Filling, Texts};
@@ -166,7 +166,17 @@ fn read_within(
     let mut columns = filling.end().map_err(wrong)?;
     notes.extend(odd.notes(&mut columns, &mut rows).map_err(wrong)?);
     if rows.is_empty() {
-        return Err(wrong("has no row of samples below its header".to_owned()));
+        let message = "has no row of samples below its header".to_owned();
+        let is = |role: Role| top.names.iter().any(|name| role::of_rows(name) == Some(role));
+        let is_op = |name: &String| {
+            let split = role::split(name, &[]);
+            split.is_some_and(|split| split.role == Role::Signal(Signal::Op))
+        };
+        let (has_times, origin) = (is(Role::Time) || is(Role::Date), origin.to_owned());
+        return Err(match has_times || top.names.iter().any(is_op) {
+            true => wrong(message),
+            false => Error::NoOp { origin, has_times, message },
+        });
     }
     if comments > 0 {
         notes.push(format!("{comments} comment lines among the rows are not samples"));
