@@ -167,6 +167,46 @@ fn other_archives_and_encrypted_workbooks_are_refused_with_a_remedy() {
     );
 }
 
+/// A sheet that no times make a recording is named, and the others are read.
+#[test]
+fn a_summary_beside_a_loop_is_left_out() {
+    let sheet = |name: &str, rows: &[&[&str]]| {
+        let cell = |cell: &&str| match cell.parse::<f64>() {
+            Ok(_) => {
+                format!("<table:table-cell office:value-type=\"float\" office:value=\"{cell}\"/>")
+            }
+            Err(_) => format!(
+                "<table:table-cell office:value-type=\"string\"><text:p>{cell}</text:p></table:table-cell>"
+            ),
+        };
+        let row = |row: &&[&str]| {
+            let cells = row.iter().map(cell).collect::<String>();
+            format!("<table:table-row>{cells}</table:table-row>")
+        };
+        let rows = rows.iter().map(row).collect::<String>();
+        format!("<table:table table:name=\"{name}\">{rows}</table:table>")
+    };
+    let pivot = sheet("Pivot", &[&["Row Labels", "Average of OP"], &["6", "44.9"], &["7", "45.1"]]);
+    let trend = sheet("Trend", &[&["t", "PV", "OP"], &["0", "1", "50"], &["1", "2", "51"]]);
+    let book = |sheets: &str| {
+        let content = format!(
+            "<office:document-content><office:body><office:spreadsheet>{sheets}</office:spreadsheet></office:body>\
+             </office:document-content>"
+        );
+        let bytes = archive(&[
+            ("mimetype", b"application/vnd.oasis.opendocument.spreadsheet"),
+            ("META-INF/manifest.xml", b"<manifest:manifest/>"),
+            ("content.xml", content.as_bytes()),
+        ]);
+        reading::parse(&bytes, "f.ods", &ReadOptions::default())
+    };
+    let reading = book(&format!("{pivot}{trend}")).unwrap();
+    assert_eq!(reading.recordings[0].op.values, [50.0, 51.0]);
+    let note = "sheet \"Pivot\" has no column of times and is not read";
+    assert!(reading.notes.iter().any(|said| said == note), "{:?}", reading.notes);
+    assert!(book(&pivot).unwrap_err().to_string().contains("has no column of times"));
+}
+
 /// What is short in the file and long in memory is refused before it is decoded.
 #[test]
 fn bombs_are_refused() {

@@ -1,6 +1,6 @@
 //! Chooses the parts of a file that are read, such as the sheets of a workbook.
 
-use crate::columns::layout;
+use crate::columns::layout::{self, side_by_side};
 use crate::columns::options::ReadOptions;
 use crate::error::{Error, Result};
 use crate::names::list;
@@ -35,7 +35,7 @@ pub(super) fn chosen(
     Err(Error::Table { origin: origin.to_owned(), message })
 }
 
-/// The sheets of a workbook with loops, and notes on the others. All sheets if none has a loop.
+/// The sheets of a workbook with loops and times, and notes on the others. All sheets if there are none.
 ///
 /// # Errors
 /// If no sheet has a loop, and a column that the user names is missing in all, or names are in conflict.
@@ -44,14 +44,21 @@ pub(super) fn holding_loops(
     options: &ReadOptions,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Sheet>> {
-    let (mut holding, mut others, mut refusal) = (vec![], vec![], None);
+    let (mut holding, mut timeless, mut others, mut refusal) = (vec![], vec![], vec![], None);
     for sheet in sheets {
-        match layout::recognise(sheet, options) {
-            Ok(plan) if !plan.loops.is_empty() => holding.push(sheet.clone()),
-            Ok(_) => others.push(format!(
-                "sheet \"{}\" has no column known as OP and is not read",
-                sheet.part
-            )),
+        let not_read =
+            |lacks: &str| format!("sheet \"{}\" has no {lacks} and is not read", sheet.part);
+        let unfolded = side_by_side::unfold(sheet, options);
+        let (seen, own) = unfolded.as_ref().map_or((sheet, options), |u| (&u.sheet, &u.options));
+        match layout::recognise(seen, own) {
+            Ok(plan) if plan.loops.is_empty() => others.push(not_read("column known as OP")),
+            Ok(plan)
+                if plan.time.or(plan.date).is_none()
+                    && own.sample_time.or(seen.sample_time).is_none() =>
+            {
+                timeless.push(not_read("column of times"));
+            }
+            Ok(_) => holding.push(sheet.clone()),
             Err(error) => {
                 others.push(format!("sheet \"{}\" is not read: {error}", sheet.part));
                 refusal.get_or_insert(error);
@@ -70,7 +77,7 @@ pub(super) fn holding_loops(
         Some(error) if holding.is_empty() => Err(error),
         _ if holding.is_empty() => Ok(sheets.to_vec()),
         _ => {
-            notes.extend(others);
+            notes.extend(timeless.into_iter().chain(others));
             Ok(holding)
         }
     }
