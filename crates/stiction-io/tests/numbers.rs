@@ -353,6 +353,20 @@ fn an_unknown_quality_is_accused_in_its_row_and_the_remedy_works() {
     assert_eq!(read.recordings[0].op.quality[1..3], [Quality::Good, Quality::Bad]);
 }
 
+#[test]
+fn a_status_of_modes_is_offered_as_the_mode() {
+    let text = "t,PV,OP,Status\n0,1,50,AUTO\n1,2,51,MAN\n";
+    let message = refused(text);
+    assert!(
+        message.contains("if the column holds modes, give map mode=Status; otherwise"),
+        "{message}"
+    );
+    let options =
+        ReadOptions { map: vec!["mode=Status".parse().unwrap()], ..ReadOptions::default() };
+    let read = parsed(text, &options).unwrap();
+    assert_eq!(read.recordings[0].mode.as_ref().unwrap().modes, [Mode::Automatic, Mode::Manual]);
+}
+
 }
 
 #[test]

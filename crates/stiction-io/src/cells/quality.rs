@@ -1,5 +1,6 @@
 //! Words and codes for the quality of samples.
 
+use crate::cells::mode::{self, Codes};
 use crate::cells::number::{self, DecimalMark};
 use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Viewed};
@@ -170,7 +171,15 @@ pub fn read(
             } else {
                 String::new()
             };
-            Err((*row, format!("\"{cell}\" is not a known quality; {}", remedy(&cell))))
+            let is_mode = mode::of_cell(&cell, &[], Codes::Common, mark).is_some();
+            let offer = match is_mode {
+                true => format!(
+                    "if the column holds modes, give {}; otherwise ",
+                    wording.of(Remedy::map("mode", name))
+                ),
+                false => String::new(),
+            };
+            Err((*row, format!("\"{cell}\" is not a known quality; {offer}{}", remedy(&cell))))
         }
     };
     let qualities = rows.iter().zip(&said).map(quality).collect::<Result<_, _>>()?;
