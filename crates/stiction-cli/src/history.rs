@@ -87,7 +87,7 @@ pub fn run(args: Args) -> Result<()> {
         joined::all(found)?
     } else {
         joined::offer(&found);
-        found.into_iter().map(|each| (each.source, each.recording)).collect()
+        joined::separate(found)
     };
     let mut windows = vec![];
     for (source, recording) in recordings {

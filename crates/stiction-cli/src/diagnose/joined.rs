@@ -62,8 +62,8 @@ fn not_of_the_whole(files: &[Found]) -> stiction_io::Result<Vec<String>> {
     Ok(notes)
 }
 
-/// Joins the recordings of each tag whose files have tags and dates. Others stay separate, with a note to the user.
-pub fn by_tag(found: Vec<Found>) -> Vec<(Source, Recording)> {
+/// The recordings of each tag together, and those of files without tags.
+fn groups(found: Vec<Found>) -> Vec<Vec<Found>> {
     let mut groups: Vec<Vec<Found>> = vec![];
     let mut of_tag: HashMap<String, Vec<usize>> = HashMap::new();
     for each in found {
@@ -83,8 +83,13 @@ pub fn by_tag(found: Vec<Found>) -> Vec<(Source, Recording)> {
             }
         }
     }
+    groups
+}
+
+/// Joins the recordings of each tag whose files have tags and dates. Others stay separate, with a note to the user.
+pub fn by_tag(found: Vec<Found>) -> Vec<(Source, Recording)> {
     let mut all = vec![];
-    for group in groups {
+    for group in groups(found) {
         if group.len() > 1 {
             let (tag, files) = (group[0].recording.name.clone(), group.len());
             let apart = |why: String| {
@@ -109,6 +114,23 @@ pub fn by_tag(found: Vec<Found>) -> Vec<(Source, Recording)> {
         all.extend(group.into_iter().map(Found::pair));
     }
     all
+}
+
+/// All recordings, each separate. The user is notified of those of one tag that cannot be joined, such as files that
+/// overlap with different values.
+pub fn separate(found: Vec<Found>) -> Vec<(Source, Recording)> {
+    let groups = groups(found);
+    for group in groups.iter().filter(|group| group.len() > 1) {
+        if group.iter().any(|each| each.recording.start.is_some())
+            && let Err(error) = one(group)
+        {
+            let (tag, files) = (&group[0].recording.name, group.len());
+            output::note(format!(
+                "{tag} is in {files} files whose windows all count, although they are not parts of one recording: {error}"
+            ));
+        }
+    }
+    groups.into_iter().flatten().map(Found::pair).collect()
 }
 
 /// Joins all recordings as one loop, at the user's request.

@@ -53,6 +53,28 @@ fn a_repair_is_seen_in_the_measured_position() {
 }
 
 #[test]
+fn files_that_overlap_with_different_values_are_noted() {
+    let folder = folder("history-overlap");
+    let text = repaired().replacen("op,pv,vp", "FIC7.OP,FIC7.PV,FIC7.VP", 1);
+    let rows: Vec<&str> = text.lines().collect();
+    let part = |from: usize, to: usize| [&rows[..1], &rows[from..to]].concat().join("\n") + "\n";
+    write(&folder, "a.csv", part(1, 4000));
+    write(&folder, "b.csv", part(3000, 7000));
+    let other = rows[3602].replace("06:00:06", "06:00:00");
+    write(&folder, "c.csv", part(3000, 7000).replace(rows[3601], &other));
+    let arguments = |other| ["history", "a.csv", other, "--window", "1h"];
+    assert_eq!(run(&folder, &arguments("b.csv")).err, "");
+    let found = run(&folder, &arguments("c.csv"));
+    assert_eq!(found.code, 0, "{}", found.err);
+    let expected = "not parts of one recording: c.csv: overlaps a.csv";
+    assert!(
+        found.err.contains(expected) && found.err.contains("leave one of them out"),
+        "{}",
+        found.err
+    );
+}
+
+#[test]
 fn json_is_as_the_schema_says() {
     let folder = with_samples("history-schema");
     let schema = run(&folder, &["schema", "history"]).json();
