@@ -367,6 +367,27 @@ fn a_status_of_modes_is_offered_as_the_mode() {
     assert_eq!(read.recordings[0].mode.as_ref().unwrap().modes, [Mode::Automatic, Mode::Manual]);
 }
 
+#[test]
+fn an_sp_in_percent_beside_a_pv_in_units_is_noted() {
+    let note = |header: &str, sp: f64, pv: f64| {
+        let rows = (0..20).map(|k| format!("{k},{},{sp},45.5\n", pv + f64::from(k % 3)));
+        let reading = read(&format!("t,{header}\n{}", rows.collect::<String>()));
+        reading
+            .notes
+            .iter()
+            .any(|note| note.contains("in percent") && note.contains("map ignore=F.SP"))
+    };
+    assert!(note("F.PV,F.SP,F.OP", 60.0, 117.0));
+    assert!(note("F.PV (m3/h),F.SP (%),F.OP", 60.0, 45.0));
+    for (header, sp, pv) in [
+        ("F.PV,F.SP,F.OP", 118.0, 117.0),
+        ("F.PV,F.SP,F.OP", 60.0, 40.0),
+        ("F.PV,F.SP,F.OP", 98.0, 102.0),
+        ("F.PV (m3/h),F.SP (m3/h),F.OP", 60.0, 117.0),
+        ("F.PV (%),F.SP (%),F.OP", 60.0, 45.0),
+    ] {
+        assert!(!note(header, sp, pv), "{header} {sp} {pv}");
+    }
 }
 
 #[test]

@@ -4,8 +4,8 @@ pub mod mode;
 pub mod number;
 pub mod quality;
 pub mod range;
-mod signals;
-mod unit;
+pub mod signals;
+pub mod unit;
 
 /// The word and its meaning in `text`, such as `16=auto`.
 fn meaning<T: Copy>(text: &str, names: &[(&str, T)], example: &str) -> Result<(String, T), String> {
