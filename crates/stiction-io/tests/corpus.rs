@@ -124,7 +124,7 @@ pub const CASES: &[Case] = &[
         "unit-in-cell.csv",
         "",
         Err(()),
-        &["row 2, column \"op\": \"50 %\" is not a finite number", "without units"]
+        &["row 2, column \"op\": \"50 t/h\" is not a finite number", "without units"]
     ),
     case!(
         "empty.csv",

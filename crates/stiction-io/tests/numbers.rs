@@ -368,6 +368,20 @@ fn a_status_of_modes_is_offered_as_the_mode() {
 }
 
 #[test]
+fn percent_signs_and_question_marks_behind_numbers() {
+    let recording = read("t;PV;OP\n0;1,5;44,97%\n1;2,5;Bad\n2;3,5;45 %\n");
+    assert_eq!(recording.op.values[0], 44.97);
+    assert_eq!((recording.op.values[2], recording.op.unit.as_deref()), (45.0, Some("%")));
+    // Not where some numbers lack it.
+    let message = refused("t,PV,OP\n0,1,44.97%\n1,2,0.45\n");
+    assert!(message.contains("row 2, column \"OP\": \"44.97%\""), "{message}");
+    let recording = read("t,PV,OP\n0,1,44.97\n1,2,45.67?\n");
+    assert_eq!(recording.op.values[1], 45.67);
+    assert_eq!(recording.op.quality, [Quality::Good, Quality::Uncertain]);
+    assert!(refused("t,PV,OP\n0,1,44\n1,2,4x?\n").contains("\"4x?\""));
+}
+
+#[test]
 fn an_sp_in_percent_beside_a_pv_in_units_is_noted() {
     let note = |header: &str, sp: f64, pv: f64| {
         let rows = (0..20).map(|k| format!("{k},{},{sp},45.5\n", pv + f64::from(k % 3)));

@@ -116,6 +116,37 @@ fn a_local_clock_falls_back_once() {
 }
 
 #[test]
+fn the_repeated_hour_sorted_by_its_local_time_is_explained() {
+    let row = |(minute, k): (usize, usize)| {
+        format!("2024-10-27 {:02}:{:02}:00,{},{}", minute / 60, minute % 60, wave(0, k), wave(1, k))
+    };
+    // From 1:00 to 4:59, with two rows for each minute from 2:00 to 2:59.
+    let minutes = (60..300).flat_map(|m| if m / 60 == 2 { vec![m; 2] } else { vec![m] });
+    let text = table("Time,pv,op", minutes.enumerate().map(|(k, minute)| row((minute, k))));
+    let refused = |text: &str| parse(text, &ReadOptions::default()).unwrap_err().to_string();
+    let message = refused(&text);
+    assert!(message.contains("all in one hour, as at the end of summer time"), "{message}");
+    // All the time it is a lack of digits.
+    let text =
+        table("Time,pv,op", (60..300).flat_map(|m| [m; 2]).enumerate().map(|(k, m)| row((m, k))));
+    assert!(refused(&text).contains("too few digits"));
+}
+
+#[test]
+fn hours_without_am_and_pm_are_noted() {
+    let of = |hours: &dyn Fn(usize) -> usize| {
+        let row = |k: usize| {
+            format!("2025-01-20 {:02}:{:02}:00,{},50.5", hours(k / 60), k % 60, wave(0, k))
+        };
+        read(&table("Time,pv,op", (0..1200).map(row)))
+    };
+    let half = of(&|hour| (hour + 5) % 12 + 1);
+    assert!(said(&half, "the times probably lack AM and PM").is_some());
+    let again = of(&|hour| if hour < 10 { hour + 6 } else { hour - 4 });
+    assert!(said(&again, "the times probably lack AM and PM").is_none());
+}
+
+#[test]
 fn disorder_is_no_restart() {
     let rows = runs(&[0.0], 400, 1.0);
     let swapped: Vec<_> = rows[200..].iter().chain(&rows[..200]).copied().collect();

@@ -4,6 +4,7 @@ use super::signals::{ANALOGUE, SCALED, Values};
 use super::unit::{self, Unit};
 use crate::remedy::{Remedy, Wording};
 use stiction_recording::recording::{Channel, Range, RangeSource};
+use stiction_recording::spoken;
 
 /// Tolerance, in percent, of a signal in percent below 0 and above 100. Controllers allow a few percent more for
 /// their outputs.
@@ -122,7 +123,9 @@ fn unstated(name: &'static str, channel: &Channel, values: &Values) -> Unstated 
         && let Some(first) = fits.first()
     {
         let why = format!(
-            "{name} is between {low} and {high} without a unit and is interpreted as percent, of"
+            "{name} is between {} and {} without a unit and is interpreted as percent, of",
+            spoken::number(low),
+            spoken::number(high)
         );
         let guess = estimated((0.0, 100.0), why).or(&fits);
         return Unstated::Guess(Guess { example: Some(*first), ..guess });
@@ -191,9 +194,9 @@ impl Guess {
         let range = outward(values.low, values.high);
         // Values that rest at 0.
         let range = if range.1 > range.0 { range } else { (range.0, range.0 + 1.0) };
-        let why = format!(
-            "{name} is in {unit}, as the output of a master controller, so its span is unknown; it is estimated as"
-        );
+        let master = if name == "OP" { ", as the output of a master controller" } else { "" };
+        let why =
+            format!("{name} is in {unit}{master}, so its span is unknown; it is estimated as");
         let guess = Self { source: RangeSource::Estimated, ..Self::assumed(range, why) };
         let (span, swing) = (guess.spans.0, values.high - values.low);
         let narrowest = if is_temperature { swing } else { swing / SWING };

@@ -199,7 +199,8 @@ fn read_within(
                 || matches!(&column.cells, Cells::Text(cells) if cells.view().iter().any(|c| !c.is_empty()))
         })
         .collect();
-    let columns = named(columns, &mut notes);
+    let mut columns = named(columns, &mut notes);
+    columns.iter_mut().for_each(take_percent);
     let found = number::decimal_mark(&columns);
     let sample_time = sample_time(&attributes, origin)?;
     let sheet = Sheet {
@@ -218,6 +219,25 @@ fn read_within(
         mark_is_sure: found.is_sure,
     };
     Ok(CsvSheet { sheet, dialect, notes })
+}
+
+/// Makes `%` the unit of a column whose numbers all end with it.
+fn take_percent(column: &mut Column) {
+    fn number(cell: &str) -> Option<&str> {
+        cell.strip_suffix('%').map(str::trim_end).filter(|cell| number::looks_like(cell))
+    }
+    let Cells::Text(texts) = &column.cells else { return };
+    let cells = texts.view();
+    let is_one = |cell: &str| number(cell).is_some() || number::word(cell).is_some();
+    if column.unit.is_none()
+        && cells.iter().all(is_one)
+        && cells.iter().any(|cell| number(cell).is_some())
+    {
+        let bare = cells.iter().map(|cell| number(cell).unwrap_or(cell)).collect();
+        drop(cells);
+        column.cells = Cells::Text(bare);
+        column.unit = Some("%".to_owned());
+    }
 }
 
 /// Checks whether a file seems to be cut within its last value. No line break follows that value, and it is shorter

@@ -290,7 +290,7 @@ impl<'a> Builder<'a> {
                 }
             };
             values.push(value);
-            qualities.push(if quality.is_usable() { said } else { quality });
+            qualities.push(if quality == Quality::Good { said } else { quality });
         }
         let mut time: Vec<f64> = source.rows.iter().map(|row| self.times.seconds[*row]).collect();
         if qualities.contains(&Quality::Missing) && matches!(self.plan.place, Place::Columns) {
@@ -326,6 +326,12 @@ impl<'a> Builder<'a> {
         }
         if let Some(quality) = number::word(cell) {
             return Ok((f64::NAN, quality));
+        }
+        // PI marks questionable values.
+        if let Some(value) =
+            cell.strip_suffix('?').and_then(|cell| number::parse(cell.trim(), self.mark))
+        {
+            return Ok((value, Quality::Uncertain));
         }
         let is_bad = |word: &String| word.trim().eq_ignore_ascii_case(cell);
         if !said.is_usable() || self.options.bad_text.iter().any(is_bad) {

@@ -77,8 +77,20 @@ impl Builder<'_> {
                 all - apart
             ),
         };
+        // Hours 1 to 12, with 1 after 12.
+        let hour = |t: f64| ((self.times.start.unwrap_or(0.0) + t) / 3600.0).rem_euclid(24.0);
+        let is_half = restarts
+            .iter()
+            .all(|each| hour(each.before) >= 12.0 && (1.0..2.0).contains(&hour(each.after)))
+            && self.times.seconds.iter().all(|t| (1.0..13.0).contains(&hour(*t)));
+        let half = match is_half {
+            true => {
+                ". All hours are 1 to 12, so the times probably lack AM and PM; export them with it, or with 24 hours"
+            }
+            false => "",
+        };
         Some(format!(
-            "the clock begins again in {places}; all rows stay in the order of the file. {done}"
+            "the clock begins again in {places}; all rows stay in the order of the file. {done}{half}"
         ))
     }
 }

@@ -67,9 +67,24 @@ pub fn check(times: &Times, column: &Column, context: &Context<'_>) -> Result<()
     if let [first, ..] = collapsed[..]
         && collapsed.len() as f64 > MOST_COLLAPSED * times.seconds.len() as f64
     {
+        let ends = |of: &mut dyn Iterator<Item = f64>| {
+            of.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)))
+        };
+        let (from, to) = ends(&mut collapsed.iter().map(|row| times.seconds[*row]));
+        let (begin, end) = ends(&mut times.seconds.iter().copied());
+        // Too few digits concern all hours.
+        let is_one_hour =
+            (1800.0..3600.0).contains(&(to - from)) && end - begin > 2.0 * (to - from);
+        let why = match is_one_hour && times.start.is_some() && times.clock != Clock::Utc {
+            true => format!(
+                "all in one hour, as at the end of summer time; export the rows in the order in which they were \
+                 recorded, which needs only {}, or with times in UTC",
+                context.wording.of(Remedy::Zone(Some("Europe/Berlin".to_owned())))
+            ),
+            false => format!("because the times have too few digits; write them with more{remedy}"),
+        };
         let message = format!(
-            "has the time \"{}\" of the row before but other values, like {} of {} rows, because the times have too \
-             few digits; write them with more{remedy}",
+            "has the time \"{}\" of the row before but other values, like {} of {} rows, {why}",
             shown(column, first),
             collapsed.len(),
             times.seconds.len()
