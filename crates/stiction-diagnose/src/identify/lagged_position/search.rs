@@ -12,10 +12,10 @@ const RATIOS: [f64; 6] = [0.0, 0.25, 0.5, 0.75, 0.9, 1.0];
 const SECOND: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
 /// First fs to try: from, up to, %, and the step in its logarithm.
 const FS: (f64, f64, f64) = (0.03, 20.0, 0.25);
-/// Shares of samples beyond the largest distance of OP and position, and fd over fs, to try with half of that distance as fs. In a
-/// loop the OP reverses as soon as the stem slips, so that a band a little larger than the true one misses all slips.
+/// Shares of samples beyond the largest distance of OP and position, of which half is tried as fs, and what is added to the distance
+/// of a moving stem to be tried as fd, in fs.
 const BEYOND: [f64; 4] = [0.0, 0.001, 0.005, 0.02];
-const FINE_RATIOS: [f64; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+const BESIDE: [f64; 9] = [-0.4, -0.2, -0.1, -0.03, -0.01, 0.0, 0.1, 0.2, 0.4];
 /// Small bands that count as healthy, tried at the best lags, %.
 const SMALL: [f64; 4] = [0.03, 0.06, 0.1, 0.14];
 /// Limits of the gain: with a smaller one, a valve that follows would look like a play.
@@ -65,7 +65,7 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
             let offset = match level {
                 Level::Means => mean(v) - gain * mean(u),
                 Level::Middles => middle(v) - gain * middle(u),
-                Level::Zeros => gain * mean(op) - mean(vp),
+                Level::Zeros => mean(op) - mean(vp),
             };
             let burn = BURN.0.min(u.len() / BURN.1);
             Piece { u, v, start: (v[0] - offset) / gain, burn }
@@ -82,17 +82,15 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
     let most = span(op).min(FS.1).max(1.0);
     let steps = ((most / FS.0).ln() / FS.2).ceil() as usize;
     let fs: Vec<f64> = (0..steps).map(|i| FS.0 * (FS.2 * i as f64).exp()).collect();
-    let look = |level| first_look(pieces(gain, level), &fs);
-    let looked = look(Level::Means).better(look(Level::Middles)).better(look(Level::Zeros));
-    let Look { pieces, rho, huber, .. } = looked;
+    let look = |gain, level| first_look(pieces(gain, level), gain, &fs);
+    let looked = look(gain, Level::Means).better(look(gain, Level::Middles));
+    // A valve that rests for long has another gain than one that follows.
+    let Look { pieces, gain, rho, huber, .. } = looked.better(look(1.0, Level::Zeros));
     let target = Target::new(&pieces, rho, if huber > 0.0 { huber } else { f64::INFINITY }, GAIN);
 
     let mut all = target.fit(&healthy(&SECOND), &LAGS);
     all.extend(target.fit(&grid(&fs, &RATIOS, &FAMILIES), &LAGS));
-    let distance: Vec<f64> = u.iter().zip(&v).map(|(u, v)| u - v / gain).collect();
-    let half = |share| 0.5 * (quantile(&distance, 1.0 - share) - quantile(&distance, share));
-    let travelled: Vec<f64> = BEYOND.map(half).into_iter().filter(|fs| *fs >= FS.0).collect();
-    all.extend(target.fit(&grid(&travelled, &FINE_RATIOS, &FAMILIES), &LAGS));
+    all.extend(target.fit(&seen(&u, &v, gain), &LAGS));
     refine(&target, &mut all);
     add_healthy(&target, &mut all);
     let best = best(&all);
@@ -116,13 +114,15 @@ enum Level {
     Means,
     /// The middles of their ranges agree.
     Middles,
-    /// Both have the same zero.
+    /// Both have the same zero and span.
     Zeros,
 }
 
 /// A first look at the residual.
 struct Look<'a> {
     pieces: Vec<Piece<'a>>,
+    /// Percent of VP per percent of OP, for the first position.
+    gain: f64,
     /// Sum of squares of the best of a few candidates.
     loss: f64,
     /// Its correlation from sample to sample.
@@ -137,7 +137,7 @@ impl Look<'_> {
     }
 }
 
-fn first_look<'a>(pieces: Vec<Piece<'a>>, fs: &[f64]) -> Look<'a> {
+fn first_look<'a>(pieces: Vec<Piece<'a>>, gain: f64, fs: &[f64]) -> Look<'a> {
     let every_second = |x: &[f64]| -> Vec<f64> { x.iter().copied().step_by(2).collect() };
     let mut few = healthy(&SECOND);
     few.extend(grid(&every_second(fs), &[0.0, 0.5, 1.0], &FAMILIES));
@@ -156,7 +156,29 @@ fn first_look<'a>(pieces: Vec<Piece<'a>>, fs: &[f64]) -> Look<'a> {
     // `median_absolute_deviation` is scaled to the standard deviation of a normal distribution.
     let huber = HUBER * median_absolute_deviation(&white).max(0.3 * std(&white));
     let loss = first.loss;
-    Look { pieces, loss, rho, huber }
+    Look { pieces, gain, loss, rho, huber }
+}
+
+/// Candidates by the distance of OP and position, as if nothing lagged: at most fs at rest, and fd in motion. In a loop the OP
+/// reverses as soon as the stem slips, so that bands a little larger than the true ones miss all slips, and a grid misses those.
+fn seen(u: &[f64], v: &[f64], gain: f64) -> Vec<Candidate> {
+    let distance: Vec<f64> = u.iter().zip(v).map(|(u, v)| u - v / gain).collect();
+    let ends = |share| (quantile(&distance, share), quantile(&distance, 1.0 - share));
+    let (low, high) = ends(BEYOND[1]);
+    let steps: Vec<f64> = v.windows(2).map(|v| (v[1] - v[0]).abs()).collect();
+    let few = (10.0 / steps.len() as f64).min(0.01);
+    let least = (0.5 * quantile(&steps, 1.0 - few)).max(f64::MIN_POSITIVE);
+    let moving = steps.iter().zip(&distance[1..]).filter(|(step, _)| **step >= least);
+    let moving: Vec<f64> = moving.map(|(_, d)| (d - 0.5 * (low + high)).abs()).collect();
+    if moving.is_empty() {
+        return vec![];
+    }
+    let fd = median(&moving);
+    let halves = BEYOND.map(ends).map(|(low, high)| 0.5 * (high - low));
+    let bands = halves.into_iter().filter(|fs| *fs >= FS.0);
+    bands
+        .flat_map(|fs| grid(&[fs], &BESIDE.map(|more| (fd / fs + more).clamp(0.0, 1.0)), &FAMILIES))
+        .collect()
 }
 
 /// A second, finer look around the best candidates.
