@@ -1,7 +1,7 @@
 //! Staircases in manual: the usual test of a valve, with straight and curved characteristics.
 
 use stiction_diagnose::diagnose::VerdictClass;
-use stiction_diagnose::recording::{ByHand, Mode, Modes, Recording};
+use stiction_diagnose::recording::{ByHand, Channel, Mode, Modes, Recording};
 use stiction_diagnose::series::median;
 use stiction_diagnose::valve_test::{ReadOptions, TestReading, read};
 use stiction_model::Bands;
@@ -165,5 +165,59 @@ fn hurried_staircases_accuse_no_healthy_valve() {
             "{name}, hurried: decided {decided} of {tests}, right {right}; healthy accused {accused}"
         );
         assert!(50 * accused <= tests && 20 * (decided - right) <= tests, "{name}");
+    }
+}
+
+const STAIRS: [f64; 13] =
+    [40.0, 45.0, 50.0, 55.0, 60.0, 65.0, 70.0, 65.0, 60.0, 55.0, 50.0, 45.0, 40.0];
+
+/// Levels held for 60 samples, of a valve whose stem slid up before, and of a process with a lag of 5 samples. With
+/// `position`, its noise, the stem is recorded too.
+fn held(levels: &[f64], bands: (f64, f64), position: Option<f64>, seed: u64) -> Recording {
+    let mut draw = NormalStream::new(seed);
+    let (s, j) = bands;
+    let mut valve = TwoPhase::new(Bands::from_s_j(s, j).unwrap());
+    let mut start = Start::at_rest(levels[0]);
+    start.position -= 0.5 * (s - j);
+    valve.restart(start);
+    let op: Vec<f64> = levels.iter().flat_map(|level| [*level; 60]).collect();
+    let stem: Vec<f64> = op.iter().map(|op| valve.step(*op)).collect();
+    let mut flow = stem[0];
+    let mut lagging = |x: &f64| {
+        flow += 0.18 * (x - flow);
+        flow + 0.05 * draw.draw()
+    };
+    let pv: Vec<f64> = stem.iter().map(&mut lagging).collect();
+    let mut recording = Recording::regular("FIC1", 1.0, &op, Some(&pv), None).unwrap();
+    recording.mode = Some(Modes { time: vec![0.0], modes: vec![Mode::Manual] });
+    recording.vp = position.map(|noise| {
+        let vp = stem.iter().map(|x| x + noise * draw.draw()).collect();
+        Channel::new("VP", recording.op.time.clone(), vp).unwrap()
+    });
+    recording
+}
+
+fn read_held(levels: &[f64], bands: (f64, f64), position: Option<f64>, seed: u64) -> TestReading {
+    read(&held(levels, bands, position, seed), &ReadOptions::default()).unwrap()
+}
+
+#[test]
+fn a_limit_of_s_needs_a_reversal() {
+    for (levels, bands, seed) in
+        [(&STAIRS[..7], (12.0, 2.0)), (&STAIRS[..5], (20.0, 0.0)), (&STAIRS[..7], (0.0, 0.0))]
+            .into_iter()
+            .flat_map(|(levels, bands)| (0..3).map(move |seed| (levels, bands, seed)))
+            .chain([(&[40.0, 50.0][..], (12.0, 2.0), 0)])
+    {
+        let reading = read_held(levels, bands, None, seed);
+        assert_eq!(reading.class, VerdictClass::CannotTell, "{bands:?} {reading:?}");
+        assert_eq!(reading.s_below, None, "{bands:?} {reading:?}");
+        assert!(reading.advice.unwrap().contains("one direction only"));
+    }
+    // A limit stands beside no probable stiction.
+    let bumps: Vec<f64> = [50.0, 52.0, 50.0, 48.0].into_iter().cycle().take(17).collect();
+    for seed in 0..3 {
+        let reading = read_held(&bumps, (6.0, 1.0), None, seed);
+        assert!(reading.s_below.is_none_or(|limit| limit > 6.0), "{reading:?}");
     }
 }

@@ -109,15 +109,16 @@ impl<'a> Problem<'a> {
         all
     }
 
-    /// Log-likelihood of a valve at its best gain, and this gain. Without a stem, the valve follows the OP.
-    pub fn likelihood(&self, stem: Option<Stem>) -> (f64, f64) {
+    /// Log-likelihood of a valve at its best gain, and this gain. Without a stem, the valve follows the OP. `over`
+    /// combines those of the start positions.
+    pub fn likelihood(&self, stem: Option<Stem>, over: fn(&[f64]) -> f64) -> (f64, f64) {
         let moves: Vec<Vec<Vec<f64>>> =
             self.spells.iter().map(|spell| self.moves(spell, stem)).collect();
         let of_gain = |gain: &f64| -> f64 {
             let each = self.answered.iter().zip(&moves);
             each.map(|(answered, moves)| {
                 let logs: Vec<f64> = moves.iter().map(|m| answered.density(m, *gain)).collect();
-                log_mean(&logs)
+                over(&logs)
             })
             .sum()
         };
@@ -137,12 +138,13 @@ impl<'a> Problem<'a> {
         (self.log + best.1, best.0)
     }
 
-    /// The least-squares gain for the stem from its first start position. It has the given sign and is not below 0.3 of
+    /// The least-squares gain for the stem from the first start position from which it moves. It has the given sign and is not below 0.3 of
     /// its standard deviation.
     fn gain(&self, moves: &[Vec<Vec<f64>>]) -> f64 {
         let (mut own, mut across) = (0.0, 0.0);
         for (answered, moves) in self.answered.iter().zip(moves) {
-            let Some(m) = moves.first() else { continue };
+            let of_stem = |m: &&Vec<f64>| m[1..].iter().any(|m| *m != 0.0);
+            let Some(m) = moves.iter().find(of_stem) else { continue };
             for piece in &answered.0 {
                 let m = DVector::from_row_slice(piece.of(m));
                 own += m.dot(&(&piece.information * &m));
@@ -154,7 +156,7 @@ impl<'a> Problem<'a> {
 
     /// How well the PV agrees with a valve from its likeliest start positions.
     pub fn seen(&self, stem: Option<Stem>) -> Seen {
-        let (_, gain) = self.likelihood(stem);
+        let (_, gain) = self.likelihood(stem, log_mean);
         let (mut clear, mut together, mut own, mut other) = (0, 0.0, 0.0, 0.0);
         for (answered, spell) in self.answered.iter().zip(self.spells) {
             let best = self

@@ -455,7 +455,7 @@ fn conclude(
             && weighed.sticks < 0.5
             && weighed.elsewhere < 0.1
             && weighed.silent < 1.0 - SURE
-            && weighed.s_below < limit
+            && weighed.s_below.is_some_and(|below| below < limit)
             && following.strength > STRONG
             && following.fits > FITS_HEALTHY =>
         {
@@ -482,7 +482,11 @@ fn conclude(
         dead_band_elsewhere: weighed.elsewhere,
         s: sticks.then_some(s),
         j: sticks.then_some(j),
-        s_below: (weighed.s_below < TOLD_UP_TO && !sticks).then_some(weighed.s_below.max(SMALL)),
+        // A limit would contradict a valve that probably sticks.
+        s_below: weighed
+            .s_below
+            .filter(|below| *below < TOLD_UP_TO && probability < 0.5 && !still)
+            .map(|below| below.max(SMALL)),
         response_s: None,
         known_by: KnownBy::Output,
         from_s: 0.0,
@@ -615,14 +619,21 @@ fn advice(reading: &TestReading) -> Option<String> {
     }
     let turns = reading.steps.iter().filter(|step| step.travel.is_some());
     let (seen, unseen): (Vec<&Step>, Vec<&Step>) = turns.partition(|step| step.answered);
+    let turned = || reading.steps.windows(2).filter(|two| two[1].travel.is_some());
+    let reverses =
+        turned().any(|two| two[1].op > two[0].op) && turned().any(|two| two[1].op < two[0].op);
     let advice = match () {
+        () if !reverses => {
+            "The OP went in one direction only, which shows no dead band. Repeat the test, and then go back in the same \
+             steps."
+        }
         () if reading.dead_band_elsewhere > 0.3 => {
             "Watch the stem during the test, or record its position. If it follows the OP, check the transmitter and the \
              linkage."
         }
-        () if seen.is_empty() => {
-            "No turn was answered. Make larger turns, hold each longer, and record OP and PV without compression. If the \
-             PV still does not answer, inspect the valve."
+        () if seen.len() < CLEAR => {
+            "Too few turns were answered. Make larger turns, hold each longer, and record OP and PV without compression. \
+             If the PV still does not answer, inspect the valve."
         }
         () if unseen.is_empty() => {
             "All turns were answered. Repeat the test with smaller turns until the PV no longer answers."

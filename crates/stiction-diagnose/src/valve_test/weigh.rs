@@ -8,6 +8,7 @@ use super::behind::apart;
 use super::curve::Curve;
 use super::explain::{Problem, Seen};
 use super::stems::{SHARES, Stem};
+use crate::series::max;
 
 /// A time in manual.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +48,9 @@ const BEHIND: usize = 4;
 const MOST: f64 = 30.0;
 /// The quantile of S that is reported as its limit, and a factor for the distance of the S in the grid.
 const LIMIT: (f64, f64) = (0.975, 1.1);
+/// A limit of S requires that a stem that slid before the test and never came back, or never moved, is less likely than
+/// one that follows by this, nats.
+const LESS: f64 = 3.0;
 
 /// An S of the grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,8 +90,8 @@ pub(super) struct Weighed {
     pub sticks: f64,
     pub silent: f64,
     pub elsewhere: f64,
-    /// S is below this with 95 % confidence, with a flat prior for ln S.
-    pub s_below: f64,
+    /// S is below this with 95 % confidence, with a flat prior for ln S; `None` if the test excludes no large S.
+    pub s_below: Option<f64>,
     /// How well the PV agrees with the likeliest sticking valve, and with a valve that follows.
     pub sticking_seen: Seen,
     pub following_seen: Seen,
@@ -198,10 +202,11 @@ pub(super) fn weigh(
     let settled = |stem| curve.map_or(0.0, |curve| curve.likelihood(&looked.manual, stem));
     let tried = tried(&problems, &looked, &settled);
     // A PV with a characteristic answers.
-    let silent = match curve {
+    let silence = match curve {
         Some(_) => f64::NEG_INFINITY,
-        None => mean_over(&problems, |of| of.silence()) + SILENT.ln(),
+        None => mean_over(&problems, |of| of.silence()),
     };
+    let silent = silence + SILENT.ln();
 
     let mut stems: Vec<(f64, Stem)> =
         tried.iter().filter(|one| one.sticks()).flat_map(Tried::stems).collect();
@@ -231,10 +236,16 @@ pub(super) fn weigh(
     let flat: Vec<(f64, f64)> =
         tried.iter().map(|one| (one.s, (log_mean(&one.logs) - most).exp())).collect();
 
+    let following = log_mean(&tried.first()?.logs);
+    let furthest = Some(Stem { s: tried.last()?.s, j: 0.0 });
+    let slid = mean_over(&problems, |of| of.likelihood(furthest, max).0) + settled(furthest);
+    let excludes = slid.max(silence) < following - LESS;
+
     let sticking = stems.first().copied();
     let best = |of: &Problem<'_>| {
-        let sticking = sticking.map_or(f64::NEG_INFINITY, |stem| of.likelihood(Some(stem)).0);
-        of.likelihood(None).0.max(sticking)
+        let sticking =
+            sticking.map_or(f64::NEG_INFINITY, |stem| of.likelihood(Some(stem), log_mean).0);
+        of.likelihood(None, log_mean).0.max(sticking)
     };
     let first = problems.iter().max_by(|a, b| best(a).total_cmp(&best(b)))?;
     let of_first = near.iter().find(|(of, _)| of.process == first.process)?.0;
@@ -243,7 +254,7 @@ pub(super) fn weigh(
         sticks: (1.0 - behind) * sticks,
         silent: (silent - most).exp() / whole,
         elsewhere: behind * sticks,
-        s_below: LIMIT.1 * quantile(&flat, LIMIT.0),
+        s_below: excludes.then(|| LIMIT.1 * quantile(&flat, LIMIT.0)),
         sticking_seen: sticking.map_or(Seen::default(), |stem| first.seen(Some(stem))),
         following_seen: first.seen(None),
         per_percent: first.upper() * held,
@@ -268,7 +279,7 @@ fn tried(
         let before = if s > SMALL { STICKS / many } else { FOLLOWS / few };
         Tried { s, weight: log_mean(&logs) + before.ln(), logs }
     };
-    let of_valve = |stem| mean_over(problems, |of| of.likelihood(stem).0) + settled(stem);
+    let of_valve = |stem| mean_over(problems, |of| of.likelihood(stem, log_mean).0) + settled(stem);
     let follows = with(0.0, vec![of_valve(None)]);
     let of = |s: &f64| {
         let log = |share: f64| of_valve(Some(Stem { s: *s, j: share * s }));
