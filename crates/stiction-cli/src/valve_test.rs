@@ -576,7 +576,7 @@ fn reading_in_words(recording: &Recording, test: &TestReading) -> String {
     let mut out = format!(
         "{}: {}, p(sticks) {}, by a test from {}\n",
         recording.name,
-        test.class.name(),
+        test.word(),
         words::percent(test.probability),
         valve_test_page::span(recording, test)
     );

@@ -221,3 +221,18 @@ fn a_limit_of_s_needs_a_reversal() {
         assert!(reading.s_below.is_none_or(|limit| limit > 6.0), "{reading:?}");
     }
 }
+
+#[test]
+fn an_s_beyond_the_test_is_no_dead_band_elsewhere() {
+    for (bands, seed) in [(30.0, 5.0), (40.0, 10.0), (50.0, 0.0), (60.0, 0.0)]
+        .into_iter()
+        .flat_map(|bands| (0..4).map(move |seed| (bands, seed)))
+    {
+        let reading = read_held(&STAIRS, bands, None, seed);
+        assert_eq!(reading.class, VerdictClass::Sticks, "{bands:?} {reading:?}");
+        match reading.s {
+            Some(s) => assert!(s.low <= bands.0 && bands.0 <= s.high, "{bands:?} {s:?}"),
+            None => assert!(reading.reasons.iter().any(|why| why.starts_with("S is at least"))),
+        }
+    }
+}

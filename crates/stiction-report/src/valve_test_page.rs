@@ -57,7 +57,7 @@ pub fn rows(before: Tested<'_>, after: Tested<'_>) -> Vec<[String; 3]> {
     vec![
         both("recording", &|of| of.recording.name.clone()),
         both("test", &|of| span(of.recording, of.test)),
-        both("verdict", &|of| of.test.class.name().to_owned()),
+        both("verdict", &|of| of.test.word().to_owned()),
         both("probability that it sticks", &|of| percent(of.test.probability)),
         both("S", &|of| s_in_words(of.test)),
         both("J", &|of| estimate(of.test.j)),
@@ -275,6 +275,9 @@ fn headline(test: &TestReading) -> String {
         Class::Sticks => format!("The valve sticks. Its S is {}.", s_in_words(test)),
         Class::DoesNotStick => format!("The valve does not stick. Its S is {}.", s_in_words(test)),
         Class::DoesNotRespond => "The valve does not respond to the OP.".to_owned(),
+        Class::CannotTell if test.word() != test.class.name() => format!(
+            "A dead band downstream of the valve explains the answers better than one in the valve, whose probability is {p}."
+        ),
         Class::CannotTell => {
             format!("The test is inconclusive. The probability that the valve sticks is {p}.")
         }

@@ -57,7 +57,7 @@ pub(super) fn apart(
     for process in &all {
         let step = process.step(longest);
         for stem in stems {
-            for place in &PLACES[..3] {
+            for place in &PLACES {
                 let moves = |spell: &Manual| {
                     let op: Vec<f64> = spell.turns.iter().map(|(_, op)| *op).collect();
                     stem.moves(spell.before, &op, *place)

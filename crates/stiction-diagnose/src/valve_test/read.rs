@@ -95,6 +95,12 @@ pub struct TestReading {
 }
 
 impl TestReading {
+    /// The class in words; a dead band that seems to be downstream of the valve has a word of its own.
+    pub fn word(&self) -> &'static str {
+        let elsewhere = self.class == VerdictClass::CannotTell && self.dead_band_elsewhere > 0.5;
+        if elsewhere { "dead band elsewhere" } else { self.class.name() }
+    }
+
     /// The signal with the answers: `PV` or `stem`.
     pub fn who(&self) -> &'static str {
         who(self.by_position)
@@ -106,6 +112,8 @@ impl TestReading {
     }
 }
 
+/// Least probability of a dead band in the valve, as a share of that downstream of it: a test hardly separates them.
+const SHARED: f64 = 0.1;
 /// Lowest probability for `sticks`.
 const SURE: f64 = 0.95;
 /// Required agreement of the PV with a valve: correlation, and length of the expected answers in standard deviations.
@@ -418,7 +426,10 @@ fn conclude(
     spells: &[Manual],
     by_position: bool,
 ) -> TestReading {
-    let probability = sigmoid(odds(weighed.sticks) + operation.probability.map_or(0.0, odds));
+    // What looks like a dead band downstream may be one in the valve.
+    let at_least = |p: f64| p.max(SHARED * weighed.elsewhere);
+    let probability =
+        at_least(sigmoid(odds(weighed.sticks) + operation.probability.map_or(0.0, odds)));
     let (sticking, following) = (weighed.sticking_seen, weighed.following_seen);
     let turns = || spells.iter().flat_map(|spell| spell.turns.windows(2));
     let travel = turns().map(|two| (two[1].1 - two[0].1).abs()).fold(0.0, f64::max);
@@ -477,11 +488,11 @@ fn conclude(
     TestReading {
         class,
         probability,
-        by_test: weighed.sticks,
+        by_test: at_least(weighed.sticks),
         by_operation: operation.probability,
         dead_band_elsewhere: weighed.elsewhere,
-        s: sticks.then_some(s),
-        j: sticks.then_some(j),
+        s: (sticks && !weighed.open).then_some(s),
+        j: (sticks && !weighed.open).then_some(j),
         // A limit would contradict a valve that probably sticks.
         s_below: weighed
             .s_below
@@ -567,15 +578,19 @@ fn reasons(reading: &TestReading, weighed: &Weighed) -> Vec<String> {
         all.push(format!("the largest turn without an answer was {} %", rough(max(&unseen))));
     }
     match reading.class {
-        VerdictClass::Sticks => all.extend(reading.s.map(|s| {
-            format!(
+        VerdictClass::Sticks => all.push(match reading.s {
+            Some(s) => format!(
                 "a valve with S {} % ({} to {}) explains which turns were answered and by how much; a valve without \
                  stiction does not",
                 rough(s.value),
                 rough(s.low),
                 rough(s.high)
-            )
-        })),
+            ),
+            None => format!(
+                "S is at least {} %: no turn was large enough for an upper limit",
+                rough(weighed.s_quantile(0.05) / WIDER)
+            ),
+        }),
         VerdictClass::DoesNotStick => all.extend(reading.s_below.map(|limit| {
             format!(
                 "the {} moved as expected of a valve with S below {} %",

@@ -8,7 +8,7 @@ use super::behind::apart;
 use super::curve::Curve;
 use super::explain::{Problem, Seen};
 use super::stems::{SHARES, Stem};
-use crate::series::max;
+use crate::series::{max, span};
 
 /// A time in manual.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,8 +44,12 @@ const NEAR: f64 = 12.0;
 /// Number of valves and processes to distinguish a dead band downstream of the process from one in the valve.
 const STEMS: usize = 12;
 const BEHIND: usize = 4;
-/// Lower bound of the largest S tried, percent. Smaller turns give no information about such an S.
+/// Lower bound of the largest S tried, percent, and the same as a share of the range of the OP, beyond which no S
+/// differs from another.
 const MOST: f64 = 30.0;
+const BEYOND: f64 = 1.5;
+/// Share of the likelihood of the best S above which the largest S tried is possible, too.
+const POSSIBLE: f64 = 0.05;
 /// The quantile of S that is reported as its limit, and a factor for the distance of the S in the grid.
 const LIMIT: (f64, f64) = (0.975, 1.1);
 /// A limit of S requires that a stem that slid before the test and never came back, or never moved, is less likely than
@@ -92,6 +96,8 @@ pub(super) struct Weighed {
     pub elsewhere: f64,
     /// S is below this with 95 % confidence, with a flat prior for ln S; `None` if the test excludes no large S.
     pub s_below: Option<f64>,
+    /// Whether S may be larger than any S tried.
+    pub open: bool,
     /// How well the PV agrees with the likeliest sticking valve, and with a valve that follows.
     pub sticking_seen: Seen,
     pub following_seen: Seen,
@@ -137,6 +143,12 @@ impl Looked {
     fn travel(&self) -> f64 {
         let turns = self.manual.iter().flat_map(|spell| spell.turns.windows(2));
         turns.map(|two| (two[1].1 - two[0].1).abs()).fold(0.0, f64::max)
+    }
+
+    /// The range of the OP, percent.
+    fn reach(&self) -> f64 {
+        let turns = self.manual.iter().flat_map(|spell| &spell.turns);
+        span(&turns.map(|(_, op)| *op).collect::<Vec<_>>())
     }
 
     /// The longest hold, samples.
@@ -233,6 +245,9 @@ pub(super) fn weigh(
         tried.iter().map(|one| (one.weight - most).exp()).sum::<f64>() + (silent - most).exp();
     let bands: Vec<Band> = tried.iter().map(|one| band(one, most, whole)).collect();
     let sticks: f64 = bands.iter().filter(|band| band.s > SMALL).map(|band| band.weight).sum();
+    let likeliest =
+        bands.iter().filter(|band| band.s > SMALL).map(|band| band.weight).fold(0.0, f64::max);
+    let open = bands.last().is_some_and(|band| band.weight > POSSIBLE * likeliest);
     let flat: Vec<(f64, f64)> =
         tried.iter().map(|one| (one.s, (log_mean(&one.logs) - most).exp())).collect();
 
@@ -255,6 +270,7 @@ pub(super) fn weigh(
         silent: (silent - most).exp() / whole,
         elsewhere: behind * sticks,
         s_below: excludes.then(|| LIMIT.1 * quantile(&flat, LIMIT.0)),
+        open,
         sticking_seen: sticking.map_or(Seen::default(), |stem| first.seen(Some(stem))),
         following_seen: first.seen(None),
         per_percent: first.upper() * held,
@@ -272,7 +288,7 @@ fn tried(
     looked: &Looked,
     settled: &dyn Fn(Option<Stem>) -> f64,
 ) -> Vec<Tried> {
-    let bands = Stem::bands((2.0 * looked.travel()).max(MOST));
+    let bands = Stem::bands((2.0 * looked.travel()).max(BEYOND * looked.reach()).max(MOST));
     let many = bands.iter().filter(|s| **s > SMALL).count().max(1) as f64;
     let few = 1.0 + bands.len() as f64 - many;
     let with = |s: f64, logs: Vec<f64>| {
