@@ -236,3 +236,17 @@ fn an_s_beyond_the_test_is_no_dead_band_elsewhere() {
         }
     }
 }
+
+#[test]
+fn a_position_at_rest_does_not_respond() {
+    for (size, noise, seed) in [2.0, 3.0, 5.0, 6.0]
+        .into_iter()
+        .flat_map(|size| [(size, 0.05), (size, 0.0)])
+        .flat_map(|(size, noise)| (0..3).map(move |seed| (size, noise, seed)))
+    {
+        let levels = STAIRS.map(|level| 40.0 + (level - 40.0) / 5.0 * size);
+        let reading = read_held(&levels, (300.0, 200.0), Some(noise), seed);
+        assert_eq!(reading.class, VerdictClass::DoesNotRespond, "{size} {noise} {reading:?}");
+        assert!(reading.s_below.is_none() && reading.response_s.is_none(), "{reading:?}");
+    }
+}

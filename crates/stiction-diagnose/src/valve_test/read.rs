@@ -189,6 +189,7 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     let of_position = spells(&by_hand, &grid, |segment| segment.vp.as_deref());
     // A constant position with an answering PV means a failed position transmitter.
     let by_position = recording.pv.is_none() || moves(&of_position);
+    let at_rest = recording.pv.is_some() && !of_position.is_empty() && !moves(&of_position);
     let of_pv = spells(&by_hand, &grid, |segment| segment.pv.as_deref());
     let spells = if by_position { of_position } else { of_pv.clone() };
     let mut operation = Operation::before(recording, from_s, options, by_position)?;
@@ -241,14 +242,14 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         stops: spells.len() - 1,
         position: by_position.then(|| position(&manual, grid.sample_time)).flatten(),
         steps: steps(&spells, &weighed, curve.as_ref()),
-        ..conclude(&weighed, &operation, &manual, by_position)
+        ..conclude(&weighed, &operation, &manual, by_position, at_rest)
     };
     let step_s = grid.sample_time * weighed.response.1 as f64;
     let process = weighed.response.0;
     let lags = if process.tau.is_finite() { process.tau } else { 0.0 } + process.tau2;
     reading.response_s = (reading.steps.iter().any(|step| step.answered))
         .then_some((process.dead as f64 + lags) * step_s);
-    reading.reasons = reasons(&reading, &weighed);
+    reading.reasons = reasons(&reading, &weighed, at_rest);
     reading.reasons.extend(curve.as_ref().map(|curve| {
         format!(
             "the rising and the falling branch of the settled PV lie {} % of OP apart, which is S - J if each step exceeds S; \
@@ -425,6 +426,7 @@ fn conclude(
     operation: &Operation,
     spells: &[Manual],
     by_position: bool,
+    at_rest: bool,
 ) -> TestReading {
     // What looks like a dead band downstream may be one in the valve.
     let at_least = |p: f64| p.max(SHARED * weighed.elsewhere);
@@ -435,13 +437,12 @@ fn conclude(
     let travel = turns().map(|two| (two[1].1 - two[0].1).abs()).fold(0.0, f64::max);
     let steps = || spells.iter().flat_map(|spell| spell.pv.windows(2));
     let moves = 10 * steps().filter(|two| two[0] != two[1]).count() > steps().count();
+    let op = spells.iter().flat_map(|spell| spell.turns.iter().map(|turn| turn.1));
     // A stem that follows moves as far as the OP.
-    let still = by_position
-        && weighed.per_percent < STILL
+    let still = (at_rest || by_position && weighed.per_percent < STILL)
         && sticking.clear < CLEAR
         && following.clear == 0
-        && travel > LIMITS.1
-        && moves;
+        && span(&op.collect::<Vec<_>>()) >= LIMITS.1;
     let went = operation.pv_std > MOVES * operation.noise;
     let silent = went
         && weighed.per_percent * operation.op_range < SILENT * operation.pv_std
@@ -555,7 +556,7 @@ fn steps(spells: &[(Vec<f64>, Manual)], weighed: &Weighed, curve: Option<&Curve>
     all
 }
 
-fn reasons(reading: &TestReading, weighed: &Weighed) -> Vec<String> {
+fn reasons(reading: &TestReading, weighed: &Weighed, at_rest: bool) -> Vec<String> {
     let turns: Vec<&Step> = reading.steps.iter().filter(|step| step.travel.is_some()).collect();
     let seen: Vec<f64> =
         turns.iter().filter(|step| step.answered).filter_map(|step| step.travel).collect();
@@ -599,7 +600,7 @@ fn reasons(reading: &TestReading, weighed: &Weighed) -> Vec<String> {
             )
         })),
         VerdictClass::DoesNotRespond => all.push(
-            match reading.by_position {
+            match reading.by_position || at_rest {
                 true => {
                     "the stem did not follow the OP, or its position is measured wrongly".to_owned()
                 }
