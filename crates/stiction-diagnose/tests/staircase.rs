@@ -250,3 +250,12 @@ fn a_position_at_rest_does_not_respond() {
         assert!(reading.s_below.is_none() && reading.response_s.is_none(), "{reading:?}");
     }
 }
+
+#[test]
+fn an_exact_position_answers_each_step() {
+    let reading = read_held(&STAIRS, (4.0, 1.0), Some(0.0), 0);
+    assert_eq!(reading.class, VerdictClass::Sticks, "{reading:?}");
+    let answered = reading.steps.iter().filter(|step| step.answered).count();
+    assert_eq!((reading.turned, answered), (12, 12));
+    assert!(reading.reasons[0].starts_with("the OP was turned 12 times"), "{:?}", reading.reasons);
+}

@@ -64,7 +64,7 @@ pub fn rows(before: Tested<'_>, after: Tested<'_>) -> Vec<[String; 3]> {
         both("response time", &|of| of.test.response_s.map_or("–".to_owned(), time)),
         both("turns", &|of| {
             let answered = of.test.steps.iter().filter(|step| step.answered).count();
-            format!("{}, {answered} answered", of.test.steps.len())
+            format!("{}, {answered} answered", of.test.turned)
         }),
     ]
 }

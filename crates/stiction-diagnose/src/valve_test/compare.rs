@@ -286,6 +286,7 @@ mod tests {
             by_position: false,
             position: None,
             steps: vec![],
+            turned: 0,
             reasons: vec![],
             advice: None,
             plan: None,

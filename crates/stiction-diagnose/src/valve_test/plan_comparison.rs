@@ -332,7 +332,7 @@ fn end(of: &PlanComparison, plan: &TestPlan) -> Option<String> {
     })
 }
 
-fn times(count: usize) -> String {
+pub(super) fn times(count: usize) -> String {
     if count == 1 { "once".to_owned() } else { format!("{count} times") }
 }
 

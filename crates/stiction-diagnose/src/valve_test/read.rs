@@ -86,6 +86,9 @@ pub struct TestReading {
     pub position: Option<PositionReading>,
     /// The turns, in order.
     pub steps: Vec<Step>,
+    /// Number of turns. The OP at which a time in manual begins is none if it was the same before.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub turned: usize,
     /// The reasons, in sentences.
     pub reasons: Vec<String>,
     /// How to repeat the test, if it is inconclusive.
@@ -137,6 +140,8 @@ const TOLD_UP_TO: f64 = 25.0;
 const MOST_TURNS: usize = 120;
 /// Fewest samples of operation that are used.
 pub(super) const FEWEST: usize = 100;
+/// Smallest standard deviation of the errors, as a share of the range of the signal.
+const EXACT: f64 = 1e-4;
 /// Standard deviations of the smallest answer.
 const SEEN: f64 = 2.5;
 
@@ -221,7 +226,7 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         operation.pv_std = 0.0;
     }
     let noise = if own { noise_std(&values) } else { operation.noise };
-    let floor = (0.4 * noise).max(drawn(&values));
+    let floor = (0.4 * noise).max(drawn(&manual)).max(EXACT * span(&values));
     let known = options.rises.or(options.plan.as_ref().and_then(|plan| plan.rises));
     // The position rises with the OP.
     let rises = if own { Some(true) } else { known.or(operation.rises) };
@@ -242,12 +247,14 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         stops: spells.len() - 1,
         position: by_position.then(|| position(&manual, grid.sample_time)).flatten(),
         steps: steps(&spells, &weighed, curve.as_ref()),
+        turned: manual.iter().map(turned).sum(),
         ..conclude(&weighed, &operation, &manual, by_position, at_rest)
     };
     let step_s = grid.sample_time * weighed.response.1 as f64;
     let process = weighed.response.0;
     let lags = if process.tau.is_finite() { process.tau } else { 0.0 } + process.tau2;
-    reading.response_s = (reading.steps.iter().any(|step| step.answered))
+    let responds = reading.class != VerdictClass::DoesNotRespond;
+    reading.response_s = (responds && reading.steps.iter().any(|step| step.answered))
         .then_some((process.dead as f64 + lags) * step_s);
     reading.reasons = reasons(&reading, &weighed, at_rest);
     reading.reasons.extend(curve.as_ref().map(|curve| {
@@ -385,6 +392,11 @@ fn spells(
     all
 }
 
+/// Number of turns, without a level that was the same before.
+fn turned(manual: &Manual) -> usize {
+    manual.turns.len() - usize::from((manual.turns[0].1 - manual.before).abs() < 1e-6)
+}
+
 /// Whether the signal changes in them.
 fn moves(spells: &[(Vec<f64>, Manual)]) -> bool {
     let values: Vec<f64> = spells.iter().flat_map(|(_, of)| of.pv.iter().copied()).collect();
@@ -401,10 +413,17 @@ fn shortest_hold(spells: &[Manual]) -> usize {
 }
 
 /// The uncertainty from a historian that interpolates between archived samples; 0 if it archives all.
-fn drawn(pv: &[f64]) -> f64 {
-    let scale = 1e-7 * span(pv);
+fn drawn(spells: &[Manual]) -> f64 {
+    let (mut pv, mut turns) = (vec![], vec![]);
+    for spell in spells {
+        turns.extend(spell.turns.iter().map(|(at, _)| pv.len() + at));
+        pv.extend_from_slice(&spell.pv);
+    }
+    let scale = 1e-7 * span(&pv);
     let bends = |k: &usize| (pv[k - 1] - 2.0 * pv[*k] + pv[k + 1]).abs() > scale;
-    let kept: Vec<usize> = (1..pv.len().saturating_sub(1)).filter(bends).collect();
+    // A fast signal bends with each turn.
+    let turnless = |k: &usize| turns.iter().all(|at| at.abs_diff(*k) > 1);
+    let kept: Vec<usize> = (1..pv.len().saturating_sub(1)).filter(bends).filter(turnless).collect();
     if 2 * kept.len() > pv.len() || kept.len() < 3 {
         return 0.0;
     }
@@ -507,6 +526,7 @@ fn conclude(
         position: None,
         by_position,
         steps: vec![],
+        turned: 0,
         reasons: vec![],
         advice: None,
         plan: None,
@@ -566,8 +586,8 @@ fn reasons(reading: &TestReading, weighed: &Weighed, at_rest: bool) -> Vec<Strin
     let (least, most) = (rough(min(&sizes)), rough(max(&sizes)));
     let sizes = if least == most { most } else { format!("{least} to {most}") };
     let mut all = vec![format!(
-        "the OP was turned {} times in {}, by {sizes} %, and the {} answered {} of these turns",
-        reading.steps.len(),
+        "the OP was turned {} in {}, by {sizes} %, and the {} answered {} of these turns",
+        plan_comparison::times(reading.turned),
         time(reading.to_s - reading.from_s),
         reading.who(),
         seen.len(),
@@ -594,9 +614,13 @@ fn reasons(reading: &TestReading, weighed: &Weighed, at_rest: bool) -> Vec<Strin
         }),
         VerdictClass::DoesNotStick => all.extend(reading.s_below.map(|limit| {
             format!(
-                "the {} moved as expected of a valve with S below {} %",
+                "the {} moved as expected of a valve with S below {} %{}",
                 reading.who(),
-                rough(limit)
+                rough(limit),
+                match unseen.is_empty() {
+                    true => "",
+                    false => " in all turns together, although the answer to a single turn may not exceed its error",
+                }
             )
         })),
         VerdictClass::DoesNotRespond => all.push(
