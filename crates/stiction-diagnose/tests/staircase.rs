@@ -259,3 +259,23 @@ fn an_exact_position_answers_each_step() {
     assert_eq!((reading.turned, answered), (12, 12));
     assert!(reading.reasons[0].starts_with("the OP was turned 12 times"), "{:?}", reading.reasons);
 }
+
+#[test]
+fn a_stroke_test_with_a_position_shows_the_dead_band() {
+    let strokes: [&[f64]; 3] = [
+        &[0.0, 25.0, 50.0, 75.0, 100.0, 75.0, 50.0, 25.0, 0.0],
+        &[10.0, 30.0, 50.0, 70.0, 90.0, 70.0, 50.0, 30.0, 10.0],
+        &[50.0, 75.0, 50.0, 25.0, 50.0, 75.0, 50.0, 25.0, 50.0],
+    ];
+    for (levels, noise, seed) in strokes
+        .into_iter()
+        .flat_map(|levels| [(levels, 0.0), (levels, 0.05)])
+        .flat_map(|(levels, noise)| (0..3).map(move |seed| (levels, noise, seed)))
+    {
+        let reading = read_held(levels, (4.0, 1.0), Some(noise), seed);
+        assert_eq!(reading.class, VerdictClass::Sticks, "{noise} {reading:?}");
+        assert!(reading.s.is_some_and(|s| s.low <= 4.0 && 4.0 <= s.high), "{:?}", reading.s);
+        let free = read_held(levels, (0.0, 0.0), Some(noise), seed);
+        assert_ne!(free.class, VerdictClass::Sticks, "{noise} {free:?}");
+    }
+}

@@ -12,16 +12,18 @@ use super::stems::{PLACES, Stem};
 use super::weigh::{Manual, log_mean};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// Relative change of the gain from turn to turn.
-const UNEVEN: f64 = 0.15;
+/// Relative change of the gain from turn to turn, of a process and of a recorded position.
+pub(super) const UNEVEN: f64 = 0.15;
+pub(super) const UNEVEN_POSITION: f64 = 0.015;
 /// Gains to try, relative to the best constant gain.
 const GAINS: [f64; 5] = [1.6, 1.26, 1.0, 0.8, 0.5];
 /// Degrees of freedom of Student's t for the answers of a piece.
 const FREEDOM: f64 = 6.0;
 /// Largest number of turns in a piece.
 const PIECE: usize = 24;
-/// Smallest standard deviation of an answer, as a share of the largest answer, because no process is exactly linear.
-const AT_BEST: f64 = 0.03;
+/// Smallest standard deviation of an answer, as a share of that change of the largest answer, because no process is
+/// exactly linear.
+const AT_BEST: f64 = 0.2;
 
 /// How well the PV agrees with a valve.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -45,6 +47,8 @@ struct Piece {
     found: DVector<f64>,
     covariance: DMatrix<f64>,
     information: DMatrix<f64>,
+    /// Relative change of the gain from turn to turn.
+    uneven: f64,
 }
 
 /// The answers for one process, which valves have to explain.
@@ -59,13 +63,15 @@ pub(super) struct Problem<'a> {
 }
 
 impl<'a> Problem<'a> {
-    /// The problem for one process, with the sign of its gain and the log-likelihood of the process.
+    /// The problem for one process, with the sign of its gain, the log-likelihood of the process and how uneven the gain
+    /// is.
     pub fn of(
         of: &Answers,
         spells: &'a [Manual],
         sign: f64,
         variance: f64,
         log: f64,
+        uneven: f64,
     ) -> Option<Self> {
         let mut all = vec![];
         let mut furthest: f64 = 0.0;
@@ -79,13 +85,14 @@ impl<'a> Problem<'a> {
             }
             all.push((found, covariance));
         }
-        let floor = (AT_BEST * furthest).powi(2);
+        let floor = (AT_BEST * uneven * furthest).powi(2);
         let piece = |found: &DVector<f64>, covariance: &DMatrix<f64>, from: usize| {
             let n = (found.len() - from).min(PIECE);
             let mut covariance = covariance.view((from, from), (n, n)).into_owned();
             (0..n).for_each(|i| covariance[(i, i)] += floor);
             let information = Cholesky::new(covariance.clone())?.inverse();
-            Some(Piece { from, found: found.rows(from, n).into_owned(), covariance, information })
+            let found = found.rows(from, n).into_owned();
+            Some(Piece { from, found, covariance, information, uneven })
         };
         let answered = |(found, covariance): &(DVector<f64>, DMatrix<f64>)| {
             let pieces = (0..found.len()).step_by(PIECE);
@@ -248,7 +255,7 @@ impl Piece {
         let (mut apart, mut spread) = (self.found.clone(), self.covariance.clone());
         for (i, m) in moves.iter().enumerate() {
             apart[i] -= gain * m;
-            spread[(i, i)] += (UNEVEN * gain * m).powi(2);
+            spread[(i, i)] += (self.uneven * gain * m).powi(2);
         }
         let Some(factor) = Cholesky::new(spread) else { return f64::NEG_INFINITY };
         let q = apart.dot(&factor.solve(&apart));

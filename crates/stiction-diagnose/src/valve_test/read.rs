@@ -205,8 +205,10 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         ));
     }
     let in_manual: Vec<&Manual> = spells.iter().map(|(_, manual)| manual).collect();
-    let curve = Curve::of(&in_manual).filter(|_| !by_position);
-    let straight = |manual: &Manual| match &curve {
+    let curve = Curve::of(&in_manual);
+    // A position is straight.
+    let straighten = curve.as_ref().filter(|_| !by_position);
+    let straight = |manual: &Manual| match straighten {
         Some(curve) => curve.straightened(manual),
         None => manual.clone(),
     };
@@ -246,7 +248,7 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         to_s,
         stops: spells.len() - 1,
         position: by_position.then(|| position(&manual, grid.sample_time)).flatten(),
-        steps: steps(&spells, &weighed, curve.as_ref()),
+        steps: steps(&spells, &weighed, straighten),
         turned: manual.iter().map(turned).sum(),
         ..conclude(&weighed, &operation, &manual, by_position, at_rest)
     };
@@ -259,9 +261,10 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     reading.reasons = reasons(&reading, &weighed, at_rest);
     reading.reasons.extend(curve.as_ref().map(|curve| {
         format!(
-            "the rising and the falling branch of the settled PV lie {} % of OP apart, which is S - J if each step exceeds S; \
-             the curve of the PV over the OP is straightened",
-            rough(curve.apart)
+            "the rising and the falling branch of the settled {} lie {} % of OP apart, which is S - J if each step exceeds S{}",
+            who(by_position),
+            rough(curve.apart),
+            if by_position { "" } else { "; the curve of the PV over the OP is straightened" }
         )
     }));
     if is_part {

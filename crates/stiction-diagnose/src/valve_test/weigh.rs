@@ -6,7 +6,7 @@
 use super::answer::{Answers, Process, Spell, answers};
 use super::behind::apart;
 use super::curve::Curve;
-use super::explain::{Problem, Seen};
+use super::explain::{Problem, Seen, UNEVEN, UNEVEN_POSITION};
 use super::stems::{SHARES, Stem};
 use crate::series::{max, span};
 
@@ -208,8 +208,10 @@ pub(super) fn weigh(
         .take_while(|(_, log)| *log > -NEAR)
         .take(PROCESSES)
         .collect();
+    // The position of a stem has a gain of 1 everywhere.
+    let uneven = if elsewhere { UNEVEN } else { UNEVEN_POSITION };
     let problem =
-        |(of, log): &(&Answers, f64)| Problem::of(of, &looked.manual, sign, variance, *log);
+        |(of, log): &(&Answers, f64)| Problem::of(of, &looked.manual, sign, variance, *log, uneven);
     let problems: Vec<Problem<'_>> = near.iter().filter_map(problem).collect();
     let settled = |stem| curve.map_or(0.0, |curve| curve.likelihood(&looked.manual, stem));
     let tried = tried(&problems, &looked, &settled);
