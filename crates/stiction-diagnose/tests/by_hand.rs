@@ -56,12 +56,12 @@ impl Plant {
 }
 
 /// A loop in automatic whose controller executes every 3 to 20 samples, tightly or very tightly tuned.
-fn controlled(draws: &mut Draws, sticks: bool, seed: u64) -> Recording {
+fn controlled(draws: &mut Draws, sticks: bool, seed: u64, resolutions: &[f64]) -> Recording {
     let mut plant = Plant::draw(draws, sticks, seed);
     let (kc, ti) = draws.of(&[(0.8, 20.0), (1.5, 60.0), (1.1, 30.0), (0.6, 10.0)]);
     let td = draws.of(&[0.0, 0.0, 0.0, 1.0]);
     let every = draws.of(&[3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20]);
-    let (resolution, of_pv) = (draws.of(&[0.0, 0.1, 0.1, 0.5, 1.0]), draws.of(&[0.0, 0.0, 0.1]));
+    let (resolution, of_pv) = (draws.of(resolutions), draws.of(&[0.0, 0.0, 0.1]));
     let (samples, late) = (draws.of(&[600, 1200, 2400]), draws.of(&[true, false, false]));
     let (mut whole, mut out, mut e1, mut e2) = (50.0f64, 50.0, 0.0, 0.0);
     let (mut op, mut pv) = (vec![], vec![]);
@@ -121,10 +121,49 @@ fn found(all: impl Iterator<Item = Recording>) -> (usize, usize) {
 fn slow_controllers_make_no_tests() {
     let mut draws = Draws(1);
     for (sticks, least) in [(false, 150), (true, 40)] {
-        let loops = (0..600).map(|k| controlled(&mut draws, sticks, k));
+        let loops = (0..600).map(|k| controlled(&mut draws, sticks, k, &FINE));
         let (by_op, by_both) = found(loops);
         assert!(by_op > least && by_both <= 3, "{sticks}: {by_op}, {by_both} of 600");
     }
+}
+
+/// Resolutions of an OP, percent.
+const FINE: [f64; 5] = [0.0, 0.1, 0.1, 0.5, 1.0];
+const COARSE: [f64; 3] = [2.0, 3.0, 5.0];
+
+#[test]
+fn coarse_controllers_make_no_staircases() {
+    let mut draws = Draws(3);
+    for sticks in [false, true] {
+        let loops = (0..600).map(|k| controlled(&mut draws, sticks, k, &COARSE));
+        let stairs = loops.filter(|of| ByHand::of(of).is_some_and(|found| found.is_staircase()));
+        assert_eq!(stairs.count(), 0, "{sticks}");
+    }
+}
+
+#[test]
+fn staircases_by_a_stopwatch_are_found() {
+    let mut draws = Draws(4);
+    for (rungs, cycles) in [(3, 1), (3, 2), (4, 1), (4, 2), (6, 1)] {
+        let made = (0..40).filter(|k| {
+            let mut plant = Plant::draw(&mut draws, k % 2 == 0, *k);
+            let (size, hold) = (draws.of(&[2.0, 3.0, 5.0]), draws.of(&[20, 40, 60]));
+            let once = (0..rungs).chain((1..=rungs).rev());
+            let levels = once.cycle().take(2 * cycles * rungs as usize).chain([0]);
+            let op: Vec<f64> =
+                levels.flat_map(|k| vec![50.0 + size * f64::from(k); hold]).collect();
+            let pv: Vec<f64> = op.iter().map(|u| plant.step(*u)).collect();
+            let recording = Recording::regular("FIC1", 1.0, &op, Some(&pv), None).unwrap();
+            ByHand::of(&recording)
+                .is_some_and(|by_hand| by_hand.turns() == levels_of(rungs, cycles))
+        });
+        assert_eq!(made.count(), 40, "{rungs} up and down, {cycles}");
+    }
+}
+
+/// Held levels of a staircase.
+fn levels_of(rungs: i32, cycles: usize) -> usize {
+    2 * cycles * rungs as usize + 1
 }
 
 #[test]

@@ -8,7 +8,7 @@
 //! around a value that moves little. Or a staircase of nearly one size and hold, in runs up and down of at least
 //! [`FEWEST_STEPS`]. A coarse OP that creeps makes steps of one size, too, but holds them for any time. Other times
 //! with alternating levels are included. A slow or coarse controller does all that too, but its moves follow from PV
-//! and SP (`law`).
+//! and SP (`law`), or its steps differ in size.
 
 mod law;
 
@@ -26,6 +26,9 @@ const IN_RUNS: f64 = 0.8;
 const ALIKE: (f64, f64) = (1.25, 1.5);
 /// Smallest step of a staircase, percent.
 const SMALLEST: f64 = 1.0;
+/// Smallest step of a staircase that no controller's law is compared with, percent, and the largest differences of its
+/// steps and holds.
+const EVEN: (f64, f64, f64) = (2.0, 0.05, 0.2);
 /// Fewest samples of a held level.
 const HELD: usize = 4;
 /// Largest distance of a step's middle from that of this many on either side, as a share of the step.
@@ -245,7 +248,9 @@ fn by_output(recording: &Recording) -> Vec<Set> {
     let [pv, sp] =
         [&recording.pv, &recording.sp].map(|channel| channel.as_ref().map_or(vec![], usable));
     let by_operator = |chain: &&[Level]| {
-        (is_test(chain) || goes_up_and_down(chain)) && !law::is_obeyed(chain, &op, &pv, &sp)
+        let staircase = goes_up_and_down(chain);
+        (is_test(chain) || staircase)
+            && (staircase && is_even(chain) || !law::is_obeyed(chain, &op, &pv, &sp))
     };
     if !chains.iter().any(by_operator) {
         return vec![];
@@ -279,9 +284,22 @@ fn goes_up_and_down(chain: &[Level]) -> bool {
     is_staircase(&steps.collect::<Vec<_>>())
 }
 
+/// Whether all steps have one size and all holds one length, which hardly any controller makes.
+fn is_even(chain: &[Level]) -> bool {
+    let sizes: Vec<f64> = turns(chain).iter().map(|turn| turn.abs()).collect();
+    // The first hold may have begun long before.
+    let holds: Vec<f64> =
+        chain[1..].windows(2).map(|two| (two[1].from - two[0].from) as f64).collect();
+    let even = |values: &[f64], by: f64| {
+        let usual = median(values);
+        values.iter().all(|value| (value - usual).abs() <= by * usual)
+    };
+    median(&sizes) >= EVEN.0 && even(&sizes, EVEN.1) && even(&holds, EVEN.2)
+}
+
 /// Whether steps, each with the hold before it, go up and down in runs, and are nearly of one size and hold.
 fn is_staircase(steps: &[(f64, f64)]) -> bool {
-    if steps.len() < FEWEST_TURNS - 1 {
+    if steps.len() < 2 * FEWEST_STEPS {
         return false;
     }
     let runs: Vec<&[(f64, f64)]> = steps.chunk_by(|a, b| a.1 * b.1 > 0.0).collect();

@@ -15,7 +15,7 @@
 //!
 //! # Limits
 //! The PV must be recorded as the controller sees it. Compression hides the law, and then the levels decide alone. Eight levels are
-//! too few for both fits, so a test that short is known only by its mode or sheet.
+//! too few for both fits, so a test that short is known only by its mode or sheet, or by equal steps up and down.
 
 use super::Level;
 use nalgebra::{Matrix3, Vector3};
