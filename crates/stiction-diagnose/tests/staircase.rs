@@ -279,3 +279,21 @@ fn a_stroke_test_with_a_position_shows_the_dead_band() {
         assert_ne!(free.class, VerdictClass::Sticks, "{noise} {free:?}");
     }
 }
+
+#[test]
+fn holds_too_short_for_the_process_are_named() {
+    let mut recording = held(&STAIRS, (0.0, 0.0), None, 0);
+    let (mut flow, mut draw) = (40.0, NormalStream::new(1));
+    let late = |k: usize| recording.op.values[k.saturating_sub(30)];
+    let pv = (0..recording.op.values.len()).map(|k| {
+        flow += (1.0 - (-1.0f64 / 90.0).exp()) * (late(k) - flow);
+        flow + 0.05 * draw.draw()
+    });
+    let pv: Vec<f64> = pv.collect();
+    recording.pv.as_mut().unwrap().values = pv;
+    let reading = read(&recording, &ReadOptions::default()).unwrap();
+    if reading.class == VerdictClass::CannotTell {
+        assert!(reading.advice.unwrap().starts_with("The holds were too short"));
+    }
+    assert_ne!(reading.class, VerdictClass::Sticks);
+}

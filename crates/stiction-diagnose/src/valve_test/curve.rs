@@ -22,7 +22,7 @@
 
 use super::stems::Stem;
 use super::weigh::Manual;
-use crate::series::{correlation, median};
+use crate::series::{correlation, median, noise_std};
 
 /// Fewest settled levels in one direction, and fewest samples of a hold.
 const FEWEST: usize = 3;
@@ -31,6 +31,9 @@ const HELD: usize = 6;
 const IN_RUNS: f64 = 0.5;
 /// Largest ratio of the moves from third to third of a hold.
 const STILL: f64 = 0.5;
+/// A PV moves from the second third to the last of a hold by more than this, in standard deviations and as a share of
+/// its answer.
+const MOVES: (f64, f64) = (3.0, 0.1);
 /// Levels of the PV at which the branches are compared.
 const LEVELS: usize = 48;
 /// Error of the distance of the branches besides that of its median, percent and as a share of it: no process repeats
@@ -63,6 +66,36 @@ fn kept(turns: &[(usize, f64)]) -> impl Iterator<Item = (usize, f64)> {
     })
 }
 
+/// The PV before a turn, and the medians of it in each third of the hold; `None` if the hold is too short.
+fn reached(spell: &Manual, k: usize) -> Option<[f64; 4]> {
+    let from = spell.turns[k].0;
+    let until = spell.turns.get(k + 1).map_or(spell.pv.len(), |next| next.0);
+    let held = spell.pv.get(from..until).filter(|held| from > 0 && held.len() >= HELD)?;
+    let third = |i: usize| median(&held[i * held.len() / 3..(i + 1) * held.len() / 3]);
+    Some([spell.pv[from - 1], third(0), third(1), third(2)])
+}
+
+/// Whether the holds of a staircase ended while the PV still moved, by more than its noise.
+pub(super) fn unsettled(spells: &[&Manual]) -> bool {
+    let (mut thirds, mut turns) = ([0.0; 4], 0);
+    let mut count = 0;
+    for spell in spells {
+        turns += spell.turns.len().saturating_sub(1);
+        for (k, direction) in kept(&spell.turns) {
+            for (sum, pv) in thirds.iter_mut().zip(reached(spell, k).unwrap_or_default()) {
+                *sum += direction * pv;
+            }
+            count += 1;
+        }
+    }
+    let values: Vec<f64> = spells.iter().flat_map(|spell| spell.pv.iter().copied()).collect();
+    let still_moves = (thirds[3] - thirds[2]).abs();
+    f64::from(count) >= IN_RUNS * turns as f64
+        && still_moves > MOVES.0 * noise_std(&values) * f64::from(count).sqrt()
+        && still_moves > MOVES.1 * (thirds[3] - thirds[0]).abs()
+        && lacking(thirds).is_none()
+}
+
 /// A settled value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Settled {
@@ -83,16 +116,11 @@ impl Curve {
         for spell in spells {
             turns += spell.turns.len().saturating_sub(1);
             for (k, direction) in kept(&spell.turns) {
-                let (from, op) = spell.turns[k];
-                let until = spell.turns.get(k + 1).map_or(spell.pv.len(), |next| next.0);
-                let held = spell.pv.get(from..until).unwrap_or_default();
-                if from > 0 && held.len() >= HELD {
-                    let third =
-                        |i: usize| median(&held[i * held.len() / 3..(i + 1) * held.len() / 3]);
-                    let reached = [spell.pv[from - 1], third(0), third(1), third(2)];
+                if let Some(reached) = reached(spell, k) {
                     thirds.iter_mut().zip(reached).for_each(|(sum, pv)| *sum += direction * pv);
                     let branch = if direction > 0.0 { &mut rising } else { &mut falling };
-                    let at = (before + until) as f64;
+                    let until = spell.turns.get(k + 1).map_or(spell.pv.len(), |next| next.0);
+                    let (op, at) = (spell.turns[k].1, (before + until) as f64);
                     branch.push((Settled { op, pv: reached[3], at }, reached[3] - reached[0]));
                 }
             }

@@ -1,6 +1,6 @@
 //! Judges a valve from the recording of a test.
 
-use super::curve::Curve;
+use super::curve::{Curve, unsettled};
 use super::cut::cut;
 use super::explain::Seen;
 use super::plan::{TestPlan, rises};
@@ -274,7 +274,8 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         ));
     }
     reading.reasons.extend(cut(&spells));
-    reading.advice = advice(&reading);
+    let hasty = weighed.response.0.tau.is_finite() && unsettled(&in_manual);
+    reading.advice = advice(&reading, hasty);
     let plan = options.plan.as_ref();
     // The limits of a plan apply to the PV.
     let compared = plan.filter(|_| !of_pv.is_empty());
@@ -656,7 +657,7 @@ fn reasons(reading: &TestReading, weighed: &Weighed, at_rest: bool) -> Vec<Strin
     all
 }
 
-fn advice(reading: &TestReading) -> Option<String> {
+fn advice(reading: &TestReading, hasty: bool) -> Option<String> {
     if reading.class != VerdictClass::CannotTell {
         return None;
     }
@@ -669,6 +670,10 @@ fn advice(reading: &TestReading) -> Option<String> {
         () if !reverses => {
             "The OP went in one direction only, which shows no dead band. Repeat the test, and then go back in the same \
              steps."
+        }
+        () if hasty => {
+            "The holds were too short: the PV was still moving when they ended. Repeat the test, and hold each step until the \
+             PV has settled."
         }
         () if reading.dead_band_elsewhere > 0.3 => {
             "Watch the stem during the test, or record its position. If it follows the OP, check the transmitter and the \
