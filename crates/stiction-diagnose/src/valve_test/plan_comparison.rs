@@ -141,12 +141,17 @@ fn of_spell(
         let until = manual.turns.get(i + 1).map_or(manual.pv.len(), |next| next.0);
         let held = &manual.pv[*at..until.max(*at)];
         let from = held.first().copied().unwrap_or(0.0);
+        let answered = seen.next().unwrap_or(false);
+        // The return to the centre is no size.
+        if (op - middle).abs() <= SETTING {
+            continue;
+        }
         all.push(Turned {
             size: 2.0 * (op - middle).abs(),
             hold_s: held.len() as f64 * dt,
             moved: held.iter().any(|v| (v - from).abs() >= 0.9 * plan.answer),
             last: i + 1 == manual.turns.len(),
-            answered: seen.next().unwrap_or(false),
+            answered,
         });
     }
     all
