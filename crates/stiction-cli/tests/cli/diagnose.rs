@@ -374,20 +374,24 @@ fn real_recordings_get_a_diagnosis_without_an_error() {
 #[test]
 fn a_recorded_valve_position_is_measured() {
     let folder = folder("diagnose-vp");
-    for (scenario, s, j) in
-        [("sticky-flow", 4.0, 2.0), ("cascade-slave", 5.0, 2.5), ("aggressive-flow", 0.0, 0.0)]
-    {
+    let found = |scenario: &str| {
         let name = format!("samples/{scenario}");
         run(&folder, &["simulate", &name, "-o", "FIC1.csv", "--force"]).quiet_success();
-        let json = run(&folder, &["diagnose", "FIC1.csv", "--json"]).json();
-        let found = &json["loops"][0];
-        let class = if s > 0.0 { "sticks" } else { "does not stick" };
-        assert_eq!(found["verdict"]["class"], class, "{scenario}");
+        run(&folder, &["diagnose", "FIC1.csv", "--json"]).json()["loops"][0].take()
+    };
+    for (scenario, s, j) in [("sticky-flow", 4.0, 2.0), ("cascade-slave", 5.0, 2.5)] {
+        let found = found(scenario);
+        assert_eq!(found["verdict"]["class"], "sticks", "{scenario}");
         assert_eq!(found["verdict"]["basis"], "measured valve position");
         let value = |key: &str| found["stiction"][key]["value"].as_f64().unwrap_or(0.0);
         // J is what a stem that may lag leaves least sure.
         assert!((value("S") - s).abs() < 0.05 && (value("J") - j).abs() < 1.0, "{scenario}");
     }
+    // The position of an ideal valve without a transmitter is the OP.
+    let found = found("aggressive-flow");
+    assert_eq!(found["verdict"]["basis"], "evidence in OP and PV");
+    let why = &found["verdict"]["contradictions"][0];
+    assert!(why.as_str().unwrap().contains("is a copy and no measurement"), "{why}");
 }
 
 /// Reports are kept and mailed by the hundred.
