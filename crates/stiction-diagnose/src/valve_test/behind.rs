@@ -10,7 +10,7 @@
 //! m_i is the stem travel and t_i the OP travel of turn i. Both models are fitted to the whitened PV.
 
 use super::answer::{Noise, Process, Spell};
-use super::stems::{PLACES, Stem};
+use super::stems::{PLACES, SLID, Stem};
 use super::weigh::Manual;
 use crate::valve::{Play, Start, Valve};
 use nalgebra::{Matrix3, Vector3};
@@ -57,7 +57,7 @@ pub(super) fn apart(
     for process in &all {
         let step = process.step(longest);
         for stem in stems {
-            for place in &PLACES {
+            for place in PLACES[..3].iter().chain(&SLID) {
                 let moves = |spell: &Manual| {
                     let op: Vec<f64> = spell.turns.iter().map(|(_, op)| *op).collect();
                     stem.moves(spell.before, &op, *place)

@@ -8,8 +8,9 @@
 //! ```
 
 use super::answer::{Answers, Process, Spell};
-use super::stems::{PLACES, Stem};
+use super::stems::{PLACES, SLID, Stem};
 use super::weigh::{Manual, log_mean};
+use crate::series::max;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Relative change of the gain from turn to turn, of a process and of a recorded position.
@@ -103,24 +104,38 @@ impl<'a> Problem<'a> {
     }
 
     /// The stem travel of each turn, for each possible position at the start.
-    fn moves(&self, spell: &Manual, stem: Option<Stem>) -> Vec<Vec<f64>> {
+    fn moves(&self, spell: &Manual, stem: Option<Stem>, places: &[f64]) -> Vec<Vec<f64>> {
         let op: Vec<f64> = spell.turns.iter().map(|(_, op)| *op).collect();
         let Some(stem) = stem else {
             let from = std::iter::once(&spell.before).chain(&op);
             return vec![from.zip(&op).map(|(a, b)| b - a).collect()];
         };
         let of = |place: &f64| stem.moves(spell.before, &op, *place);
-        let mut all: Vec<Vec<f64>> = PLACES.iter().filter_map(of).collect();
+        let mut all: Vec<Vec<f64>> = places.iter().filter_map(of).collect();
         // Once the first turn has moved the stem, its start position no longer matters.
         all.dedup_by(|a, b| a[1..] == b[1..]);
         all
     }
 
-    /// Log-likelihood of a valve at its best gain, and this gain. Without a stem, the valve follows the OP. `over`
-    /// combines those of the start positions.
-    pub fn likelihood(&self, stem: Option<Stem>, over: fn(&[f64]) -> f64) -> (f64, f64) {
+    /// Log-likelihood of a valve at its best gain, and this gain. Without a stem, the valve follows the OP.
+    pub fn likelihood(&self, stem: Option<Stem>) -> (f64, f64) {
+        self.from_places(stem, &PLACES, log_mean)
+    }
+
+    /// Log-likelihood of a stem that slid before the test.
+    pub fn slid(&self, stem: Stem) -> f64 {
+        self.from_places(Some(stem), &SLID, max).0
+    }
+
+    /// The same from some start positions; `over` combines their log-likelihoods.
+    fn from_places(
+        &self,
+        stem: Option<Stem>,
+        places: &[f64],
+        over: fn(&[f64]) -> f64,
+    ) -> (f64, f64) {
         let moves: Vec<Vec<Vec<f64>>> =
-            self.spells.iter().map(|spell| self.moves(spell, stem)).collect();
+            self.spells.iter().map(|spell| self.moves(spell, stem, places)).collect();
         let of_gain = |gain: &f64| -> f64 {
             let each = self.answered.iter().zip(&moves);
             each.map(|(answered, moves)| {
@@ -145,29 +160,33 @@ impl<'a> Problem<'a> {
         (self.log + best.1, best.0)
     }
 
-    /// The least-squares gain for the stem from the first start position from which it moves. It has the given sign and is not below 0.3 of
-    /// its standard deviation.
+    /// The least-squares gain for the stem from the first start position from which it moves. It has the given sign and
+    /// is not below 0.3 of its standard deviation.
     fn gain(&self, moves: &[Vec<Vec<f64>>]) -> f64 {
-        let (mut own, mut across) = (0.0, 0.0);
-        for (answered, moves) in self.answered.iter().zip(moves) {
-            let of_stem = |m: &&Vec<f64>| m[1..].iter().any(|m| *m != 0.0);
-            let Some(m) = moves.iter().find(of_stem) else { continue };
-            for piece in &answered.0 {
-                let m = DVector::from_row_slice(piece.of(m));
-                own += m.dot(&(&piece.information * &m));
-                across += m.dot(&(&piece.information * &piece.found));
+        for place in 0..PLACES.len() {
+            let (mut own, mut across) = (0.0, 0.0);
+            for (answered, moves) in self.answered.iter().zip(moves) {
+                let Some(m) = moves.get(place).or(moves.last()) else { continue };
+                for piece in &answered.0 {
+                    let m = DVector::from_row_slice(piece.of(m));
+                    own += m.dot(&(&piece.information * &m));
+                    across += m.dot(&(&piece.information * &piece.found));
+                }
+            }
+            if own > 0.0 {
+                return self.sign * (self.sign * across / own).max(0.3 / own.sqrt());
             }
         }
-        if own > 0.0 { self.sign * (self.sign * across / own).max(0.3 / own.sqrt()) } else { 0.0 }
+        0.0
     }
 
     /// How well the PV agrees with a valve from its likeliest start positions.
     pub fn seen(&self, stem: Option<Stem>) -> Seen {
-        let (_, gain) = self.likelihood(stem, log_mean);
+        let (_, gain) = self.likelihood(stem);
         let (mut clear, mut together, mut own, mut other) = (0, 0.0, 0.0, 0.0);
         for (answered, spell) in self.answered.iter().zip(self.spells) {
             let best = self
-                .moves(spell, stem)
+                .moves(spell, stem, &PLACES)
                 .into_iter()
                 .max_by(|a, b| answered.density(a, gain).total_cmp(&answered.density(b, gain)));
             for (i, m) in best.iter().flat_map(|m| &m[1..]).enumerate() {

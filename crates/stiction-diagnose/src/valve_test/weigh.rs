@@ -8,7 +8,7 @@ use super::behind::apart;
 use super::curve::Curve;
 use super::explain::{Problem, Seen, UNEVEN, UNEVEN_POSITION};
 use super::stems::{SHARES, Stem};
-use crate::series::{max, span};
+use crate::series::span;
 
 /// A time in manual.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,12 +48,10 @@ const BEHIND: usize = 4;
 /// differs from another.
 const MOST: f64 = 30.0;
 const BEYOND: f64 = 1.5;
-/// Share of the likelihood of the best S above which the largest S tried is possible, too.
-const POSSIBLE: f64 = 0.05;
 /// The quantile of S that is reported as its limit, and a factor for the distance of the S in the grid.
 const LIMIT: (f64, f64) = (0.975, 1.1);
-/// A limit of S requires that a stem that slid before the test and never came back, or never moved, is less likely than
-/// one that follows by this, nats.
+/// A stem that slid before the test and never came back is excluded if it is less likely than the likeliest by this,
+/// nats. A limit of S requires that, and that a stem that never moved is excluded.
 const LESS: f64 = 3.0;
 
 /// An S of the grid.
@@ -225,6 +223,7 @@ pub(super) fn weigh(
     let mut stems: Vec<(f64, Stem)> =
         tried.iter().filter(|one| one.sticks()).flat_map(Tried::stems).collect();
     stems.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let likeliest = stems.first()?.0;
     let stems: Vec<Stem> = stems.into_iter().take(STEMS).map(|(_, stem)| stem).collect();
     let processes: Vec<Process> = near.iter().take(BEHIND).map(|(of, _)| of.process).collect();
     let (manual, seen) = (&looked.manual, &looked.spells);
@@ -247,22 +246,18 @@ pub(super) fn weigh(
         tried.iter().map(|one| (one.weight - most).exp()).sum::<f64>() + (silent - most).exp();
     let bands: Vec<Band> = tried.iter().map(|one| band(one, most, whole)).collect();
     let sticks: f64 = bands.iter().filter(|band| band.s > SMALL).map(|band| band.weight).sum();
-    let likeliest =
-        bands.iter().filter(|band| band.s > SMALL).map(|band| band.weight).fold(0.0, f64::max);
-    let open = bands.last().is_some_and(|band| band.weight > POSSIBLE * likeliest);
     let flat: Vec<(f64, f64)> =
         tried.iter().map(|one| (one.s, (log_mean(&one.logs) - most).exp())).collect();
 
     let following = log_mean(&tried.first()?.logs);
-    let furthest = Some(Stem { s: tried.last()?.s, j: 0.0 });
-    let slid = mean_over(&problems, |of| of.likelihood(furthest, max).0) + settled(furthest);
+    let furthest = Stem { s: tried.last()?.s, j: 0.0 };
+    let slid = mean_over(&problems, |of| of.slid(furthest)) + settled(Some(furthest));
     let excludes = slid.max(silence) < following - LESS;
 
     let sticking = stems.first().copied();
     let best = |of: &Problem<'_>| {
-        let sticking =
-            sticking.map_or(f64::NEG_INFINITY, |stem| of.likelihood(Some(stem), log_mean).0);
-        of.likelihood(None, log_mean).0.max(sticking)
+        let sticking = sticking.map_or(f64::NEG_INFINITY, |stem| of.likelihood(Some(stem)).0);
+        of.likelihood(None).0.max(sticking)
     };
     let first = problems.iter().max_by(|a, b| best(a).total_cmp(&best(b)))?;
     let of_first = near.iter().find(|(of, _)| of.process == first.process)?.0;
@@ -272,7 +267,7 @@ pub(super) fn weigh(
         silent: (silent - most).exp() / whole,
         elsewhere: behind * sticks,
         s_below: excludes.then(|| LIMIT.1 * quantile(&flat, LIMIT.0)),
-        open,
+        open: slid > likeliest - LESS,
         sticking_seen: sticking.map_or(Seen::default(), |stem| first.seen(Some(stem))),
         following_seen: first.seen(None),
         per_percent: first.upper() * held,
@@ -297,7 +292,7 @@ fn tried(
         let before = if s > SMALL { STICKS / many } else { FOLLOWS / few };
         Tried { s, weight: log_mean(&logs) + before.ln(), logs }
     };
-    let of_valve = |stem| mean_over(problems, |of| of.likelihood(stem, log_mean).0) + settled(stem);
+    let of_valve = |stem| mean_over(problems, |of| of.likelihood(stem).0) + settled(stem);
     let follows = with(0.0, vec![of_valve(None)]);
     let of = |s: &f64| {
         let log = |share: f64| of_valve(Some(Stem { s: *s, j: share * s }));
