@@ -228,7 +228,7 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         operation.pv_std = 0.0;
     }
     let noise = if own { noise_std(&values) } else { operation.noise };
-    let floor = (0.4 * noise).max(drawn(&manual)).max(EXACT * span(&values));
+    let floor = (0.4 * noise).max(drawn(&manual, by_position)).max(EXACT * span(&values));
     let known = options.rises.or(options.plan.as_ref().and_then(|plan| plan.rises));
     // The position rises with the OP.
     let rises = if own { Some(true) } else { known.or(operation.rises) };
@@ -417,7 +417,7 @@ fn shortest_hold(spells: &[Manual]) -> usize {
 }
 
 /// The uncertainty from a historian that interpolates between archived samples; 0 if it archives all.
-fn drawn(spells: &[Manual]) -> f64 {
+fn drawn(spells: &[Manual], by_position: bool) -> f64 {
     let (mut pv, mut turns) = (vec![], vec![]);
     for spell in spells {
         turns.extend(spell.turns.iter().map(|(at, _)| pv.len() + at));
@@ -425,8 +425,8 @@ fn drawn(spells: &[Manual]) -> f64 {
     }
     let scale = 1e-7 * span(&pv);
     let bends = |k: &usize| (pv[k - 1] - 2.0 * pv[*k] + pv[k + 1]).abs() > scale;
-    // A fast signal bends with each turn.
-    let turnless = |k: &usize| turns.iter().all(|at| at.abs_diff(*k) > 1);
+    // A fast position bends with each turn.
+    let turnless = |k: &usize| !by_position || turns.iter().all(|at| at.abs_diff(*k) > 1);
     let kept: Vec<usize> = (1..pv.len().saturating_sub(1)).filter(bends).filter(turnless).collect();
     if 2 * kept.len() > pv.len() || kept.len() < 3 {
         return 0.0;
