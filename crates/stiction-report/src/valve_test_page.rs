@@ -276,7 +276,7 @@ fn headline(test: &TestReading) -> String {
         Class::DoesNotStick => format!("The valve does not stick. Its S is {}.", s_in_words(test)),
         Class::DoesNotRespond => "The valve does not respond to the OP.".to_owned(),
         Class::CannotTell if test.word() != test.class.name() => format!(
-            "A dead band downstream of the valve explains the answers better than one in the valve, whose probability is {p}."
+            "The test is inconclusive. A dead band downstream of the valve explains the answers better than one in the valve, whose probability is {p}."
         ),
         Class::CannotTell => {
             format!("The test is inconclusive. The probability that the valve sticks is {p}.")
