@@ -2,7 +2,7 @@
 //! KIND is that of the loop, by default that of a valve that sticks.
 //!
 //! ```text
-//! cargo run --release -p stiction-population --example tested_loop -- SEED [KIND] > loop.csv
+//! cargo run --release -p stiction-population --example valve_trial -- SEED [KIND] > loop.csv
 //! ```
 
 use std::io::Write;
