@@ -119,21 +119,16 @@ impl<'a> Problem<'a> {
 
     /// Log-likelihood of a valve at its best gain, and this gain. Without a stem, the valve follows the OP.
     pub fn likelihood(&self, stem: Option<Stem>) -> (f64, f64) {
-        self.from_places(stem, &PLACES, log_mean)
+        self.placed_at(stem, &PLACES, log_mean)
     }
 
     /// Log-likelihood of a stem that slid before the test.
     pub fn slid(&self, stem: Stem) -> f64 {
-        self.from_places(Some(stem), &SLID, max).0
+        self.placed_at(Some(stem), &SLID, max).0
     }
 
     /// The same from some start positions; `over` combines their log-likelihoods.
-    fn from_places(
-        &self,
-        stem: Option<Stem>,
-        places: &[f64],
-        over: fn(&[f64]) -> f64,
-    ) -> (f64, f64) {
+    fn placed_at(&self, stem: Option<Stem>, places: &[f64], over: fn(&[f64]) -> f64) -> (f64, f64) {
         let moves: Vec<Vec<Vec<f64>>> =
             self.spells.iter().map(|spell| self.moves(spell, stem, places)).collect();
         let of_gain = |gain: &f64| -> f64 {
