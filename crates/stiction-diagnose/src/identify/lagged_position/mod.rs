@@ -438,7 +438,8 @@ mod tests {
     /// In a loop the OP reverses as soon as the stem slips, and a stem that rests at first has another mean than the OP.
     #[test]
     fn jumps_in_a_loop_are_found() {
-        for (seed, (s, j)) in [(4.0, 2.0), (6.0, 3.0)].into_iter().enumerate() {
+        let bands = [(4.0, 2.0), (6.0, 3.0), (5.0, 5.0), (3.0, 1.0)];
+        for (seed, (s, j)) in bands.into_iter().enumerate() {
             let mut noise = NormalStream::new(seed as u64);
             let mut valve = Model::TwoPhase.build(Bands::from_s_j(s, j).unwrap()).unwrap();
             valve.restart(Start::at_rest(45.0));

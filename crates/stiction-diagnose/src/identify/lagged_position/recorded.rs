@@ -93,22 +93,25 @@ const COPIED: (usize, f64, usize) = (3, 0.99, 20);
 /// has its own rounding.
 pub(super) fn copied(op: &[f64], vp: &[f64]) -> Option<usize> {
     let (delays, share, fewest) = COPIED;
-    let mut levels: Vec<f64> = op.to_vec();
-    levels.sort_by(f64::total_cmp);
-    levels.dedup_by(|a, b| (*a - *b).abs() <= 1e-6);
     let equal = |delay: usize| {
         let pairs = op.iter().zip(&vp[delay..]);
         pairs.filter(|(op, vp)| (**op - **vp).abs() <= 1e-6).count()
     };
     let is_copy = |delay: &usize| equal(*delay) as f64 >= share * (op.len() - delay) as f64;
-    (0..delays).find(is_copy).filter(|_| levels.len() >= fewest)
+    (0..delays).find(is_copy).filter(|_| levels(op).len() >= fewest)
+}
+
+/// The different values, ascending.
+fn levels(x: &[f64]) -> Vec<f64> {
+    let mut levels = x.to_vec();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup_by(|a, b| (*a - *b).abs() <= 1e-6);
+    levels
 }
 
 /// The least distance between two different values, if there are at least four samples a value; else 0.
 pub(super) fn quantum(x: &[f64]) -> f64 {
-    let mut levels = x.to_vec();
-    levels.sort_by(f64::total_cmp);
-    levels.dedup_by(|a, b| (*a - *b).abs() <= 1e-6);
+    let levels = levels(x);
     if levels.len() < 2 || levels.len() * 4 > x.len() {
         return 0.0;
     }

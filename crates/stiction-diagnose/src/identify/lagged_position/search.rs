@@ -15,7 +15,7 @@ const FS: (f64, f64, f64) = (0.03, 20.0, 0.25);
 /// Shares of samples beyond the largest distance of OP and position, of which half is tried as fs, and what is added to the distance
 /// of a moving stem to be tried as fd, in fs.
 const BEYOND: [f64; 4] = [0.0, 0.001, 0.005, 0.02];
-const BESIDE: [f64; 9] = [-0.4, -0.2, -0.1, -0.03, -0.01, 0.0, 0.1, 0.2, 0.4];
+const MORE: [f64; 9] = [0.0, -0.01, -0.03, -0.1, 0.1, -0.2, 0.2, -0.4, 0.4];
 /// Small bands that count as healthy, tried at the best lags, %.
 const SMALL: [f64; 4] = [0.03, 0.06, 0.1, 0.14];
 /// Limits of the gain: with a smaller one, a valve that follows would look like a play.
@@ -82,7 +82,8 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
     let most = span(op).min(FS.1).max(1.0);
     let steps = ((most / FS.0).ln() / FS.2).ceil() as usize;
     let fs: Vec<f64> = (0..steps).map(|i| FS.0 * (FS.2 * i as f64).exp()).collect();
-    let look = |gain, level| first_look(pieces(gain, level), gain, &fs);
+    let look =
+        |gain, level| first_look(pieces(gain, level), gain, &fs, seen(&u, &v, gain, &MORE[..2]));
     let looked = look(gain, Level::Means).better(look(gain, Level::Middles));
     // A valve that rests for long has another gain than one that follows.
     let Look { pieces, gain, rho, huber, .. } = looked.better(look(1.0, Level::Zeros));
@@ -90,7 +91,7 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
 
     let mut all = target.fit(&healthy(&SECOND), &LAGS);
     all.extend(target.fit(&grid(&fs, &RATIOS, &FAMILIES), &LAGS));
-    all.extend(target.fit(&seen(&u, &v, gain), &LAGS));
+    all.extend(target.fit(&seen(&u, &v, gain, &MORE), &LAGS));
     refine(&target, &mut all);
     add_healthy(&target, &mut all);
     let best = best(&all);
@@ -137,9 +138,11 @@ impl Look<'_> {
     }
 }
 
-fn first_look<'a>(pieces: Vec<Piece<'a>>, gain: f64, fs: &[f64]) -> Look<'a> {
+/// `seen` are candidates by the distance of OP and position.
+fn first_look<'a>(pieces: Vec<Piece<'a>>, gain: f64, fs: &[f64], seen: Vec<Candidate>) -> Look<'a> {
     let every_second = |x: &[f64]| -> Vec<f64> { x.iter().copied().step_by(2).collect() };
     let mut few = healthy(&SECOND);
+    few.extend(seen);
     few.extend(grid(&every_second(fs), &[0.0, 0.5, 1.0], &FAMILIES));
     let plain = Target::new(&pieces, 0.0, f64::INFINITY, GAIN);
     let first = plain.fit(&few, &every_second(&LAGS));
@@ -161,7 +164,7 @@ fn first_look<'a>(pieces: Vec<Piece<'a>>, gain: f64, fs: &[f64]) -> Look<'a> {
 
 /// Candidates by the distance of OP and position, as if nothing lagged: at most fs at rest, and fd in motion. In a loop the OP
 /// reverses as soon as the stem slips, so that bands a little larger than the true ones miss all slips, and a grid misses those.
-fn seen(u: &[f64], v: &[f64], gain: f64) -> Vec<Candidate> {
+fn seen(u: &[f64], v: &[f64], gain: f64, more: &[f64]) -> Vec<Candidate> {
     let distance: Vec<f64> = u.iter().zip(v).map(|(u, v)| u - v / gain).collect();
     let ends = |share| (quantile(&distance, share), quantile(&distance, 1.0 - share));
     let (low, high) = ends(BEYOND[1]);
@@ -175,10 +178,11 @@ fn seen(u: &[f64], v: &[f64], gain: f64) -> Vec<Candidate> {
     }
     let fd = median(&moving);
     let halves = BEYOND.map(ends).map(|(low, high)| 0.5 * (high - low));
-    let bands = halves.into_iter().filter(|fs| *fs >= FS.0);
-    bands
-        .flat_map(|fs| grid(&[fs], &BESIDE.map(|more| (fd / fs + more).clamp(0.0, 1.0)), &FAMILIES))
-        .collect()
+    let of = |fs: f64| {
+        let ratios: Vec<f64> = more.iter().map(|more| (fd / fs + more).clamp(0.0, 1.0)).collect();
+        grid(&[fs], &ratios, &FAMILIES)
+    };
+    halves.into_iter().filter(|fs| *fs >= FS.0).flat_map(of).collect()
 }
 
 /// A second, finer look around the best candidates.
