@@ -235,7 +235,7 @@ struct Measuring {
 #[derive(Parser)]
 struct DetectorArgs {
     /// The program, a command for the shell [default: the verdict and the methods]
-    #[arg(value_name = "COMMAND")]
+    #[arg(value_name = "COMMAND", conflicts_with_all = ["methods", "only"])]
     command: Option<String>,
     /// The suite: v1, v1-trial or v1-training
     #[arg(long, value_name = "SUITE", default_value = "v1", conflicts_with = "labels")]
@@ -278,10 +278,9 @@ enum Only {
     Verdict,
 }
 
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, ValueEnum)]
 enum InventedSet {
     First,
-    #[default]
     Second,
     Third,
 }
@@ -336,7 +335,7 @@ pub fn run(args: Args) -> Result<()> {
             let options = TestTrialOptions {
                 loops: loops.into(),
                 operator: if careless { Operator::Careless } else { Operator::Careful },
-                trend: if historian { Trend::Historian } else { Trend::AsAsked },
+                trend: if historian { Trend::Historian } else { Trend::AsPlanned },
             };
             planned_tests::run(seed.seed, tests, options, form.json, form.markdown)
         }

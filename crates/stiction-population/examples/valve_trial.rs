@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let kind = std::env::args().nth(2).map(|name| LoopKind::by_name(&name));
     let kind = kind.transpose()?.unwrap_or(LoopKind::Sticky);
     let tested =
-        kind.tested(seed, 12.0, Operator::Careful, Trend::AsAsked, &mut |before, of| {
+        kind.tested(seed, 12.0, Operator::Careful, Trend::AsPlanned, &mut |before, of| {
             let asked =
                 DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
             let options = PlanOptions {

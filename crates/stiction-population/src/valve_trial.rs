@@ -23,7 +23,7 @@ pub enum Operator {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trend {
     /// As the plan requires: without compression.
-    AsAsked,
+    AsPlanned,
     /// By the historian of the loop.
     Historian,
 }
@@ -142,7 +142,7 @@ impl LoopKind {
                     limits: design.limits,
                 };
                 let historian = match trend {
-                    Trend::AsAsked => design.historian.trend(),
+                    Trend::AsPlanned => design.historian.trend(),
                     Trend::Historian => design.historian.clone(),
                 };
                 let mut play = |hand: &mut dyn Hand| {

@@ -312,7 +312,7 @@ mod tests {
         let options = TestTrialOptions {
             loops: TestedLoops::Population,
             operator: Operator::Careful,
-            trend: Trend::AsAsked,
+            trend: Trend::AsPlanned,
         };
         let trial = TestTrial::run(5, 60, options, || ()).unwrap();
         assert!(trial.began.n > 40 && 10 * trial.began.k >= 9 * trial.began.n, "{trial:?}");
@@ -330,7 +330,7 @@ mod tests {
     fn tests_decide_on_loops_that_are_not_in_the_population() {
         for loops in [TestedLoops::Invented, TestedLoops::PhysicalStems] {
             let options =
-                TestTrialOptions { loops, operator: Operator::Careful, trend: Trend::AsAsked };
+                TestTrialOptions { loops, operator: Operator::Careful, trend: Trend::AsPlanned };
             let trial = TestTrial::run(5, 32, options, || ()).unwrap();
             assert!(trial.began.k > 16 && trial.decided.k > 6, "{trial:?}");
             assert!(10 * trial.right.k >= 8 * trial.right.n, "{trial:?}");

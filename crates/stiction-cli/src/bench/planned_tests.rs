@@ -53,7 +53,7 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
         Operator::Careless => "a careless operator",
     };
     let trend = match options.trend {
-        Trend::AsAsked => "recorded without compression",
+        Trend::AsPlanned => "recorded without compression",
         Trend::Historian => "recorded by each loop's own historian",
     };
     let table = Table::new(format!("Planned tests: {n} {loops}, seed {seed}, {operator}, {trend}"))

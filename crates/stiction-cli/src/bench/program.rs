@@ -135,7 +135,7 @@ impl Running {
             .stderr(Stdio::piped())
             .spawn()?;
         let (input, asked) = channel::<Arc<str>>();
-        let (parsed_line, lines) = sync_channel(64);
+        let (sender, lines) = sync_channel(64);
         let errors = Arc::new(Mutex::new(vec![]));
         if let Some(mut to) = child.stdin.take() {
             std::thread::spawn(move || {
@@ -147,7 +147,7 @@ impl Running {
             });
         }
         if let Some(from) = child.stdout.take() {
-            std::thread::spawn(move || listen(from, &parsed_line));
+            std::thread::spawn(move || listen(from, &sender));
         }
         if let Some(from) = child.stderr.take() {
             let errors = Arc::clone(&errors);

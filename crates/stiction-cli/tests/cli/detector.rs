@@ -312,6 +312,7 @@ fn a_detector_is_measured_on_labelled_recordings() {
     assert!(refused.contains("one class only"), "{refused}");
     for (arguments, wanted) in [
         ("bench detector x --per-kind 3", "--per-kind"),
+        ("bench detector x --method horch", "cannot be used with"),
         ("bench detector --suite v1-trial --labels index.csv", "cannot be used with"),
         ("bench detector --hidden --labels index.csv", "cannot be used with"),
         ("bench detector --limit 3 --suite v1-trial", "COMMAND"),

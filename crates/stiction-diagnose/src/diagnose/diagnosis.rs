@@ -246,20 +246,19 @@ impl Diagnosis {
     }
 
     /// The observation of the valve in the middle of the judged segment, with `origin` the time of zero of its
-    /// clock; `None` if no segment was judged. Data that cannot answer have no probability.
+    /// clock; `None` if no segment was judged.
     pub fn observation(&self, origin: f64) -> Option<Observation> {
         let segment = self.segment()?;
-        let answers = self.verdict.grade != Grade::CannotAnswer;
         Some(Observation {
             time: origin + segment.from + segment.duration() / 2.0,
             class: self.verdict.class,
             grade: Some(self.verdict.grade),
-            probability: self.verdict.probability.filter(|_| answers),
+            probability: self.verdict.probability,
             s: self.stiction.s,
             j: self.stiction.j,
             weight: 1.0,
             windows: self.evidence.as_ref().map_or(1.0, Weighing::number),
-            pool: self.pool().filter(|_| answers).cloned(),
+            pool: self.pool().cloned(),
         })
     }
 

@@ -195,7 +195,7 @@ fn borne_out(class: VerdictClass, probability: Option<f64>, observations: &[Obse
     others.filter(|(_, weight)| *weight >= agree).map_or(grade, |(other, _)| other)
 }
 
-/// The observations in order of time, if all their numbers are valid.
+/// The observations in order of time, if all their numbers are valid. Data that cannot answer have no share in a probability.
 pub(super) fn checked(observations: &[Observation]) -> Result<Vec<Observation>> {
     for each in observations {
         finite("the time of an observation", each.time)?;
@@ -212,6 +212,9 @@ pub(super) fn checked(observations: &[Observation]) -> Result<Vec<Observation>> 
     }
     let mut ordered = observations.to_vec();
     ordered.sort_by(|a, b| a.time.total_cmp(&b.time));
+    for each in ordered.iter_mut().filter(|each| each.grade == Some(Grade::CannotAnswer)) {
+        (each.probability, each.pool) = (None, None);
+    }
     Ok(ordered)
 }
 
@@ -333,6 +336,20 @@ mod tests {
         assert_eq!(of(&[0.02, 0.1, 0.05]).class, VerdictClass::DoesNotStick);
         // However sure it says it is.
         assert_eq!(of(&[1.0, 0.2, 0.2, 0.2, 0.2, 0.2]).class, VerdictClass::CannotTell);
+    }
+
+    #[test]
+    fn data_that_cannot_answer_have_no_share() {
+        let mut all = vec![seen(0.0, Some(0.3), None), seen(1.0, Some(0.4), None)];
+        let without = combine(&all).unwrap();
+        all.push(Observation {
+            class: VerdictClass::CannotTell,
+            grade: Some(Grade::CannotAnswer),
+            ..seen(2.0, Some(0.97), None)
+        });
+        let with = combine(&all).unwrap();
+        assert_eq!((with.probability, with.decided), (without.probability, without.decided));
+        assert_eq!(with.observations, 3);
     }
 
     #[test]
