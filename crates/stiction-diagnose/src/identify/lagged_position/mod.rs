@@ -7,7 +7,9 @@
 //!
 //! # Assumptions
 //! OP and VP are percent of the same span, except for an offset and a gain of 0.85 to 1.18. The valve does not
-//! change within the recording.
+//! change within the recording. The first position of the stem follows from the means or the middles of OP and VP, or
+//! both have one zero and span, whichever explains VP best. A VP that only repeats the OP, up to two samples later, is
+//! refused.
 //!
 //! # Equations
 //! ```text
