@@ -34,7 +34,7 @@ fn a_repair_is_seen_in_the_measured_position() {
     assert!(text.starts_with("FIC7  FIC7.csv, 12 windows\n"), "{text}");
     assert!(text.contains("2026-03-01 06:00:00"), "{text}");
     assert!(
-        text.contains("S fell from 3.8 to 1.5 %") && text.contains("6 of 6 windows since"),
+        text.contains("S fell from 3.9 to 1.5 %") && text.contains("6 of 6 windows since"),
         "{text}"
     );
     assert!(text.lines().all(|line| line.chars().count() <= 120), "{text}");

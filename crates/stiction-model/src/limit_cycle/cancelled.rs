@@ -1,9 +1,8 @@
 //! The cycle in closed form, if the controller cancels the process.
 //!
 //! # What it computes
-//! Period and amplitudes of the limit cycle of a two-phase valve, and of the symmetric cycle of
-//! He's valve, before a process of first order with dead time under a PI controller whose integral
-//! time is the time constant.
+//! Period and amplitudes of the limit cycle of a two-phase valve before a process of first order with dead time under a
+//! PI controller whose integral time is the time constant.
 //!
 //! # Equations
 //! The zero of the controller cancels the pole of the process. Once the cancelled mode has decayed, with `kappa =
@@ -24,11 +23,6 @@
 //! until it has come back by `S`, from `fd` ahead of the stem to `fs` behind. Hence
 //! ```text
 //! VP  a,    OP  a + (S - J) / 2,    T = 4 theta + 2 (S - q (J - a) - q^2 a / 2) / (kappa a)
-//! ```
-//! He's valve does not follow: it is a relay of amplitude `J / 2` and hysteresis `S`. The OP rises at
-//! `kappa J / 2` for theta after a slip and then falls at that rate by `q J / 2 + S` to the next:
-//! ```text
-//! VP  J / 2,    OP  S / 2 + q J / 2,    T = 4 theta + 4 S / (kappa J)
 //! ```
 //!
 //! # Limits
@@ -112,18 +106,6 @@ impl CancelledLoop {
             period_s: 4.0 * self.dead_time_s + 2.0 * falls / (kappa * vp),
             op: vp + bands.fd(),
             vp,
-        })
-    }
-
-    /// The symmetric cycle of He's valve; `None` unless `J > 0` and `0 < q < 2`, beyond which the stem slips more
-    /// than once a stroke.
-    pub fn relay_cycle(&self, bands: Bands) -> Option<CancelledCycle> {
-        let (kappa, q) = self.rate();
-        let (s, j) = (bands.s(), bands.j());
-        (q > 0.0 && q < 2.0 && j > 0.0).then(|| CancelledCycle {
-            period_s: 4.0 * self.dead_time_s + 4.0 * s / (kappa * j),
-            op: 0.5 * (s + q * j),
-            vp: 0.5 * j,
         })
     }
 

@@ -68,11 +68,6 @@ impl TwoPhase {
     pub(crate) fn is_laned(&self) -> bool {
         self.rest == 0.0
     }
-
-    /// Whether the stem moved at the last sample.
-    pub fn is_moving(&self) -> bool {
-        self.motion != 0.0
-    }
 }
 
 impl Valve for TwoPhase {

@@ -212,18 +212,6 @@ impl Store {
         names(&self.runs(), |name| name.bytes().all(|b| b.is_ascii_digit()))
     }
 
-    /// All rows that were ever written, in the order of runs and parts, each with the name of its run.
-    ///
-    /// # Errors
-    /// If a file cannot be read or was changed.
-    pub fn all_rows(&self) -> Result<Vec<(String, WindowRow)>> {
-        let mut rows = vec![];
-        for run in self.run_names()? {
-            rows.extend(self.rows_of(&run)?.into_iter().map(|row| (run.clone(), row)));
-        }
-        Ok(rows)
-    }
-
     /// The valid rows, by loop and time. Of overlapping windows of a loop the one judged last is valid.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! Oscillation as frequent load disturbances: Hägglund's supervision.
 
-use crate::series::{half_waves, zero_crossings};
+use crate::series::half_waves;
 use std::f64::consts::PI;
 
 /// Settings of the supervision of a control error.
@@ -81,19 +81,6 @@ pub fn supervise(error: &[f64], sample_time: f64, supervision: &Supervision) -> 
     found
 }
 
-/// The mean of the integral of the absolute error over half waves, in units of the error times s; 0 if
-/// the error crosses zero less than twice.
-pub fn mean_half_wave_area(error: &[f64], sample_time: f64) -> f64 {
-    let crossings = zero_crossings(error);
-    match (crossings.first(), crossings.last()) {
-        (Some(first), Some(last)) if crossings.len() > 1 => {
-            let area: f64 = error[first.next..last.next].iter().map(|v| v.abs()).sum();
-            area * sample_time / (crossings.len() - 1) as f64
-        }
-        _ => 0.0,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -107,9 +94,6 @@ mod tests {
                 .collect();
             let found = supervise(&error, 0.1, &Supervision::new(1.0, period));
             assert_eq!(found.oscillates, alarms, "{found:?}");
-            // Half a sine of amplitude A has the area 2 A / w = A T / pi.
-            let area = mean_half_wave_area(&error, 0.1);
-            assert!((area - amplitude * period / PI).abs() < 1e-3 * area);
             assert!((found.threshold - period / PI).abs() < 1e-12);
         }
     }
