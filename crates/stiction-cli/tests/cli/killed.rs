@@ -22,7 +22,7 @@ fn index(plant: &Path) -> BTreeMap<String, Vec<u8>> {
 #[test]
 fn a_scan_that_is_killed_goes_on_where_it_was() {
     let folder = folder("killed");
-    run(&folder, &["plant", "demo", "--loops", "30", "--days", "4", "-o", "p"]).quiet_success();
+    run(&folder, &["plant", "demo", "--loops", "12", "--days", "2", "-o", "p"]).quiet_success();
     let plant = folder.join("p");
     let scan = ["plant", "-C", "p", "scan", "--json"];
     let begin = Instant::now();
