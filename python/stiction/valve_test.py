@@ -206,7 +206,7 @@ class Signature(Result):
     )
     J: Estimate | None = about("Slip jump, percent of span, with its 90 % interval.")
     op: list[float] = about("The OP range of the ramps, percent.")
-    vp: list[float] = about("The range of the stem, percent.")
+    vp: list[float] = about("The range of the stem, percent; of the PV as a position if no position was recorded.")
     offset: float = about("Mean of OP minus VP over rising and falling ramps, percent: the calibration error.")
     places: list[Place] = about("The parts of the stroke, from the lowest.")
     binds: list[float] | None = about(

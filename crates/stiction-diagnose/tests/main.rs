@@ -8,5 +8,6 @@ mod detect_shapes_reference;
 mod detect_statistics;
 mod detect_valve_position;
 mod oscillation_reference;
+mod ramps;
 mod staircase;
 mod what_if;

@@ -9,9 +9,9 @@ use stiction_model::closed_loop::NormalStream;
 use stiction_model::valve::{Start, TwoPhase, Valve};
 
 /// The PV over the position of the stem, with its name.
-type Characteristic = (&'static str, fn(f64) -> f64);
+pub type Characteristic = (&'static str, fn(f64) -> f64);
 
-const CHARACTERISTICS: [Characteristic; 3] = [
+pub const CHARACTERISTICS: [Characteristic; 3] = [
     ("straight", |x| x),
     ("equal percentage", |x| 100.0 * 30f64.powf(x / 100.0 - 1.0)),
     ("S-shaped", |x| 100.0 / (1.0 + (-(x - 50.0) / 12.0).exp())),
@@ -29,7 +29,7 @@ struct Staircase {
 }
 
 /// Uniform numbers in a range.
-fn uniform(draw: &mut NormalStream, from: f64, to: f64) -> f64 {
+pub fn uniform(draw: &mut NormalStream, from: f64, to: f64) -> f64 {
     from + (to - from) * (0.5 + draw.draw() / 5.0).clamp(0.0, 1.0)
 }
 

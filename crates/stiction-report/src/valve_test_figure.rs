@@ -1,6 +1,6 @@
 //! The figures of a valve test: the PV change with each turn of the OP, and the stem on a ramp.
 
-use stiction_diagnose::recording::{Grid, GridOptions, Recording};
+use stiction_diagnose::recording::{Grid, GridOptions, Recording, Segment};
 use stiction_diagnose::series::{max, min};
 use stiction_diagnose::valve_test::{Place, Signature, Step, TestReading};
 use stiction_figure::{Annotation, Figure, Panel, Series};
@@ -65,10 +65,10 @@ pub fn before_and_after(tests: [(&str, &TestReading); 2], unit: Option<&str>) ->
 
 /// OP less stem position, rising and falling, and S along the stroke.
 pub fn signature(name: &str, of: &Ramped<'_>) -> Figure {
-    Figure::new(format!("{name}: signature of the valve"))
+    let figure = Figure::new(format!("{name}: signature of the valve"))
         .caption("The curves of rising and falling ramps are S \u{2212} J apart, and J shows in the jumps. The bars are 90 % intervals.")
-        .with(of.loops())
-        .with(places(&[("S", of.signature)]))
+        .with(of.loops());
+    places(&[("S", of.signature)]).into_iter().fold(figure, Figure::with)
 }
 
 /// The signatures before and after a repair.
@@ -79,7 +79,8 @@ pub fn signatures(tests: [(&str, &Ramped<'_>); 2]) -> Figure {
     let figure = tests.iter().fold(figure, |figure, (title, of)| {
         figure.with(Panel { title: (*title).to_owned(), ..of.loops() })
     });
-    figure.with(places(&tests.map(|(title, of)| (title, of.signature))))
+    let places = places(&tests.map(|(title, of)| (title, of.signature)));
+    places.into_iter().fold(figure, Figure::with)
 }
 
 /// A signature with the recorded OP and VP of its ramps.
@@ -100,8 +101,12 @@ impl<'a> Ramped<'a> {
         let grid = Grid::of(&whole, &GridOptions::default()).ok();
         let segments = grid.map_or(vec![], |grid| grid.segments);
         let inside = |t: f64| (signature.from_s..=signature.to_s).contains(&t);
+        let position = |segment: &Segment| match &signature.characteristic {
+            None => segment.vp.clone().unwrap_or_default(),
+            Some(of) => segment.pv.iter().flatten().map(|pv| of.position(*pv)).collect(),
+        };
         let samples = segments.iter().flat_map(|segment| {
-            let both = segment.op.iter().zip(segment.vp.iter().flatten());
+            let both = segment.op.iter().copied().zip(position(segment));
             segment.times().into_iter().zip(both).filter(|(t, _)| inside(*t)).map(|(_, of)| of)
         });
         let (op, vp): (Vec<f64>, Vec<f64>) = samples.unzip();
@@ -112,7 +117,10 @@ impl<'a> Ramped<'a> {
 
     /// OP minus position over the position, by the direction of the ramp.
     fn loops(&self) -> Panel {
-        let mut panel = Panel::new("valve position (%)", "OP \u{2212} valve position (%)");
+        let mut panel = match self.signature.characteristic {
+            None => Panel::new("valve position (%)", "OP \u{2212} valve position (%)"),
+            Some(_) => Panel::new("PV as a position (%)", "OP \u{2212} PV as a position (%)"),
+        };
         let mut up = true;
         let mut sides: [(Vec<f64>, Vec<f64>, Vec<usize>); 2] = Default::default();
         let mut last = None;
@@ -137,7 +145,8 @@ impl<'a> Ramped<'a> {
     }
 }
 
-fn places(tests: &[(&str, &Signature)]) -> Panel {
+/// S along the stroke; `None` if no signature has it.
+fn places(tests: &[(&str, &Signature)]) -> Option<Panel> {
     let mut panel = Panel::new("stem position (%)", "S (%)");
     for (colour, (label, of)) in tests.iter().enumerate() {
         let middle = |place: &Place| 0.5 * (place.from + place.to);
@@ -155,7 +164,7 @@ fn places(tests: &[(&str, &Signature)]) -> Panel {
         let interval = Series::line("90 % interval", bar_x, bar_y).breaks(breaks).colour(3);
         panel = panel.with(interval).with(Series::points(*label, x, y).colour(colour));
     }
-    panel
+    tests.iter().any(|(_, of)| !of.places.is_empty()).then_some(panel)
 }
 
 fn panel(unit: Option<&str>, test: &TestReading) -> Panel {

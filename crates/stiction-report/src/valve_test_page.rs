@@ -169,7 +169,10 @@ impl<'a> Signed<'a> {
             Fact::new("S, stick band plus dead band", estimate(of.s), ""),
             Fact::new("J, slip jump", estimate(of.j), ""),
             Fact::new(
-                "travel of the stem",
+                match of.characteristic {
+                    Some(_) => "travel of the PV, as a position",
+                    None => "travel of the stem",
+                },
                 format!("{} to {}", rough(of.vp[0]), rough(of.vp[1])),
                 "%",
             ),

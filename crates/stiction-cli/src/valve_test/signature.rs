@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::process::ExitCode;
 use stiction::diagnose::VerdictClass;
-use stiction::recording::{ByHand, GridOptions, Recording};
+use stiction::recording::{ByHand, GridOptions, Recording, Set};
 use stiction::spoken;
 use stiction::valve_test::{
     Comparison, Signature, SignaturePlan, compare, signature, signature_plan,
@@ -105,11 +105,16 @@ pub(super) struct Signed {
 impl Signed {
     /// The signature of a recording; `None` if it has a test with turns, or no slow ramps.
     pub(super) fn of(source: &Source, recording: &Recording) -> Option<Self> {
-        let is_test = |by_hand: ByHand| by_hand.is_test() && !by_hand.is_staircase();
+        let signature = signature(recording, &GridOptions::default()).ok()?;
+        let is_test = |by_hand: ByHand| {
+            let ramped = |set: &&Set| (signature.from_s..=signature.to_s).contains(&set.at_s);
+            let in_ramps = 2 * by_hand.sets.iter().filter(ramped).count() >= by_hand.sets.len();
+            let by_pv = signature.characteristic.is_some() && in_ramps;
+            by_hand.is_test() && !by_hand.is_staircase() && !by_pv
+        };
         if ByHand::of(recording).is_some_and(is_test) {
             return None;
         }
-        let signature = signature(recording, &GridOptions::default()).ok()?;
         Some(Self { source: source.clone(), recording: recording.clone(), signature })
     }
 

@@ -27,6 +27,7 @@ mod explain;
 mod plan;
 mod plan_comparison;
 mod position;
+mod ramps;
 mod read;
 mod short;
 mod signature;

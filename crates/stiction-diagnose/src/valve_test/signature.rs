@@ -34,11 +34,12 @@ use crate::bands::Bands;
 use crate::diagnose::VerdictClass;
 use crate::estimate::Estimate;
 use crate::finding::Abstention;
-use crate::recording::{Grid, GridOptions, Recording, Segment};
+use crate::recording::{Grid, GridOptions, Mode, Recording, Segment};
 use crate::series::{line, max, mean, median, min, noise_std, quantile};
 use crate::spoken::{rough, time};
 use crate::valve::{Model, Start, Valve};
 
+use super::ramps::{self, Characteristic};
 use super::weigh::SMALL;
 
 /// A ramp of the plan.
@@ -100,8 +101,11 @@ pub struct Signature {
     pub j: Option<Estimate>,
     /// The OP range of the ramps, percent.
     pub op: [f64; 2],
-    /// The range of the stem, percent.
+    /// The range of the stem, percent; of the PV as a position if no position was recorded.
     pub vp: [f64; 2],
+    /// What makes the PV a position; `None` if the position was recorded.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub characteristic: Option<Characteristic>,
     /// Mean of the simulated stem minus VP, percent: the calibration error.
     pub offset: f64,
     /// The parts of the stroke, from the lowest.
@@ -239,10 +243,10 @@ struct Run {
 /// # Errors
 /// If it has no position, or no ramp up and down. The message names the remedy.
 pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature, Abstention> {
-    if recording.vp.is_none() {
+    let of_pv = recording.vp.is_none();
+    if of_pv && recording.pv.is_none() {
         return Err(Abstention(
-            "a signature needs the valve position; record it, or make a test with turns of the OP"
-                .to_owned(),
+            "a signature needs the valve position or the PV; record one of them".to_owned(),
         ));
     }
     // The OP is ramped by hand, so the mode must not cut the recording.
@@ -254,19 +258,27 @@ pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature,
     let Some((segment, ramps)) = found.rev().max_by_key(|(_, ramps)| ramps.len()) else {
         return Err(none());
     };
-    let (Some(first), Some(last), Some(vp)) = (ramps.first(), ramps.last(), &segment.vp) else {
+    let answer = if of_pv { &segment.pv } else { &segment.vp };
+    let (Some(first), Some(last), Some(vp)) = (ramps.first(), ramps.last(), answer) else {
         return Err(none());
     };
     let part = |x: &[f64]| x[first.from..last.to].to_vec();
     let ramped = Ramped { op: part(&segment.op), vp: part(vp), dt: segment.sample_time };
-    let ramped = ramped.thinned(MOST_SAMPLES);
     let at = |k: usize| segment.from + k as f64 * segment.sample_time;
+    if of_pv && !in_manual(recording, at(first.from), at(last.to)) {
+        return Err(Abstention(
+            "without a valve position a ramp of the OP is read only in manual, because a controller ramps the OP, too; record \
+             the mode"
+                .to_owned(),
+        ));
+    }
     let mut found = Signature {
         class: VerdictClass::CannotTell,
         s: None,
         j: None,
         op: [min(&ramped.op), max(&ramped.op)],
         vp: [min(&ramped.vp), max(&ramped.vp)],
+        characteristic: None,
         offset: 0.0,
         places: vec![],
         binds: None,
@@ -275,6 +287,12 @@ pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature,
         to_s: at(last.to),
         reasons: vec![],
     };
+    if of_pv {
+        ramps::measure(&ramped.op, &ramped.vp, ramped.dt, &mut found);
+        found.reasons = [reasons(&found), found.reasons].concat();
+        return Ok(found);
+    }
+    let ramped = ramped.thinned(MOST_SAMPLES);
     if found.vp[1] - found.vp[0] < STILL * (found.op[1] - found.op[0]) {
         found.class = VerdictClass::DoesNotRespond;
     } else if ramped.separates_lag() {
@@ -282,6 +300,16 @@ pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature,
     }
     found.reasons = reasons(&found);
     Ok(found)
+}
+
+/// Whether a recording was in manual all this time, by its mode.
+fn in_manual(recording: &Recording, from: f64, to: f64) -> bool {
+    recording.mode.as_ref().is_some_and(|modes| {
+        let last = modes.time.partition_point(|time| *time < to);
+        let first = modes.time.partition_point(|time| *time <= from).saturating_sub(1);
+        let during = modes.modes.get(first..last).unwrap_or_default();
+        !during.is_empty() && during.iter().all(|mode| *mode == Mode::Manual)
+    })
 }
 
 fn none() -> Abstention {
@@ -611,8 +639,12 @@ fn interval(of: Estimate) -> String {
 }
 
 fn reasons(found: &Signature) -> Vec<String> {
+    let stem = match found.characteristic {
+        Some(_) => "the PV as a position",
+        None => "the stem",
+    };
     let mut all = vec![format!(
-        "the OP was ramped {} times between {} and {} %, and the stem moved between {} and {} %",
+        "the OP was ramped {} times between {} and {} %, and {stem} moved between {} and {} %",
         found.ramps,
         rough(found.op[0]),
         rough(found.op[1]),
@@ -645,7 +677,7 @@ fn reasons(found: &Signature) -> Vec<String> {
             rough(found.offset.abs())
         ));
     }
-    if found.class == VerdictClass::CannotTell {
+    if found.class == VerdictClass::CannotTell && found.characteristic.is_none() {
         all.push(
             match found.s {
                 None => {
@@ -832,7 +864,7 @@ mod tests {
         let refused = |of: &Recording| signature(of, &GridOptions::default()).unwrap_err().0;
         let good = ramped(|_| 3.0, 0.0, 0.0, 0.0);
         let blind = Recording { vp: None, ..good.clone() };
-        assert!(refused(&blind).contains("needs the valve position"));
+        assert!(refused(&blind).contains("needs the valve position or the PV"));
         let mut steps = good.clone();
         steps.op.values.iter_mut().for_each(|op| *op = 25.0 * (*op / 25.0).round());
         assert!(refused(&steps).contains("no slow ramp"));
