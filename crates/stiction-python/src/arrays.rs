@@ -36,7 +36,7 @@ pub fn numbers(array: &ArrayRef) -> Option<Vec<f64>> {
 
 /// A column of numbers given through the Arrow capsule interface, as float64 with NaN for null.
 #[pyfunction]
-fn arrow_column<'py>(
+pub fn arrow_column<'py>(
     py: Python<'py>,
     name: &str,
     column: AnyArray,
@@ -53,8 +53,4 @@ fn arrow_column<'py>(
         all.extend(numbers);
     }
     Ok(PyArray1::from_vec(py, all))
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(arrow_column, m)?)
 }

@@ -96,7 +96,3 @@ impl Bands {
         (self.0.s(), self.0.j())
     }
 }
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<Bands>()
-}

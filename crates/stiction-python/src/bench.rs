@@ -218,14 +218,14 @@ fn suite(name: &str, passphrase: Option<&str>) -> Result<Suite, String> {
 
 /// The suite of this name, or its hidden half.
 #[pyfunction]
-fn bench_suite(name: &str, passphrase: Option<&str>) -> PyResult<BenchSuite> {
+pub fn bench_suite(name: &str, passphrase: Option<&str>) -> PyResult<BenchSuite> {
     let found = suite(name, passphrase).map_err(PyValueError::new_err)?;
     Ok(BenchSuite(Source::Suite(found)))
 }
 
 /// Labelled recordings: each with its name, valve, label, source and licence.
 #[pyfunction]
-fn bench_labelled(
+pub fn bench_labelled(
     recordings: Vec<Recording>,
     labels: Vec<(String, String, bool, String, String)>,
 ) -> BenchSuite {
@@ -237,13 +237,17 @@ fn bench_labelled(
 
 /// Names of the suites, with their descriptions.
 #[pyfunction]
-fn bench_suites() -> Vec<(&'static str, &'static str)> {
+pub fn bench_suites() -> Vec<(&'static str, &'static str)> {
     Suite::all().collect()
 }
 
 /// The line of the answer of the verdict, or of a method.
 #[pyfunction]
-fn bench_answer(py: Python<'_>, recording: &Recording, method: Option<&str>) -> PyResult<String> {
+pub fn bench_answer(
+    py: Python<'_>,
+    recording: &Recording,
+    method: Option<&str>,
+) -> PyResult<String> {
     let method = method.map(str::parse::<MethodId>).transpose().map_err(refused)?;
     let recording = recording.recording.clone();
     let name = recording.name.clone();
@@ -253,7 +257,7 @@ fn bench_answer(py: Python<'_>, recording: &Recording, method: Option<&str>) -> 
 
 /// Results in texts, each with its origin, measured again together.
 #[pyfunction]
-fn bench_read(
+pub fn bench_read(
     py: Python<'_>,
     texts: Vec<(String, String)>,
     passphrase: Option<String>,
@@ -280,15 +284,4 @@ fn bench_read(
         };
         Ok((joined(TOOL, &submitted, loops, &asked)?, asked))
     })
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<BenchSuite>()?;
-    m.add_class::<BenchLoop>()?;
-    m.add_class::<BenchResults>()?;
-    m.add_function(wrap_pyfunction!(bench_suite, m)?)?;
-    m.add_function(wrap_pyfunction!(bench_suites, m)?)?;
-    m.add_function(wrap_pyfunction!(bench_labelled, m)?)?;
-    m.add_function(wrap_pyfunction!(bench_answer, m)?)?;
-    m.add_function(wrap_pyfunction!(bench_read, m)?)
 }

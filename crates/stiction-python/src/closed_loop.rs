@@ -86,7 +86,7 @@ impl Scenario {
 /// The scenario in TOML text, or in its tables as a mapping, with settings by dotted key.
 #[pyfunction]
 #[pyo3(signature = (source, settings = None))]
-fn scenario_parse(
+pub fn scenario_parse(
     source: &Bound<'_, PyAny>,
     settings: Option<&Bound<'_, PyMapping>>,
 ) -> PyResult<Scenario> {
@@ -104,7 +104,7 @@ fn scenario_parse(
 /// The built-in scenario of that name, or the scenario in that file, with settings by dotted key.
 #[pyfunction]
 #[pyo3(signature = (name, settings = None))]
-fn scenario_open(name: &str, settings: Option<&Bound<'_, PyMapping>>) -> PyResult<Scenario> {
+pub fn scenario_open(name: &str, settings: Option<&Bound<'_, PyMapping>>) -> PyResult<Scenario> {
     stiction_io::Scenario::open(name, &assignments(settings)?).map(Scenario).map_err(unread)
 }
 
@@ -153,7 +153,7 @@ fn toml_value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
 
 /// Names and titles of the built-in scenarios.
 #[pyfunction]
-fn scenario_names() -> Vec<(&'static str, String)> {
+pub fn scenario_names() -> Vec<(&'static str, String)> {
     scenario::built_in().collect()
 }
 
@@ -177,7 +177,7 @@ pub fn run_dict<'py>(py: Python<'py>, run: Run) -> PyResult<Bound<'py, PyDict>> 
 
 /// Simulates a scenario of any kind.
 #[pyfunction]
-fn simulate<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<Bound<'py, PyDict>> {
+pub fn simulate<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<Bound<'py, PyDict>> {
     match scenario.0.system.clone() {
         System::ClosedLoop(plant) => {
             let run = long(py, None, move |_| plant.run())?.map_err(refused)?;
@@ -213,7 +213,7 @@ const CHUNK: usize = 256;
 /// Statistics of many closed loops. Successive loops with the same number of samples are swept together.
 #[pyfunction]
 #[pyo3(signature = (scenarios, told = None))]
-fn sweep<'py>(
+pub fn sweep<'py>(
     py: Python<'py>,
     scenarios: Vec<Scenario>,
     told: Option<&Bound<'py, PyAny>>,
@@ -255,7 +255,7 @@ fn sweep<'py>(
 
 /// Samples of a signal given in the form of a scenario's table.
 #[pyfunction]
-fn signal<'py>(
+pub fn signal<'py>(
     py: Python<'py>,
     table: &Bound<'py, PyMapping>,
     sample_time: f64,
@@ -274,14 +274,4 @@ fn signal<'py>(
     };
     let sample = move |_: &_| valve.input.sample(valve.sample_time, valve.samples);
     Ok(PyArray1::from_vec(py, long(py, None, sample)?.map_err(refused)?))
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<Scenario>()?;
-    m.add_function(wrap_pyfunction!(scenario_parse, m)?)?;
-    m.add_function(wrap_pyfunction!(scenario_open, m)?)?;
-    m.add_function(wrap_pyfunction!(scenario_names, m)?)?;
-    m.add_function(wrap_pyfunction!(simulate, m)?)?;
-    m.add_function(wrap_pyfunction!(sweep, m)?)?;
-    m.add_function(wrap_pyfunction!(signal, m)?)
 }

@@ -16,7 +16,7 @@ use stiction::what_if::{self, knowledge};
 
 /// Names and descriptions of the compensators.
 #[pyfunction]
-fn compensators(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+pub fn compensators(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let each = |method: &Method| {
         let description = method.describe();
         Ok(dict!(py,
@@ -64,7 +64,7 @@ fn measures_dict<'py>(py: Python<'py>, m: &Measures) -> PyResult<Bound<'py, PyDi
 #[pyfunction]
 #[pyo3(signature = (scenario, method, parameters, s = None, j = None, at_s = None, settle_s = None, window_s = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of one function")]
-fn compensate_loop<'py>(
+pub fn compensate_loop<'py>(
     py: Python<'py>,
     scenario: &Scenario,
     method: &str,
@@ -180,7 +180,7 @@ pub fn methods_of(names: &[String]) -> PyResult<Vec<Method>> {
 /// Compensators side by side.
 #[pyfunction]
 #[pyo3(signature = (scenario, methods = None, s = None, j = None, at_s = None, told = None))]
-fn compare_compensators<'py>(
+pub fn compare_compensators<'py>(
     py: Python<'py>,
     scenario: &Scenario,
     methods: Option<Vec<String>>,
@@ -217,7 +217,7 @@ fn compare_compensators<'py>(
 
 /// One row for every case of every action.
 #[pyfunction]
-fn actions_table(
+pub fn actions_table(
     rank: Vec<i64>,
     action: Vec<String>,
     case: Vec<(f64, f64, bool)>,
@@ -241,11 +241,4 @@ fn actions_table(
         measure("set_point_iae_per_s", 5),
         measure("load_iae_per_s", 6),
     ])
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(compensators, m)?)?;
-    m.add_function(wrap_pyfunction!(compensate_loop, m)?)?;
-    m.add_function(wrap_pyfunction!(compare_compensators, m)?)?;
-    m.add_function(wrap_pyfunction!(actions_table, m)?)
 }

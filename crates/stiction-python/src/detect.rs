@@ -20,7 +20,7 @@ pub type Signal<'py> = PyReadonlyArray1<'py, f64>;
 
 /// All detectors.
 #[pyfunction]
-fn detector_methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+pub fn detector_methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let of = |detector: &dyn Detector| {
         let method = detector.method();
         let parameters: Vec<_> =
@@ -95,7 +95,7 @@ pub fn methods(names: &[String]) -> PyResult<Vec<MethodId>> {
 /// is used.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "keywords of one function")]
-fn detect_stiction<'py>(
+pub fn detect_stiction<'py>(
     py: Python<'py>,
     methods: Option<Vec<String>>,
     op: Signal<'_>,
@@ -167,7 +167,7 @@ pub fn evidence_dict<'py>(
 /// The evidence of a method in signals. Without a period, the period of the dominant oscillation is used.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "keywords of one function")]
-fn method_evidence<'py>(
+pub fn method_evidence<'py>(
     py: Python<'py>,
     method: &str,
     op: Signal<'_>,
@@ -183,10 +183,4 @@ fn method_evidence<'py>(
     evidence_dict(py, method, move |look| {
         look(&Subject::new(&segment, loop_type, period(&segment, loop_type, period_s)))
     })
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(detector_methods, m)?)?;
-    m.add_function(wrap_pyfunction!(detect_stiction, m)?)?;
-    m.add_function(wrap_pyfunction!(method_evidence, m)?)
 }

@@ -139,7 +139,7 @@ impl LoopOptions {
 
 /// Diagnoses recordings, in their order.
 #[pyfunction]
-fn diagnose_recordings(
+pub fn diagnose_recordings(
     py: Python<'_>,
     recordings: Vec<Recording>,
     told: LoopOptions,
@@ -168,13 +168,13 @@ fn diagnose_recordings(
 
 /// The document of diagnoses.
 #[pyfunction]
-fn diagnoses_document(py: Python<'_>, diagnoses: Vec<Diagnosed>) -> PyResult<Bound<'_, PyAny>> {
+pub fn diagnoses_document(py: Python<'_>, diagnoses: Vec<Diagnosed>) -> PyResult<Bound<'_, PyAny>> {
     plain(py, &Document::new(TOOL, diagnoses.iter().map(Diagnosed::found).collect()))
 }
 
 /// The report on diagnoses as HTML.
 #[pyfunction]
-fn diagnoses_html(py: Python<'_>, diagnoses: Vec<Diagnosed>) -> PyResult<String> {
+pub fn diagnoses_html(py: Python<'_>, diagnoses: Vec<Diagnosed>) -> PyResult<String> {
     let html = long(py, None, move |_| {
         report::html(TOOL, &diagnoses.iter().map(Diagnosed::found).collect::<Vec<_>>())
     })?;
@@ -183,7 +183,7 @@ fn diagnoses_html(py: Python<'_>, diagnoses: Vec<Diagnosed>) -> PyResult<String>
 
 /// Diagnoses as a table with one row per loop.
 #[pyfunction]
-fn diagnoses_table(diagnoses: Vec<Diagnosed>) -> PyResult<ArrowTable> {
+pub fn diagnoses_table(diagnoses: Vec<Diagnosed>) -> PyResult<ArrowTable> {
     let all: Vec<Loop<'_>> = diagnoses.iter().map(Diagnosed::found).collect();
     let columns = COLUMNS.iter().map(|column| match column.cells {
         Cells::Texts(cell) => texts(column.name, all.iter().map(cell)),
@@ -214,22 +214,16 @@ fn observations(seen: Vec<Seen>) -> PyResult<Vec<Observation>> {
 
 /// The combination of observations of one valve.
 #[pyfunction]
-fn observations_combined(py: Python<'_>, seen: Vec<Seen>) -> PyResult<Bound<'_, PyAny>> {
+pub fn observations_combined(py: Python<'_>, seen: Vec<Seen>) -> PyResult<Bound<'_, PyAny>> {
     plain(py, &diagnose::combine(&observations(seen)?).map_err(refused)?)
 }
 
 /// Observations of one valve before and after a repair.
 #[pyfunction]
-fn observations_repair(py: Python<'_>, seen: Vec<Seen>, time: f64) -> PyResult<Bound<'_, PyAny>> {
+pub fn observations_repair(
+    py: Python<'_>,
+    seen: Vec<Seen>,
+    time: f64,
+) -> PyResult<Bound<'_, PyAny>> {
     plain(py, &diagnose::repair(&observations(seen)?, time).map_err(refused)?)
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<Diagnosed>()?;
-    m.add_function(wrap_pyfunction!(diagnose_recordings, m)?)?;
-    m.add_function(wrap_pyfunction!(diagnoses_document, m)?)?;
-    m.add_function(wrap_pyfunction!(diagnoses_html, m)?)?;
-    m.add_function(wrap_pyfunction!(diagnoses_table, m)?)?;
-    m.add_function(wrap_pyfunction!(observations_combined, m)?)?;
-    m.add_function(wrap_pyfunction!(observations_repair, m)?)
 }

@@ -100,7 +100,7 @@ fn diagnosed(py: Python<'_>, recording: &Recording, told: LoopOptions) -> PyResu
 
 /// Fits the loop of a recording.
 #[pyfunction]
-fn fit_recording(
+pub fn fit_recording(
     py: Python<'_>,
     recording: Recording,
     told: LoopOptions,
@@ -114,9 +114,4 @@ fn fit_recording(
     let fit = long(py, None, move |_| fit::fit(&theirs, &options))?
         .map_err(|why| PyValueError::new_err(format!("loop {name}: {why}")))?;
     Ok(Fitted { diagnosis, fit: Arc::new(fit), prospects: Arc::default() })
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<Fitted>()?;
-    m.add_function(wrap_pyfunction!(fit_recording, m)?)
 }

@@ -77,13 +77,8 @@ impl Fmu {
 
 /// Every model that can be exported.
 #[pyfunction]
-fn fmu_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+pub fn fmu_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let all = stiction_fmu::models().into_iter();
     all.map(|entry| Ok(dict!(py, "kind": entry.model, "name": entry.law, "summary": entry.summary)))
         .collect()
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<Fmu>()?;
-    m.add_function(wrap_pyfunction!(fmu_models, m)?)
 }

@@ -29,7 +29,7 @@ fn unfit(Abstention(why): Abstention) -> PyErr {
 
 /// A process of first order with dead time.
 #[pyfunction]
-fn fit_fopdt<'py>(
+pub fn fit_fopdt<'py>(
     py: Python<'py>,
     op: Signal<'py>,
     pv: Signal<'py>,
@@ -61,7 +61,7 @@ fn fit_fopdt<'py>(
 
 /// An ARX model.
 #[pyfunction]
-fn fit_arx<'py>(
+pub fn fit_arx<'py>(
     py: Python<'py>,
     op: Signal<'py>,
     pv: Signal<'py>,
@@ -83,7 +83,7 @@ fn fit_arx<'py>(
 
 /// An ARX model with a drifting disturbance; `None` if nothing can be fitted.
 #[pyfunction]
-fn fit_earx<'py>(
+pub fn fit_earx<'py>(
     py: Python<'py>,
     input: Signal<'py>,
     output: Signal<'py>,
@@ -110,7 +110,7 @@ fn fit_earx<'py>(
 
 /// A valve model before a linear process, by one of the published methods.
 #[pyfunction]
-fn fit_hammerstein<'py>(
+pub fn fit_hammerstein<'py>(
     py: Python<'py>,
     method: &str,
     op: Signal<'py>,
@@ -195,7 +195,7 @@ fn valve_fit<'py>(py: Python<'py>, fit: &ValveFit) -> PyResult<Bound<'py, PyDict
 
 /// Compares a sticking valve with a valve that follows.
 #[pyfunction]
-fn weigh_hammerstein<'py>(
+pub fn weigh_hammerstein<'py>(
     py: Python<'py>,
     op: Signal<'py>,
     pv: Signal<'py>,
@@ -259,7 +259,7 @@ fn position_fit<'py>(py: Python<'py>, fit: PositionFit) -> PyResult<Bound<'py, P
 
 /// All valve models fitted to a recorded position.
 #[pyfunction]
-fn fit_valve_position<'py>(
+pub fn fit_valve_position<'py>(
     py: Python<'py>,
     op: Signal<'py>,
     vp: Signal<'py>,
@@ -274,7 +274,7 @@ fn fit_valve_position<'py>(
 
 /// A stem with friction fitted to a recorded position.
 #[pyfunction]
-fn fit_valve_stem<'py>(
+pub fn fit_valve_stem<'py>(
     py: Python<'py>,
     op: Signal<'py>,
     vp: Signal<'py>,
@@ -304,7 +304,7 @@ fn fit_valve_stem<'py>(
 
 /// S and J of a cycle in closed form.
 #[pyfunction]
-fn cycle_bands(
+pub fn cycle_bands(
     period_s: f64,
     op_amplitude: f64,
     process_gain: f64,
@@ -318,7 +318,7 @@ fn cycle_bands(
 
 /// All features of evidence.
 #[pyfunction]
-fn evidence_features(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+pub fn evidence_features(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let op_only: HashSet<usize> = op_only().collect();
     let of = |(place, feature): (usize, &stiction::evidence::Feature)| {
         Ok(dict!(py,
@@ -334,7 +334,7 @@ fn evidence_features(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
 
 /// The evidence in a segment.
 #[pyfunction]
-fn evidence_of<'py>(
+pub fn evidence_of<'py>(
     py: Python<'py>,
     op: Signal<'py>,
     pv: Option<Signal<'py>>,
@@ -357,7 +357,7 @@ fn evidence_of<'py>(
 
 /// The result of the frozen model for the evidence.
 #[pyfunction]
-fn weigh_evidence<'py>(
+pub fn weigh_evidence<'py>(
     py: Python<'py>,
     values: Vec<f64>,
     op_span: f64,
@@ -381,7 +381,7 @@ fn weigh_evidence<'py>(
 
 /// The provenance of the frozen model.
 #[pyfunction]
-fn verdict_provenance(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+pub fn verdict_provenance(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let bundle = shipped().map_err(refused)?;
     let from = &bundle.provenance;
     Ok(dict!(py,
@@ -393,19 +393,4 @@ fn verdict_provenance(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         "features": bundle.features.clone(),
         "coverage": stiction::fusion::COVERAGE,
     ))
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(fit_fopdt, m)?)?;
-    m.add_function(wrap_pyfunction!(fit_arx, m)?)?;
-    m.add_function(wrap_pyfunction!(fit_earx, m)?)?;
-    m.add_function(wrap_pyfunction!(fit_hammerstein, m)?)?;
-    m.add_function(wrap_pyfunction!(weigh_hammerstein, m)?)?;
-    m.add_function(wrap_pyfunction!(fit_valve_position, m)?)?;
-    m.add_function(wrap_pyfunction!(fit_valve_stem, m)?)?;
-    m.add_function(wrap_pyfunction!(cycle_bands, m)?)?;
-    m.add_function(wrap_pyfunction!(evidence_features, m)?)?;
-    m.add_function(wrap_pyfunction!(evidence_of, m)?)?;
-    m.add_function(wrap_pyfunction!(weigh_evidence, m)?)?;
-    m.add_function(wrap_pyfunction!(verdict_provenance, m)?)
 }

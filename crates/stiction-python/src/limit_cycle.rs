@@ -73,7 +73,7 @@ fn found_dict<'py>(
 
 /// The final cycle of a loop, or all cycles found.
 #[pyfunction]
-fn limit_cycle<'py>(
+pub fn limit_cycle<'py>(
     py: Python<'py>,
     scenario: &Scenario,
     method: &str,
@@ -86,7 +86,7 @@ fn limit_cycle<'py>(
 
 /// The member of a family of cycles.
 #[pyfunction]
-fn limit_cycle_member<'py>(
+pub fn limit_cycle_member<'py>(
     py: Python<'py>,
     scenario: &Scenario,
     offset: f64,
@@ -98,7 +98,7 @@ fn limit_cycle_member<'py>(
 
 /// The exact cycle over one period.
 #[pyfunction]
-fn limit_cycle_trajectory<'py>(
+pub fn limit_cycle_trajectory<'py>(
     py: Python<'py>,
     scenario: &Scenario,
     samples: usize,
@@ -126,7 +126,7 @@ fn valve_of(model: &str, s: f64, j: f64) -> PyResult<DescribingFunction> {
 /// N(X); 0 if the valve stays stuck. With this number of slips per stroke, or with the smallest.
 #[pyfunction]
 #[pyo3(signature = (amplitude, s, j, model, slips = None))]
-fn describing_function<'py>(
+pub fn describing_function<'py>(
     py: Python<'py>,
     amplitude: PyReadonlyArray1<'py, f64>,
     s: f64,
@@ -146,7 +146,7 @@ fn describing_function<'py>(
 
 /// The range of amplitudes in which a valve slips this often per stroke.
 #[pyfunction]
-fn describing_function_branch(
+pub fn describing_function_branch(
     s: f64,
     j: f64,
     model: &str,
@@ -157,7 +157,7 @@ fn describing_function_branch(
 
 /// The amplitude above which a motion sustains itself.
 #[pyfunction]
-fn least_amplitude(s: f64, j: f64, model: &str) -> PyResult<f64> {
+pub fn least_amplitude(s: f64, j: f64, model: &str) -> PyResult<f64> {
     Ok(valve_of(model, s, j)?.least_amplitude())
 }
 
@@ -174,7 +174,7 @@ fn usual_frequencies(response: &FrequencyResponse) -> stiction::Result<Vec<f64>>
 /// The loop without its valve over frequency.
 #[pyfunction]
 #[pyo3(signature = (scenario, omega = None))]
-fn frequency_response<'py>(
+pub fn frequency_response<'py>(
     py: Python<'py>,
     scenario: &Scenario,
     omega: Option<PyReadonlyArray1<'py, f64>>,
@@ -218,14 +218,14 @@ fn frequency_response<'py>(
 
 /// Names and units of the parameters that a map can vary.
 #[pyfunction]
-fn loop_parameters() -> Vec<(&'static str, &'static str)> {
+pub fn loop_parameters() -> Vec<(&'static str, &'static str)> {
     Parameter::ALL.iter().map(|each| (each.name(), each.unit())).collect()
 }
 
 /// The cycles over two parameters. `told` receives the number of finished points.
 #[pyfunction]
 #[pyo3(signature = (scenario, x, y, method, told = None))]
-fn limit_cycle_map<'py>(
+pub fn limit_cycle_map<'py>(
     py: Python<'py>,
     scenario: &Scenario,
     x: (String, Vec<f64>),
@@ -281,7 +281,7 @@ fn limit_cycle_map<'py>(
 /// One row for every point of a map.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "columns")]
-fn limit_cycle_map_table(
+pub fn limit_cycle_map_table(
     x_name: &str,
     y_name: &str,
     x: Vec<f64>,
@@ -311,7 +311,10 @@ fn limit_cycle_map_table(
 
 /// Change of the exact cycle in percent per percent of each parameter.
 #[pyfunction]
-fn sensitivities<'py>(py: Python<'py>, scenario: &Scenario) -> PyResult<Vec<Bound<'py, PyDict>>> {
+pub fn sensitivities<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let l = continuous(scenario)?;
     let found = long(py, None, move |_| map::sensitivities(&l))?.map_err(refused)?;
     let each = |each: map::Sensitivity| {
@@ -335,7 +338,11 @@ fn tuning_of<'py>(py: Python<'py>, controller: &Controller) -> PyResult<Bound<'p
 /// Skogestad's tuning of the process of a scenario.
 #[pyfunction]
 #[pyo3(signature = (scenario, tc = None))]
-fn simc<'py>(py: Python<'py>, scenario: &Scenario, tc: Option<f64>) -> PyResult<Bound<'py, PyAny>> {
+pub fn simc<'py>(
+    py: Python<'py>,
+    scenario: &Scenario,
+    tc: Option<f64>,
+) -> PyResult<Bound<'py, PyAny>> {
     let process = &scenario.closed_loop()?.process;
     let tc = tc.unwrap_or(process.dead_time());
     tuning_of(py, &tuning::simc(process, tc).map_err(refused)?)
@@ -343,7 +350,7 @@ fn simc<'py>(py: Python<'py>, scenario: &Scenario, tc: Option<f64>) -> PyResult<
 
 /// The lambda tuning of the process of a scenario.
 #[pyfunction]
-fn lambda_tuning<'py>(
+pub fn lambda_tuning<'py>(
     py: Python<'py>,
     scenario: &Scenario,
     time_constant_s: f64,
@@ -354,7 +361,7 @@ fn lambda_tuning<'py>(
 
 /// IAE after a step of the load by 1 percent, without friction.
 #[pyfunction]
-fn load_step_iae(py: Python<'_>, scenario: &Scenario) -> PyResult<f64> {
+pub fn load_step_iae(py: Python<'_>, scenario: &Scenario) -> PyResult<f64> {
     let l = continuous(scenario)?;
     long(py, None, move |_| tuning::load_step_iae(&l))?.map_err(refused)
 }
@@ -386,7 +393,7 @@ pub fn retuning_dict<'py>(py: Python<'py>, found: &Retuning) -> PyResult<Bound<'
 /// The robust tuning with the smallest swing of the PV. `told` receives the number of judged tunings.
 #[pyfunction]
 #[pyo3(signature = (scenario, ms, method, within, points, told = None))]
-fn retune<'py>(
+pub fn retune<'py>(
     py: Python<'py>,
     scenario: &Scenario,
     ms: f64,
@@ -410,22 +417,4 @@ fn retune<'py>(
     })?
     .map_err(refused)?;
     retuning_dict(py, &found)
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(limit_cycle, m)?)?;
-    m.add_function(wrap_pyfunction!(limit_cycle_member, m)?)?;
-    m.add_function(wrap_pyfunction!(limit_cycle_trajectory, m)?)?;
-    m.add_function(wrap_pyfunction!(describing_function, m)?)?;
-    m.add_function(wrap_pyfunction!(describing_function_branch, m)?)?;
-    m.add_function(wrap_pyfunction!(least_amplitude, m)?)?;
-    m.add_function(wrap_pyfunction!(frequency_response, m)?)?;
-    m.add_function(wrap_pyfunction!(loop_parameters, m)?)?;
-    m.add_function(wrap_pyfunction!(limit_cycle_map, m)?)?;
-    m.add_function(wrap_pyfunction!(limit_cycle_map_table, m)?)?;
-    m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
-    m.add_function(wrap_pyfunction!(simc, m)?)?;
-    m.add_function(wrap_pyfunction!(lambda_tuning, m)?)?;
-    m.add_function(wrap_pyfunction!(load_step_iae, m)?)?;
-    m.add_function(wrap_pyfunction!(retune, m)?)
 }

@@ -19,7 +19,7 @@ pub fn all_finite(signal: &'static str, values: &[f64]) -> PyResult<()> {
 
 /// Whether a signal oscillates.
 #[pyfunction]
-fn oscillation_of<'py>(
+pub fn oscillation_of<'py>(
     py: Python<'py>,
     signal: PyReadonlyArray1<'py, f64>,
     sample_time: f64,
@@ -28,8 +28,4 @@ fn oscillation_of<'py>(
     all_finite("signal", &signal)?;
     let found = long(py, None, move |_| oscillation::analyse(&signal, sample_time))?;
     plain(py, &found)
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(oscillation_of, m)?)
 }

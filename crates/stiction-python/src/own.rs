@@ -90,7 +90,7 @@ impl OwnProcess for Theirs<'_, '_> {
 /// Simulates a closed loop in which user parts replace its own.
 #[pyfunction]
 #[pyo3(signature = (scenario, controller, valve, process))]
-fn simulate_own<'py>(
+pub fn simulate_own<'py>(
     py: Python<'py>,
     scenario: &Scenario,
     controller: Option<Bound<'py, PyAny>>,
@@ -146,8 +146,4 @@ fn simulate_own<'py>(
         (None, Some(fault)) => Err(refused(fault.clone())),
         (None, None) => run_dict(py, run.map_err(refused)?),
     }
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(simulate_own, m)?)
 }

@@ -21,7 +21,7 @@ use stiction_plant::ranking::LoopRow;
 use stiction_plant::report::Known;
 use stiction_plant::scan::Progress;
 use stiction_plant::table::Row;
-use stiction_plant::trace::{STEP_S, Trace};
+use stiction_plant::trace::Trace;
 use stiction_plant::{
     Error, ScanOptions, Store, WindowRow, day, demo, plant_file, propose, samples, scan, summary,
     take, window,
@@ -151,7 +151,7 @@ impl Plant {
 /// Judges new data of a plant.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
-fn plant_scan<'py>(
+pub fn plant_scan<'py>(
     py: Python<'py>,
     folder: PathBuf,
     since: Option<String>,
@@ -178,7 +178,7 @@ fn plant_scan<'py>(
 
 /// The contents of a plant's data.
 #[pyfunction]
-fn plant_check<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyAny>> {
+pub fn plant_check<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyAny>> {
     let checked = long(py, None, move |_| {
         let plant = plant_file::Plant::read(&folder)?;
         Ok(summary::check(&folder, &plant, |_| {}))
@@ -188,7 +188,7 @@ fn plant_check<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyA
 
 /// The results of a plant so far.
 #[pyfunction]
-fn plant_status<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyAny>> {
+pub fn plant_status<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, PyAny>> {
     let status = long(py, None, move |_| {
         let plant = plant_file::Plant::read(&folder)?;
         summary::status(&folder, &plant)
@@ -198,7 +198,7 @@ fn plant_status<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py, Py
 
 /// The valid rows of windows that begin from one day on and before another.
 #[pyfunction]
-fn plant_windows(
+pub fn plant_windows(
     py: Python<'_>,
     folder: PathBuf,
     since: Option<String>,
@@ -217,7 +217,7 @@ fn plant_windows(
 
 /// Writes rows judged elsewhere, with their traces, to the store of a plant, as a run.
 #[pyfunction]
-fn plant_take<'py>(
+pub fn plant_take<'py>(
     py: Python<'py>,
     folder: PathBuf,
     table: AnyRecordBatch,
@@ -239,7 +239,7 @@ fn plant_take<'py>(
 /// that oscillates.
 #[pyfunction]
 #[allow(clippy::type_complexity)]
-fn plant_week(
+pub fn plant_week(
     py: Python<'_>,
     folder: PathBuf,
     week: Option<String>,
@@ -263,7 +263,7 @@ fn known(folder: &Path, week: Option<String>) -> Result<(plant_file::Plant, Know
 /// The pairs of loops among some traces that may swing in step: all pairs, or those of a loop in `block` with one
 /// outside.
 #[pyfunction]
-fn plant_pairs(
+pub fn plant_pairs(
     py: Python<'_>,
     traces: AnyRecordBatch,
     periods: Vec<(String, Option<f64>)>,
@@ -282,13 +282,13 @@ fn plant_pairs(
 /// The largest probability that may count, if `count` of the pairs of this many loops are as improbable as the last
 /// accepted one.
 #[pyfunction]
-fn plant_most_that_counts(count: usize, loops: usize) -> f64 {
+pub fn plant_most_that_counts(count: usize, loops: usize) -> f64 {
     pairs::most_that_counts(count, loops, &GroupOptions::default())
 }
 
 /// Keeps the pairs of a week for its report. `compared` lists their traces.
 #[pyfunction]
-fn plant_keep_pairs(
+pub fn plant_keep_pairs(
     py: Python<'_>,
     folder: PathBuf,
     week: String,
@@ -309,7 +309,7 @@ fn plant_keep_pairs(
 
 /// The groups of loops that swing together in a week.
 #[pyfunction]
-fn plant_groups<'py>(
+pub fn plant_groups<'py>(
     py: Python<'py>,
     folder: PathBuf,
     week: Option<String>,
@@ -323,7 +323,11 @@ fn plant_groups<'py>(
 
 /// The ranking of a week, without groups.
 #[pyfunction]
-fn plant_ranking(py: Python<'_>, folder: PathBuf, week: Option<String>) -> PyResult<ArrowTable> {
+pub fn plant_ranking(
+    py: Python<'_>,
+    folder: PathBuf,
+    week: Option<String>,
+) -> PyResult<ArrowTable> {
     let rows = long(py, None, move |_| {
         let (plant, known) = known(&folder, week)?;
         let loops = known.ranking(&plant).loops.into_iter();
@@ -334,7 +338,7 @@ fn plant_ranking(py: Python<'_>, folder: PathBuf, week: Option<String>) -> PyRes
 
 /// A proposed plant file for files and folders of data.
 #[pyfunction]
-fn plant_propose(
+pub fn plant_propose(
     py: Python<'_>,
     folder: PathBuf,
     name: String,
@@ -346,19 +350,19 @@ fn plant_propose(
 
 /// The schema of a table of pairs.
 #[pyfunction]
-fn plant_pairs_schema() -> PySchema {
+pub fn plant_pairs_schema() -> PySchema {
     PySchema::new(plant_table::schema::<Pair>())
 }
 
 /// The columns of a table of pairs, as declared in Spark.
 #[pyfunction]
-fn plant_pairs_ddl() -> String {
+pub fn plant_pairs_ddl() -> String {
     Pair::ddl()
 }
 
 /// Writes a plant with known truth.
 #[pyfunction]
-fn plant_demo(
+pub fn plant_demo(
     py: Python<'_>,
     folder: PathBuf,
     loops: usize,
@@ -370,41 +374,18 @@ fn plant_demo(
 
 /// The schema of rows.
 #[pyfunction]
-fn plant_schema() -> PySchema {
+pub fn plant_schema() -> PySchema {
     PySchema::new(plant_table::schema::<WindowRow>())
 }
 
 /// The schema of rows, as declared in Spark.
 #[pyfunction]
-fn plant_ddl() -> String {
+pub fn plant_ddl() -> String {
     WindowRow::ddl()
 }
 
 /// The version of the verdict's training.
 #[pyfunction]
-fn model_version() -> String {
+pub fn model_version() -> String {
     window::model_version()
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<Plant>()?;
-    m.add("TRACE_STEP_S", STEP_S)?;
-    m.add_function(wrap_pyfunction!(plant_scan, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_check, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_status, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_windows, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_take, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_week, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_pairs, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_most_that_counts, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_keep_pairs, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_groups, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_ranking, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_propose, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_pairs_schema, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_pairs_ddl, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_demo, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_schema, m)?)?;
-    m.add_function(wrap_pyfunction!(plant_ddl, m)?)?;
-    m.add_function(wrap_pyfunction!(model_version, m)?)
 }

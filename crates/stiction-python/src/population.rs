@@ -9,7 +9,7 @@ use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
-use stiction::population::{self, LoopKind, Simulated, Truth, VERSION};
+use stiction::population::{self, LoopKind, Simulated, Truth};
 
 /// Loops simulated between two checks for an interrupt.
 const CHUNK: u64 = 64;
@@ -155,7 +155,7 @@ fn facts_of(truth: &Truth) -> Vec<(&'static str, Fact)> {
 /// Loops `first` to `first + n` of the population of `seed`, or of one kind.
 #[pyfunction]
 #[pyo3(signature = (n, seed, kind = None, first = 0, told = None))]
-fn population_loops(
+pub fn population_loops(
     py: Python<'_>,
     n: u64,
     seed: u64,
@@ -194,13 +194,6 @@ fn population_loops(
 
 /// Names of the kinds, with their shares of the population.
 #[pyfunction]
-fn population_kinds() -> Vec<(&'static str, f64)> {
+pub fn population_kinds() -> Vec<(&'static str, f64)> {
     LoopKind::ALL.map(|kind| (kind.name(), kind.share())).to_vec()
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add("POPULATION_VERSION", VERSION)?;
-    m.add_class::<Loops>()?;
-    m.add_function(wrap_pyfunction!(population_loops, m)?)?;
-    m.add_function(wrap_pyfunction!(population_kinds, m)?)
 }

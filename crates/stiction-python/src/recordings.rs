@@ -301,7 +301,7 @@ impl Recording {
 
 /// A pickled recording.
 #[pyfunction]
-fn recording_kept(
+pub fn recording_kept(
     about: KeptAbout,
     channels: Vec<Option<KeptChannel>>,
     mode: Option<(Vec<f64>, Vec<u8>)>,
@@ -336,7 +336,7 @@ fn recording_kept(
 /// The user's information on a file or table.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct ReadingOptions {
+pub struct ReadingOptions {
     mapping: Option<PathBuf>,
     /// `ROLE=COLUMN`.
     columns: Vec<String>,
@@ -422,7 +422,7 @@ fn recordings(reading: Reading) -> Vec<Recording> {
 
 /// The recordings in a file.
 #[pyfunction]
-fn read_recordings(
+pub fn read_recordings(
     py: Python<'_>,
     path: PathBuf,
     told: ReadingOptions,
@@ -448,7 +448,7 @@ fn of_columns(origin: &str, columns: Vec<Column>) -> Sheet {
 
 /// A column of numbers, of texts, or of times with a flag that they are UTC.
 #[derive(FromPyObject)]
-enum Given<'py> {
+pub enum Given<'py> {
     Numbers(PyReadonlyArray1<'py, f64>),
     Times(PyReadonlyArray1<'py, f64>, bool),
     Text(Vec<String>),
@@ -456,7 +456,7 @@ enum Given<'py> {
 
 /// The recordings in named columns of equal length.
 #[pyfunction]
-fn recordings_of_columns(
+pub fn recordings_of_columns(
     py: Python<'_>,
     origin: &str,
     columns: Vec<(String, Given<'_>)>,
@@ -487,7 +487,7 @@ fn recordings_of_columns(
 
 /// The recordings in a table with the Arrow capsule interface.
 #[pyfunction]
-fn recordings_of_arrow(
+pub fn recordings_of_arrow(
     py: Python<'_>,
     origin: &str,
     table: AnyRecordBatch,
@@ -604,7 +604,7 @@ fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
 /// The same recording with another name and another start of its clock.
 #[pyfunction]
 #[pyo3(signature = (recording, name, start, of_tag))]
-fn recording_renamed(
+pub fn recording_renamed(
     recording: &Recording,
     name: Option<String>,
     start: Option<f64>,
@@ -623,7 +623,7 @@ fn recording_renamed(
 
 /// The fitness of a recording for a diagnosis.
 #[pyfunction]
-fn recording_fitness<'py>(
+pub fn recording_fitness<'py>(
     py: Python<'py>,
     recording: &Recording,
     sample_time: Option<f64>,
@@ -636,7 +636,7 @@ fn recording_fitness<'py>(
 
 /// The segments of a recording on a regular grid.
 #[pyfunction]
-fn recording_segments<'py>(
+pub fn recording_segments<'py>(
     py: Python<'py>,
     recording: &Recording,
     sample_time: Option<f64>,
@@ -667,18 +667,6 @@ pub fn segment_dict<'py>(
 
 /// Names of the types of loops.
 #[pyfunction]
-fn loop_types() -> Vec<&'static str> {
+pub fn loop_types() -> Vec<&'static str> {
     LoopType::NAMES.map(|(name, _)| name).to_vec()
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<Recording>()?;
-    m.add_function(wrap_pyfunction!(recording_kept, m)?)?;
-    m.add_function(wrap_pyfunction!(read_recordings, m)?)?;
-    m.add_function(wrap_pyfunction!(recordings_of_columns, m)?)?;
-    m.add_function(wrap_pyfunction!(recordings_of_arrow, m)?)?;
-    m.add_function(wrap_pyfunction!(recording_renamed, m)?)?;
-    m.add_function(wrap_pyfunction!(recording_fitness, m)?)?;
-    m.add_function(wrap_pyfunction!(recording_segments, m)?)?;
-    m.add_function(wrap_pyfunction!(loop_types, m)?)
 }

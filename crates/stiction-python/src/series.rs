@@ -29,7 +29,7 @@ pub fn finite<'a>(signal: &'static str, x: &'a In<'_>) -> PyResult<&'a [f64]> {
 }
 
 #[pyfunction]
-fn zero_crossings<'py>(py: Python<'py>, x: In<'py>) -> PyResult<Bound<'py, PyDict>> {
+pub fn zero_crossings<'py>(py: Python<'py>, x: In<'py>) -> PyResult<Bound<'py, PyDict>> {
     let found = series::zero_crossings(finite("x", &x)?);
     Ok(dict!(py,
         "place": PyArray1::from_iter(py, found.iter().map(|c| c.place)),
@@ -39,7 +39,7 @@ fn zero_crossings<'py>(py: Python<'py>, x: In<'py>) -> PyResult<Bound<'py, PyDic
 }
 
 #[pyfunction]
-fn half_waves<'py>(py: Python<'py>, x: In<'py>) -> PyResult<Bound<'py, PyDict>> {
+pub fn half_waves<'py>(py: Python<'py>, x: In<'py>) -> PyResult<Bound<'py, PyDict>> {
     let found = series::half_waves(finite("x", &x)?);
     Ok(dict!(py,
         "begin": PyArray1::from_iter(py, found.iter().map(|w| w.from)),
@@ -52,38 +52,28 @@ fn half_waves<'py>(py: Python<'py>, x: In<'py>) -> PyResult<Bound<'py, PyDict>> 
 }
 
 #[pyfunction]
-fn reversals(x: In<'_>, band: f64) -> PyResult<usize> {
+pub fn reversals(x: In<'_>, band: f64) -> PyResult<usize> {
     Ok(series::reversals(finite("x", &x)?, band))
 }
 
 #[pyfunction]
-fn cycle_period(x: In<'_>, sample_time: f64, noise_band: f64) -> PyResult<Option<f64>> {
+pub fn cycle_period(x: In<'_>, sample_time: f64, noise_band: f64) -> PyResult<Option<f64>> {
     period(finite("x", &x)?, sample_time, noise_band).map_err(refused)
 }
 
 #[pyfunction]
-fn swinging_door<'py>(py: Python<'py>, x: In<'py>, deviation: f64) -> Out<'py> {
+pub fn swinging_door<'py>(py: Python<'py>, x: In<'py>, deviation: f64) -> Out<'py> {
     Ok(PyArray1::from_vec(py, population::swinging_door(finite("x", &x)?, deviation)))
 }
 
 #[pyfunction]
-fn mann_kendall(py: Python<'_>, y: In<'_>) -> PyResult<f64> {
+pub fn mann_kendall(py: Python<'_>, y: In<'_>) -> PyResult<f64> {
     let y = finite("y", &y)?;
     Ok(py.detach(|| series::mann_kendall(y)))
 }
 
 #[pyfunction]
-fn difference_of_means(py: Python<'_>, a: In<'_>, b: In<'_>) -> PyResult<Option<f64>> {
+pub fn difference_of_means(py: Python<'_>, a: In<'_>, b: In<'_>) -> PyResult<Option<f64>> {
     let (a, b) = (finite("a", &a)?, finite("b", &b)?);
     Ok(py.detach(|| series::difference_of_means(a, b)))
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(zero_crossings, m)?)?;
-    m.add_function(wrap_pyfunction!(half_waves, m)?)?;
-    m.add_function(wrap_pyfunction!(reversals, m)?)?;
-    m.add_function(wrap_pyfunction!(cycle_period, m)?)?;
-    m.add_function(wrap_pyfunction!(swinging_door, m)?)?;
-    m.add_function(wrap_pyfunction!(mann_kendall, m)?)?;
-    m.add_function(wrap_pyfunction!(difference_of_means, m)?)
 }

@@ -369,7 +369,7 @@ impl StemValve {
 
 /// The sets of parameters.
 #[pyfunction]
-fn stem_sets(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+pub fn stem_sets(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     SETS.iter()
         .map(|name| {
             let set = ParameterSet::named(name).map_err(refused)?;
@@ -386,7 +386,7 @@ fn stem_sets(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
 
 /// The friction laws.
 #[pyfunction]
-fn friction_laws(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+pub fn friction_laws(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     LAWS.iter()
         .map(|law| {
             Ok(dict!(py,
@@ -397,11 +397,4 @@ fn friction_laws(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
             ))
         })
         .collect()
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<Stem>()?;
-    m.add_class::<StemValve>()?;
-    m.add_function(wrap_pyfunction!(stem_sets, m)?)?;
-    m.add_function(wrap_pyfunction!(friction_laws, m)?)
 }

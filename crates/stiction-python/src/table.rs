@@ -156,7 +156,7 @@ impl ArrowTable {
 
 /// A table of columns of numbers; NaN is null.
 #[pyfunction]
-fn number_table(columns: Vec<(String, PyReadonlyArray1<'_, f64>)>) -> PyResult<ArrowTable> {
+pub fn number_table(columns: Vec<(String, PyReadonlyArray1<'_, f64>)>) -> PyResult<ArrowTable> {
     let mut all: Vec<(String, ArrayRef)> = vec![];
     for (name, values) in columns {
         let values = values.as_slice()?.iter().map(|v| Some(*v).filter(|v| !v.is_nan()));
@@ -166,9 +166,4 @@ fn number_table(columns: Vec<(String, PyReadonlyArray1<'_, f64>)>) -> PyResult<A
     RecordBatch::try_from_iter_with_nullable(columns)
         .map(ArrowTable)
         .map_err(|e| PyValueError::new_err(e.to_string()))
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<ArrowTable>()?;
-    m.add_function(wrap_pyfunction!(number_table, m)?)
 }

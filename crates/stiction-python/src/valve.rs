@@ -264,7 +264,7 @@ impl Valve {
 
 /// Names and descriptions of the valve models.
 #[pyfunction]
-fn valve_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+pub fn valve_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     Model::ALL
         .iter()
         .map(|model| {
@@ -285,7 +285,7 @@ fn valve_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
 
 /// The valve models as a table.
 #[pyfunction]
-fn valve_table() -> PyResult<ArrowTable> {
+pub fn valve_table() -> PyResult<ArrowTable> {
     let all: Vec<_> = Model::ALL.iter().map(|model| model.describe()).collect();
     ArrowTable::of(vec![
         texts("name", all.iter().map(|d| Some(d.name))),
@@ -296,10 +296,4 @@ fn valve_table() -> PyResult<ArrowTable> {
         flags("uses_k", all.iter().map(|d| Some(d.uses_k))),
         flags("uses_rest_tolerance", all.iter().map(|d| Some(d.uses_rest_tolerance))),
     ])
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<Valve>()?;
-    m.add_function(wrap_pyfunction!(valve_models, m)?)?;
-    m.add_function(wrap_pyfunction!(valve_table, m)?)
 }

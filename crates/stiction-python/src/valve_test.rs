@@ -21,7 +21,7 @@ fn because(name: &str, why: &Abstention) -> PyErr {
 
 /// The planned test of a loop, as a document.
 #[pyfunction]
-fn test_planned(
+pub fn test_planned(
     py: Python<'_>,
     recording: Recording,
     done: Done,
@@ -47,7 +47,7 @@ fn test_planned(
 /// The result of a test, as a document. `done` has the time of each OP setting, s, and the OP; `None` marks the return
 /// to automatic.
 #[pyfunction]
-fn test_read(
+pub fn test_read(
     py: Python<'_>,
     recording: Recording,
     done: Done,
@@ -101,7 +101,7 @@ struct Compared {
 
 /// The comparison of two tests, before and after a repair, as a document.
 #[pyfunction]
-fn test_compared<'py>(
+pub fn test_compared<'py>(
     py: Python<'py>,
     recordings: [Recording; 2],
     done: [Done; 2],
@@ -117,7 +117,7 @@ fn test_compared<'py>(
 
 /// The planned signature of a valve, as a document.
 #[pyfunction]
-fn signature_planned(py: Python<'_>, name: &str, op: [f64; 2]) -> PyResult<Py<PyAny>> {
+pub fn signature_planned(py: Python<'_>, name: &str, op: [f64; 2]) -> PyResult<Py<PyAny>> {
     let plan = valve_test::signature_plan(name, op).map_err(|why| because(name, &why))?;
     Ok(plain(py, &plan)?.unbind())
 }
@@ -132,7 +132,7 @@ fn signed(py: Python<'_>, recording: Recording) -> PyResult<Signature> {
 
 /// The result of a signature, as a document.
 #[pyfunction]
-fn signature_read(py: Python<'_>, recording: Recording) -> PyResult<Bound<'_, PyAny>> {
+pub fn signature_read(py: Python<'_>, recording: Recording) -> PyResult<Bound<'_, PyAny>> {
     plain(py, &signed(py, recording)?)
 }
 
@@ -147,7 +147,7 @@ struct SignaturesCompared {
 
 /// The comparison of two signatures, as a document.
 #[pyfunction]
-fn signatures_compared(
+pub fn signatures_compared(
     py: Python<'_>,
     before: Recording,
     after: Recording,
@@ -155,13 +155,4 @@ fn signatures_compared(
     let (before, after) = (signed(py, before)?, signed(py, after)?);
     let comparison = valve_test::compare(&before, &after);
     plain(py, &SignaturesCompared { comparison, before, after })
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(test_planned, m)?)?;
-    m.add_function(wrap_pyfunction!(test_read, m)?)?;
-    m.add_function(wrap_pyfunction!(test_compared, m)?)?;
-    m.add_function(wrap_pyfunction!(signature_planned, m)?)?;
-    m.add_function(wrap_pyfunction!(signature_read, m)?)?;
-    m.add_function(wrap_pyfunction!(signatures_compared, m)?)
 }

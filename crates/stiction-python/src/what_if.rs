@@ -15,7 +15,7 @@ use stiction::what_if::{self, Prediction, Row, WhatIfOptions};
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "keywords of one function")]
 #[pyo3(signature = (scenario, repaired_s = None, repaired_j = None, positioner_gain = None, ms = None, methods = None, told = None))]
-fn what_if_loop<'py>(
+pub fn what_if_loop<'py>(
     py: Python<'py>,
     scenario: &Scenario,
     repaired_s: Option<f64>,
@@ -69,8 +69,4 @@ fn action_dict<'py>(py: Python<'py>, row: &Row) -> PyResult<Bound<'py, PyDict>> 
     dict.set_item("reason", reason)?;
     dict.set_item("cycle", row.cycle.cycle().map(|cycle| cycle_dict(py, cycle)).transpose()?)?;
     Ok(dict)
-}
-
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(what_if_loop, m)?)
 }
