@@ -72,38 +72,12 @@ pub fn run(args: Args) -> Result<()> {
             })
             .collect::<Result<_>>()?;
         for (k, (name, Simulated { recording, truth })) in batch.iter().enumerate() {
-            let facts = truth.facts.entries();
+            let facts = || truth.entries().into_iter().chain(truth.facts.entries());
             if from == 0 && k == 0 {
-                let fixed = [
-                    "file",
-                    "kind",
-                    "sticks",
-                    "visible",
-                    "model",
-                    "S",
-                    "J",
-                    "slips",
-                    "evidence_nats",
-                    "swing",
-                    "op_noise",
-                ];
-                truths
-                    .write_record(fixed.into_iter().chain(facts.iter().map(|(name, _)| *name)))?;
+                truths.write_record(["file"].into_iter().chain(facts().map(|(name, _)| name)))?;
             }
-            let fixed = [
-                format!("{name}.csv"),
-                truth.kind.name().to_owned(),
-                truth.sticks.to_string(),
-                truth.visible.to_string(),
-                truth.model.map_or("", |model| model.describe().name).to_owned(),
-                truth.s.to_string(),
-                truth.j.to_string(),
-                truth.slips.to_string(),
-                truth.gain.to_string(),
-                truth.swing.to_string(),
-                truth.op_noise.to_string(),
-            ];
-            truths.write_record(fixed.iter().chain(facts.iter().map(|(_, value)| value)))?;
+            let cells = facts().map(|(_, value)| value.to_string());
+            truths.write_record([format!("{name}.csv")].into_iter().chain(cells))?;
             let label = if truth.sticks { "stiction" } else { "no stiction" };
             index.write_record([name, label, recording.loop_type.name()])?;
             sticky += usize::from(truth.sticks);

@@ -45,7 +45,7 @@ pub use kind::LoopKind;
 pub use member::member;
 pub use mistaken::{Mistake, mistaken};
 pub use repaired::Repaired;
-pub use truth::{Facts, Simulated, Truth};
+pub use truth::{Fact, Facts, Simulated, Truth};
 pub use valve_trial::{Operator, OperatorActions, Tested, TestedValve, ToPlan, Trend};
 
 /// Version of the population: it determines the loop of a seed.

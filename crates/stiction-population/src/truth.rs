@@ -4,6 +4,7 @@ use super::{
     ControllerKind, DisturbanceKind, Family, HistorianKind, LoopKind, NoiseKind, ProcessKind,
     SetPointKind, Situation,
 };
+use std::fmt;
 use stiction_diagnose::recording::Recording;
 use stiction_model::valve::Model;
 
@@ -181,71 +182,70 @@ pub struct Facts {
     pub redrawn: usize,
 }
 
+/// A value of the truth, for tables.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fact {
+    /// A number.
+    Number(f64),
+    /// A whole number.
+    Count(usize),
+    /// Whether something holds.
+    Flag(bool),
+    /// A name, or none.
+    Text(Option<&'static str>),
+}
+
+impl fmt::Display for Fact {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(value) => value.fmt(f),
+            Self::Count(value) => value.fmt(f),
+            Self::Flag(value) => value.fmt(f),
+            Self::Text(value) => value.unwrap_or_default().fmt(f),
+        }
+    }
+}
+
+impl Truth {
+    /// Its properties by name, for tables, before those of its [`Facts`].
+    pub fn entries(&self) -> [(&'static str, Fact); 10] {
+        [
+            ("kind", Fact::Text(Some(self.kind.name()))),
+            ("sticks", Fact::Flag(self.sticks)),
+            ("visible", Fact::Flag(self.visible)),
+            ("model", Fact::Text(self.model.map(|model| model.describe().name))),
+            ("S", Fact::Number(self.s)),
+            ("J", Fact::Number(self.j)),
+            ("slips", Fact::Count(self.slips)),
+            ("evidence_nats", Fact::Number(self.gain)),
+            ("swing", Fact::Number(self.swing)),
+            ("op_noise", Fact::Number(self.op_noise)),
+        ]
+    }
+}
+
 impl Facts {
     /// All facts by name, for tables, except the historian and the disturbances: those with numbers are included,
     /// and all of them are in [`Truth::families`].
-    pub fn entries(&self) -> Vec<(&'static str, String)> {
+    pub fn entries(&self) -> Vec<(&'static str, Fact)> {
         /// Names equal to those of the fields.
         macro_rules! entries {
-            ($($name:ident)*) => { vec![$((stringify!($name), Cell::cell(&self.$name))),*] };
+            (@ text $name:ident) => { Fact::Text(Some(self.$name.name())) };
+            (@ number $name:ident) => { Fact::Number(self.$name) };
+            (@ count $name:ident) => { Fact::Count(self.$name) };
+            (@ flag $name:ident) => { Fact::Flag(self.$name) };
+            ($($kind:ident $name:ident,)*) => {
+                vec![$((stringify!($name), entries!(@ $kind $name))),*]
+            };
         }
-        entries!(process gain tau_s tau2_s dead_time_s valve_lag_s pv_filter_s kc ti_s td_s gain_margin
-            situation controller own_noise coupling op_low op_high sample_time_s steps_per_sample activity noise noise_ratio
-            non_stationary set_point sensor_play controller_gap transmitter_quantum averaged held_samples
-            op_quantum pv_quantum op_compression pv_compression op_exception pv_exception
-            faulty_share op_travel at_limit pv_span redrawn)
-    }
-}
-
-/// A fact for tables.
-trait Cell {
-    fn cell(&self) -> String;
-}
-
-impl Cell for f64 {
-    fn cell(&self) -> String {
-        self.to_string()
-    }
-}
-
-impl Cell for usize {
-    fn cell(&self) -> String {
-        self.to_string()
-    }
-}
-
-impl Cell for bool {
-    fn cell(&self) -> String {
-        self.to_string()
-    }
-}
-
-impl Cell for ProcessKind {
-    fn cell(&self) -> String {
-        self.name().to_owned()
-    }
-}
-
-impl Cell for NoiseKind {
-    fn cell(&self) -> String {
-        self.name().to_owned()
-    }
-}
-
-impl Cell for Situation {
-    fn cell(&self) -> String {
-        self.name().to_owned()
-    }
-}
-
-impl Cell for ControllerKind {
-    fn cell(&self) -> String {
-        self.name().to_owned()
-    }
-}
-
-impl Cell for SetPointKind {
-    fn cell(&self) -> String {
-        self.name().to_owned()
+        entries!(
+            text process, number gain, number tau_s, number tau2_s, number dead_time_s, number valve_lag_s,
+            number pv_filter_s, number kc, number ti_s, number td_s, number gain_margin, text situation, text controller,
+            number own_noise, number coupling, number op_low, number op_high, number sample_time_s,
+            count steps_per_sample, number activity, text noise, number noise_ratio, flag non_stationary, text set_point,
+            number sensor_play, number controller_gap, number transmitter_quantum, flag averaged, count held_samples,
+            number op_quantum, number pv_quantum, number op_compression, number pv_compression, number op_exception,
+            number pv_exception, number faulty_share, number op_travel, number at_limit, number pv_span, count redrawn,
+        )
     }
 }

@@ -38,7 +38,7 @@ pub fn page(shown: &[Shown]) -> Result<Page> {
         The example is the sticky valve of seed 1. [Simulated loops](population.html) explains them.\n\n\
         | column | example |\n|---|---|\n";
     for (name, value) in member.truth.facts.entries() {
-        let _ = writeln!(text, "| `{name}` | {} |", literal(&value));
+        let _ = writeln!(text, "| `{name}` | {} |", literal(&value.to_string()));
     }
     text += "\n## One row per sample\n\n\
         `stiction simulate -o` and `stiction population` write these columns, and `stiction diagnose` reads \
