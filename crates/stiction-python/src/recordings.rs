@@ -1,11 +1,12 @@
 //! Recordings of loops from files, tables and arrays.
 
-use crate::arrays;
+use crate::arrays::{as_numbers, numbers};
 use crate::errors::{KEYWORDS, refused, unread};
 use crate::long::long;
 use arrow_array::cast::AsArray;
 use arrow_array::{Array, ArrayRef, RecordBatch};
-use arrow_schema::{DataType, TimeUnit};
+use arrow_cast::cast;
+use arrow_schema::{ArrowError, DataType, TimeUnit};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -135,7 +136,6 @@ impl Recording {
     /// ------
     /// ValueError
     ///     If there is no such signal.
-    #[pyo3(signature = (signal))]
     fn times<'py>(&self, py: Python<'py>, signal: &str) -> PyResult<Option<Values<'py>>> {
         let recording = &*self.recording;
         let channel = match signal {
@@ -167,7 +167,6 @@ impl Recording {
     /// ------
     /// ValueError
     ///     If the window is not above 0.
-    #[pyo3(signature = (window_s))]
     fn split(&self, window_s: &Bound<'_, PyAny>) -> PyResult<Vec<Self>> {
         let window = crate::arguments::number("window_s", window_s)?;
         let parts = self.recording.split(window).map_err(refused)?;
@@ -539,71 +538,35 @@ fn seconds(array: &ArrayRef, unit: TimeUnit) -> Vec<f64> {
 
 /// An Arrow array as the cells of a column. Null text is empty.
 fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
-    if let Some(numbers) = arrays::numbers(array) {
-        return Ok(Cells::Numbers(numbers));
-    }
-    let texts = |texts: &mut dyn Iterator<Item = Option<&str>>| {
-        Cells::Text(texts.map(|text| text.unwrap_or_default().trim()).collect())
-    };
+    let broken = |error: ArrowError| PyTypeError::new_err(format!("column \"{name}\": {error}"));
     Ok(match array.data_type() {
-        DataType::Utf8 => texts(&mut array.as_string::<i32>().iter()),
-        DataType::LargeUtf8 => texts(&mut array.as_string::<i64>().iter()),
-        DataType::Utf8View => texts(&mut array.as_string_view().iter()),
-        DataType::Boolean => {
-            let number = |value: Option<bool>| value.map_or(f64::NAN, f64::from);
-            Cells::Numbers(array.as_boolean().iter().map(number).collect())
-        }
         DataType::Timestamp(unit, zone) => {
             Cells::Times { seconds: seconds(array, *unit), utc: zone.is_some() }
         }
-        DataType::Decimal128(_, scale) => {
-            let unit = 10f64.powi(i32::from(*scale));
-            let whole = array.as_primitive::<arrow_array::types::Decimal128Type>();
-            let number = |value: Option<i128>| value.map_or(f64::NAN, |value| value as f64 / unit);
-            Cells::Numbers(whole.iter().map(number).collect())
-        }
         DataType::Duration(unit) => Cells::Numbers(seconds(array, *unit)),
         DataType::Date32 => {
-            let days = array.as_primitive::<arrow_array::types::Date32Type>();
-            let seconds =
-                days.iter().map(|day| day.map_or(f64::NAN, |day| f64::from(day) * 86_400.0));
-            Cells::Times { seconds: seconds.collect(), utc: false }
+            let moments = cast(array, &DataType::Timestamp(TimeUnit::Second, None));
+            cells(&moments.map_err(broken)?, name)?
         }
-        DataType::Dictionary(..) => {
-            let dictionary = array.as_any_dictionary();
-            let known = cells(dictionary.values(), name)?;
-            // Without any value, all are null.
-            let places =
-                if known.is_empty() { vec![0; array.len()] } else { dictionary.normalized_keys() };
-            let at = |i: usize| (!array.is_null(i)).then(|| places[i]);
-            match known {
-                Cells::Text(known) => {
-                    let known = known.view();
-                    let text = |i: usize| at(i).map_or("", |k| &known[k]);
-                    Cells::Text((0..array.len()).map(text).collect())
-                }
-                Cells::Numbers(known) => Cells::Numbers(
-                    (0..array.len()).map(|i| at(i).map_or(f64::NAN, |k| known[k])).collect(),
-                ),
-                Cells::Times { seconds, utc } => Cells::Times {
-                    seconds: (0..array.len())
-                        .map(|i| at(i).map_or(f64::NAN, |k| seconds[k]))
-                        .collect(),
-                    utc,
-                },
-            }
+        DataType::Dictionary(_, kind) => cells(&cast(array, kind).map_err(broken)?, name)?,
+        DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View => {
+            let texts = cast(array, &DataType::Utf8).map_err(broken)?;
+            let texts = texts.as_string::<i32>().iter();
+            Cells::Text(texts.map(|text| text.unwrap_or_default().trim()).collect())
         }
-        other => {
-            return Err(PyTypeError::new_err(format!(
+        DataType::Boolean | DataType::Decimal128(..) => {
+            Cells::Numbers(as_numbers(array).map_err(broken)?)
+        }
+        other => Cells::Numbers(numbers(array).ok_or_else(|| {
+            PyTypeError::new_err(format!(
                 "column \"{name}\" holds {other}, but must hold numbers, text or times; leave it out"
-            )));
-        }
+            ))
+        })?),
     })
 }
 
 /// The same recording with another name and another start of its clock.
 #[pyfunction]
-#[pyo3(signature = (recording, name, start, of_tag))]
 pub fn recording_renamed(
     recording: &Recording,
     name: Option<String>,
