@@ -13,7 +13,7 @@ use crate::sticky_loop::{self, LoopModel};
 use crate::valve::{self, ValveModel};
 use crate::variables::{Numbers, Values, Variable, VariableKind};
 
-/// The description of a model.
+/// A model that can be exported.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct ModelEntry {

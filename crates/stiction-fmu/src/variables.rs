@@ -159,13 +159,14 @@ pub struct Variable {
     pub depends_on: Option<&'static [u32]>,
 }
 
-/// A [`Variable`] in a document.
+/// A variable of an FMU, in documents.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 struct VariableDocument {
     /// Name.
     name: &'static str,
-    /// Its purpose.
+    /// Its purpose: `time`, `input`, `output`, `parameter`, `tunable` (a parameter that may be changed while the
+    /// simulation runs) or `local`.
     role: &'static str,
     /// Value at the start; null if it is computed.
     start: Option<Start>,

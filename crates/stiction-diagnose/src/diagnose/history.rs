@@ -38,7 +38,7 @@ pub struct History {
     /// The conclusion: by the combined probability, else that of more than half of the weight of those that
     /// decided.
     pub class: VerdictClass,
-    /// The verdict in one graded word. See [`Verdict::grade`](super::Verdict::grade).
+    /// The conclusion in one graded word, as in `Verdict`.
     pub grade: Grade,
     /// The combined probability that the valve sticks; `None` if no observation has one.
     pub probability: Option<f64>,

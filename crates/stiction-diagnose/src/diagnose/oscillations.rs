@@ -38,7 +38,8 @@ impl Oscillations {
     }
 }
 
-/// The dominant oscillation of the loop, in documents.
+/// Whether and how a signal oscillates. Times are s from the first sample; in a diagnosis they are on the recording's
+/// clock.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 #[schemars(rename = "Oscillation")]

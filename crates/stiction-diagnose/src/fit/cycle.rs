@@ -37,7 +37,7 @@ pub const MOST_LEFT: f64 = 0.7;
 pub struct Swing {
     /// Its period, s.
     pub period_s: f64,
-    /// The [`swing()`] of the OP, percent.
+    /// The [`swing()`] of the OP, as in `Oscillation`, percent of span.
     pub op: f64,
     /// The same of the PV about its set point, in its units.
     pub pv: f64,
@@ -49,13 +49,13 @@ pub struct Swing {
 pub struct Predicted {
     /// Period of its limit cycle, s.
     pub period_s: Estimate,
-    /// Half of the OP's peak-to-peak value, percent.
+    /// Half of the OP's peak-to-peak value, percent of span.
     pub op: Estimate,
     /// The same of the PV, in its units.
     pub pv: Estimate,
 }
 
-/// The limit cycle of the fitted loop beside the recording.
+/// The recorded swing, the limit cycle of the fitted loop, and the swing with a valve that follows.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Cycle {
@@ -68,8 +68,8 @@ pub struct Cycle {
     /// Share of the PV's oscillation, the root of its power near the period, that would remain if the valve followed its
     /// OP; `None` if nothing oscillates or it could not be computed.
     pub pv_swing_left: Option<Estimate>,
-    /// Whether the valve explains the swing: the fitted loop cycles as the recording does, or at most [`MOST_LEFT`]
-    /// of the swing would remain without it. `None` if nothing oscillates.
+    /// Whether the valve explains the swing: the fitted loop cycles as the recording does, or most of the swing would
+    /// vanish without it ([`MOST_LEFT`]). `None` if nothing oscillates.
     pub explained: Option<bool>,
     /// The same in words.
     pub sentence: String,

@@ -144,26 +144,28 @@ pub struct Proposal {
     pub rule: &'static str,
 }
 
-/// The effect of an action.
+/// The effect of an action. Intervals are the 5 and 95 % points of the drawn loops.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Prospect {
-    /// The action.
+    /// The action: `as it is`, `valve repaired`, `retuned`, `repaired and retuned`, `positioner`, or the name of a
+    /// compensator.
     #[cfg_attr(feature = "serde", serde(serialize_with = "by_name"), schemars(with = "String"))]
     pub action: Remedy,
     /// The [`swing()`] of the PV about its set point, in its units.
     pub pv_swing: Estimate,
-    /// The same over the recorded one; 20 for 20 or more.
+    /// The same over that of the present loop, loop by loop; 20 for 20 or more.
     pub pv_swing_ratio: Estimate,
     /// Mean absolute control error, in units of the PV.
     pub error: Estimate,
     /// The same over that of the present loop, loop by loop; 20 for 20 or more.
     pub error_ratio: Estimate,
-    /// Valve travel, percent per hour.
+    /// Valve travel, percent of span per hour.
     pub travel: Estimate,
     /// Time to settle after a load step, s; `None` if half of the loops do not settle.
     pub settling_s: Option<Estimate>,
-    /// Probability that the PV swing falls by more than 20 %.
+    /// Probability that the PV swing falls by more than 20 %; from 0.95 on the benefit is called certain, above 0.5
+    /// probable.
     pub sure: f64,
     /// The tuning of the action, if it has one.
     pub tuning: Option<Proposal>,

@@ -24,15 +24,15 @@ const TRIED: usize = 10;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct FittedValve {
-    /// Its model; `None` for a measured position.
+    /// Its model; `None` if all possible valves follow their OP.
     pub model: Option<String>,
-    /// Stick band plus dead band, percent of span; 0 for one that follows.
+    /// Stick band plus dead band if it sticks, percent of span.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Estimate,
-    /// Slip jump, percent of span.
+    /// Slip jump if it sticks, percent of span.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Estimate,
-    /// Weight of valves that follow the OP, among all possible ones.
+    /// Weight of the valves that follow their OP among all possible ones, from 0 to 1.
     pub follows: f64,
     /// Source of S and J.
     pub from: &'static str,

@@ -30,8 +30,10 @@ pub enum Method {
     Supervised,
 }
 
-/// The description of a [`Method`].
+/// A published or practised compensator: the description of a [`Method`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", schemars(rename = "Compensator"))]
 pub struct Description {
     /// Its name in commands.
     pub name: &'static str,

@@ -3,8 +3,10 @@
 use super::{Model, Start, Valve, ValveSpec};
 use crate::error::{Error, Result};
 
-/// The description of a [`Model`], in words and properties.
+/// A published valve model: the description of a [`Model`], in words and properties.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", schemars(rename = "ValveModel"))]
 pub struct Description {
     /// Its name in commands.
     pub name: &'static str,
@@ -15,6 +17,7 @@ pub struct Description {
     /// Its source.
     pub citation: &'static str,
     /// Its motion after a slip.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub motion: Motion,
     /// Whether it uses `S`.
     pub uses_s: bool,
@@ -25,6 +28,7 @@ pub struct Description {
     /// Whether it uses a rest tolerance.
     pub uses_rest_tolerance: bool,
     /// Another model whose positions are the same for every `J` up to `S`.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub same_as: Option<Model>,
 }
 

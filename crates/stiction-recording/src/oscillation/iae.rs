@@ -36,7 +36,7 @@ pub struct Supervised {
     pub half_waves: usize,
     /// The largest value of the forgetting counter.
     pub counter: f64,
-    /// When the counter first passed the limit, s from the first sample.
+    /// When the counter first passed the limit, s from the first sample; `None` if it did not.
     pub alarm_s: Option<f64>,
     /// Whether the loop oscillates: the counter passed its limit.
     pub oscillates: bool,

@@ -47,7 +47,7 @@ impl OscillationBasis {
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Oscillation {
-    /// Whether an oscillation was found; the rule is at [`analyse`].
+    /// Whether it oscillates; the rule is at [`analyse`].
     pub found: bool,
     /// The method that found it.
     pub basis: Option<OscillationBasis>,
@@ -58,13 +58,13 @@ pub struct Oscillation {
     pub amplitude: Option<f64>,
     /// Number of periods in the signal.
     pub cycles: Option<f64>,
-    /// Regularity r of the signal's autocorrelation, whether above 1 or not; see [`Regularity`].
+    /// Regularity r of the zero crossings of the autocorrelation (Thornhill, Huang and Zhang, 2003); above 1 is regular.
     pub regularity: Option<f64>,
     /// Number of intervals between zero crossings for the regularity; 0 without one.
     pub intervals: usize,
-    /// Decay ratio of the signal's autocorrelation; see [`decay_ratio::decay_ratio`].
+    /// Decay ratio of the autocorrelation (Miao and Seborg, 1999); above 0.5 is oscillatory.
     pub decay_ratio: Option<f64>,
-    /// Hägglund's supervision with the detected period as the ultimate period and three standard deviations of the
+    /// Supervision of half waves (Hägglund, 1995) with the detected period as the ultimate period and three standard deviations of the
     /// noise as the amplitude. `None` if nothing was found or a period has fewer than 8 samples, because noise then
     /// looks like signal.
     #[cfg_attr(feature = "serde", serde(rename = "supervision"))]

@@ -48,6 +48,7 @@ pub enum FrictionLaw {
 
 /// The description of a friction law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct LawEntry {
     /// Name, as a user writes it.
     pub name: &'static str,
