@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterable
 from typing import Any, cast
@@ -17,6 +18,22 @@ def number(name: str, value: Any) -> float:
         return float(value)
     except (TypeError, ValueError):
         raise TypeError(f"{name} must be a number, but its type is {type(value).__name__}") from None
+
+
+def positive(name: str, value: Any) -> float:
+    """Return `value` as a finite float above 0."""
+    found = number(name, value)
+    if not 0 < found < math.inf:
+        raise ValueError(f"{name} is {found:g}, but must be a finite number above 0")
+    return found
+
+
+def at_least_zero(name: str, value: Any) -> float:
+    """Return `value` as a finite float of at least 0."""
+    found = number(name, value)
+    if not 0 <= found < math.inf:
+        raise ValueError(f"{name} is {found:g}, but must be a finite number of at least 0")
+    return found
 
 
 def integer(name: str, value: Any, least: int = 0) -> int:

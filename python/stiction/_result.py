@@ -88,13 +88,15 @@ def result(cls: type[T]) -> type[T]:
 R = TypeVar("R", bound=Result)
 
 
-def result_of(cls: type[R], document: Mapping[str, Any]) -> R:
-    """Make a result from its document, with attributes by name, converted by their types.
+def result_of(cls: type[R], document: Mapping[str, Any] | tuple[Any, ...]) -> R:
+    """Make a result from its document, with attributes by name or in their order, converted by their types.
 
     A field that only the document or only the class has is an error, so that none is forgotten.
     """
     made_of: Any = cls  # mypy doubts that a class is hashable.
     makers = _makers(made_of)
+    if isinstance(document, tuple):
+        document = dict(zip(makers, document, strict=True))
     fields = {name: value for name, value in cls._prepared(document).items() if name not in cls._left_out}
     if fields.keys() != makers.keys():
         extra, missing = sorted(fields.keys() - makers), sorted(makers.keys() - fields)
@@ -113,8 +115,8 @@ def _makers(cls: Any) -> dict[str, tuple[str, Any]]:
 def _made(hint: Any, value: Any) -> Any:
     origin, inside = typing.get_origin(hint), typing.get_args(hint)
     if origin in {typing.Union, types.UnionType}:
-        [known] = [each for each in inside if each is not type(None)]
-        return None if value is None else _made(known, value)
+        known = [each for each in inside if each is not type(None)]
+        return value if value is None or len(known) > 1 else _made(known[0], value)
     if origin is list:
         return [_made(inside[0], each) for each in value]
     if origin is tuple:

@@ -14,7 +14,7 @@ from stiction._arrays import Array
 from stiction._core import Scenario, Table
 from stiction._frames import frame
 from stiction._plots import axes, pv_over_time, valve_over_time
-from stiction._result import Result, about, result
+from stiction._result import Result, about, result, result_of
 from stiction._words import documented, drawn
 from stiction.own import OwnController, OwnProcess, OwnValve
 from stiction.stem import Stem
@@ -81,8 +81,48 @@ def scenario(source: ScenarioLike, settings: Mapping[str, Any] | None = None) ->
     return _core.scenario_open(fspath(source), settings)
 
 
+class Signals(Result):
+    """Signals over time."""
+
+    @property
+    def time_s(self) -> Array:
+        """Times of the samples, s."""
+        made: Any = self
+        return np.arange(len(made.op), dtype=np.float64) * np.float64(made.sample_time)
+
+    def _signals(self) -> list[tuple[str, Array]]:
+        signals = [(name, getattr(self, name, None)) for name in ("time_s", "sp", "pv", "op", "vp")]
+        return [(name, signal) for name, signal in signals if signal is not None]
+
+    def to_table(self) -> Table:
+        """Return the signals as an Arrow table.
+
+        Returns
+        -------
+        Table
+            Columns ``time_s``, ``sp``, ``pv``, ``op`` and ``vp``, as far as they exist. A cascade has those of the slave, and
+            ``master_sp`` and ``master_pv``.
+        """
+        return _core.table_of(self._signals())
+
+    def to_pandas(self) -> Any:
+        """Return the signals as a pandas data frame.
+
+        Returns
+        -------
+        pandas.DataFrame
+            The columns of `to_table`, with ``time_s`` as the index.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        return frame(dict(self._signals()), "time_s")
+
+
 @result
-class Run(Result):
+class Run(Signals):
     """The signals of a simulated loop."""
 
     sample_time: float = about("Time between samples, s; sample ``k`` is at time ``k * sample_time``.")
@@ -98,36 +138,6 @@ class Run(Result):
     )
     growth: float | None = about("Ratio of the amplitudes of the last cycles and of those before; None if it does not cycle.")
 
-    @property
-    def time_s(self) -> Array:
-        """Times of the samples, s."""
-        return _times(self.op, self.sample_time)
-
-    def to_table(self) -> Table:
-        """Return the signals as an Arrow table.
-
-        Returns
-        -------
-        Table
-            Columns ``time_s``, ``sp``, ``pv``, ``op``, ``vp``.
-        """
-        return _core.number_table(_signals(self))
-
-    def to_pandas(self) -> Any:
-        """Return the signals as a pandas data frame.
-
-        Returns
-        -------
-        pandas.DataFrame
-            The columns of `to_table`, with ``time_s`` as the index.
-
-        Raises
-        ------
-        ImportError
-            If pandas is not installed.
-        """
-        return frame(dict(_signals(self)), "time_s")
-
     @drawn(2)
     def plot(self, ax: Any = None) -> Any:
         """Plot SP and PV, and OP and VP, over time."""
@@ -138,7 +148,7 @@ class Run(Result):
 
 
 @result
-class CascadeRun(Result):
+class CascadeRun(Signals):
     """The signals of a simulated cascade, a slave loop under a master."""
 
     slave: Run = about("The slave loop, with the sticking valve; the master gives its set point.")
@@ -152,30 +162,8 @@ class CascadeRun(Result):
         """Times of the samples, s."""
         return self.slave.time_s
 
-    def to_table(self) -> Table:
-        """Return the signals as an Arrow table.
-
-        Returns
-        -------
-        Table
-            Columns ``time_s``, ``sp``, ``pv``, ``op``, ``vp`` of the slave, and ``master_sp``, ``master_pv``.
-        """
-        return _core.number_table(_cascade_signals(self))
-
-    def to_pandas(self) -> Any:
-        """Return the signals as a pandas data frame.
-
-        Returns
-        -------
-        pandas.DataFrame
-            The columns of `to_table`, with ``time_s`` as the index.
-
-        Raises
-        ------
-        ImportError
-            If pandas is not installed.
-        """
-        return frame(dict(_cascade_signals(self)), "time_s")
+    def _signals(self) -> list[tuple[str, Array]]:
+        return [*self.slave._signals(), ("master_sp", self.sp), ("master_pv", self.pv)]
 
     @drawn(3)
     def plot(self, ax: Any = None) -> Any:
@@ -188,7 +176,7 @@ class CascadeRun(Result):
 
 
 @result
-class OpenLoopRun(Result):
+class OpenLoopRun(Signals):
     """The signals of a valve on a test signal, without a loop."""
 
     sample_time: float = about("Time between samples, s; sample ``k`` is at time ``k * sample_time``.")
@@ -197,36 +185,6 @@ class OpenLoopRun(Result):
     period_s: float | None = about("Period of the VP in the second half, s; None if it has none.")
     half_pp_op: float
     half_pp_vp: float = about("Half of the peak-to-peak range in the second half, percent of span.")
-
-    @property
-    def time_s(self) -> Array:
-        """Times of the samples, s."""
-        return _times(self.op, self.sample_time)
-
-    def to_table(self) -> Table:
-        """Return the signals as an Arrow table.
-
-        Returns
-        -------
-        Table
-            Columns ``time_s``, ``op``, ``vp``.
-        """
-        return _core.number_table(_open_loop_signals(self))
-
-    def to_pandas(self) -> Any:
-        """Return the signals as a pandas data frame.
-
-        Returns
-        -------
-        pandas.DataFrame
-            The columns of `to_table`, with ``time_s`` as the index.
-
-        Raises
-        ------
-        ImportError
-            If pandas is not installed.
-        """
-        return frame(dict(_open_loop_signals(self)), "time_s")
 
     def plot(self, ax: Any = None) -> Any:
         """Plot OP and VP over time, and the VP over the OP.
@@ -348,8 +306,7 @@ def simulate_cascade(scenario: ScenarioLike, settings: Mapping[str, Any] | None 
     >>> len(cascade.pv) == len(cascade.slave.vp)
     True
     """
-    found = _simulated(scenario, settings, "cascade")
-    return CascadeRun(slave=Run(**found.pop("slave")), **found)
+    return result_of(CascadeRun, _simulated(scenario, settings, "cascade"))
 
 
 @documented
@@ -406,7 +363,7 @@ class Sweep(Result):
         Table
             One row per loop, with the attributes as columns.
         """
-        return _core.number_table(list(self.to_dict().items()))
+        return _core.table_of(list(self.to_dict().items()))
 
 
 @documented
@@ -485,22 +442,6 @@ def scenarios() -> dict[str, str]:
         Titles by name.
     """
     return dict(_core.scenario_names())
-
-
-def _times(signal: Array, sample_time: float) -> Array:
-    return np.arange(len(signal), dtype=np.float64) * np.float64(sample_time)
-
-
-def _signals(run: Run) -> list[tuple[str, Array]]:
-    return [("time_s", run.time_s), ("sp", run.sp), ("pv", run.pv), ("op", run.op), ("vp", run.vp)]
-
-
-def _cascade_signals(run: CascadeRun) -> list[tuple[str, Array]]:
-    return [*_signals(run.slave), ("master_sp", run.sp), ("master_pv", run.pv)]
-
-
-def _open_loop_signals(run: OpenLoopRun) -> list[tuple[str, Array]]:
-    return [("time_s", run.time_s), ("op", run.op), ("vp", run.vp)]
 
 
 # Imported under another name, because a parameter is called `scenario`.

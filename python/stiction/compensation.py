@@ -14,7 +14,8 @@ from stiction import _core, _plots
 from stiction._arguments import callback, number, optional, text
 from stiction._arrays import Array
 from stiction._core import Table
-from stiction._result import Result, about, result
+from stiction._document import Compensator, Parameter
+from stiction._result import Result, about, result, result_of
 from stiction._words import documented, drawn
 from stiction.closed_loop import Run, ScenarioLike
 from stiction.closed_loop import scenario as _scenario
@@ -34,15 +35,6 @@ __all__ = [
 ]
 
 
-@result
-class Compensator(Result):
-    """A published or practised compensator."""
-
-    name: str = about("Its name.")
-    summary: str = about("A short description.")
-    citation: str = about("Its source.")
-
-
 def compensators() -> list[Compensator]:
     """List the compensators.
 
@@ -52,16 +44,7 @@ def compensators() -> list[Compensator]:
     >>> [each.name for each in stiction.compensation.compensators()][:2]
     ['knocker', 'constant-reinforcement']
     """
-    return [Compensator(**each) for each in _core.compensators()]
-
-
-@result
-class Parameter(Result):
-    """A parameter of an action."""
-
-    name: str = about("Its name.")
-    value: float = about("Its value.")
-    unit: str = about("Its unit; empty without a unit.")
+    return [result_of(Compensator, each) for each in _core.compensators()]
 
 
 @result
@@ -181,16 +164,7 @@ def compensate(
         optional("settle_s", settle_s),
         optional("window_s", window_s),
     )
-    return CompensatedRun(
-        **{
-            **found,
-            "parameters": [Parameter(**each) for each in found["parameters"]],
-            "run": Run(**found["run"]),
-            "without": Run(**found["without"]),
-            "measures": Measures(**found["measures"]),
-            "measures_without": Measures(**found["measures_without"]),
-        }
-    )
+    return result_of(CompensatedRun, found)
 
 
 @result
@@ -270,35 +244,25 @@ class CompensatorComparison(Result):
         return _bars(self.rows, ax)
 
 
-def _row_parts(row: dict[str, Any]) -> dict[str, Any]:
-    """Return a row with typed results made from its dictionaries."""
-    return {
-        **row,
-        "parameters": [Parameter(**each) for each in row["parameters"]],
-        "outcomes": [Outcome(**{**each, "measures": Measures(**each["measures"])}) for each in row["outcomes"]],
-    }
-
-
 def _table(rows: Sequence[Any]) -> Table:
     """Return a table of rows with an action and its outcomes."""
     cases = [(rank, row.action, outcome) for rank, row in enumerate(rows, 1) for outcome in row.outcomes]
-    return _core.actions_table(
-        [rank for rank, _, _ in cases],
-        [action for _, action, _ in cases],
-        [(o.s_factor, o.j_factor, o.noise) for _, _, o in cases],
+
+    def column(name: str) -> tuple[str, Array]:
+        held = (getattr(of, name) if hasattr(of, name) else getattr(of.measures, name) for _, _, of in cases)
+        return name, np.array(list(held), dtype=np.float64)
+
+    measures = ("iae_per_s", "pv_std", "op_travel_per_s", "vp_travel_per_s", "reversals_per_h")
+    steps = ("set_point_settling_s", "load_settling_s", "set_point_iae_per_s", "load_iae_per_s")
+    return _core.table_of(
         [
-            [
-                o.measures.iae_per_s,
-                o.measures.pv_std,
-                o.measures.op_travel_per_s,
-                o.measures.vp_travel_per_s,
-                o.measures.reversals_per_h,
-                o.set_point_iae_per_s,
-                o.load_iae_per_s,
-            ]
-            for _, _, o in cases
-        ],
-        [[o.set_point_settling_s, o.load_settling_s] for _, _, o in cases],
+            ("rank", [rank for rank, _, _ in cases]),
+            ("action", [action for _, action, _ in cases]),
+            column("s_factor"),
+            column("j_factor"),
+            ("noise", [of.noise for _, _, of in cases]),
+            *map(column, (*measures, *steps)),
+        ]
     )
 
 
@@ -382,7 +346,4 @@ def compare_compensators(
         optional("at_s", at_s),
         callback("progress", progress),
     )
-    return CompensatorComparison(
-        rows=[CompensatorRow(**_row_parts(row)) for row in found["rows"]],
-        protocol=Protocol(**found["protocol"]),
-    )
+    return result_of(CompensatorComparison, found)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stiction import _core
-from stiction._arguments import choice, number, text
+from stiction._arguments import at_least_zero, choice, number, text
 from stiction._arrays import Array, unmasked
 from stiction._words import documented
 from stiction.cycles import describing_function as _describing_function
@@ -65,9 +65,7 @@ def process_of(system: Any, dead_time: float = 0.0) -> dict[str, Any]:
         )
     if system.isdtime(strict=True):
         raise ValueError(f"system is sampled every {system.dt} s, but must be continuous in time")
-    delay = number("dead_time", dead_time)
-    if not 0 <= delay < float("inf"):
-        raise ValueError(f"dead_time is {delay:g}, but must be a finite number of at least 0")
+    delay = at_least_zero("dead_time", dead_time)
     transfer = control.tf(system)
     num, den = (np.trim_zeros(np.real(part[0][0]), "f") for part in (transfer.num, transfer.den))
     if isinstance(system, control.StateSpace):

@@ -17,7 +17,8 @@ from stiction import _core, _plots
 from stiction._arguments import choice, integer, number, optional, text
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands, Table
-from stiction._result import Result, about, result
+from stiction._document import Tuning
+from stiction._result import Result, about, result, result_of
 from stiction._words import documented, drawn
 from stiction.closed_loop import ScenarioLike
 from stiction.closed_loop import scenario as _scenario
@@ -94,10 +95,6 @@ class LimitCycles(Result):
         return next((cycle for cycle in self.cycles if cycle.stable), None)
 
 
-def _found(found: dict[str, Any]) -> LimitCycles:
-    return LimitCycles(**{**found, "cycles": [Cycle(**cycle) for cycle in found["cycles"]]})
-
-
 @documented
 def limit_cycle(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, method: str = "exact"
@@ -134,7 +131,7 @@ def limit_cycle(
     >>> stiction.limit_cycle("paper/closed-loop", {"valve.J": 0}).state
     'no cycle'
     """
-    return _found(_core.limit_cycle(_scenario(scenario, settings), choice("method", method, METHODS), False))
+    return result_of(LimitCycles, _core.limit_cycle(_scenario(scenario, settings), choice("method", method, METHODS), False))
 
 
 @documented
@@ -160,7 +157,7 @@ def limit_cycles(
     >>> [cycle.stable for cycle in found.cycles]
     [True]
     """
-    return _found(_core.limit_cycle(_scenario(scenario, settings), choice("method", method, METHODS), True))
+    return result_of(LimitCycles, _core.limit_cycle(_scenario(scenario, settings), choice("method", method, METHODS), True))
 
 
 @documented
@@ -188,7 +185,7 @@ def limit_cycle_member(
     >>> round(stiction.cycles.limit_cycle_member("paper/closed-loop", he, offset=0.1).cycle.period_s, 4)
     49.6075
     """
-    return _found(_core.limit_cycle_member(_scenario(scenario, settings), number("offset", offset)))
+    return result_of(LimitCycles, _core.limit_cycle_member(_scenario(scenario, settings), number("offset", offset)))
 
 
 @result
@@ -258,7 +255,7 @@ def limit_cycle_trajectory(
     found = _core.limit_cycle_trajectory(_scenario(scenario, settings), integer("samples", samples, 1))
     if found is None:
         raise ValueError("the loop has no final limit cycle; stiction.limit_cycle gives the reason")
-    return Trajectory(**{**found, "cycle": Cycle(**found["cycle"])})
+    return result_of(Trajectory, found)
 
 
 @documented
@@ -466,16 +463,16 @@ class LimitCycleMap(Result):
             Columns are the two parameters, state, period_s, half_pp_op, half_pp_vp, half_pp_pv, slips and reason.
         """
         columns, rows = np.meshgrid(self.x, self.y)
-        return _core.limit_cycle_map_table(
-            self.x_name,
-            self.y_name,
-            columns.ravel(),
-            rows.ravel(),
-            self.state.ravel().tolist(),
-            self.reason.ravel().tolist(),
-            self.period_s.ravel(),
-            [self.half_pp_op.ravel(), self.half_pp_vp.ravel(), self.half_pp_pv.ravel()],
-            self.slips.ravel(),
+        numbers = ("period_s", "half_pp_op", "half_pp_vp", "half_pp_pv")
+        return _core.table_of(
+            [
+                (self.x_name, columns.ravel()),
+                (self.y_name, rows.ravel()),
+                ("state", self.state.ravel().tolist()),
+                *((name, getattr(self, name).ravel()) for name in numbers),
+                ("slips", [None if np.isnan(slips) else int(slips) for slips in self.slips.ravel()]),
+                ("reason", [reason or None for reason in self.reason.ravel().tolist()]),
+            ]
         )
 
     def plot(self, ax: Any = None, *, show: str = "pv") -> Any:
@@ -624,15 +621,6 @@ def sensitivities(
     return [Sensitivity(**each) for each in _core.sensitivities(_scenario(scenario, settings))]
 
 
-@result
-class Tuning(Result):
-    """Settings of a controller in ISA form."""
-
-    kc: float = about("Gain, percent per PV unit.")
-    ti: float | None = about("Integral time, s; None without integral action.")
-    td: float = about("Derivative time, s.")
-
-
 @documented
 def simc(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, tc: float | None = None
@@ -747,21 +735,6 @@ class Retuning(Result):
     at_edge: bool = about("Whether the best tuning lies at the limit of the search, so that there may be a better one beyond.")
 
 
-def _assessment(found: dict[str, Any]) -> Assessment:
-    cycle = found["cycle"]
-    return Assessment(
-        tuning=Tuning(**found["tuning"]),
-        ms=found["ms"],
-        load_iae=found["load_iae"],
-        cycle=None if cycle is None else Cycle(**cycle),
-    )
-
-
-def _retuning(found: dict[str, Any]) -> Retuning:
-    judged = {name: _assessment(found[name]) for name in ("present", "best")}
-    return Retuning(**{**found, **judged})
-
-
 @documented
 def retune(
     scenario: ScenarioLike,
@@ -801,13 +774,12 @@ def retune(
     >>> found.pv_ratio < 1
     True
     """
-    return _retuning(
-        _core.retune(
-            _scenario(scenario, settings),
-            number("ms", ms),
-            choice("method", method, METHODS),
-            number("within", within),
-            integer("points", points, 2),
-            progress,
-        )
+    found = _core.retune(
+        _scenario(scenario, settings),
+        number("ms", ms),
+        choice("method", method, METHODS),
+        number("within", within),
+        integer("points", points, 2),
+        progress,
     )
+    return result_of(Retuning, found)

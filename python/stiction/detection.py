@@ -6,11 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from stiction import _core, _plots
-from stiction._arguments import text
+from stiction._arguments import positive, text
 from stiction._arrays import Array, Samples, samples
 from stiction._result import Result, about, result, result_of
 from stiction._words import documented
-from stiction.oscillations import _period, _step
 
 __all__ = [
     "Detector",
@@ -148,10 +147,7 @@ def detectors() -> list[Detector]:
     >>> {method.name: method.needs for method in stiction.detection.detectors()}["horch"]
     'OP and PV'
     """
-    return [
-        Detector(parameters={name: (value, unit) for name, value, unit in method.pop("parameters")}, **method)
-        for method in _core.detector_methods()
-    ]
+    return [Detector(**method) for method in _core.detector_methods()]
 
 
 @documented
@@ -199,8 +195,9 @@ def detect(
     >>> stiction.detect("curve-fit", run.op, run.pv, run.sp, sample_time=1, loop_type="flow").decision
     'sticks'
     """
-    [finding] = _detect([text("method", method)], op, pv, sp, vp, sample_time, period_s, loop_type)
-    return finding
+    signals = _signals(op, pv, sp, vp, sample_time, period_s, loop_type)
+    [finding] = _core.detect_stiction([text("method", method)], signals)
+    return result_of(Finding, finding)
 
 
 @documented
@@ -233,7 +230,8 @@ def detect_all(
     ValueError
         If a signal has a different length or not finite.
     """
-    return {each.name: each for each in _detect(None, op, pv, sp, vp, sample_time, period_s, loop_type)}
+    found = _core.detect_stiction(None, _signals(op, pv, sp, vp, sample_time, period_s, loop_type))
+    return {each["name"]: result_of(Finding, each) for each in found}
 
 
 @documented
@@ -274,11 +272,8 @@ def method_evidence(
     >>> seen = stiction.detection.method_evidence("horch", run.op, run.pv, sample_time=1, loop_type="flow")
     >>> lag, correlation, _ = seen.panels[0].series["correlation"]
     """
-    return _evidence(
-        _core.method_evidence(
-            text("method", method), *_signals(op, pv, sp, vp, sample_time, period_s), text("loop_type", loop_type)
-        )
-    )
+    signals = _signals(op, pv, sp, vp, sample_time, period_s, loop_type)
+    return _evidence(_core.method_evidence(text("method", method), signals))
 
 
 def _evidence(found: dict[str, Any] | None) -> MethodEvidence | None:
@@ -302,28 +297,14 @@ def _signals(
     vp: Samples | None,
     sample_time: float,
     period_s: float | None,
-) -> tuple[Array, Array | None, Array | None, Array | None, float, float | None]:
+    loop_type: str,
+) -> tuple[Any, ...]:
     return (
         samples("op", op),
         None if pv is None else samples("pv", pv),
         None if sp is None else samples("sp", sp),
         None if vp is None else samples("vp", vp),
-        _step(sample_time),
-        _period(period_s),
+        positive("sample_time", sample_time),
+        None if period_s is None else positive("period_s", period_s),
+        text("loop_type", loop_type),
     )
-
-
-def _detect(
-    methods: list[str] | None,
-    op: Samples,
-    pv: Samples | None,
-    sp: Samples | None,
-    vp: Samples | None,
-    sample_time: float,
-    period_s: float | None,
-    loop_type: str,
-) -> list[Finding]:
-    found = _core.detect_stiction(
-        methods, *_signals(op, pv, sp, vp, sample_time, period_s), text("loop_type", loop_type)
-    )
-    return [result_of(Finding, each) for each in found]

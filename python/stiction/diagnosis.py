@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime, timedelta
 from os import PathLike
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from stiction import _core, _document, _html, _plots
 from stiction._arguments import number, optional, text
 from stiction._arrays import Samples
 from stiction._core import Recording, Table
 from stiction._document import *
-from stiction._document import Estimate, Found, ValveChange
+from stiction._document import Contrast, Drift, Estimate, Found, History, Observation, RepairEffect, ValveChange
 from stiction._result import Result, about, result, result_of
 from stiction._words import documented, drawn
 from stiction.detection import MethodEvidence, _evidence
@@ -66,26 +66,6 @@ class Weighing(Result):
     )
     features: dict[str, float] = about(
         "The numbers of the most typical window by name, see `stiction.fusion.evidence_features`; NaN where not measured."
-    )
-
-
-@result
-class Observation(Result):
-    """The observation of a valve from one recording or window."""
-
-    time_s: float = about("Time, s on a common clock of all observations.")
-    class_: str = about("The conclusion, as in `Verdict`.")
-    probability: float | None = about("The probability that the valve sticks.", default=None)
-    S: Estimate | None = about("Percent of span, if estimated.", default=None)
-    J: Estimate | None = about("Percent of span, if estimated.", default=None)
-    weight: float = about("Weight, such as its number of cycles.", default=1.0)
-    windows: float = about(
-        "Number of windows of evidence in it, because one of a week has more information than one of an hour.",
-        default=1.0,
-    )
-    grade: str | None = about("The verdict in one graded word; None for that of conclusion and probability.", default=None)
-    pool: str | None = about(
-        "What its windows say together, in numbers that add up with those of other recordings; None without a PV.", default=None
     )
 
 
@@ -346,7 +326,8 @@ def diagnose_all(
 @documented
 def document(diagnoses: Iterable[Diagnosis]) -> dict[str, Any]:
     """Return diagnoses as the document that ``stiction diagnose --json`` prints."""
-    return _core.diagnoses_document(_all_kept(diagnoses))
+    found: dict[str, Any] = _core.diagnoses_document(_all_kept(diagnoses))
+    return found
 
 
 @documented
@@ -365,35 +346,6 @@ def summary_table(diagnoses: Iterable[Diagnosis]) -> Table:
         Its columns have the names of ``stiction diagnose --csv``.
     """
     return _core.diagnoses_table(_all_kept(diagnoses))
-
-
-@result
-class Drift(Result):
-    """The drift of S."""
-
-    per_day: float = about("Relative growth of S, 1/day.")
-    low: float
-    high: float = about("Ends of its 95 % interval.")
-    p_value: float = about("Two-sided probability of such a drift by chance.")
-    robust_per_day: float = about("The same from the median of the slopes of all pairs (Theil, 1950; Sen, 1968), 1/day.")
-    robust_p_value: float = about("p-value of Mann and Kendall's test.")
-    significant: bool = about("Whether both tests and both slopes show that S drifts.")
-
-
-@result
-class History(Result):
-    """The combination of observations of one valve."""
-
-    class_: str = about("The conclusion, as in `Verdict`.")
-    grade: str = about("The conclusion as one graded word, as in `Verdict`.")
-    probability: float | None = about("The combined probability that the valve sticks.")
-    observations: int = about("Number of observations, since the valve last began or ceased to stick.")
-    decided: int = about("Number of observations with a decision or a probability.")
-    changes: list[ValveChange] = about("The changes of the valve.")
-    drift: Drift | None = about("Whether S drifts; None with too few observations of S.")
-    trend: str = about("A sentence on the drift.")
-
-    _documented_as: ClassVar[Mapping[str, str]] = {"observations": "windows"}
 
 
 def combine(observations: Iterable[Diagnosis | Observation]) -> History:
@@ -417,32 +369,6 @@ def combine(observations: Iterable[Diagnosis | Observation]) -> History:
     'sticks'
     """
     return result_of(History, _core.observations_combined(_seen(observations)))
-
-
-@result
-class Contrast(Result):
-    """A quantity before and after a repair."""
-
-    before_count: int
-    after_count: int = about("Number of observations before and after that have it.")
-    before: float
-    after: float = about("Its typical value before and after.")
-    p_value: float = about("Two-sided probability of such a difference by chance.")
-    delta: float = about("Cliff's delta, from -1 (all fell) to 1 (all rose).")
-    significant: bool = about("Whether the difference is significant, as one of two that are tested.")
-
-
-@result
-class RepairEffect(Result):
-    """Before and after a repair."""
-
-    time_s: float = about("Time of the repair, s on the clock of the observations.")
-    outcome: str = about("Its result.", kind='{"worked", "helped", "no change", "worse", "cannot tell"}')
-    words: str = about("The result in a sentence.")
-    before: int
-    after: int = about("Number of observations before and after it.")
-    probability: Contrast | None = about("The probability that the valve sticks; None with too few observations.")
-    S: Contrast | None = about("S in percent of span; None with too few observations.")
 
 
 def repair_effect(observations: Iterable[Diagnosis | Observation], time_s: float) -> RepairEffect:
@@ -551,10 +477,6 @@ def _trend(diagnosis: Diagnosis) -> str:
     since = f" since {shown:%Y-%m-%d %H:%M:%S} {clock.name}".rstrip() if shown else ""
     label = f"Trend of {diagnosis.name}: {', '.join(axis for axis, _ in rows)} over time{since}"
     return _html.trend(label, segment.time_s, rows, since)
-
-
-def _interval(found: tuple[float, float, float]) -> Estimate:
-    return Estimate(value=found[0], low=found[1], high=found[2])
 
 
 def _diagnosis(handle: _core.Diagnosed, recording: Recording, told: dict[str, Any]) -> Diagnosis:

@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 from stiction import _core, _plots
 from stiction._arguments import choice, integer, optional, text
 from stiction._core import Recording, Scenario
+from stiction._document import (
+    Estimate,
+    FittedController,
+    FittedCycle,
+    FittedProcess,
+    FittedValve,
+    OperatingPoint,
+    PredictedSwing,
+    Proposal,
+    Prospect,
+    RankedProspects,
+    RecordedSwing,
+)
 from stiction._result import Result, about, result, result_of
 from stiction._words import drawn
 from stiction.closed_loop import simulate
 from stiction.compensation import compensators
-from stiction.diagnosis import Estimate
 from stiction.recordings import RecordingLike, Segment, _checked
 
 __all__ = [
@@ -38,157 +50,8 @@ SHOWN = 1200
 
 
 @result
-class OperatingPoint(Result):
-    """The operating point of a recorded loop."""
-
-    op: float = about("Mean of the OP, percent of span.")
-    pv: float = about("Mean of the PV, in its units.")
-    op_drift_per_hour: float = about("Slope of the OP, percent of span per hour: how fast the load drifts.")
-
-
-@result
-class FittedController(Result):
-    """A controller, identified from its output, with 90 % intervals."""
-
-    structure: str = about("Its structure.", kind='{"P", "PI", "PID"}')
-    kc: Estimate = about("Gain, percent of the OP per unit of the PV; negative of a direct-acting controller.")
-    ti: Estimate | None
-    td: Estimate | None = about("Integral and derivative time, s; None if absent.")
-    filter: float | None = about("Time constant of the derivative's filter, s.")
-    set_point_weight: float | None = about(
-        "Weight of the set point in the proportional part; None if the set point never moves."
-    )
-    set_point: Estimate | None = about("The constant set point, in PV units, if none is recorded.")
-    gap: float = about(
-        "Half the width of the gap in which the error is ignored, in PV units; 0 for none."
-    )
-    execution: float | None = about("Time between executions, s; None if it is shorter than the record can show.")
-    delay_samples: int = about("Samples from a PV to the OP that responds to it, 0 or 1.")
-    low: float | None
-    high: float | None = about("Limits of the OP, percent of span, if they were reached.")
-    rate_limit: float | None = about(
-        "Rate limit of the OP, percent of span per second, if it was reached often."
-    )
-    op_quantum: float = about("Resolution of the recorded OP, percent of span; 0 if none is visible.")
-    explained: float = about("R² of the OP increments.")
-    otherwise: float = about(
-        "Share of the samples at which something else moved the OP, such as an operator, tracking, or a fault of the record."
-    )
-
-
-@result
-class FittedProcess(Result):
-    """A process between valve and PV, identified from the recording, with 90 % intervals."""
-
-    kind: str = about("Its response to a constant input.", kind='{"self-regulating", "integrating"}')
-    gain: Estimate | None = about(
-        "PV units per percent; None for an integrating process, or if only the ratio of gain and lag is known."
-    )
-    tau: Estimate | None = about("Time constant, s; None in the same cases.")
-    slope: Estimate = about(
-        "Initial rate of the PV after a step of one percent, PV units per second. This is gain over time "
-        "constant, which is known even if the two are not."
-    )
-    delay: Estimate = about("Dead time including all small lags, s.")
-    explained: float = about("R² of the PV increments.")
-    jointly: str | None = about("What the data cannot separate, in a sentence; None if everything is identified.")
-    disturbance_sd: float = about("Standard deviation of the PV's disturbance, in PV units.")
-    innovation_sd: float = about("Standard deviation of its random change from sample to sample.")
-
-
-@result
-class FittedValve(Result):
-    """A valve, identified from the recording, with 90 % intervals."""
-
-    model: str | None = about("Its model; None if all possible valves follow their OP.")
-    S: Estimate = about("Stick band plus dead band if it sticks, percent of span.")
-    J: Estimate = about("Slip jump if it sticks, percent of span.")
-    follows: float = about("Weight of the valves that follow their OP among all possible ones, from 0 to 1.")
-    from_: str = about("Source of S and J.")
-
-
-@result
-class RecordedSwing(Result):
-    """The recorded swing."""
-
-    period_s: float = about("Its period, s.")
-    op: float = about("Swing of the OP (`Oscillation.amplitude`), percent of span.")
-    pv: float = about("Swing of the PV about its set point, in PV units.")
-
-
-@result
-class PredictedSwing(Result):
-    """The limit cycle of a fitted loop."""
-
-    period_s: Estimate = about("Its period, s.")
-    op: Estimate = about("Half of the OP's peak-to-peak value, percent of span.")
-    pv: Estimate = about("Half of the PV's peak-to-peak value, in PV units.")
-
-
-@result
-class FittedCycle(Result):
-    """The recorded swing, the fitted loop's own cycle, and the swing with a valve that follows."""
-
-    recorded: RecordedSwing | None = about("The recorded swing; None without an oscillation.")
-    predicted: PredictedSwing | None = about(
-        "The loop's own cycle; None if hardly any possible loop cycles."
-    )
-    cycling: float = about("Share of the fitted loops that limit-cycle, from 0 to 1.")
-    pv_swing_left: Estimate | None = about(
-        "Share of the PV's oscillation (root of its power near the period) that would remain if the valve followed its OP; "
-        "None without an oscillation, or if it could not be computed."
-    )
-    explained: bool | None = about(
-        "Whether the valve explains the swing, because the fitted loop cycles as recorded, or because most of the swing "
-        "would vanish without stiction. None without an oscillation."
-    )
-    sentence: str = about("The result in words.")
-
-
-@result
-class Proposal(Result):
-    """A proposed tuning."""
-
-    kc: float = about("Gain, percent of the OP per unit of the PV.")
-    ti: float = about("Integral time, s.")
-    ms: Estimate = about("Peak of the sensitivity function with it, over all fitted loops; up to 2 is robust.")
-    rule: str = about("The tuning rule.")
-
-    _documented_as: ClassVar[Mapping[str, str]] = {"ms": "Ms"}
-
-
-@result
-class Prospect(Result):
-    """The effects of an action. Intervals are the 5 and 95 % points of the fitted loops."""
-
-    action: str = about(
-        '``"as it is"``, ``"valve repaired"``, ``"retuned"``, ``"repaired and retuned"``, ``"positioner"``, or the '
-        "name of a compensator."
-    )
-    pv_swing: Estimate = about("Swing of the PV about its set point, in PV units.")
-    pv_swing_ratio: Estimate = about("The ratio of this value to that of the loop as it is, loop by loop; 20 for 20 or more.")
-    error: Estimate = about("Mean absolute control error, in PV units.")
-    error_ratio: Estimate = about("The ratio of this value to that of the loop as it is, loop by loop; 20 for 20 or more.")
-    travel: Estimate = about("Travel of the valve, percent of span per hour.")
-    settling_s: Estimate | None = about(
-        "Settling time after a load step, s; None if half of the loops do not settle."
-    )
-    sure: float = about(
-        "Probability that the PV swing falls by more than 20 %; from 0.95 on the benefit is called certain, above 0.5 "
-        "probable."
-    )
-    tuning: Proposal | None = about("The tuning, if the action is one.")
-
-
-@result
-class Prospects(Result):
+class Prospects(RankedProspects):
     """The actions for a recorded loop."""
-
-    actions: list[Prospect] = about(
-        "The actions, the best first, by the upper end of the ratio of the control error, then by effort."
-    )
-    loops: int = about("Number of simulated loops that agree with the recording.")
-    advice: list[str] = about("Advice, in sentences.")
 
     def _summary(self) -> list[str]:
         best = self.actions[0]

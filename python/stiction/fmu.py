@@ -15,36 +15,11 @@ from typing import Literal
 
 from stiction import _core
 from stiction._arguments import integer, number, text
-from stiction._result import Result, about, result
+from stiction._document import FmuModel, FmuVariable
+from stiction._result import result_of
 from stiction.closed_loop import ScenarioLike, scenario
 
 __all__ = ["FmuModel", "FmuVariable", "export", "models", "variables"]
-
-
-@result
-class FmuModel(Result):
-    """A model that can be exported."""
-
-    kind: str = about('``"valve"``, ``"stem"`` or ``"loop"``.')
-    name: str = about("Its valve model, or the friction law or parameter set of the stem.")
-    summary: str = about("A short description.")
-
-
-@result
-class FmuVariable(Result):
-    """A variable of an FMU."""
-
-    name: str = about("Its name.")
-    role: str = about(
-        '``"time"``, ``"input"``, ``"output"``, ``"parameter"``, ``"tunable"`` (a parameter that may be changed while '
-        'the simulation runs) or ``"local"``.'
-    )
-    start: float | bool | None = about(
-        "Value at the start; None if it is computed.",
-        kind="float or int or bool or None",
-    )
-    unit: str = about("Its unit.")
-    description: str = about("A short description.")
 
 
 def models() -> list[FmuModel]:
@@ -56,7 +31,7 @@ def models() -> list[FmuModel]:
     >>> [model.name for model in stiction.fmu.models() if model.kind == "stem"][:4]
     ['classical', 'karnopp', 'dahl', 'lugre']
     """
-    return [FmuModel(**model) for model in _core.fmu_models()]
+    return [result_of(FmuModel, model) for model in _core.fmu_models()]
 
 
 def variables(

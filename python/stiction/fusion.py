@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from stiction import _core
+from stiction._arguments import positive
 from stiction._arrays import Samples, samples
-from stiction._result import Result, about, result
+from stiction._document import Estimate
+from stiction._result import Result, about, result, result_of
 from stiction._words import documented
-from stiction.diagnosis import Estimate, _interval
-from stiction.oscillations import _step
 
 __all__ = [
     "Evidence",
@@ -92,9 +92,9 @@ def evidence(op: Samples, pv: Samples | None = None, sp: Samples | None = None, 
         samples("op", op),
         None if pv is None else samples("pv", pv),
         None if sp is None else samples("sp", sp),
-        _step(sample_time),
+        positive("sample_time", sample_time),
     )
-    return Evidence(values=dict(found.pop("values")), **found)
+    return Evidence(**found)
 
 
 @result
@@ -138,16 +138,7 @@ def weigh(evidence: Evidence) -> Weighed:
         raise ValueError(f"evidence has no value of {', '.join(missing[:3])}")
     values = [float(evidence.values[name]) for name in names]
     found = _core.weigh_evidence(values, evidence.op_span, evidence.op_only)
-    return Weighed(
-        probability=found["probability"],
-        lines=dict(found["lines"]),
-        causes=dict(found["causes"]),
-        S=_interval(found["s"]),
-        J_over_S=_interval(found["j_over_s"]),
-        limit=found["limit"],
-        z=evidence.z,
-        distance=found["distance"],
-    )
+    return result_of(Weighed, {**found, "z": evidence.z})
 
 
 @result

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from stiction import _core, _plots
-from stiction._arguments import choice, integer, number, optional
+from stiction._arguments import at_least_zero, choice, integer, number, optional, positive
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands
-from stiction._result import Result, about, result
+from stiction._document import Estimate
+from stiction._result import Result, about, result, result_of
 from stiction._words import documented, drawn
-from stiction.diagnosis import Estimate, _interval
-from stiction.oscillations import _period, _step
 
 __all__ = [
     "Arx",
@@ -96,7 +93,7 @@ def fit_first_order(
     found = _core.fit_fopdt(
         samples("op", op),
         samples("pv", pv),
-        _step(sample_time),
+        positive("sample_time", sample_time),
         bool(integrating),
         integer("longest_delay", longest_delay, 1),
     )
@@ -191,9 +188,7 @@ def fit_extended_arx(input: Samples, output: Samples, *, delay: int, walk: float
     ValueError
         If the signals differ in length, are too short, or nothing can be fitted.
     """
-    given = number("walk", walk)
-    if not 0 <= given < np.inf:
-        raise ValueError(f"walk is {given:g}, but must be a finite number of at least 0")
+    given = at_least_zero("walk", walk)
     x, y = samples("input", input), samples("output", output)
     if len(x) != len(y):
         raise ValueError(f"input has {len(x)} samples, but output has {len(y)}")
@@ -279,8 +274,8 @@ def fit_hammerstein(
             choice("method", method, known),
             samples("op", op),
             samples("pv", pv),
-            _step(sample_time),
-            _period(period_s),
+            positive("sample_time", sample_time),
+            None if period_s is None else positive("period_s", period_s),
             optional("threshold", threshold),
         )
     )
@@ -348,9 +343,9 @@ def weigh_valve(op: Samples, pv: Samples, *, sample_time: float, period_s: float
     >>> evidence.two_phase.gain > 0.1
     True
     """
-    found = _core.weigh_hammerstein(samples("op", op), samples("pv", pv), _step(sample_time), _period(period_s))
-    two_phase, he = ValveFit(**found.pop("two_phase")), ValveFit(**found.pop("he"))
-    return ValveEvidence(two_phase=two_phase, he=he, **found)
+    period = None if period_s is None else positive("period_s", period_s)
+    found = _core.weigh_hammerstein(samples("op", op), samples("pv", pv), positive("sample_time", sample_time), period)
+    return result_of(ValveEvidence, found)
 
 
 @result
@@ -398,10 +393,7 @@ def fit_position(op: Samples, vp: Samples) -> PositionFits:
     >>> fits.ranked[0].model, abs(fits.S.value - 5) < 0.3
     ('two-phase', True)
     """
-    found = _core.fit_valve_position(samples("op", op), samples("vp", vp))
-    return PositionFits(
-        S=_interval(found["s"]), J=_interval(found["j"]), ranked=[PositionFit(**each) for each in found["ranked"]]
-    )
+    return result_of(PositionFits, _core.fit_valve_position(samples("op", op), samples("vp", vp)))
 
 
 @result
@@ -443,12 +435,8 @@ def fit_stem(op: Samples, vp: Samples, *, sample_time: float) -> StemFit:
     ValueError
         If the signals differ in length, are too short, not finite or do not move, or the stem hardly slips.
     """
-    found = _core.fit_valve_stem(samples("op", op), samples("vp", vp), _step(sample_time))
-    for name in ("static_band", "coulomb_band", "lag_s"):
-        value, deviation = found[name]
-        found[name] = FittedNumber(value=value, deviation=deviation)
-    data_driven = PositionFit(**found.pop("data_driven"))
-    return StemFit(data_driven=data_driven, **found)
+    step = positive("sample_time", sample_time)
+    return result_of(StemFit, _core.fit_valve_stem(samples("op", op), samples("vp", vp), step))
 
 
 def bands_of_cycle(

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, overload
 
-import numpy as np
-
 from stiction import _core
 from stiction._arguments import callback, integer, text
 from stiction._arrays import Array
 from stiction._core import POPULATION_VERSION, Table
 from stiction._plots import axes, pv_over_time, valve_over_time
-from stiction._result import Result, about, result
+from stiction._result import Result, about, result, result_of
 from stiction._words import documented, drawn
+from stiction.closed_loop import Signals
 
 __all__ = ["POPULATION_VERSION", "Member", "Population", "Truth", "population", "population_kinds"]
 
@@ -46,7 +45,7 @@ class Truth(Result):
 
 
 @result
-class Member(Result):
+class Member(Signals):
     """A simulated loop, as a plant would have recorded it, with the truth about it."""
 
     name: str = about("Its name.")
@@ -57,22 +56,6 @@ class Member(Result):
     sp: Array | None = about("Recorded set point, in PV units; None if it is not recorded.")
     vp: Array = about("True valve position, percent; a plant would not record it.")
     truth: Truth = about("The truth about it.")
-
-    @property
-    def time_s(self) -> Array:
-        """Times of the samples, s."""
-        return np.arange(len(self.op), dtype=np.float64) * np.float64(self.sample_time)
-
-    def to_table(self) -> Table:
-        """Return the signals as an Arrow table.
-
-        Returns
-        -------
-        Table
-            Columns ``time_s``, ``sp``, ``pv``, ``op``, ``vp``, as far as they are recorded.
-        """
-        signals = {"time_s": self.time_s, "sp": self.sp, "pv": self.pv, "op": self.op, "vp": self.vp}
-        return _core.number_table([(name, x) for name, x in signals.items() if x is not None])
 
     @drawn(2)
     def plot(self, ax: Any = None) -> Any:
@@ -111,8 +94,7 @@ class Population(Sequence[Member]):
         return self._member(where) if isinstance(where, int) else [self._member(k) for k in where]
 
     def _member(self, index: int) -> Member:
-        found = self._loops.member(index)
-        return Member(truth=Truth(**found.pop("truth")), **found)
+        return result_of(Member, self._loops.member(index))
 
     def truth(self) -> Table:
         """Return the truth about the loops as an Arrow table.

@@ -9,9 +9,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from stiction import _core
-from stiction._arguments import number, optional, text
+from stiction._arguments import number, optional, positive, text
 from stiction._arrays import Array, Samples, samples, unmasked
 from stiction._core import Recording
+from stiction._document import Fitness, Measure
 from stiction._objects import plain_frame, plain_objects
 from stiction._result import Result, about, result, result_of
 from stiction._words import documented
@@ -125,24 +126,7 @@ def read(
     >>> loop  # doctest: +SKIP
     <Recording "FIC101-sticky" (flow) of 2400 samples: OP, PV, SP>
     """
-    told = _reading_options(
-        columns=columns,
-        mapping=mapping,
-        zone=zone,
-        time_format=time_format,
-        date=date,
-        sample_time=sample_time,
-        op_range=op_range,
-        pv_range=pv_range,
-        vp_range=vp_range,
-        loop_type=loop_type,
-        bad_text=bad_text,
-        part=part,
-        decimal_mark=decimal_mark,
-        modes=modes,
-        qualities=qualities,
-        bad_value=bad_value,
-    )
+    told = _reading_options(**locals())
     return _core.read_recordings(_path("path", path), told)
 
 
@@ -269,24 +253,7 @@ def recordings_from(
     ValueError
         If it cannot be understood; the message gives row and column.
     """
-    told = _reading_options(
-        columns=columns,
-        mapping=mapping,
-        zone=zone,
-        time_format=time_format,
-        date=date,
-        sample_time=sample_time,
-        op_range=op_range,
-        pv_range=pv_range,
-        vp_range=vp_range,
-        loop_type=loop_type,
-        bad_text=bad_text,
-        decimal_mark=decimal_mark,
-        modes=modes,
-        qualities=qualities,
-        bad_value=bad_value,
-    )
-    return _of_table(table, told)
+    return _of_table(table, _reading_options(**locals()))
 
 
 def recording_from(
@@ -338,49 +305,16 @@ def recording_from(
     >>> stiction.recording_from(table, op="OUT", sample_time=1, name="FIC101")
     <Recording "FIC101" (flow) of 2400 samples: OP, PV>
     """
-    roles = {"time": time, "op": op, "pv": pv, "sp": sp, "vp": vp, "mode": mode}
-    told = _reading_options(
-        columns={role: text(role, column) for role, column in roles.items() if column is not None},
-        zone=zone,
-        time_format=time_format,
-        sample_time=sample_time,
-        op_range=op_range,
-        pv_range=pv_range,
-        vp_range=vp_range,
-        loop_type=loop_type,
-        decimal_mark=decimal_mark,
-        modes=modes,
-        qualities=qualities,
-    )
-    made = _of_table(table, told)
+    told = dict(locals())
+    roles = {role: told.pop(role) for role in ("time", "op", "pv", "sp", "vp", "mode")}
+    columns = {role: text(role, column) for role, column in roles.items() if column is not None}
+    made = _of_table(table, _reading_options(columns=columns, **told))
     if len(made) != 1:
         names = ", ".join(each.name for each in made)
         raise ValueError(f"table holds the loops {names}; name the columns of one, or use recordings_from")
     if name is None:
         return made[0]
     return _core.recording_renamed(made[0], text("name", name), None, loop_type is None)
-
-
-@result
-class Measure(Result):
-    """A measure of the data's fitness."""
-
-    name: str = about("What.")
-    value: float | None = about("The measured value; None if it could not be measured.")
-    unit: str = about("Its unit; empty for a ratio.")
-    caveat_at: float | None
-    unfit_at: float | None = about("Limits for caveats and for unfit data.")
-    class_: str = about("The resulting class.", kind='{"fit", "caveats", "unfit"}')
-    reason: str = about("Its meaning.")
-
-
-@result
-class Fitness(Result):
-    """The fitness of the data for a diagnosis."""
-
-    class_: str = about("The worst class of the measures.", kind='{"fit", "caveats", "unfit"}')
-    reasons: list[str] = about("Why the data are not fit, worst first.")
-    measures: list[Measure] = about("All measures.")
 
 
 @documented
@@ -475,48 +409,25 @@ def _is_table(value: Any) -> bool:
     return isinstance(value, Mapping) or any(hasattr(value, name) for name in known)
 
 
-def _reading_options(
-    *,
-    columns: Mapping[str, str] | None = None,
-    mapping: str | PathLike[str] | None = None,
-    zone: str | None = None,
-    time_format: str | None = None,
-    date: str | None = None,
-    sample_time: float | None = None,
-    op_range: tuple[float, float] | None = None,
-    pv_range: tuple[float, float] | None = None,
-    vp_range: tuple[float, float] | None = None,
-    loop_type: str | None = None,
-    bad_text: Sequence[str] = (),
-    part: str | None = None,
-    decimal_mark: str | None = None,
-    modes: Mapping[str, str] | None = None,
-    qualities: Mapping[str, str] | None = None,
-    bad_value: Sequence[float] = (),
-) -> dict[str, Any]:
-    """Check the information on a file or table."""
+def _reading_options(**told: Any) -> dict[str, Any]:
+    """Check the information on a file or table, among other arguments."""
+    columns, mapping, sample_time = map(told.get, ("columns", "mapping", "sample_time"))
     if columns is not None and not isinstance(columns, Mapping):
         raise TypeError(f"columns must be a mapping of roles to names, but its type is {type(columns).__name__}")
-    step = optional("sample_time", sample_time)
-    if step is not None and not 0 < step < np.inf:
-        raise ValueError(f"sample_time is {step:g}, but must be a finite number above 0")
+    texts = {name: told.get(name) for name in ("zone", "time_format", "date", "loop_type", "part", "decimal_mark")}
+    bad_text = told.get("bad_text", ())
     return {
         "mapping": None if mapping is None else _path("mapping", mapping),
         "columns": [f"{role}={text(f'columns[{role!r}]', name)}" for role, name in (columns or {}).items()],
-        "zone": None if zone is None else text("zone", zone),
-        "time_format": None if time_format is None else text("time_format", time_format),
-        "date": None if date is None else text("date", date),
-        "sample_time": step,
-        "op_range": _range("op_range", op_range),
-        "pv_range": _range("pv_range", pv_range),
-        "vp_range": _range("vp_range", vp_range),
-        "loop_type": None if loop_type is None else text("loop_type", loop_type),
+        "sample_time": None if sample_time is None else positive("sample_time", sample_time),
         "bad_text": [text("bad_text", word) for word in ([bad_text] if isinstance(bad_text, str) else bad_text)],
-        "part": None if part is None else text("part", part),
-        "decimal_mark": None if decimal_mark is None else text("decimal_mark", decimal_mark),
-        "modes": [f"{word}={text('modes', mode)}" for word, mode in (modes or {}).items()],
-        "qualities": [f"{word}={text('qualities', quality)}" for word, quality in (qualities or {}).items()],
-        "bad_value": [number("bad_value", value) for value in np.atleast_1d(bad_value).tolist()],
+        "bad_value": [number("bad_value", value) for value in np.atleast_1d(told.get("bad_value", ())).tolist()],
+        **{name: None if value is None else text(name, value) for name, value in texts.items()},
+        **{name: _range(name, told.get(name)) for name in ("op_range", "pv_range", "vp_range")},
+        **{
+            name: [f"{word}={text(name, meaning)}" for word, meaning in (told.get(name) or {}).items()]
+            for name in ("modes", "qualities")
+        },
     }
 
 

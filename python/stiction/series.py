@@ -5,13 +5,11 @@ Places are in samples. All samples must be finite.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
 from stiction import _core
-from stiction._arguments import number
+from stiction._arguments import at_least_zero, positive
 from stiction._arrays import Array, Samples, samples
 from stiction._result import Result, about, result
 from stiction._words import documented
@@ -106,7 +104,7 @@ def reversals(x: Samples, band: float) -> int:
     >>> stiction.series.reversals([0, 5, 4.9, 6, 1, 7], band=1)
     2
     """
-    return _core.reversals(samples("x", x), _at_least_zero("band", band))
+    return _core.reversals(samples("x", x), at_least_zero("band", band))
 
 
 @documented
@@ -137,10 +135,8 @@ def cycle_period(x: Samples, sample_time: float = 1.0, *, noise_band: float = 0.
     >>> stiction.series.cycle_period([0, 1, 0, -1] * 5, sample_time=0.5)
     2.0
     """
-    time = number("sample_time", sample_time)
-    if not 0 < time < float("inf"):
-        raise ValueError(f"sample_time is {time} s, but must be a finite number above 0")
-    return _core.cycle_period(samples("x", x), time, _at_least_zero("noise_band", noise_band))
+    time, band = positive("sample_time", sample_time), at_least_zero("noise_band", noise_band)
+    return _core.cycle_period(samples("x", x), time, band)
 
 
 @documented
@@ -168,7 +164,7 @@ def swinging_door(x: Samples, deviation: float) -> Array:
     >>> stiction.series.swinging_door([0, 1.1, 2, 3, 0], deviation=0.2)
     array([0., 1., 2., 3., 0.])
     """
-    return _core.swinging_door(samples("x", x), _at_least_zero("deviation", deviation))
+    return _core.swinging_door(samples("x", x), at_least_zero("deviation", deviation))
 
 
 def mann_kendall(y: Samples) -> float:
@@ -225,10 +221,3 @@ def difference_of_means(a: Samples, b: Samples) -> float | None:
     0.1
     """
     return _core.difference_of_means(samples("a", a), samples("b", b))
-
-
-def _at_least_zero(name: str, value: Any) -> float:
-    found = number(name, value)
-    if not 0 <= found < float("inf"):
-        raise ValueError(f"{name} is {found}, but must be a finite number of at least 0")
-    return found

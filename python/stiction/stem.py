@@ -10,8 +10,9 @@ from stiction import _core
 from stiction._arguments import number, optional
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands, Table
+from stiction._document import FrictionLaw
 from stiction._plots import axes, legend, valve_over_time
-from stiction._result import Result, about, result
+from stiction._result import Result, about, result, result_of
 from stiction._words import drawn
 
 __all__ = [
@@ -65,7 +66,7 @@ class StemResponse(Result):
             ``friction_n``.
         """
         columns = {name: value for name, value in self.to_dict().items() if isinstance(value, np.ndarray)}
-        return _core.number_table(list(columns.items()))
+        return _core.table_of(list(columns.items()))
 
     @drawn(2)
     def plot(self, ax: Any = None) -> Any:
@@ -184,7 +185,7 @@ class Stem(_core.Stem):
             optional("acting_pa", acting_pa),
             bool(relaxed),
         )
-        return _response(found, signal)
+        return result_of(StemResponse, {"op": signal, **found})
 
     def follow_pressure(
         self,
@@ -233,7 +234,7 @@ class Stem(_core.Stem):
             optional("acting_pa", acting_pa),
             bool(relaxed),
         )
-        return _response(found, None)
+        return result_of(StemResponse, {"op": None, **found})
 
 
 class StemValve(_core.StemValve):
@@ -290,16 +291,6 @@ def stem_sets() -> list[StemSet]:
     return [StemSet(**each) for each in _core.stem_sets()]
 
 
-@result
-class FrictionLaw(Result):
-    """A friction law."""
-
-    name: str = about("Its name.")
-    summary: str = about("A short description.")
-    source: str = about("Its publication, recalled and not verified unless stated otherwise.")
-    parameters: list[str] = about("Names of its parameters, units in them.")
-
-
 def friction_laws() -> list[FrictionLaw]:
     """List the friction laws.
 
@@ -309,7 +300,7 @@ def friction_laws() -> list[FrictionLaw]:
     >>> [law.name for law in stiction.stem.friction_laws()]
     ['classical', 'karnopp', 'dahl', 'lugre', 'gms', 'armstrong']
     """
-    return [FrictionLaw(**each) for each in _core.friction_laws()]
+    return [result_of(FrictionLaw, each) for each in _core.friction_laws()]
 
 
 def _times(time_s: Samples, signal: Array, name: str) -> Array:
@@ -317,8 +308,3 @@ def _times(time_s: Samples, signal: Array, name: str) -> Array:
     if len(times) != len(signal):
         raise ValueError(f"time_s has {len(times)} samples, but {name} has {len(signal)}")
     return times
-
-
-def _response(found: dict[str, Any], op: Array | None) -> StemResponse:
-    events = [StemEvent(**event) for event in found.pop("events")]
-    return StemResponse(op=op, events=events, **found)

@@ -11,7 +11,21 @@ from collections.abc import Iterable
 
 from stiction import _core
 from stiction._arguments import instance, number
-from stiction._document import Estimate, TestPlan, Turn
+from stiction._document import (
+    Between,
+    Difference,
+    Place,
+    PlanComparison,
+    PositionReading,
+    Ramp,
+    SignaturePlan,
+    SignatureReading,
+    SizeComparison,
+    Step,
+    TestPlan,
+    TestReading,
+    Turn,
+)
 from stiction._result import Result, about, result, result_of
 from stiction.recordings import RecordingLike, _checked
 
@@ -41,97 +55,8 @@ __all__ = [
 
 
 @result
-class Step(Result):
-    """A turn of the OP and its answer."""
-
-    at_s: float = about("Time of the turn, s on the recording's clock.")
-    op: float = about("New OP, percent.")
-    travel: float | None = about(
-        "Change of the OP, percent; None for the first of a time in manual, because the previous position of the stem "
-        "is unknown."
-    )
-    answer: float | None = about("Change of the PV until the next turn, in PV units.")
-    error: float | None = about("Standard deviation of the answer.")
-    answered: bool = about("Whether the PV moved with the turn by more than 2.5 standard deviations.")
-
-
-@result
-class Between(Result):
-    """The OP change that moves the stem, percent, as an interval between two turns."""
-
-    above: float = about("The largest change that did not move the stem; 0 if each did.")
-    up_to: float | None = about("The smallest change that moved the stem; None if none did.")
-
-
-@result
-class PositionReading(Result):
-    """Results from the stem position, by the definitions of ANSI/ISA-75.25.01 (recalled)."""
-
-    dead_band: Between | None = about("OP travel after a reversal before the stem moves, percent.")
-    resolution: Between | None = about("OP travel in the same direction before the stem moves again, percent.")
-    dead_time_s: float | None = about("Median time until the stem begins to move, s.")
-    t63_s: float | None = about("Median time to 63.2 % of the stem's response, s.")
-    t86_s: float | None = about("Median time to 86.5 % of the stem's response, s.")
-    timed: int = about("Number of turns in these medians.")
-
-
-@result
-class SizeComparison(Result):
-    """A size of the plan and its turns in the test."""
-
-    part: int = about("The part of the test, 1 with growing or 2 with shrinking sizes.")
-    planned: float | None = about("The planned size, percent from one turn to the next; None if it is not in the plan.")
-    made: float | None = about("The actual size, percent; None if it was left out.")
-    turns: int = about("Number of turns of this size.")
-    answered: int = about("Number of these with a response of the PV.")
-    hold_planned_s: float | None = about("Planned longest hold of each, s; None in part 2.")
-    hold_s: float | None = about("Longest actual hold, s; None if the size was left out.")
-
-
-@result
-class PlanComparison(Result):
-    """A test compared with its plan."""
-
-    sizes: list[SizeComparison] = about("The sizes, in the order of the test or the plan.")
-    turns_planned: int = about("Planned turns of these sizes, two of each.")
-    turns: int = about("Turns in the test.")
-    cut_short: int = about("Turns of part 1 that ended before the planned hold, although the PV had not responded.")
-    held_longer: int = about("Turns of part 1 held longer than planned.")
-    pv_beyond_s: float = about("Time with the PV outside the limits of the plan during the test, s.")
-    pv_low: float = about("The lowest PV of the test, in PV units.")
-    pv_high: float = about("The highest PV of the test.")
-    remarks: list[str] = about("Deviations from the plan, in sentences.")
-
-
-@result
-class Reading(Result):
+class Reading(TestReading):
     """The result of a test."""
-
-    class_: str = about(
-        "`sticks`, `does not stick`, `does not respond` or `cannot tell`, from the test and the operation before it."
-    )
-    probability: float = about("Probability of sticking, from both.")
-    by_test: float = about("Probability of sticking, from the test alone.")
-    by_operation: float | None = about(
-        "Probability of sticking, from the recording before the test; None if that is inconclusive."
-    )
-    dead_band_elsewhere: float = about(
-        "Probability of a dead band outside the valve, in the process, a linkage or the transmitter."
-    )
-    S: Estimate | None = about("Stick band plus dead band, percent of span, with its 90 % interval, if the valve sticks.")
-    J: Estimate | None = about("Slip jump, percent of span, with its 90 % interval, if the valve sticks.")
-    S_below: float | None = about("Upper limit of S with 95 % confidence, percent; None if the test sets no limit.")
-    response_s: float | None = about("Dead time and lags between OP and PV, s; None if no turn had a response.")
-    known_by: str = about("Source of the manual moves, one of `sheet`, `mode` and `output`.")
-    from_s: float = about("Beginning of the test, s on the recording's clock.")
-    to_s: float = about("End of the test.")
-    stops: int = about("Number of times that the controller took over during the test.")
-    by_position: bool = about("Whether the responses are those of the recorded stem position, and not of the PV.")
-    position: PositionReading | None = about("Results from the position, if it is recorded.")
-    steps: list[Step] = about("The turns, in order.")
-    reasons: list[str] = about("The reasons, in sentences.")
-    advice: str | None = about("How to repeat the test, if it is inconclusive.")
-    plan: PlanComparison | None = about("Comparison with the plan, if one was given.")
 
     def _summary(self) -> list[str]:
         lines = [f"{self.class_}, p = {self.probability:.2g}, {len(self.steps)} turns, from the {self.known_by}"]
@@ -140,15 +65,6 @@ class Reading(Result):
         elif self.S_below is not None:
             lines.append(f"S below {self.S_below:.2g} %")
         return lines
-
-
-@result
-class Difference(Result):
-    """S after a repair minus S before it."""
-
-    value: float | None = about("The best value, percent of span; None if a test only limits S.")
-    low: float = about("Lower end of its 90 % interval, percent of span.")
-    high: float = about("Upper end.")
 
 
 @result
@@ -166,56 +82,8 @@ class Comparison(Result):
 
 
 @result
-class Ramp(Result):
-    """A ramp of the OP in the plan of a signature."""
-
-    to_op: float = about("The OP at its end, percent.")
-    duration_s: float = about("Its duration, s.")
-    hold_s: float = about("The hold at its end, s.")
-
-
-@result
-class SignaturePlan(Result):
-    """The planned signature of a valve."""
-
-    name: str = about("Tag of the loop.")
-    from_op: float = about("The OP at the start, percent.")
-    ramps: list[Ramp] = about("The ramps, in order.")
-    record_every_s: float = about("The longest sample interval of OP and VP, s, without compression.")
-    total_s: float = about("Duration of all ramps and holds, s.")
-    summary: str = about("A summary of the test.")
-    instructions: list[str] = about("The instructions, in order.")
-
-
-@result
-class Place(Result):
-    """A part of the stroke."""
-
-    from_: float = about("The stem position at its lower end, percent.")
-    to: float = about("The stem position at its upper end, percent.")
-    S: Estimate = about("Stick band plus dead band there, percent of span, with its 90 % interval.")
-
-
-@result
-class Signature(Result):
+class Signature(SignatureReading):
     """The result of a signature."""
-
-    class_: str = about("`sticks`, `does not stick`, `does not respond` or `cannot tell`.")
-    S: Estimate | None = about(
-        "Stick band plus dead band, percent of span, with its 90 % interval, outside the part of the stroke that binds."
-    )
-    J: Estimate | None = about("Slip jump, percent of span, with its 90 % interval.")
-    op: list[float] = about("The OP range of the ramps, percent.")
-    vp: list[float] = about("The range of the stem, percent; of the PV as a position if no position was recorded.")
-    offset: float = about("Mean of OP minus VP over rising and falling ramps, percent: the calibration error.")
-    places: list[Place] = about("The parts of the stroke, from the lowest.")
-    binds: list[float] | None = about(
-        "The part of the stroke where the stem binds: its S there is clearly larger than elsewhere."
-    )
-    ramps: int = about("Number of ramps.")
-    from_s: float = about("Start of the ramps, s on the recording's clock.")
-    to_s: float = about("End of the ramps, s on the recording's clock.")
-    reasons: list[str] = about("The reasons, in sentences.")
 
     def _summary(self) -> list[str]:
         lines = [f"{self.class_}, {self.ramps} ramps"]

@@ -9,7 +9,8 @@ import numpy as np
 from stiction import _core
 from stiction._arrays import Array, Samples, samples
 from stiction._core import Bands, Table
-from stiction._result import Result, about, result
+from stiction._document import ValveModel
+from stiction._result import result_of
 from stiction._words import documented
 
 __all__ = ["Bands", "Table", "Valve", "ValveModel", "valve", "valve_models", "valve_table"]
@@ -135,20 +136,6 @@ def valve(
     return follower.follow(signal)
 
 
-@result
-class ValveModel(Result):
-    """A published valve model."""
-
-    name: str = about("Its name.")
-    aliases: list[str] = about("Other names of it.")
-    summary: str = about("A short description.")
-    citation: str = about("Its publication.")
-    uses_s: bool
-    uses_j: bool
-    uses_k: bool
-    uses_rest_tolerance: bool = about("Whether it depends on S, J, the overshoot K and a rest tolerance.")
-
-
 def valve_models() -> list[ValveModel]:
     """List the valve models.
 
@@ -158,7 +145,7 @@ def valve_models() -> list[ValveModel]:
     >>> [model.name for model in stiction.valves.valve_models()][:3]
     ['two-phase', 'choudhury', 'kano']
     """
-    return [ValveModel(**model) for model in _core.valve_models()]
+    return [result_of(ValveModel, model) for model in _core.valve_models()]
 
 
 def valve_table() -> Table:

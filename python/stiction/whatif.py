@@ -13,8 +13,8 @@ from stiction._result import Result, about, result, result_of
 from stiction._words import documented, drawn
 from stiction.closed_loop import ScenarioLike
 from stiction.closed_loop import scenario as _scenario
-from stiction.compensation import Outcome, Parameter, Protocol, _bars, _names, _row_parts, _table
-from stiction.cycles import Cycle, Retuning, _retuning
+from stiction.compensation import Outcome, Parameter, Protocol, _bars, _names, _table
+from stiction.cycles import Cycle, Retuning
 
 __all__ = ["Action", "WhatIf", "what_if"]
 
@@ -133,16 +133,4 @@ def what_if(
         _names("methods", methods),
         callback("progress", progress),
     )
-    test, retuning = found["manual_test"], found["retuning"]
-    return WhatIf(
-        **{
-            **found,
-            "rows": [
-                Action(**{**_row_parts(row), "cycle": None if row["cycle"] is None else Cycle(**row["cycle"])})
-                for row in found["rows"]
-            ],
-            "manual_test": None if test is None else result_of(TestPlan, test),
-            "retuning": None if retuning is None else _retuning(retuning),
-            "protocol": Protocol(**found["protocol"]),
-        }
-    )
+    return result_of(WhatIf, found)

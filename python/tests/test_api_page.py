@@ -1,4 +1,4 @@
-"""The page of the Python API and the classes of a diagnosis are what `docs/python_api.py` makes, and have every name."""
+"""The page of the Python API and the classes of results are what `docs/python_api.py` makes, and have every name."""
 
 import importlib
 import importlib.util
@@ -12,12 +12,12 @@ import stiction
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
-@pytest.mark.parametrize("made", ["classes", "page"])
+@pytest.mark.parametrize("made", ["classes", "page", "stub"])
 def test_what_is_made_is_up_to_date(made):
     spec = importlib.util.spec_from_file_location("python_api", DOCS / "python_api.py")
     maker = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(maker)
-    path = {"classes": maker.CLASSES, "page": maker.PAGE}[made]
+    path = {"classes": maker.CLASSES, "page": maker.PAGE, "stub": maker.STUB}[made]
     assert getattr(maker, made)() == path.read_text(encoding="utf-8"), "run python3 docs/python_api.py"
 
 

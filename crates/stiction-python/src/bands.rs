@@ -35,7 +35,6 @@ pub struct Bands(pub stiction::Bands);
 #[pymethods]
 impl Bands {
     #[new]
-    #[pyo3(signature = (S, J))]
     #[expect(non_snake_case, reason = "the field's names")]
     fn new(S: &Bound<'_, PyAny>, J: &Bound<'_, PyAny>) -> PyResult<Self> {
         stiction::Bands::from_s_j(number("S", S)?, number("J", J)?).map(Self).map_err(refused)
@@ -59,7 +58,6 @@ impl Bands {
     /// ValueError
     ///     If they are out of range.
     #[staticmethod]
-    #[pyo3(signature = (fs, fd))]
     fn from_fs_fd(fs: &Bound<'_, PyAny>, fd: &Bound<'_, PyAny>) -> PyResult<Self> {
         stiction::Bands::from_fs_fd(number("fs", fs)?, number("fd", fd)?).map(Self).map_err(refused)
     }

@@ -212,7 +212,6 @@ const CHUNK: usize = 256;
 
 /// Statistics of many closed loops. Successive loops with the same number of samples are swept together.
 #[pyfunction]
-#[pyo3(signature = (scenarios, told = None))]
 pub fn sweep<'py>(
     py: Python<'py>,
     scenarios: Vec<Scenario>,

@@ -4,7 +4,6 @@ use crate::closed_loop::{Scenario, run_dict};
 use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::long::long;
-use crate::table::{ArrowTable, counts, flags, numbers, texts};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -16,16 +15,8 @@ use stiction::what_if::{self, knowledge};
 
 /// Names and descriptions of the compensators.
 #[pyfunction]
-pub fn compensators(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
-    let each = |method: &Method| {
-        let description = method.describe();
-        Ok(dict!(py,
-            "name": description.name,
-            "summary": description.summary,
-            "citation": description.citation,
-        ))
-    };
-    Method::ALL.iter().map(each).collect()
+pub fn compensators(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    plain(py, &Method::ALL.map(Method::describe))
 }
 
 /// The protocol for the loop, with the user's changes and the assumed knowledge of the loop.
@@ -62,7 +53,6 @@ fn measures_dict<'py>(py: Python<'py>, m: &Measures) -> PyResult<Bound<'py, PyDi
 
 /// A compensator on a loop, and the loop without it.
 #[pyfunction]
-#[pyo3(signature = (scenario, method, parameters, s = None, j = None, at_s = None, settle_s = None, window_s = None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of one function")]
 pub fn compensate_loop<'py>(
     py: Python<'py>,
@@ -179,7 +169,6 @@ pub fn methods_of(names: &[String]) -> PyResult<Vec<Method>> {
 
 /// Compensators side by side.
 #[pyfunction]
-#[pyo3(signature = (scenario, methods = None, s = None, j = None, at_s = None, told = None))]
 pub fn compare_compensators<'py>(
     py: Python<'py>,
     scenario: &Scenario,
@@ -213,32 +202,4 @@ pub fn compare_compensators<'py>(
         "rows": rows.collect::<PyResult<Vec<_>>>()?,
         "protocol": protocol_dict(py, &options)?,
     ))
-}
-
-/// One row for every case of every action.
-#[pyfunction]
-pub fn actions_table(
-    rank: Vec<i64>,
-    action: Vec<String>,
-    case: Vec<(f64, f64, bool)>,
-    measures: Vec<[f64; 7]>,
-    settling_s: Vec<[Option<f64>; 2]>,
-) -> PyResult<ArrowTable> {
-    let measure = |name, k: usize| numbers(name, measures.iter().map(|row| Some(row[k])));
-    ArrowTable::of(vec![
-        counts("rank", rank.into_iter().map(Some)),
-        texts("action", action.into_iter().map(Some)),
-        numbers("s_factor", case.iter().map(|case| Some(case.0))),
-        numbers("j_factor", case.iter().map(|case| Some(case.1))),
-        flags("noise", case.iter().map(|case| Some(case.2))),
-        measure("iae_per_s", 0),
-        measure("pv_std", 1),
-        measure("op_travel_per_s", 2),
-        measure("vp_travel_per_s", 3),
-        measure("reversals_per_h", 4),
-        numbers("set_point_settling_s", settling_s.iter().map(|row| row[0])),
-        numbers("load_settling_s", settling_s.iter().map(|row| row[1])),
-        measure("set_point_iae_per_s", 5),
-        measure("load_iae_per_s", 6),
-    ])
 }

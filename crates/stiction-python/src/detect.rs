@@ -6,7 +6,7 @@ use crate::long::long;
 use crate::oscillation::all_finite;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 use rayon::prelude::*;
 use stiction::Error;
 use stiction::finding::{Applies, Decides, Needs};
@@ -23,8 +23,8 @@ pub type Signal<'py> = PyReadonlyArray1<'py, f64>;
 pub fn detector_methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     let of = |detector: &dyn Detector| {
         let method = detector.method();
-        let parameters: Vec<_> =
-            detector.parameters().iter().map(|p| (p.name, p.value, p.unit)).collect();
+        let parameters = detector.parameters();
+        let parameters = parameters.iter().map(|p| (p.name, (p.value, p.unit)));
         Ok(dict!(py,
             "name": method.name,
             "title": method.title,
@@ -48,7 +48,7 @@ pub fn detector_methods(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
                 Needs::OpAndVp => "OP and VP",
             },
             "explains_oscillation": method.explains_oscillation,
-            "parameters": parameters,
+            "parameters": parameters.into_py_dict(py)?,
         ))
     };
     methods::all().iter().map(|detector| of(&**detector)).collect()
@@ -78,6 +78,27 @@ pub fn segment(
     Ok(Segment { from: 0.0, sample_time, op, pv, sp, vp, bridged: 0 })
 }
 
+/// OP, PV, SP, VP, time between samples, period, and type of the loop.
+#[derive(FromPyObject)]
+pub struct Signals<'py>(
+    Signal<'py>,
+    Option<Signal<'py>>,
+    Option<Signal<'py>>,
+    Option<Signal<'py>>,
+    f64,
+    Option<f64>,
+    String,
+);
+
+impl Signals<'_> {
+    /// The segment, its loop type, and the given period.
+    fn checked(self) -> PyResult<(Segment, LoopType, Option<f64>)> {
+        let Self(op, pv, sp, vp, sample_time, period_s, loop_type) = self;
+        let loop_type = LoopType::by_name(&loop_type).map_err(refused)?;
+        Ok((segment(&op, pv, sp, vp, sample_time)?, loop_type, period_s))
+    }
+}
+
 /// The given period in samples, or the period of the dominant oscillation.
 fn period(segment: &Segment, loop_type: LoopType, told_s: Option<f64>) -> Option<f64> {
     match told_s {
@@ -94,24 +115,16 @@ pub fn methods(names: &[String]) -> PyResult<Vec<MethodId>> {
 /// Runs detectors on a segment; without names, all of them. Without a period, the period of the dominant oscillation
 /// is used.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "keywords of one function")]
 pub fn detect_stiction<'py>(
     py: Python<'py>,
     methods: Option<Vec<String>>,
-    op: Signal<'_>,
-    pv: Option<Signal<'_>>,
-    sp: Option<Signal<'_>>,
-    vp: Option<Signal<'_>>,
-    sample_time: f64,
-    period_s: Option<f64>,
-    loop_type: &str,
+    signals: Signals<'_>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let detectors: Vec<_> = match methods {
         None => methods::all(),
         Some(names) => self::methods(&names)?.into_iter().map(MethodId::detector).collect(),
     };
-    let loop_type = LoopType::by_name(loop_type).map_err(refused)?;
-    let segment = segment(&op, pv, sp, vp, sample_time)?;
+    let (segment, loop_type, period_s) = signals.checked()?;
     let findings = long(py, None, move |progress| {
         let period = period(&segment, loop_type, period_s);
         let judge = |detector: &dyn Detector| {
@@ -166,20 +179,12 @@ pub fn evidence_dict<'py>(
 
 /// The evidence of a method in signals. Without a period, the period of the dominant oscillation is used.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "keywords of one function")]
 pub fn method_evidence<'py>(
     py: Python<'py>,
     method: &str,
-    op: Signal<'_>,
-    pv: Option<Signal<'_>>,
-    sp: Option<Signal<'_>>,
-    vp: Option<Signal<'_>>,
-    sample_time: f64,
-    period_s: Option<f64>,
-    loop_type: &str,
+    signals: Signals<'_>,
 ) -> PyResult<Option<Bound<'py, PyDict>>> {
-    let loop_type = LoopType::by_name(loop_type).map_err(refused)?;
-    let segment = segment(&op, pv, sp, vp, sample_time)?;
+    let (segment, loop_type, period_s) = signals.checked()?;
     evidence_dict(py, method, move |look| {
         look(&Subject::new(&segment, loop_type, period(&segment, loop_type, period_s)))
     })

@@ -1,10 +1,10 @@
 //! Functional mock-up units: the list of models, and the bytes of one.
 
 use crate::closed_loop::Scenario;
-use crate::dict::{dict, plain};
+use crate::dict::plain;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::PyBytes;
 use stiction_fmu::Fmi;
 use stiction_fmu_export::{Error, Library};
 
@@ -77,8 +77,6 @@ impl Fmu {
 
 /// Every model that can be exported.
 #[pyfunction]
-pub fn fmu_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
-    let all = stiction_fmu::models().into_iter();
-    all.map(|entry| Ok(dict!(py, "kind": entry.model, "name": entry.law, "summary": entry.summary)))
-        .collect()
+pub fn fmu_models(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    plain(py, &stiction_fmu::models())
 }

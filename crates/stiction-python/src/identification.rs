@@ -8,7 +8,7 @@ use crate::long::long;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 use std::collections::HashSet;
 use stiction::evidence::{Evidence, features, op_only};
 use stiction::finding::Abstention;
@@ -269,7 +269,7 @@ pub fn fit_valve_position<'py>(
     let interval = |of: position::Interval| (of.value, of.low, of.high);
     let (s, j) = (interval(fits.s), interval(fits.j));
     let ranked = fits.ranked.into_iter().map(|fit| position_fit(py, fit));
-    Ok(dict!(py, "s": s, "j": j, "ranked": ranked.collect::<PyResult<Vec<_>>>()?))
+    Ok(dict!(py, "S": s, "J": j, "ranked": ranked.collect::<PyResult<Vec<_>>>()?))
 }
 
 /// A stem with friction fitted to a recorded position.
@@ -345,9 +345,9 @@ pub fn evidence_of<'py>(
     let op_only = segment.pv.is_none();
     let evidence = long(py, None, move |_| Evidence::of(&segment))?.map_err(unfit)?;
     let z = evidence.information.as_ref().map_or(0.0, |told| told.z());
-    let named: Vec<_> = features().map(|f| f.name).zip(evidence.values).collect();
+    let named = features().map(|f| f.name).zip(evidence.values);
     Ok(dict!(py,
-        "values": named,
+        "values": named.into_py_dict(py)?,
         "op_span": evidence.op_span,
         "period_s": evidence.period_s,
         "op_only": op_only,
@@ -366,14 +366,14 @@ pub fn weigh_evidence<'py>(
     let bundle = shipped().map_err(refused)?;
     let says = bundle.weigh(&values, op_span, op_only).map_err(refused)?;
     let triple = |e: Estimate| (e.value, e.low, e.high);
-    let lines: Vec<_> = says.lines.iter().map(|(line, p)| (line.name(), *p)).collect();
-    let causes: Vec<_> = says.causes.iter().map(|(cause, p)| (cause.name(), *p)).collect();
+    let lines = says.lines.iter().map(|(line, p)| (line.name(), *p));
+    let causes = says.causes.iter().map(|(cause, p)| (cause.name(), *p));
     Ok(dict!(py,
         "probability": says.probability,
-        "lines": lines,
-        "causes": causes,
-        "s": triple(says.s),
-        "j_over_s": triple(says.j_over_s),
+        "lines": lines.into_py_dict(py)?,
+        "causes": causes.into_py_dict(py)?,
+        "S": triple(says.s),
+        "J_over_S": triple(says.j_over_s),
         "limit": says.limit,
         "distance": says.distance,
     ))

@@ -25,6 +25,7 @@ mod plant_table;
 mod pool;
 mod population;
 mod recordings;
+mod schemas;
 mod series;
 mod stem;
 mod table;
@@ -49,7 +50,7 @@ mod core {
         closed_loop::{
             Scenario, scenario_names, scenario_open, scenario_parse, signal, simulate, sweep,
         },
-        compensate::{actions_table, compare_compensators, compensate_loop, compensators},
+        compensate::{compare_compensators, compensate_loop, compensators},
         detect::{detect_stiction, detector_methods, method_evidence},
         diagnosis::{
             Diagnosed, diagnose_recordings, diagnoses_document, diagnoses_html, diagnoses_table,
@@ -64,9 +65,8 @@ mod core {
         },
         limit_cycle::{
             describing_function, describing_function_branch, frequency_response, lambda_tuning,
-            least_amplitude, limit_cycle, limit_cycle_map, limit_cycle_map_table,
-            limit_cycle_member, limit_cycle_trajectory, load_step_iae, loop_parameters, retune,
-            sensitivities, simc,
+            least_amplitude, limit_cycle, limit_cycle_map, limit_cycle_member,
+            limit_cycle_trajectory, load_step_iae, loop_parameters, retune, sensitivities, simc,
         },
         oscillation::oscillation_of,
         own::simulate_own,
@@ -81,12 +81,13 @@ mod core {
             Recording, loop_types, read_recordings, recording_fitness, recording_kept,
             recording_renamed, recording_segments, recordings_of_arrow, recordings_of_columns,
         },
+        schemas::result_schemas,
         series::{
             cycle_period, difference_of_means, half_waves, mann_kendall, reversals, swinging_door,
             zero_crossings,
         },
         stem::{Stem, StemValve, friction_laws, stem_sets},
-        table::{ArrowTable, number_table},
+        table::{ArrowTable, table_of},
         valve::{Valve, valve_models, valve_table},
         valve_test::{
             signature_planned, signature_read, signatures_compared, test_compared, test_planned,

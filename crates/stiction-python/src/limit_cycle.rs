@@ -5,7 +5,6 @@ use crate::closed_loop::Scenario;
 use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::long::long;
-use crate::table::{ArrowTable, counts, numbers, texts};
 use numpy::{Complex64, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -125,7 +124,6 @@ fn valve_of(model: &str, s: f64, j: f64) -> PyResult<DescribingFunction> {
 
 /// N(X); 0 if the valve stays stuck. With this number of slips per stroke, or with the smallest.
 #[pyfunction]
-#[pyo3(signature = (amplitude, s, j, model, slips = None))]
 pub fn describing_function<'py>(
     py: Python<'py>,
     amplitude: PyReadonlyArray1<'py, f64>,
@@ -173,7 +171,6 @@ fn usual_frequencies(response: &FrequencyResponse) -> stiction::Result<Vec<f64>>
 
 /// The loop without its valve over frequency.
 #[pyfunction]
-#[pyo3(signature = (scenario, omega = None))]
 pub fn frequency_response<'py>(
     py: Python<'py>,
     scenario: &Scenario,
@@ -224,7 +221,6 @@ pub fn loop_parameters() -> Vec<(&'static str, &'static str)> {
 
 /// The cycles over two parameters. `told` receives the number of finished points.
 #[pyfunction]
-#[pyo3(signature = (scenario, x, y, method, told = None))]
 pub fn limit_cycle_map<'py>(
     py: Python<'py>,
     scenario: &Scenario,
@@ -239,17 +235,7 @@ pub fn limit_cycle_map<'py>(
     };
     let (x, y): (Axis, Axis) = (axis(x)?, axis(y)?);
     let map = long(py, told, move |progress| {
-        // Row by row, so that progress can be reported and the search cancelled.
-        let mut points = vec![];
-        for value in &y.values {
-            if progress.is_cancelled() {
-                break;
-            }
-            let row = Axis { values: vec![*value], ..y };
-            points.extend(Map::of(&l, x.clone(), row, method)?.points);
-            x.values.iter().for_each(|_| progress.one());
-        }
-        Ok(Map { x, y, method, points })
+        Map::of_with_progress(&l, x, y, method, || progress.goes_on())
     })?
     .map_err(refused)?;
     let column =
@@ -276,37 +262,6 @@ pub fn limit_cycle_map<'py>(
         "slips": column(|p| if let Point::Cycle { slips, .. } = p { *slips as f64 } else { f64::NAN }),
         "boundary": PyArray1::from_vec(py, ends),
     ))
-}
-
-/// One row for every point of a map.
-#[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "columns")]
-pub fn limit_cycle_map_table(
-    x_name: &str,
-    y_name: &str,
-    x: Vec<f64>,
-    y: Vec<f64>,
-    state: Vec<String>,
-    reason: Vec<String>,
-    period_s: Vec<f64>,
-    half_pp: [Vec<f64>; 3],
-    slips: Vec<f64>,
-) -> PyResult<ArrowTable> {
-    let name = |name: &str| Parameter::by_name(name).map(Parameter::name).map_err(refused);
-    let known =
-        |values: Vec<f64>| values.into_iter().map(|value| (!value.is_nan()).then_some(value));
-    let [op, vp, pv] = half_pp;
-    ArrowTable::of(vec![
-        numbers(name(x_name)?, x.into_iter().map(Some)),
-        numbers(name(y_name)?, y.into_iter().map(Some)),
-        texts("state", state.into_iter().map(Some)),
-        numbers("period_s", known(period_s)),
-        numbers("half_pp_op", known(op)),
-        numbers("half_pp_vp", known(vp)),
-        numbers("half_pp_pv", known(pv)),
-        counts("slips", known(slips).map(|slips| slips.map(|slips| slips as i64))),
-        texts("reason", reason.into_iter().map(|reason| (!reason.is_empty()).then_some(reason))),
-    ])
 }
 
 /// Change of the exact cycle in percent per percent of each parameter.
@@ -337,7 +292,6 @@ fn tuning_of<'py>(py: Python<'py>, controller: &Controller) -> PyResult<Bound<'p
 
 /// Skogestad's tuning of the process of a scenario.
 #[pyfunction]
-#[pyo3(signature = (scenario, tc = None))]
 pub fn simc<'py>(
     py: Python<'py>,
     scenario: &Scenario,
@@ -392,7 +346,6 @@ pub fn retuning_dict<'py>(py: Python<'py>, found: &Retuning) -> PyResult<Bound<'
 
 /// The robust tuning with the smallest swing of the PV. `told` receives the number of judged tunings.
 #[pyfunction]
-#[pyo3(signature = (scenario, ms, method, within, points, told = None))]
 pub fn retune<'py>(
     py: Python<'py>,
     scenario: &Scenario,

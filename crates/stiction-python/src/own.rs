@@ -89,7 +89,6 @@ impl OwnProcess for Theirs<'_, '_> {
 
 /// Simulates a closed loop in which user parts replace its own.
 #[pyfunction]
-#[pyo3(signature = (scenario, controller, valve, process))]
 pub fn simulate_own<'py>(
     py: Python<'py>,
     scenario: &Scenario,

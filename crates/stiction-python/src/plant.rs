@@ -60,7 +60,6 @@ pub struct Plant {
 #[pymethods]
 impl Plant {
     #[new]
-    #[pyo3(signature = (text, origin))]
     fn new(text: String, origin: String) -> PyResult<Self> {
         let plant = plant_file::Plant::parse(&text, &origin).map_err(refused)?;
         Ok(Self { text, origin, plant: Arc::new(plant) })

@@ -2,7 +2,7 @@
 
 use crate::arguments::{finite, mismatch, number};
 use crate::bands::Bands;
-use crate::dict::dict;
+use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::long::long;
 use crate::series::finite as all_finite;
@@ -180,7 +180,6 @@ impl Stem {
 
     /// Moves under `signal`, an OP in percent or a pressure in Pa. It is interpolated linearly between the times of
     /// its samples or, with a sample time, held over each sample.
-    #[pyo3(signature = (signal, time_s, is_pressure, held_s, at_s, position, acting_pa, relaxed))]
     #[expect(clippy::too_many_arguments, reason = "called by one method only")]
     fn _follow<'py>(
         &self,
@@ -351,7 +350,6 @@ impl StemValve {
     /// ------
     /// ValueError
     ///     If `op` is not finite, or the solver cannot continue.
-    #[pyo3(signature = (op))]
     fn step(&mut self, op: &Bound<'_, PyAny>) -> PyResult<f64> {
         let position = self.valve.step(finite("op", op)?);
         self.checked().map(|()| position)
@@ -386,15 +384,6 @@ pub fn stem_sets(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
 
 /// The friction laws.
 #[pyfunction]
-pub fn friction_laws(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
-    LAWS.iter()
-        .map(|law| {
-            Ok(dict!(py,
-                "name": law.name,
-                "summary": law.summary,
-                "source": law.source,
-                "parameters": law.parameters,
-            ))
-        })
-        .collect()
+pub fn friction_laws(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    plain(py, &LAWS)
 }

@@ -154,15 +154,31 @@ impl ArrowTable {
     }
 }
 
-/// A table of columns of numbers; NaN is null.
+/// A column from Python. NaN and None are null.
+#[derive(FromPyObject)]
+pub enum Given<'py> {
+    Numbers(PyReadonlyArray1<'py, f64>),
+    Flags(Vec<bool>),
+    Counts(Vec<Option<i64>>),
+    Texts(Vec<Option<String>>),
+}
+
+/// A table of named columns.
 #[pyfunction]
-pub fn number_table(columns: Vec<(String, PyReadonlyArray1<'_, f64>)>) -> PyResult<ArrowTable> {
-    let mut all: Vec<(String, ArrayRef)> = vec![];
-    for (name, values) in columns {
-        let values = values.as_slice()?.iter().map(|v| Some(*v).filter(|v| !v.is_nan()));
-        all.push((name, Arc::new(values.collect::<Float64Array>())));
-    }
-    let columns = all.into_iter().map(|(name, values)| (name, values, true));
+pub fn table_of(columns: Vec<(String, Given<'_>)>) -> PyResult<ArrowTable> {
+    let column = |(name, given): (String, Given<'_>)| {
+        let values: ArrayRef = match given {
+            Given::Numbers(values) => {
+                let values = values.as_slice()?.iter().map(|v| Some(*v).filter(|v| !v.is_nan()));
+                Arc::new(values.collect::<Float64Array>())
+            }
+            Given::Flags(values) => Arc::new(BooleanArray::from(values)),
+            Given::Counts(values) => Arc::new(Int64Array::from(values)),
+            Given::Texts(values) => Arc::new(StringArray::from(values)),
+        };
+        Ok((name, values, true))
+    };
+    let columns = columns.into_iter().map(column).collect::<PyResult<Vec<_>>>()?;
     RecordBatch::try_from_iter_with_nullable(columns)
         .map(ArrowTable)
         .map_err(|e| PyValueError::new_err(e.to_string()))

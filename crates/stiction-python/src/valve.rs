@@ -2,7 +2,7 @@
 
 use crate::arguments::{finite, mismatch, number};
 use crate::bands::Bands;
-use crate::dict::dict;
+use crate::dict::{dict, plain};
 use crate::errors::refused;
 use crate::table::{ArrowTable, flags, texts};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
@@ -173,7 +173,6 @@ impl Valve {
     /// ------
     /// ValueError
     ///     If `op` is not finite.
-    #[pyo3(signature = (op))]
     fn step(&mut self, op: &Bound<'_, PyAny>) -> PyResult<f64> {
         Ok(self.assembly.step(finite("op", op)?))
     }
@@ -264,23 +263,8 @@ impl Valve {
 
 /// Names and descriptions of the valve models.
 #[pyfunction]
-pub fn valve_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
-    Model::ALL
-        .iter()
-        .map(|model| {
-            let description = model.describe();
-            Ok(dict!(py,
-                "name": description.name,
-                "aliases": description.aliases,
-                "summary": description.summary,
-                "citation": description.citation,
-                "uses_s": description.uses_s,
-                "uses_j": description.uses_j,
-                "uses_k": description.uses_k,
-                "uses_rest_tolerance": description.uses_rest_tolerance,
-            ))
-        })
-        .collect()
+pub fn valve_models(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    plain(py, &Model::ALL.map(Model::describe))
 }
 
 /// The valve models as a table.

@@ -90,13 +90,13 @@ fn read(
     read.map_err(|why| because(&name, &why))
 }
 
-/// Two tests and their comparison.
+/// Two results and their comparison.
 #[derive(Serialize)]
-struct Compared {
+struct Compared<T> {
     #[serde(flatten)]
     comparison: Comparison,
-    before: TestReading,
-    after: TestReading,
+    before: T,
+    after: T,
 }
 
 /// The comparison of two tests, before and after a repair, as a document.
@@ -136,15 +136,6 @@ pub fn signature_read(py: Python<'_>, recording: Recording) -> PyResult<Bound<'_
     plain(py, &signed(py, recording)?)
 }
 
-/// Two signatures and their comparison.
-#[derive(Serialize)]
-struct SignaturesCompared {
-    #[serde(flatten)]
-    comparison: Comparison,
-    before: Signature,
-    after: Signature,
-}
-
 /// The comparison of two signatures, as a document.
 #[pyfunction]
 pub fn signatures_compared(
@@ -154,5 +145,5 @@ pub fn signatures_compared(
 ) -> PyResult<Bound<'_, PyAny>> {
     let (before, after) = (signed(py, before)?, signed(py, after)?);
     let comparison = valve_test::compare(&before, &after);
-    plain(py, &SignaturesCompared { comparison, before, after })
+    plain(py, &Compared { comparison, before, after })
 }

@@ -14,7 +14,6 @@ use stiction::what_if::{self, Prediction, Row, WhatIfOptions};
 /// All actions, ranked.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "keywords of one function")]
-#[pyo3(signature = (scenario, repaired_s = None, repaired_j = None, positioner_gain = None, ms = None, methods = None, told = None))]
 pub fn what_if_loop<'py>(
     py: Python<'py>,
     scenario: &Scenario,

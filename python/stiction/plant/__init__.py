@@ -14,7 +14,8 @@ from typing import Any, TypeAlias
 from stiction import _core
 from stiction._arguments import callback, integer, optional, text
 from stiction._core import Table
-from stiction._result import Result, about, result, result_of
+from stiction._document import Changes, Checked, Graded, Group, LoopThere, Member, Problem, Scanned, Status, Unknown
+from stiction._result import result_of
 from stiction._words import documented
 
 __all__ = [
@@ -47,142 +48,6 @@ __all__ = [
 Folder: TypeAlias = "str | os.PathLike[str]"
 Settings: TypeAlias = "str | os.PathLike[str] | None"
 """The text of a ``plant.toml``, or the path of its folder."""
-
-
-@result
-class Problem(Result):
-    """A file or loop that could not be read."""
-
-    file: str | None = about("The file; None if it concerns all of them.")
-    loop: str | None = about("The loop; None if it concerns the whole file.")
-    message: str = about("The fault and the remedy.")
-
-
-@result
-class Unknown(Result):
-    """Something in a plant's data that was not read, or windows that could not be judged."""
-
-    kind: str = about(
-        'What it is: ``"file not read"``, ``"loop not read"``, ``"loop without a PV"``, ``"tag without a partner"`` or '
-        '``"window not judged"``.'
-    )
-    name: str = about("Its file, loop or tag.")
-    count: int = about("How many: of a loop, its windows that were not judged, otherwise 1.")
-    reason: str = about("The reason, with a remedy.")
-
-
-@result
-class Changes(Result):
-    """Data files that differ from those of the last scan."""
-
-    new: list[str] = about("Files that no scan has read.")
-    changed: list[str] = about("Files with other content, or with another size or date before they are read.")
-    missing: list[str] = about("Files that no longer exist. The verdicts on their windows stay.")
-
-
-@result
-class Scanned(Result):
-    """The result of a scan."""
-
-    plant: str = about("Name of the plant.")
-    run: str | None = about("Name of the run; None if there was nothing new.")
-    engine_version: str = about("Version of the program.")
-    model_version: str = about("Version of the verdict's training.")
-    files: int = about("Files that were checked.")
-    loops: int = about("Loops in them.")
-    windows: int = about("Windows that were judged in this run.")
-    errors: int = about("Number of these that could not be judged.")
-    parts: int = about("Parts of the stored result.")
-    problems: list[Problem] = about("Files and loops that could not be read.")
-    unknown: list[Unknown] = about(
-        "These, loops without a PV, tags without a partner, and windows of this run that could not be judged."
-    )
-    no_recordings: list[str] = about("Files that are not recordings because they lack an OP, a sentence each.")
-    damaged: list[str] = about("Damaged files of earlier runs, a sentence each.")
-    changes: Changes = about("How the data files differ from those of the scan before.")
-
-
-@result
-class LoopThere(Result):
-    """A loop in the data of a plant."""
-
-    loop: str = about("Its tag.")
-    days: int = about("Days with samples.")
-    first_day: str | None
-    last_day: str | None = about("The first and the last of these days.")
-    in_plant_file: bool = about("Whether the plant's file lists it.")
-    tags: list[str] = about(
-        "Information from the beginning of its last file, which is the tags of its signals, such as ``op = "
-        '"FIC101.OP"``.'
-    )
-    op_range: list[float] | None = about("The values of OP at 0 % and 100 %.", kind="list of two floats or None")
-    modes: list[str] = about("Its modes; empty if its mode is not recorded.")
-    notes: list[str] = about("Assumptions, and points to confirm.")
-
-
-@result
-class Checked(Result):
-    """The contents of a plant's data."""
-
-    plant: str = about("Name of the plant.")
-    files: int = about("Files in the plant's file.")
-    loops: list[LoopThere] = about("Loops in them.")
-    problems: list[Problem] = about("Problems with the data.")
-    unknown: list[Unknown] = about("These problems, loops without a PV, and tags without a partner.")
-    no_recordings: list[str] = about("Files that are not recordings because they lack an OP, a sentence each.")
-
-
-@result
-class Graded(Result):
-    """The number of windows with a grade."""
-
-    grade: str = about("The grade.")
-    windows: int = about("Windows.")
-
-
-@result
-class Status(Result):
-    """The results of a plant so far."""
-
-    plant: str = about("Name of the plant.")
-    loops: int = about("Loops with a window.")
-    days: int = about("Days of the plant with a window.")
-    first_day: str | None
-    last_day: str | None = about("The first and the last of these days.")
-    windows: int = about("Windows that count.")
-    errors: int = about("Number of these that could not be judged.")
-    time_limited: int = about("Number of these that reached the time limit of their scan.")
-    grades: list[Graded] = about("Windows by grade, the worst first.")
-    runs: int = about("Runs.")
-    cut_short: int = about("Unfinished runs since the last complete scan of all loops and days.")
-    damaged: list[str] = about("Damaged files of results, a sentence each.")
-    changes: Changes = about("How the data files differ from those of the last scan.")
-    unknown: list[Unknown] = about("What the last scan did not read, and all windows that could not be judged.")
-
-
-@result
-class Member(Result):
-    """A loop of a group."""
-
-    loop: str = about("Its tag.")
-    coherence: float = about(
-        "Share of the group in its swing at the period, as squared coherence with the common swing, 0 to 1."
-    )
-    candidate_rank: int | None = about(
-        "Its place among the candidates for the source, from one; None if it is not a candidate."
-    )
-    reasons: list[str] = about("Evidence for and against it as the source, in sentences.")
-
-
-@result
-class Group(Result):
-    """Loops that swing together, and candidates for the source."""
-
-    id: int = about("Its number, from one.")
-    period_s: float = about("Period of the swing, s.")
-    members: list[Member] = about("The loops: candidates for the source in their order, then the others by coherence.")
-    source: str = about('Whether one of them may be the source: ``"candidates"`` or ``"not-recorded"``.')
-    reasons: list[str] = about("Evidence for the group, in sentences.")
 
 
 @documented
