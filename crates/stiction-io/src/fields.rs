@@ -3,10 +3,11 @@
 //! A key that no variant of the table knows is an error at once, so that a misspelt `kc` is reported at its place and
 //! not as a missing `kc`.
 
+use serde::de::DeserializeOwned;
 use std::cell::RefCell;
 use std::ops::Range;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 /// A fault in a TOML text, with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,49 +27,31 @@ pub fn line_of(text: &[u8], position: usize) -> usize {
     text.iter().take(position).filter(|b| **b == b'\n').count() + 1
 }
 
+/// The keys of a table, for any kind.
+pub type Known = &'static [&'static str];
+
 /// A TOML table from which keys are taken.
+#[derive(Clone)]
 pub struct Fields<'a, 'i> {
     table: &'a DeTable<'i>,
     /// Dotted path of the table, empty at the top.
     path: String,
     span: Range<usize>,
     /// Every known key.
-    known: &'static [&'static str],
+    known: Known,
     /// Every requested key, given or not.
     asked: RefCell<Vec<&'static str>>,
-}
-
-/// A text at a key of any name.
-pub struct KeyedText<'a> {
-    pub text: &'a str,
-    path: String,
-    span: Range<usize>,
-}
-
-impl KeyedText<'_> {
-    /// An error that this text is wrong.
-    pub fn wrong(&self, message: impl std::fmt::Display) -> Wrong {
-        Wrong { span: self.span.clone(), message: format!("{}: {message}", self.path) }
-    }
 }
 
 type Result<T> = std::result::Result<T, Wrong>;
 
 impl<'a, 'i> Fields<'a, 'i> {
     /// The table of a whole document, whose keys are `known`.
-    pub fn document(
-        document: &'a Spanned<DeTable<'i>>,
-        known: &'static [&'static str],
-    ) -> Result<Self> {
+    pub fn document(document: &'a Spanned<DeTable<'i>>, known: Known) -> Result<Self> {
         Self::new(document.get_ref(), String::new(), document.span(), known)
     }
 
-    fn new(
-        table: &'a DeTable<'i>,
-        path: String,
-        span: Range<usize>,
-        known: &'static [&'static str],
-    ) -> Result<Self> {
+    fn new(table: &'a DeTable<'i>, path: String, span: Range<usize>, known: Known) -> Result<Self> {
         let fields = Self { table, path, span, known, asked: RefCell::default() };
         fields.only(known)?;
         Ok(fields)
@@ -121,10 +104,19 @@ impl<'a, 'i> Fields<'a, 'i> {
         }
     }
 
-    fn get(&self, key: &'static str) -> Option<&'a Spanned<DeValue<'i>>> {
+    fn entry(&self, key: &'static str) -> Option<&'a Spanned<DeValue<'i>>> {
         debug_assert!(self.known.contains(&key), "{} is requested, but not known", key);
         self.asked.borrow_mut().push(key);
         self.table.get(key)
+    }
+
+    /// The value of a key as serde reads it, if given. `what` names the values that are allowed.
+    fn get<T: DeserializeOwned>(&self, key: &'static str, what: &str) -> Result<Option<T>> {
+        let Some(value) = self.entry(key) else { return Ok(None) };
+        match T::deserialize(ValueDeserializer::from(value.clone())) {
+            Ok(given) if is_finite(value.get_ref()) => Ok(Some(given)),
+            _ => Err(self.wrong(key, format!("must be {what}"))),
+        }
     }
 
     /// Whether `key` is given, without taking it.
@@ -134,7 +126,7 @@ impl<'a, 'i> Fields<'a, 'i> {
 
     /// A number, if given.
     pub fn number(&self, key: &'static str) -> Result<Option<f64>> {
-        self.get(key).map(|value| self.as_number(key, value)).transpose()
+        self.get(key, "a finite number")
     }
 
     /// A number, or `default` if it is not given.
@@ -145,23 +137,6 @@ impl<'a, 'i> Fields<'a, 'i> {
     /// A number that must be given.
     pub fn required_number(&self, key: &'static str) -> Result<f64> {
         self.number(key)?.ok_or_else(|| self.wrong(key, "is missing; give a number"))
-    }
-
-    fn as_number(&self, key: &str, value: &Spanned<DeValue<'i>>) -> Result<f64> {
-        let number = match value.get_ref() {
-            DeValue::Float(float) => float.as_str().parse().ok(),
-            DeValue::Integer(integer) => {
-                i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|i| i as f64)
-            }
-            _ => None,
-        };
-        match number {
-            Some(number) if f64::is_finite(number) => Ok(number),
-            _ => Err(Wrong {
-                span: value.span(),
-                message: format!("{}: must be a finite number", self.path_of(key)),
-            }),
-        }
     }
 
     /// A whole number of at least 0, if given.
@@ -176,174 +151,129 @@ impl<'a, 'i> Fields<'a, 'i> {
     }
 
     /// A text, if given.
-    pub fn text(&self, key: &'static str) -> Result<Option<&'a str>> {
-        match self.get(key) {
-            None => Ok(None),
-            Some(value) => match value.get_ref().as_str() {
-                Some(text) => Ok(Some(text)),
-                None => Err(self.wrong(key, "must be a text in quotes")),
-            },
-        }
+    pub fn text(&self, key: &'static str) -> Result<Option<String>> {
+        self.get(key, "a text in quotes")
     }
 
     /// A text or a date as written, if given.
     pub fn text_or_date(&self, key: &'static str) -> Result<Option<String>> {
-        let Some(value) = self.get(key) else { return Ok(None) };
-        match value.get_ref() {
-            DeValue::String(text) => Ok(Some(text.to_string())),
-            DeValue::Datetime(date) => Ok(Some(date.to_string())),
-            _ => Err(self.wrong(key, "must be a date such as 2026-03-01")),
+        match self.entry(key).map(Spanned::get_ref) {
+            Some(DeValue::Datetime(date)) => Ok(Some(date.to_string())),
+            _ => self.get(key, "a date such as 2026-03-01"),
         }
     }
 
     /// True or false; false if it is not given.
     pub fn flag(&self, key: &'static str) -> Result<bool> {
-        match self.get(key).map(Spanned::get_ref) {
-            None => Ok(false),
-            Some(DeValue::Boolean(flag)) => Ok(*flag),
-            Some(_) => Err(self.wrong(key, "must be true or false")),
-        }
+        Ok(self.get(key, "true or false")?.unwrap_or(false))
     }
 
     /// One of the `choices`, or the first if the key is not given.
     pub fn choice<T: Copy>(&self, key: &'static str, choices: &[(&str, T)]) -> Result<T> {
-        let Some(text) = self.text(key)? else { return Ok(choices[0].1) };
-        choices.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or_else(|| {
-            let known = choices.iter().map(|(name, _)| format!("\"{name}\"")).collect::<Vec<_>>();
-            self.wrong(key, format!("is \"{text}\", but must be one of {}", known.join(", ")))
+        self.text(key)?.map_or(Ok(choices[0].1), |name| self.chosen(key, &name, choices))
+    }
+
+    /// The one of the `choices` with a name that was read at `key`.
+    pub fn chosen<T: Copy>(&self, key: &str, name: &str, choices: &[(&str, T)]) -> Result<T> {
+        choices.iter().find(|(known, _)| *known == name).map(|(_, value)| *value).ok_or_else(|| {
+            let known: Vec<_> = choices.iter().map(|(known, _)| format!("\"{known}\"")).collect();
+            self.wrong(key, format!("is \"{name}\", but must be one of {}", known.join(", ")))
         })
     }
 
     /// A list of numbers, if given.
     pub fn numbers(&self, key: &'static str) -> Result<Option<Vec<f64>>> {
-        let Some(value) = self.get(key) else { return Ok(None) };
-        let list = value.get_ref().as_array();
-        let list = list.ok_or_else(|| self.wrong(key, "must be a list of numbers"))?;
-        list.iter().map(|item| self.as_number(key, item)).collect::<Result<_>>().map(Some)
+        self.get(key, "a list of numbers")
+    }
+
+    /// Two numbers, if given.
+    pub fn two(&self, key: &'static str) -> Result<Option<(f64, f64)>> {
+        match self.numbers(key)?.as_deref() {
+            None => Ok(None),
+            Some(&[low, high]) => Ok(Some((low, high))),
+            Some(_) => Err(self.wrong(key, "must be two numbers, such as [0, 100]")),
+        }
     }
 
     /// A list of texts, if given.
     pub fn texts(&self, key: &'static str) -> Result<Option<Vec<String>>> {
-        let Some(value) = self.get(key) else { return Ok(None) };
-        let wrong = || self.wrong(key, "must be a list of texts in quotes");
-        let list = value.get_ref().as_array().ok_or_else(wrong)?;
-        let text = |item: &Spanned<DeValue<'i>>| {
-            item.get_ref().as_str().map(str::to_owned).ok_or_else(wrong)
-        };
-        list.iter().map(text).collect::<Result<_>>().map(Some)
+        self.get(key, "a list of texts in quotes")
     }
 
     /// A list of pairs of numbers, if given.
     pub fn pairs(&self, key: &'static str) -> Result<Option<Vec<(f64, f64)>>> {
-        let Some(value) = self.get(key) else { return Ok(None) };
-        let wrong = || self.wrong(key, "must be a list of [time, value] pairs");
-        let list = value.get_ref().as_array().ok_or_else(wrong)?;
-        let pair = |item: &Spanned<DeValue<'i>>| {
-            let pair = item.get_ref().as_array().filter(|pair| pair.len() == 2);
-            let pair = pair.ok_or_else(wrong)?;
-            Ok((self.as_number(key, &pair[0])?, self.as_number(key, &pair[1])?))
+        let what = "a list of [time, value] pairs";
+        let Some(list) = self.get::<Vec<Vec<f64>>>(key, what)? else { return Ok(None) };
+        let pair = |pair: Vec<f64>| match pair[..] {
+            [time, value] => Ok((time, value)),
+            _ => Err(self.wrong(key, format!("must be {what}"))),
         };
-        list.iter().map(pair).collect::<Result<_>>().map(Some)
+        list.into_iter().map(pair).collect::<Result<_>>().map(Some)
     }
 
     /// A table whose keys are `known`, if given.
-    pub fn table(
-        &self,
-        key: &'static str,
-        known: &'static [&'static str],
-    ) -> Result<Option<Fields<'a, 'i>>> {
-        let Some(value) = self.get(key) else { return Ok(None) };
+    pub fn table(&self, key: &'static str, known: Known) -> Result<Option<Self>> {
+        self.entry(key).map(|value| self.within(key, value, known)).transpose()
+    }
+
+    /// The table that is the value at `key`.
+    fn within(&self, key: &str, value: &'a Spanned<DeValue<'i>>, known: Known) -> Result<Self> {
+        let path = self.path_of(key);
         match value.get_ref().as_table() {
-            Some(table) => Fields::new(table, self.path_of(key), value.span(), known).map(Some),
-            None => Err(self.wrong(key, format!("must be a table, [{}]", self.path_of(key)))),
+            Some(table) => Self::new(table, path, value.span(), known),
+            None => Err(self.wrong(key, format!("must be a table, [{path}]"))),
         }
     }
 
-    /// The entries of a table with any keys, in order, each one of the `choices`; none if the table is not given.
-    pub fn choices<T: Copy>(
-        &self,
-        key: &'static str,
-        choices: &[(&str, T)],
-    ) -> Result<Vec<(String, T)>> {
-        let entry = |(name, value): (&'a str, &'a Spanned<DeValue<'i>>)| {
-            let text = value.get_ref().as_str();
-            let found = choices.iter().find(|(known, _)| Some(*known) == text);
-            found.map(|(_, value)| (name.to_owned(), *value)).ok_or_else(|| {
-                let known: Vec<_> =
-                    choices.iter().map(|(known, _)| format!("\"{known}\"")).collect();
-                let is = text.map_or(String::new(), |text| format!("is \"{text}\", but "));
-                let path = self.path_of(key);
-                let message = format!("{path}.{name}: {is}must be one of {}", known.join(", "));
-                Wrong { span: value.span(), message }
-            })
-        };
-        self.entries(key)?.into_iter().map(entry).collect()
-    }
-
-    /// The roles in a table of columns with any keys, in order; none if the table is not given.
-    pub fn entries_of_text(&self, key: &'static str) -> Result<Vec<(&'a str, KeyedText<'a>)>> {
-        let entry = |(name, value): (&'a str, &'a Spanned<DeValue<'i>>)| {
-            let path = format!("{}.{name}", self.path_of(key));
-            match value.get_ref().as_str() {
-                Some(text) => Ok((name, KeyedText { text, path, span: value.span() })),
-                None => {
-                    let message = format!("{path}: must be a role, such as \"op\"");
-                    Err(Wrong { span: value.span(), message })
-                }
-            }
-        };
-        self.entries(key)?.into_iter().map(entry).collect()
-    }
-
-    /// The tables within a table with any keys, in order, whose keys are `known`; none if the table is not given.
-    pub fn named_tables(
-        &self,
-        key: &'static str,
-        known: &'static [&'static str],
-    ) -> Result<Vec<(&'a str, Fields<'a, 'i>)>> {
-        let entry = |(name, value): (&'a str, &'a Spanned<DeValue<'i>>)| {
-            let path = format!("{}.{name}", self.path_of(key));
-            match value.get_ref().as_table() {
-                Some(table) => Ok((name, Fields::new(table, path, value.span(), known)?)),
-                None => {
-                    let message = format!("{path}: must be a table, [{path}]");
-                    Err(Wrong { span: value.span(), message })
-                }
-            }
-        };
-        self.entries(key)?.into_iter().map(entry).collect()
-    }
-
-    /// The entries of a table in the order of the text.
-    fn entries(&self, key: &'static str) -> Result<Vec<(&'a str, &'a Spanned<DeValue<'i>>)>> {
-        let Some(value) = self.get(key) else { return Ok(vec![]) };
+    /// The entries of a table with any keys, in the order of the text, each with the table; none if it is not given.
+    fn entries(&self, key: &'static str) -> Result<Vec<(Self, &'a str, &'a Spanned<DeValue<'i>>)>> {
+        let Some(value) = self.entry(key) else { return Ok(vec![]) };
         let table = value.get_ref().as_table();
         let table = table.ok_or_else(|| self.wrong(key, "must be tables, each with a name"))?;
+        let all = Self { table, path: self.path_of(key), span: value.span(), ..self.clone() };
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(name, _)| name.span().start);
-        Ok(entries.into_iter().map(|(name, value)| (&**name.get_ref(), value)).collect())
+        let each = entries.into_iter();
+        Ok(each.map(|(name, value)| (all.clone(), &**name.get_ref(), value)).collect())
+    }
+
+    /// The texts in a table with any keys, each with the table and its key.
+    pub fn named_texts(&self, key: &'static str) -> Result<Vec<(Self, &'a str, &'a str)>> {
+        let entry = |(table, name, value): (Self, &'a str, &'a Spanned<DeValue<'i>>)| match value
+            .get_ref()
+            .as_str()
+        {
+            Some(text) => Ok((table, name, text)),
+            None => Err(table.wrong(name, "must be a text in quotes")),
+        };
+        self.entries(key)?.into_iter().map(entry).collect()
+    }
+
+    /// The tables within a table with any keys, each with its name. Their keys are `known`.
+    pub fn named_tables(&self, key: &'static str, known: Known) -> Result<Vec<(&'a str, Self)>> {
+        let entry =
+            |(all, name, value): (Self, &'a str, _)| Ok((name, all.within(name, value, known)?));
+        self.entries(key)?.into_iter().map(entry).collect()
     }
 
     /// All tables of an array of tables; none if the key is not given. A single table counts as an array of one.
-    pub fn tables(
-        &self,
-        key: &'static str,
-        known: &'static [&'static str],
-    ) -> Result<Vec<Fields<'a, 'i>>> {
-        let Some(value) = self.get(key) else { return Ok(vec![]) };
-        let wrong = || self.wrong(key, format!("must be tables, [[{}]]", self.path_of(key)));
-        let fields = |value: &'a Spanned<DeValue<'i>>| {
-            let table = value.get_ref().as_table().ok_or_else(wrong)?;
-            Fields::new(table, self.path_of(key), value.span(), known)
-        };
-        match value.get_ref() {
-            DeValue::Array(list) => list.iter().map(fields).collect(),
-            _ => Ok(vec![fields(value)?]),
-        }
+    pub fn tables(&self, key: &'static str, known: Known) -> Result<Vec<Self>> {
+        let Some(value) = self.entry(key) else { return Ok(vec![]) };
+        let list = value.get_ref().as_array().map_or(std::slice::from_ref(value), |list| list);
+        list.iter().map(|value| self.within(key, value, known)).collect()
     }
 
     /// Ends the reading. A key that was not requested is an error.
     pub fn finish(self) -> Result<()> {
         self.only(&self.asked.borrow())
+    }
+}
+
+/// Whether a value holds only finite numbers.
+fn is_finite(value: &DeValue<'_>) -> bool {
+    match value {
+        DeValue::Float(float) => float.as_str().parse().is_ok_and(f64::is_finite),
+        DeValue::Array(list) => list.iter().all(|item| is_finite(item.get_ref())),
+        _ => true,
     }
 }

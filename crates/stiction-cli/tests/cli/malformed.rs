@@ -222,7 +222,7 @@ fn malformed_scenarios() {
         ("S = 5", "S = true", 13, "valve.S: must be a finite number"),
         ("S = 5", "model = 5\nS = 5", 13, "valve.model: must be a text in quotes"),
         ("S = 5", "limits = 100\nS = 5", 13, "valve.limits: must be a list of numbers"),
-        ("S = 5", "limits = [0, \"x\"]\nS = 5", 13, "valve.limits: must be a finite number"),
+        ("S = 5", "limits = [0, \"x\"]\nS = 5", 13, "valve.limits: must be a list of numbers"),
         ("S = 5", "limits = [0, 50, 100]\nS = 5", 13, "valve.limits: must be two numbers"),
         ("[set_point]\nvalue = 5", "set_point = 5", 5, "must be a table, [set_point]"),
         ("every = 2", "every = 1.5", 25, "every: is 1.5, but must be a whole number"),

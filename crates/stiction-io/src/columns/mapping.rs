@@ -5,13 +5,13 @@ use crate::cells::{mode, quality};
 use crate::columns::options::{LoopOptions, LoopSettings, Mapped, ReadOptions};
 use crate::columns::role::{Role, Signal};
 use crate::error::{Error, Result};
-use crate::fields::{Fields, Wrong, line_of};
+use crate::fields::{Fields, Known, Wrong, line_of};
 use std::path::{Path, PathBuf};
 use stiction_recording::recording::LoopType;
 use toml::de::DeTable;
 
 /// All top-level keys.
-const TOP: &[&str] = &[
+const TOP: Known = &[
     "zone",
     "time_format",
     "date",
@@ -38,8 +38,8 @@ const SIGNALS: [(&str, Signal); 5] = [
     ("vp", Signal::Vp),
     ("mode", Signal::Mode),
 ];
-const SIGNAL_KEYS: &[&str] = &["op", "pv", "sp", "vp", "mode"];
-pub(super) const LOOP_KEYS: &[&str] =
+const SIGNAL_KEYS: Known = &["op", "pv", "sp", "vp", "mode"];
+pub(super) const LOOP_KEYS: Known =
     &["op", "pv", "sp", "vp", "mode", "type", "op_range", "pv_range", "vp_range"];
 
 /// The suffix of the mapping file of a single file.
@@ -91,7 +91,7 @@ fn build(fields: Fields<'_, '_>) -> Built<ReadOptions> {
     if options.sample_time.is_some_and(|seconds| !(seconds > 0.0)) {
         return Err(fields.wrong("sample_time", "must be above 0 s"));
     }
-    options.part = fields.text("part")?.map(str::to_owned);
+    options.part = fields.text("part")?;
     options.bad_text = fields.texts("bad_text")?.unwrap_or_default();
     options.bad_value = fields.numbers("bad_value")?.unwrap_or_default();
     if let Some(table) = fields.table("signals", SIGNAL_KEYS)? {
@@ -102,22 +102,17 @@ fn build(fields: Fields<'_, '_>) -> Built<ReadOptions> {
         }
         table.finish()?;
     }
-    for (column, role) in fields.entries_of_text("columns")? {
-        let mapped = Mapped::of(role.text, column).map_err(|e| role.wrong(e))?;
-        options.map.push(mapped);
+    for (table, column, role) in fields.named_texts("columns")? {
+        options.map.push(Mapped::of(role, column).map_err(|e| table.wrong(column, e))?);
     }
-    options.modes = fields.choices("modes", &mode::NAMES)?;
-    options.qualities = fields.choices("quality", &quality::NAMES)?;
+    options.modes = meanings(&fields, "modes", &mode::NAMES)?;
+    options.qualities = meanings(&fields, "quality", &quality::NAMES)?;
     for (name, table) in fields.named_tables("loop", LOOP_KEYS)? {
         options.loops.push(LoopOptions { name: name.to_owned(), settings: settings(&table)? });
         for (key, signal) in SIGNALS {
-            if let Some(column) = table.text(key)? {
-                options.map.push(Mapped {
-                    loop_name: Some(name.to_owned()),
-                    role: Role::Signal(signal),
-                    column: column.to_owned(),
-                });
-            }
+            let (loop_name, role) = (Some(name.to_owned()), Role::Signal(signal));
+            let mapped = table.text(key)?.map(|column| Mapped { loop_name, role, column });
+            options.map.extend(mapped);
         }
         table.finish()?;
     }
@@ -125,11 +120,21 @@ fn build(fields: Fields<'_, '_>) -> Built<ReadOptions> {
     Ok(options)
 }
 
+/// The words and codes in a table with their meanings.
+fn meanings<T: Copy>(
+    fields: &Fields<'_, '_>,
+    key: &'static str,
+    of: &[(&str, T)],
+) -> Built<Vec<(String, T)>> {
+    let all = fields.named_texts(key)?.into_iter();
+    all.map(|(table, word, text)| Ok((word.to_owned(), table.chosen(word, text, of)?))).collect()
+}
+
 /// The settings of a loop, or of all.
 fn settings(fields: &Fields<'_, '_>) -> Built<LoopSettings> {
     let loop_type = fields
         .text("type")?
-        .map(|name| LoopType::by_name(name).map_err(|e| fields.wrong("type", e)));
+        .map(|name| LoopType::by_name(&name).map_err(|e| fields.wrong("type", e)));
     Ok(LoopSettings {
         loop_type: loop_type.transpose()?,
         op_range: range(fields, "op_range")?,
@@ -139,12 +144,11 @@ fn settings(fields: &Fields<'_, '_>) -> Built<LoopSettings> {
 }
 
 fn range(fields: &Fields<'_, '_>, key: &'static str) -> Built<Option<(f64, f64)>> {
-    match fields.numbers(key)?.as_deref() {
-        None => Ok(None),
-        Some([low, high]) if high > low => Ok(Some((*low, *high))),
-        Some(_) => {
+    match fields.two(key)? {
+        Some((low, high)) if !(high > low) => {
             Err(fields.wrong(key, "must be two numbers, the lower one first, such as [0, 100]"))
         }
+        range => Ok(range),
     }
 }
 
@@ -152,7 +156,7 @@ fn parsed<T: std::str::FromStr<Err = String>>(
     fields: &Fields<'_, '_>,
     key: &'static str,
 ) -> Built<Option<T>> {
-    let parse = |text: &str| text.parse().map_err(|message: String| fields.wrong(key, message));
+    let parse = |text: String| text.parse().map_err(|message: String| fields.wrong(key, message));
     fields.text(key)?.map(parse).transpose()
 }
 
@@ -216,7 +220,7 @@ pv_range = [0, 120.5]
                 "[modes]\n\"3\" = \"car\"",
                 "line 2: modes.3: is \"car\", but must be one of \"auto\"",
             ),
-            ("[modes]\n\"3\" = 1", "line 2: modes.3: must be one of \"auto\""),
+            ("[modes]\n\"3\" = 1", "line 2: modes.3: must be a text in quotes"),
             ("bad_text = \"x\"", "line 1: bad_text: must be a list of texts"),
             (
                 "decimal_mark = \";\"",
@@ -230,7 +234,7 @@ pv_range = [0, 120.5]
                 "[columns]\nx = \"open\"",
                 "line 2: columns.x: \"open\" is not a role; roles are time",
             ),
-            ("[columns]\nx = 3", "line 2: columns.x: must be a role, such as \"op\""),
+            ("[columns]\nx = 3", "line 2: columns.x: must be a text in quotes"),
             ("zone = ", "line 1"),
         ] {
             let message = ReadOptions::parse(text, "map.toml").unwrap_err().to_string();

@@ -5,7 +5,7 @@ use super::control::{controller, process};
 use super::keys;
 use super::signal::{Signals, noise};
 use super::system::System;
-use crate::fields::{Fields, Wrong};
+use crate::fields::{Fields, Known, Wrong};
 use stiction_model::Bands;
 use stiction_model::closed_loop::{Cascade, ClosedLoop, Manual, OpenLoop, Signal};
 use stiction_model::valve::{Assembly, Model, ValveSpec};
@@ -22,7 +22,7 @@ pub struct Builder<'p> {
 
 impl Builder<'_> {
     pub fn scenario(&mut self, top: Fields<'_, '_>) -> Built<(String, System)> {
-        let title = top.text("title")?.unwrap_or("").to_owned();
+        let title = top.text("title")?.unwrap_or_default();
         let clock = Clock::of(&top)?;
         let system = if let Some(input) = top.table("input", keys::SIGNAL)? {
             let start = top.number("start")?;
@@ -76,10 +76,7 @@ impl Builder<'_> {
             (system.op_quantum, system.pv_quantum) = (step("op")?, step("pv")?);
             quantum.finish()?;
         }
-        system.set_point = match top.table("set_point", keys::SIGNAL)? {
-            Some(fields) => self.signals.one(fields, clock)?,
-            None => system.pv_rest.into(),
-        };
+        system.set_point = self.signal(top, "set_point", system.pv_rest, clock)?;
         system.measurement = self.measurement(top, clock)?;
         system.load = self.signals.all(top, "load", clock)?;
         let spells = top.tables("manual", keys::MANUAL)?.into_iter();
@@ -91,12 +88,21 @@ impl Builder<'_> {
     fn manual(&self, fields: Fields<'_, '_>, clock: Clock) -> Built<Manual> {
         let from_s = fields.required_number("from")?;
         let until_s = fields.number("until")?.unwrap_or(f64::INFINITY);
-        let change = match fields.table("change", keys::SIGNAL)? {
-            Some(change) => self.signals.one(change, clock)?,
-            None => 0.0.into(),
-        };
+        let change = self.signal(&fields, "change", 0.0, clock)?;
         fields.finish()?;
         Ok(Manual { from_s, until_s, change })
+    }
+
+    /// The signal in a table, or a constant if it is not given.
+    fn signal(
+        &self,
+        of: &Fields<'_, '_>,
+        key: &'static str,
+        constant: f64,
+        clock: Clock,
+    ) -> Built<Signal> {
+        let given = of.table(key, keys::SIGNAL)?;
+        given.map_or(Ok(constant.into()), |fields| self.signals.one(fields, clock))
     }
 
     /// `[noise]` and `[[measurement]]`, which are added to a PV.
@@ -121,10 +127,7 @@ impl Builder<'_> {
             return Err(master.wrong("every", "is 0 samples, but must be at least 1"));
         }
         let pv_rest = master.number_or("operating_point", 0.0)?;
-        let set_point = match master.table("set_point", keys::SIGNAL)? {
-            Some(fields) => self.signals.one(fields, clock)?,
-            None => pv_rest.into(),
-        };
+        let set_point = self.signal(&master, "set_point", pv_rest, clock)?;
         let (process, dead_time) = process(section(&master, "process", keys::PROCESS)?)?;
         if dead_time != slave.dead_time {
             return Err(
@@ -146,8 +149,8 @@ impl Builder<'_> {
 
     fn valve(&mut self, top: &Fields<'_, '_>, clock: Clock) -> Built<Assembly> {
         let fields = section(top, "valve", keys::VALVE)?;
-        let model = fields.text("model")?.unwrap_or("two-phase");
-        let model = Model::by_name(model).map_err(|e| fields.wrong("model", e))?;
+        let model = fields.text("model")?.unwrap_or_else(|| "two-phase".to_owned());
+        let model = Model::by_name(&model).map_err(|e| fields.wrong("model", e))?;
         let (s, j) = (fields.number("S")?, fields.number("J")?);
         let bands = match (s, j, fields.number("fs")?, fields.number("fd")?) {
             (None, None, Some(fs), Some(fd)) => Bands::from_fs_fd(fs, fd),
@@ -162,17 +165,12 @@ impl Builder<'_> {
                 .wrong(&name.replace(' ', "_"), format!("is {role} of model \"{models}\" only")),
             error => fields.refused(error),
         };
-        let limits = match fields.numbers("limits")?.as_deref() {
-            None => None,
-            Some(&[low, high]) => Some((low, high)),
-            Some(_) => return Err(fields.wrong("limits", "must be two numbers, such as [0, 100]")),
-        };
         let spec = ValveSpec {
             model,
             bands: bands.map_err(refused)?,
             overshoot: fields.number("K")?,
             rest_tolerance: fields.number("rest_tolerance")?,
-            limits,
+            limits: fields.two("limits")?,
             lag_s: fields.number_or("lag", 0.0)?,
         };
         let name = model.describe().name;
@@ -187,10 +185,6 @@ impl Builder<'_> {
 }
 
 /// A table that is required.
-fn section<'a, 'i>(
-    top: &Fields<'a, 'i>,
-    key: &'static str,
-    known: &'static [&'static str],
-) -> Built<Fields<'a, 'i>> {
+fn section<'a, 'i>(top: &Fields<'a, 'i>, key: &'static str, known: Known) -> Built<Fields<'a, 'i>> {
     top.table(key, known)?.ok_or_else(|| top.wrong(key, format!("is missing; add a table [{key}]")))
 }

@@ -44,22 +44,17 @@ pub fn controller(fields: Fields<'_, '_>) -> Result<Controller, Wrong> {
         fields.choice("handover", &[("cold", Handover::Cold), ("bumpless", Handover::Bumpless)])?;
     controller =
         controller.with_derivative_on(derivative_on).with_form(form).with_handover(handover);
-    let limits = fields.numbers("limits")?;
+    let limits = fields.two("limits")?;
     let tracking = fields.number("tracking_time")?;
-    let anti_windup = match fields.choice(
-        "anti_windup",
-        &[("clamping", "clamping"), ("back-calculation", "back-calculation"), ("none", "none")],
-    )? {
-        "clamping" => AntiWindup::Clamping,
-        "none" => AntiWindup::None,
-        _ => AntiWindup::BackCalculation(tracking.ok_or_else(|| {
-            fields.wrong("tracking_time", "is missing, but back-calculation needs it")
-        })?),
-    };
-    if let Some(limits) = limits {
-        let [low, high] = limits[..] else {
-            return Err(fields.wrong("limits", "must be two numbers, such as [0, 100]"));
-        };
+    let ways = [
+        ("clamping", Some(AntiWindup::Clamping)),
+        ("back-calculation", tracking.map(AntiWindup::BackCalculation)),
+        ("none", Some(AntiWindup::None)),
+    ];
+    let anti_windup = fields.choice("anti_windup", &ways)?.ok_or_else(|| {
+        fields.wrong("tracking_time", "is missing, but back-calculation needs it")
+    })?;
+    if let Some((low, high)) = limits {
         controller = controller.with_limits(low, high, anti_windup).map_err(refused)?;
     } else if fields.has("anti_windup") || fields.has("tracking_time") {
         return Err(fields.wrong("limits", "is missing; without limits there is no windup"));

@@ -1,8 +1,8 @@
 //! All keys of each table, for any kind.
 
-type Keys = &'static [&'static str];
+use crate::fields::Known;
 
-pub const SCENARIO: Keys = &[
+pub const SCENARIO: Known = &[
     "title",
     "sample_time",
     "duration",
@@ -20,8 +20,8 @@ pub const SCENARIO: Keys = &[
     "manual",
     "master",
 ];
-pub const VALVE: Keys = &["model", "S", "J", "fs", "fd", "K", "rest_tolerance", "limits", "lag"];
-pub const CONTROLLER: Keys = &[
+pub const VALVE: Known = &["model", "S", "J", "fs", "fd", "K", "rest_tolerance", "limits", "lag"];
+pub const CONTROLLER: Known = &[
     "kc",
     "ti",
     "td",
@@ -37,10 +37,10 @@ pub const CONTROLLER: Keys = &[
     "anti_windup",
     "tracking_time",
 ];
-pub const PROCESS: Keys = &["type", "gain", "tau", "tau2", "num", "den", "delay", "dead_time"];
-pub const OPERATING_POINT: Keys = &["op", "pv"];
-pub const RESOLUTION: Keys = &["op", "pv"];
-pub const SIGNAL: Keys = &[
+pub const PROCESS: Known = &["type", "gain", "tau", "tau2", "num", "den", "delay", "dead_time"];
+pub const OPERATING_POINT: Known = &["op", "pv"];
+pub const RESOLUTION: Known = &["op", "pv"];
+pub const SIGNAL: Known = &[
     "signal",
     "value",
     "mean",
@@ -60,7 +60,7 @@ pub const SIGNAL: Keys = &[
     "file",
     "column",
 ];
-pub const MANUAL: Keys = &["from", "until", "change"];
-pub const NOISE: Keys = &["sd", "tau", "seed"];
-pub const MASTER: Keys =
+pub const MANUAL: Known = &["from", "until", "change"];
+pub const NOISE: Known = &["sd", "tau", "seed"];
+pub const MASTER: Known =
     &["every", "operating_point", "set_point", "controller", "process", "noise", "measurement"];

@@ -78,7 +78,7 @@ impl Signals<'_> {
         let path = folder.join(path);
         self.files.borrow_mut().push(path.clone());
         Table::read(&path)
-            .and_then(|table| table.column(column))
+            .and_then(|table| table.column(&column))
             .map_err(|e| fields.wrong("file", e))
     }
 }

@@ -113,9 +113,9 @@ fn tag(text: &str) -> Option<String> {
 
 fn entry(table: &Fields<'_, '_>) -> std::result::Result<Override, Wrong> {
     let text = |key| -> std::result::Result<Option<String>, Wrong> {
-        match table.text(key)?.map(str::trim) {
-            Some("") => Err(table.wrong(key, "is empty")),
-            given => Ok(given.map(str::to_owned)),
+        match table.text(key)?.map(|text| text.trim().to_owned()) {
+            Some(text) if text.is_empty() => Err(table.wrong(key, "is empty")),
+            given => Ok(given),
         }
     };
     let needed = |key, what: &str| {
