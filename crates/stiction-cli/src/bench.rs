@@ -23,6 +23,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 use entrants::Source;
 use measure::{Measured, Plan};
 use program::How;
+use serde::Serialize;
 use std::path::Path;
 use std::time::Duration;
 use stiction::diagnose::{Detectors, DiagnoseOptions};
@@ -31,7 +32,7 @@ use stiction::score::bench::leaderboard;
 use stiction::score::bench::results::{Detector, Results};
 use stiction::score::page::{self, Scoreboard};
 use stiction::score::{TestTrialOptions, TestedLoops};
-use stiction::scoreboard::{Board, MethodRow};
+use stiction::scoreboard::{Board, MethodRow, Share};
 use stiction_report::report::Table;
 
 /// Measure the accuracy of the verdict and of every method on simulated or labelled loops.
@@ -195,13 +196,35 @@ impl Methods {
 
 /// The form of what is printed.
 #[derive(clap::Args)]
-struct Form {
+pub(crate) struct Form {
     /// Print the tables in Markdown
     #[arg(long, conflicts_with = "json")]
     markdown: bool,
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
+}
+
+impl Form {
+    /// Prints a document as JSON, or tables below a text.
+    fn print(&self, document: &impl Serialize, head: &str, tables: &[Table]) -> Result<()> {
+        if self.json {
+            return output::json(document);
+        }
+        let of = |table: &Table| if self.markdown { table.markdown() } else { text::plain(table) };
+        let tables: Vec<String> = tables.iter().map(of).collect();
+        output::text(&(head.to_owned() + &tables.join("\n")))
+    }
+}
+
+/// A table of counts and shares.
+fn shares(caption: String) -> Table {
+    Table::new(caption).words("of").words("those").numbers("number", "").numbers("share", "")
+}
+
+/// A row of counts and shares.
+fn shared(table: Table, of: &str, those: &str, is: Share) -> Table {
+    table.row([of.to_owned(), those.to_owned(), is.n.to_string(), page::share(is)])
 }
 
 #[derive(clap::Args)]
@@ -329,7 +352,7 @@ pub fn run(args: Args) -> Result<()> {
         Task::Exchange(task) => tasks::run(task),
         Task::Detector(args) => compared(&args),
         Task::Networks { networks, days, seed, form } => {
-            networks::run(seed.seed, networks, days, form.json, form.markdown)
+            networks::run(seed.seed, networks, days, &form)
         }
         Task::Tests { tests, loops, careless, historian, seed, form } => {
             let options = TestTrialOptions {
@@ -337,7 +360,7 @@ pub fn run(args: Args) -> Result<()> {
                 operator: if careless { Operator::Careless } else { Operator::Careful },
                 trend: if historian { Trend::Historian } else { Trend::AsPlanned },
             };
-            planned_tests::run(seed.seed, tests, options, form.json, form.markdown)
+            planned_tests::run(seed.seed, tests, options, &form)
         }
         Task::Simulated { loops, per_kind, seed, measuring } => {
             measured(&measuring, |plan| simulated::measure(seed.seed, loops, per_kind, plan))
@@ -373,7 +396,6 @@ fn measured(
         reports: args.reports.as_ref(),
     };
     let (about, measured) = measure(&plan)?;
-    let Form { json, markdown } = args.form;
     let board = Board::of(&measured.loops);
     if let Some(path) = &args.csv {
         output::write(Some(path), results::csv(&measured.loops)?.as_bytes())?;
@@ -381,18 +403,10 @@ fn measured(
     if let Some(path) = &args.report {
         output::write(Some(path), page(path, args, &about, &board, &measured)?.as_bytes())?;
     }
-    if json {
-        return output::json(&results::document(about, board, &measured));
-    }
-    let print = if markdown { text::markdown } else { text::plain };
-    let head = format!("{}. {}", about.title, about.origin);
-    let width = if markdown { usize::MAX } else { 96 };
-    let mut out: String = text::wrapped(&head, width).into_iter().map(|line| line + "\n").collect();
-    for table in tables(&board, &measured, markdown) {
-        out.push('\n');
-        out += &print(&table);
-    }
-    output::text(&out)
+    let width = if args.form.markdown { usize::MAX } else { 96 };
+    let head = text::hanging("", &format!("{}. {}", about.title, about.origin), width) + "\n";
+    let tables = tables(&board, &measured, args.form.markdown);
+    args.form.print(&results::document(about, board, &measured), &head, &tables)
 }
 
 /// Measures a program, or the verdict and methods, on a suite or on labelled recordings.
@@ -436,7 +450,7 @@ fn compared(args: &DetectorArgs) -> Result<()> {
     if let Some(path) = &args.report {
         output::write(Some(path), leaderboard::html(&results, &asked)?.as_bytes())?;
     }
-    entrants::print(&results, args.form.json, args.form.markdown)?;
+    entrants::print(&results, &args.form)?;
     match silent {
         Some(why) => Err(anyhow!("the detector answered none of {} loops: {why}", asked.len())),
         None => Ok(()),

@@ -145,8 +145,7 @@ pub fn run(args: Args) -> Result<()> {
         output::figure("--plot", path, &figure)?;
     }
     if let Some(path) = &args.csv {
-        let named: Vec<(&str, &Row)> = rows;
-        output::write(Some(path), actions::csv(&named)?.as_bytes())?;
+        output::write(Some(path), actions::csv(&rows)?.as_bytes())?;
         if path.is_standard() {
             return Ok(());
         }
@@ -198,9 +197,7 @@ fn in_words(title: &str, found: &Comparison, assumed: Bands) -> String {
         actions::short(assumed.s()),
         actions::short(assumed.j())
     );
-    for line in text::wrapped(&words, 96) {
-        out += &format!("{line}\n");
-    }
+    out += &text::paragraph(&words);
     if let [_, row] = &found.rows[..] {
         out += "\nParameters\n";
         for n in &row.parameters {

@@ -121,7 +121,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
             output::write(Some(path), summary::csv(&found)?.as_bytes())?;
         }
         if args.json {
-            return output::json_text(&Document::new(tool(), found.clone()).json());
+            return output::json_text(&Document::new(output::TOOL, found.clone()).json());
         }
         if args.csv.is_none() {
             match &loops[..] {
@@ -163,9 +163,9 @@ fn is_folder(path: &Out) -> bool {
 /// Writes the report: a page, or a folder of pages.
 fn reported(path: &Out, found: &[Loop<'_>]) -> Result<()> {
     if !is_folder(path) {
-        return output::write(Some(path), report::html(&tool(), found)?.as_bytes());
+        return output::write(Some(path), report::html(output::TOOL, found)?.as_bytes());
     }
-    let folder = report::Folder::new(tool(), found);
+    let folder = report::Folder::new(output::TOOL, found);
     if path.is_file() {
         bail!(
             "--report {} is a file; name a page, which ends in .html, or a folder",
@@ -202,9 +202,4 @@ fn fails(loops: &[Diagnosed], classes: &[VerdictClass]) -> bool {
         }
     }
     loops.iter().any(|each| classes.contains(&each.class()))
-}
-
-/// Name and version of the program.
-pub fn tool() -> String {
-    concat!("stiction ", env!("CARGO_PKG_VERSION")).to_owned()
 }

@@ -21,7 +21,7 @@ pub struct Args {
 
 pub fn run(args: Args) -> Result<()> {
     args.output.make_folder()?;
-    let mut page = Page::new(paper::TITLE, paper::INTRODUCTION, paper::tool());
+    let mut page = Page::new(paper::TITLE, paper::INTRODUCTION, output::TOOL);
     let progress = ProgressBar::new(paper::FIGURES.len() as u64);
     for make in paper::FIGURES {
         let drawn = make()?;

@@ -190,9 +190,7 @@ fn in_words(each: &Fitted) -> String {
     let diagnosis = &each.diagnosed.diagnosis;
     let mut out = format!("{}\n", output::name(&diagnosis.name));
     let mut row = |name: &str, words: String| {
-        for (k, line) in text::wrapped(&words, 82).iter().enumerate() {
-            out += &format!("  {:12}{line}\n", if k == 0 { name } else { "" });
-        }
+        out += &text::hanging(&format!("  {name:12}"), &words, 82);
     };
     let fit = match &each.fit {
         Ok(fit) => fit,
@@ -331,16 +329,12 @@ pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
         mean absolute control error. Load s is the settling time after a load step, - if the loop does not settle. \
         The benefit is certain if PV swing falls by more than 20 % with a probability of at least 95 %, and \
         probable above 50 %.";
-    for line in text::wrapped(words, 96) {
-        out += &format!("{line}\n");
-    }
+    out += &text::paragraph(words);
     if !found.advice.is_empty() {
         out += "\nActions\n";
     }
     for sentence in &found.advice {
-        for (k, line) in text::wrapped(sentence, 94).iter().enumerate() {
-            out += &format!("{}{line}\n", if k == 0 { "- " } else { "  " });
-        }
+        out += &text::hanging("- ", sentence, 94);
     }
     out
 }

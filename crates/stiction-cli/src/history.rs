@@ -1,11 +1,11 @@
 //! `stiction history`: several recordings, or a long one, of the same valves.
 
-use crate::diagnose::{ended, joined, tool};
+use crate::diagnose::{ended, joined};
 use crate::files::{In, Out};
 use crate::loops::{Diagnosed, diagnose_all, find_all};
 use crate::output::{self, Sheet};
 use crate::reading_args::Reading;
-use crate::text::{coloured, columns, number, wrapped};
+use crate::text::{coloured, columns, field, number};
 use anyhow::{Result, anyhow, bail};
 use clap::Parser;
 use std::fmt::Write;
@@ -122,7 +122,7 @@ pub fn run(args: Args) -> Result<()> {
         valves.push(valve(tag, &own, &args)?);
     }
     if !valves.is_empty() {
-        show(&ValveHistory::new(tool(), valves), &args)?;
+        show(&ValveHistory::new(output::TOOL, valves), &args)?;
     }
     ended(failures)
 }
@@ -251,18 +251,13 @@ fn text(valve: &Valve) -> String {
         valve.since(),
         if combined.decided == 1 || combined.observations == 1 { "counts" } else { "count" }
     );
-    let mut field = |name: &str, text: &str| {
-        for (k, line) in wrapped(text, 88).into_iter().enumerate() {
-            let _ = writeln!(out, "{:10}{line}", if k == 0 { name } else { "" });
-        }
-    };
-    field("together", &together);
+    out += &field("together", &together);
     for change in &combined.changes {
-        field("change", &change.words(moment));
+        out += &field("change", &change.words(moment));
     }
-    field("drift", &combined.trend);
+    out += &field("drift", &combined.trend);
     if let Some(repair) = &valve.repair {
-        field("repair", &format!("at {}: {}", moment(repair.time), repair.words));
+        out += &field("repair", &format!("at {}: {}", moment(repair.time), repair.words));
     }
     out
 }

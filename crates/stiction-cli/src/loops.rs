@@ -224,6 +224,18 @@ impl<'a> Choice<'a> {
     }
 }
 
+/// The only one of some loops of a file.
+///
+/// # Errors
+/// If there are more or none; the message lists their names.
+pub fn only<T>(file: &In, mut all: Vec<T>, name: impl Fn(&T) -> &str) -> Result<T> {
+    if all.len() != 1 {
+        let tags = all.iter().map(name).collect::<Vec<_>>().join(", ");
+        bail!("{} holds {} loops; choose one with --loop: {tags}", file.origin(), all.len());
+    }
+    Ok(all.swap_remove(0))
+}
+
 /// Diagnoses all recordings, in order.
 pub fn diagnose_all(
     recordings: &[(Source, Recording)],

@@ -19,11 +19,6 @@ pub const INTRODUCTION: &str = "Every figure with a plot of \u{201c}Modelling an
     the tables show ours. Process and controller are as printed. OP is the controller output and VP the valve \
     position, both in percent of span.";
 
-/// Name and version of the program, for the foot of a page.
-pub fn tool() -> &'static str {
-    concat!("stiction ", env!("CARGO_PKG_VERSION"))
-}
-
 /// A figure with its parameters.
 #[derive(Debug, Clone)]
 pub struct Drawn {

@@ -30,6 +30,23 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
+/// A paragraph of lines with at most `width` columns, with `head` before the first one and blanks before the others.
+pub fn hanging(head: &str, text: &str, width: usize) -> String {
+    let blank = " ".repeat(head.len());
+    let lines = wrapped(text, width).into_iter().enumerate();
+    lines.map(|(k, line)| format!("{}{line}\n", if k == 0 { head } else { &blank })).collect()
+}
+
+/// A paragraph of 96 columns.
+pub fn paragraph(text: &str) -> String {
+    hanging("", text, 96)
+}
+
+/// A paragraph below the name of what it is about.
+pub fn field(name: &str, text: &str) -> String {
+    hanging(&format!("{name:10}"), text, 88)
+}
+
 /// Characters that begin a coloured word, by colour, and one that ends it. Unicode reserves them for internal use by
 /// programs. Control characters are escaped on output, so colours are inserted after that.
 const COLOURS: [(char, AnsiColor); 5] = [
@@ -106,16 +123,10 @@ pub fn plain(table: &Table) -> String {
     let mut rows = vec![table.columns.iter().map(Column::head).collect::<Vec<_>>()];
     rows.extend(table.rows.iter().cloned());
     let right: Vec<bool> = table.columns.iter().map(|column| column.number).collect();
-    let caption: String = wrapped(&table.caption, 96).into_iter().map(|line| line + "\n").collect();
     // Characters that some terminals lack.
-    (caption.trim_start().to_owned() + &columns(&rows, &right))
+    (paragraph(&table.caption).trim_start().to_owned() + &columns(&rows, &right))
         .replace(['\u{2212}', '\u{2013}'], "-")
         .replace('\u{a0}', " ")
-}
-
-/// A table of a report in Markdown, its caption above it.
-pub fn markdown(table: &Table) -> String {
-    table.markdown()
 }
 
 #[cfg(test)]
@@ -141,6 +152,7 @@ mod tests {
     #[test]
     fn paragraphs_and_columns() {
         assert_eq!(wrapped("one two  three", 7), ["one two", "three"]);
+        assert_eq!(hanging("- ", "one two", 3), "- one\n  two\n");
         let rows = [["a", "1"], ["long", "22"]].map(|row| row.map(str::to_owned));
         assert_eq!(columns(&rows, &[false, true]), "a      1\nlong  22\n");
     }
@@ -150,6 +162,6 @@ mod tests {
         let table = Table::new("Some.").words("a|b").numbers("c", "%").row(["x", "\u{2212}1"]);
         assert_eq!(plain(&table), "Some.\na|b  c (%)\nx       -1\n");
         let text = "Some.\n\n| a\\|b | c (%) |\n|---|---:|\n| x | \u{2212}1 |\n";
-        assert_eq!(markdown(&table), text);
+        assert_eq!(table.markdown(), text);
     }
 }

@@ -5,10 +5,9 @@ pub mod signature;
 use crate::diagnose::ended;
 use crate::files::{In, Out};
 use crate::history::a_duration;
-use crate::loops::{diagnose_all, find_all};
-use crate::output;
+use crate::loops::{diagnose_all, find_all, only};
 use crate::reading_args::Reading;
-use crate::text::wrapped;
+use crate::{output, text};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Parser, Subcommand};
 use schemars::JsonSchema;
@@ -105,18 +104,9 @@ impl Of {
 /// The recording of one loop.
 fn one_loop(file: &In, of_loop: Option<&String>, reading: &Reading) -> Result<(Source, Recording)> {
     let loops: Vec<String> = of_loop.into_iter().cloned().collect();
-    let (mut found, failures) = find_all(std::slice::from_ref(file), &loops, reading)?;
+    let (found, failures) = find_all(std::slice::from_ref(file), &loops, reading)?;
     ended(failures)?;
-    if found.len() != 1 {
-        let tags: Vec<&str> = found.iter().map(|each| &*each.recording.name).collect();
-        bail!(
-            "{} holds {} loops; choose one with --loop: {}",
-            file.origin(),
-            found.len(),
-            tags.join(", ")
-        );
-    }
-    let one = found.swap_remove(0);
+    let one = only(file, found, |each| &each.recording.name)?;
     Ok((one.source, one.recording))
 }
 
@@ -292,10 +282,7 @@ fn planned(args: &Plan) -> Result<()> {
 fn plan_in_words(head: &str, plan: &TestPlan) -> String {
     let mut out = format!("{}: {head}\n", plan.name);
     for (k, text) in plan.instructions.iter().enumerate() {
-        for (line, part) in wrapped(text, 96).iter().enumerate() {
-            let head = if line == 0 { format!("{}. ", k + 1) } else { "   ".to_owned() };
-            out += &format!("{head}{part}\n");
-        }
+        out += &text::hanging(&format!("{}. ", k + 1), text, 96);
     }
     out += "turns of part 1\n";
     for same in plan.grow.chunks(plan.each.max(1)) {
@@ -424,22 +411,15 @@ fn was_compared(args: &Read, before: Found, after: Found) -> Result<()> {
     output::text(&comparison_in_words(&before, &after, &comparison))
 }
 
-/// Paragraphs with a hanging indent: `head` before the first line, blanks before the others.
-fn hanging<'a>(head: &str, texts: impl IntoIterator<Item = &'a String>) -> String {
-    let mut out = String::new();
-    for text in texts {
-        for (line, part) in wrapped(text, 96).iter().enumerate() {
-            let blank = " ".repeat(head.len());
-            out += &format!("{}{part}\n", if line == 0 { head } else { &blank });
-        }
-    }
-    out
+/// Paragraphs, each with `head` before its first line.
+fn items<'a>(head: &str, texts: impl IntoIterator<Item = &'a String>) -> String {
+    texts.into_iter().map(|text| text::hanging(head, text, 96)).collect()
 }
 
 fn comparison_in_words(before: &Found, after: &Found, of: &Comparison) -> String {
     let mut out = format!("{}: before and after the repair\n", after.recording.name);
-    out += &hanging("  ", &valve_test_page::caution(before.page(), after.page()));
-    out += &hanging("  ", &of.sentences);
+    out += &items("  ", &valve_test_page::caution(before.page(), after.page()));
+    out += &items("  ", &of.sentences);
     out += &side_by_side(&valve_test_page::rows(before.page(), after.page()));
     for (word, found) in [("before", before), ("after", after)] {
         if let Some(carried) = &found.test.plan {
@@ -467,7 +447,7 @@ fn comparison_with_plan(carried: &PlanComparison) -> String {
         spoken::counted(carried.turns_planned, "turn"),
         carried.turns
     );
-    head + &hanging("  - ", &carried.remarks)
+    head + &items("  - ", &carried.remarks)
 }
 
 /// A plan from `stiction test plan --json`.
@@ -591,8 +571,8 @@ fn reading_in_words(recording: &Recording, test: &TestReading) -> String {
         let who = test.who();
         out += &format!("  the {who} responds to the OP in {}\n", spoken::time(response));
     }
-    out += &hanging("  - ", &test.reasons);
-    out += &hanging("  ", &test.advice);
+    out += &items("  - ", &test.reasons);
+    out += &items("  ", &test.advice);
     if let Some(carried) = &test.plan {
         out += &format!("  {}", comparison_with_plan(carried));
     }

@@ -4,6 +4,7 @@ use crate::actions::{self, Head, Settings, Valve};
 use crate::diagnose::ended;
 use crate::files::{In, Out};
 use crate::fit::{Fitted, fit_all, prospects_in_words};
+use crate::loops::only;
 use crate::reading_args::Reading;
 use crate::{output, text};
 use anyhow::{Result, bail};
@@ -134,19 +135,10 @@ fn of_recording(args: &Args) -> Result<()> {
     }
     let one = |file: &In| -> Result<Fitted> {
         let loops: Vec<String> = args.of_loop.iter().cloned().collect();
-        let (mut all, failures) =
+        let (all, failures) =
             fit_all(std::slice::from_ref(file), &loops, &args.reading, &FitOptions::default())?;
         ended(failures)?;
-        if all.len() != 1 {
-            let tags: Vec<&str> = all.iter().map(|each| &*each.diagnosed.diagnosis.name).collect();
-            bail!(
-                "{} holds {} loops; choose one with --loop: {}",
-                file.origin(),
-                all.len(),
-                tags.join(", ")
-            );
-        }
-        Ok(all.swap_remove(0))
+        only(file, all, |each| &each.diagnosed.diagnosis.name)
     };
     let before = one(&In::also(&args.scenario)?)?;
     let name = before.diagnosed.diagnosis.name;
@@ -175,9 +167,7 @@ fn of_recording(args: &Args) -> Result<()> {
     let mut out = prospects_in_words(&name, &prospects);
     if let Some(ring) = &after {
         out += "\nWhat came of it\n";
-        for line in text::wrapped(&ring.sentence, 96) {
-            out += &format!("{line}\n");
-        }
+        out += &text::paragraph(&ring.sentence);
     }
     output::text(&out)
 }
@@ -213,8 +203,7 @@ pub fn run(args: Args) -> Result<()> {
         output::figure("--plot", path, &figure)?;
     }
     if let Some(path) = &args.csv {
-        let named: Vec<(&str, &compensate::Row)> = rows;
-        output::write(Some(path), actions::csv(&named)?.as_bytes())?;
+        output::write(Some(path), actions::csv(&rows)?.as_bytes())?;
         if path.is_standard() {
             return Ok(());
         }
@@ -231,34 +220,29 @@ fn in_words(title: &str, found: &WhatIf) -> String {
     let rows: Vec<(&str, &compensate::Row, String)> =
         found.rows.iter().map(|row| (row.action.name(), &row.played, predicted(row))).collect();
     let mut out = format!("{title}\n\n{}\n", actions::table(&rows, "cycle s"));
-    let mut paragraph = |lead: &str, words: &str, hang: usize| {
-        for (k, line) in text::wrapped(words, 96 - hang).iter().enumerate() {
-            let before = if k == 0 { lead.to_owned() } else { " ".repeat(hang) };
-            out += &format!("{before}{line}\n");
-        }
-    };
-    let words = format!(
+    out += &text::paragraph(&format!(
         "{} cycle: exact limit cycle after the action, none if there is none.",
         actions::LEGEND
-    );
-    paragraph("", &words, 0);
+    ));
+    let item = |sentence: &String| text::hanging("- ", sentence, 94);
     let spoken: Vec<&Row> = found.rows.iter().filter(|row| !row.against.is_empty()).collect();
     if !spoken.is_empty() {
-        paragraph("\n", "Evidence against each action, compared with the present loop", 0);
+        out += "\nEvidence against each action, compared with the present loop\n";
         for row in spoken {
-            paragraph(&format!("  {:24}", row.action.name()), &row.against.join("; "), 26);
+            let head = format!("  {:24}", row.action.name());
+            out += &text::hanging(&head, &row.against.join("; "), 70);
         }
     }
-    paragraph("\n", "What to do", 0);
-    found.recommendation.iter().for_each(|sentence| paragraph("- ", sentence, 2));
+    out += "\nWhat to do\n";
+    out.extend(found.recommendation.iter().map(item));
     if let Some(test) = &found.confirm {
-        paragraph("\n", "The test in manual that confirms it first", 0);
-        test.instructions.iter().for_each(|sentence| paragraph("- ", sentence, 2));
+        out += "\nThe test in manual that confirms it first\n";
+        out.extend(test.instructions.iter().map(item));
     }
-    paragraph("\n", "What this rests on", 0);
-    found.assumptions.iter().for_each(|sentence| paragraph("- ", sentence, 2));
+    out += "\nWhat this rests on\n";
+    out.extend(found.assumptions.iter().map(item));
     if let Err(reason) = &found.retuning {
-        paragraph("- ", &format!("There is no other tuning: {reason}."), 2);
+        out += &item(&format!("There is no other tuning: {reason}."));
     }
     out
 }

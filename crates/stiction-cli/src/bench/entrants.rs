@@ -1,7 +1,7 @@
 //! Detectors on the loops of a suite or on labelled recordings: a program, or our verdict and the published methods.
 
-use super::labelled;
 use super::program::{How, Program};
+use super::{Form, labelled};
 use crate::files::In;
 use crate::{output, progress, text};
 use anyhow::{Context, Result, anyhow, bail};
@@ -185,19 +185,15 @@ pub fn own(source: &Source, options: &DiagnoseOptions) -> Result<(Vec<KnownLoop>
 }
 
 /// Prints results as JSON, Markdown or text.
-pub fn print(results: &Results, json: bool, markdown: bool) -> Result<()> {
-    if json {
+pub fn print(results: &Results, form: &Form) -> Result<()> {
+    if form.json {
         return output::json_text(&results.json());
     }
-    if markdown {
+    if form.markdown {
         return output::text(&leaderboard::markdown(results));
     }
-    let mut out = results.loops.title() + "\n";
-    for table in leaderboard::summary(results) {
-        out.push('\n');
-        out += &text::plain(&table);
-    }
-    output::text(&out)
+    let tables: Vec<String> = leaderboard::summary(results).iter().map(text::plain).collect();
+    output::text(&format!("{}\n\n{}", results.loops.title(), tables.join("\n")))
 }
 
 /// Refuses loops without both classes, of which nothing can be measured.

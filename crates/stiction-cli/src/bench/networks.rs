@@ -1,11 +1,10 @@
 //! Networks of loops, to measure how often groups and sources are found.
 
-use crate::{output, progress, text};
+use super::{Form, shared as row, shares};
+use crate::{output, progress};
 use anyhow::Result;
 use schemars::JsonSchema;
 use serde::Serialize;
-use stiction::score::page::share;
-use stiction::scoreboard::Share;
 use stiction_plant::trial::Trial;
 use stiction_report::report::Table;
 
@@ -28,30 +27,21 @@ pub struct Document {
 }
 
 /// Measures groups on the first `n` networks of `seed`, and prints the counts.
-pub fn run(seed: u64, n: u64, days: u32, json: bool, markdown: bool) -> Result<()> {
+pub fn run(seed: u64, n: u64, days: u32, form: &Form) -> Result<()> {
     let progress = progress::bar("simulating", n as usize);
     let trial = Trial::run(seed, n, days, || progress.inc(1))?;
     progress.finish_and_clear();
-    if json {
-        return output::json(&Document { tool: output::TOOL, version: VERSION, seed, days, trial });
-    }
-    let print = if markdown { text::markdown } else { text::plain };
-    output::text(&print(&table(seed, days, &trial)))
+    let table = table(seed, days, &trial);
+    let document = Document { tool: output::TOOL, version: VERSION, seed, days, trial };
+    form.print(&document, "", &[table])
 }
 
 fn table(seed: u64, days: u32, trial: &Trial) -> Table {
     let Trial { networks, loops, .. } = trial;
-    let table = Table::new(format!(
+    let table = shares(format!(
         "Loops that swing together: {networks} simulated networks of {loops} loops, seed {seed}, {days} days each. \
          Pairs of one network are not independent, so their intervals are too narrow."
-    ))
-    .words("of")
-    .words("those")
-    .numbers("number", "")
-    .numbers("share", "");
-    let row = |table: Table, of: &str, those: &str, is: Share| {
-        table.row([of.to_owned(), those.to_owned(), is.n.to_string(), share(is)])
-    };
+    ));
     let pairs = "pairs of a sticking valve's loop and a loop that it makes swing";
     let table = row(table, pairs, "in a group", trial.recall);
     let table = row(table, "pairs in a group", "without a common cause", trial.false_pairs);

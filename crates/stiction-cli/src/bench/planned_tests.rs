@@ -1,13 +1,12 @@
 //! Planned tests, to count decisions and correct decisions.
 
-use crate::{output, progress, text};
+use super::{Form, shared as row, shares};
+use crate::{output, progress};
 use anyhow::Result;
 use schemars::JsonSchema;
 use serde::Serialize;
 use stiction::population::{Operator, Trend};
-use stiction::score::page::share;
 use stiction::score::{TestTrial, TestTrialOptions, TestedLoops};
-use stiction::scoreboard::Share;
 use stiction_report::report::Table;
 use stiction_report::words;
 
@@ -30,16 +29,13 @@ pub struct Document {
 }
 
 /// Tests the first `n` loops of `seed`, and prints the counts.
-pub fn run(seed: u64, n: u64, options: TestTrialOptions, json: bool, markdown: bool) -> Result<()> {
+pub fn run(seed: u64, n: u64, options: TestTrialOptions, form: &Form) -> Result<()> {
     let progress = progress::bar("testing", n as usize);
     let trial = TestTrial::run(seed, n, options, || progress.inc(1))?;
     progress.finish_and_clear();
-    if json {
-        let document = Document { tool: output::TOOL, version: VERSION, seed, loops: n, trial };
-        return output::json(&document);
-    }
-    let print = if markdown { text::markdown } else { text::plain };
-    output::text(&print(&table(seed, n, options, &trial)))
+    let table = table(seed, n, options, &trial);
+    let document = Document { tool: output::TOOL, version: VERSION, seed, loops: n, trial };
+    form.print(&document, "", &[table])
 }
 
 fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Table {
@@ -56,14 +52,7 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
         Trend::AsPlanned => "recorded without compression",
         Trend::Historian => "recorded by each loop's own historian",
     };
-    let table = Table::new(format!("Planned tests: {n} {loops}, seed {seed}, {operator}, {trend}"))
-        .words("of")
-        .words("those")
-        .numbers("number", "")
-        .numbers("share", "");
-    let row = |table: Table, of: &str, those: &str, is: Share| {
-        table.row([of.to_owned(), those.to_owned(), is.n.to_string(), share(is)])
-    };
+    let table = shares(format!("Planned tests: {n} {loops}, seed {seed}, {operator}, {trend}"));
     let table = row(table, "loops", "with a plan", trial.planned);
     let table = row(table, "plans", "whose test began", trial.began);
     let table = row(table, "tests", "that decide whether the valve sticks", trial.decided);

@@ -1,5 +1,6 @@
 //! `stiction bench suite`, `report`, `verify` and `answer`.
 
+use super::Form;
 use super::entrants::{self, Source};
 use crate::files::{self, In, Out};
 use crate::{output, progress};
@@ -75,12 +76,8 @@ pub struct ReportArgs {
     /// Write the page to this file
     #[arg(short, long, value_name = "FILE")]
     output: Option<Out>,
-    /// Print the tables in Markdown
-    #[arg(long, conflicts_with = "json")]
-    markdown: bool,
-    /// Print the joined results as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    form: Form,
 }
 
 #[derive(Parser)]
@@ -237,11 +234,11 @@ fn report(args: &ReportArgs) -> Result<()> {
     let Again { asked, results, .. } = read(&args.results)?;
     if let Some(file) = &args.output {
         output::write(Some(file), leaderboard::html(&results, &asked)?.as_bytes())?;
-        if !args.json && !args.markdown {
+        if !args.form.json && !args.form.markdown {
             return Ok(());
         }
     }
-    entrants::print(&results, args.json, args.markdown)
+    entrants::print(&results, &args.form)
 }
 
 fn verify(args: &VerifyArgs) -> Result<()> {

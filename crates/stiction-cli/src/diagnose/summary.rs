@@ -2,7 +2,7 @@
 
 use super::Diagnosed;
 use crate::output::{Sheet, name};
-use crate::text::{coloured, columns, number, wrapped};
+use crate::text::{coloured, columns, field, number};
 use anyhow::Result;
 use std::fmt::Write;
 use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, Grade, VerdictClass, Votes};
@@ -120,14 +120,6 @@ fn ranked(loops: &[Diagnosed]) -> Vec<&Diagnosed> {
     let mut ranked: Vec<&Diagnosed> = loops.iter().collect();
     ranked.sort_by(|a, b| a.found().in_rank(&b.found()));
     ranked
-}
-
-fn field(name: &str, text: &str) -> String {
-    let mut out = String::new();
-    for (k, line) in wrapped(text, 88).into_iter().enumerate() {
-        let _ = writeln!(out, "{:10}{line}", if k == 0 { name } else { "" });
-    }
-    out
 }
 
 fn verdict(diagnosis: &Diagnosis) -> String {

@@ -1,7 +1,7 @@
 //! Cycles in words.
 
 use super::Report;
-use crate::text;
+use crate::text::{self, paragraph};
 use stiction::closed_loop::Process;
 use stiction::limit_cycle::map::{Map, Point, Sensitivity};
 use stiction::limit_cycle::tuning::{Assessment, Retuning, Tuning};
@@ -85,10 +85,6 @@ fn process(process: &Process) -> String {
         theta => format!(" exp(-{} s)", text::number(theta)),
     };
     format!("{}{delay} / {}", polynomial(&num), polynomial(&den))
-}
-
-fn paragraph(text: &str) -> String {
-    text::wrapped(text, 96).into_iter().map(|line| line + "\n").collect()
 }
 
 /// Six digits.

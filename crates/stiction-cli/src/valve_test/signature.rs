@@ -1,7 +1,7 @@
 //! The signature of a valve: `stiction test plan --signature`, and `stiction test read` of slow ramps.
 
-use super::{Plan, Read, hanging, in_order, one_loop, side_by_side};
-use crate::output;
+use super::{Plan, Read, in_order, items, one_loop, side_by_side};
+use crate::{output, text};
 use anyhow::{Result, anyhow, bail};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -81,7 +81,7 @@ pub(super) fn planned(args: &Plan, source: Source, recording: &Recording) -> Res
     }
     let mut out = format!("{name}: signature of the valve\n");
     for (k, text) in plan.instructions.iter().enumerate() {
-        out += &hanging(&format!("{}. ", k + 1), [text]);
+        out += &text::hanging(&format!("{}. ", k + 1), text, 96);
     }
     out += &format!("ramps from {} %\n", spoken::rough(plan.from_op));
     for ramp in &plan.ramps {
@@ -182,7 +182,7 @@ fn was_compared(args: &Read, before: Signed, after: Signed) -> Result<()> {
         return output::json(&CompareDocument { tool: output::TOOL, before, after, comparison });
     }
     let mut out = format!("{}: before and after the repair\n", after.recording.name);
-    out += &hanging("  ", &comparison.sentences);
+    out += &items("  ", &comparison.sentences);
     out += &side_by_side(&valve_test_page::signature_rows(before.page(), after.page()));
     output::text(&out)
 }
@@ -200,5 +200,5 @@ fn in_words(found: &Signed) -> String {
         let jump = of.j.map_or(String::new(), |j| format!(", J {}", estimate(j)));
         out += &format!("  S {}{jump} of span\n", estimate(s));
     }
-    out + &hanging("  - ", &of.reasons)
+    out + &items("  - ", &of.reasons)
 }
