@@ -397,12 +397,8 @@ fn measured(
     };
     let (about, measured) = measure(&plan)?;
     let board = Board::of(&measured.loops);
-    if let Some(path) = &args.csv {
-        output::write(Some(path), results::csv(&measured.loops)?.as_bytes())?;
-    }
-    if let Some(path) = &args.report {
-        output::write(Some(path), page(path, args, &about, &board, &measured)?.as_bytes())?;
-    }
+    output::given(&args.csv, || results::csv(&measured.loops))?;
+    output::given(&args.report, || page(args, &about, &board, &measured))?;
     let width = if args.form.markdown { usize::MAX } else { 96 };
     let head = text::hanging("", &format!("{}. {}", about.title, about.origin), width) + "\n";
     let tables = tables(&board, &measured, args.form.markdown);
@@ -447,9 +443,7 @@ fn compared(args: &DetectorArgs) -> Result<()> {
         }
     };
     let results = Results::of(output::TOOL, loops, &asked, entries);
-    if let Some(path) = &args.report {
-        output::write(Some(path), leaderboard::html(&results, &asked)?.as_bytes())?;
-    }
+    output::given(&args.report, || leaderboard::html(&results, &asked))?;
     entrants::print(&results, &args.form)?;
     match silent {
         Some(why) => Err(anyhow!("the detector answered none of {} loops: {why}", asked.len())),
@@ -494,14 +488,9 @@ fn tables(board: &Board, measured: &Measured, markdown: bool) -> Vec<Table> {
     tables
 }
 
-fn page(
-    path: &Path,
-    args: &Measuring,
-    about: &About,
-    board: &Board,
-    measured: &Measured,
-) -> Result<String> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+fn page(args: &Measuring, about: &About, board: &Board, measured: &Measured) -> Result<String> {
+    let folder = args.report.as_ref().and_then(|path| path.parent());
+    let folder = folder.filter(|folder| !folder.as_os_str().is_empty());
     let links = match &args.reports {
         Some(reports) => {
             let way = relative(folder.unwrap_or(Path::new(".")), reports)?;

@@ -125,8 +125,8 @@ pub fn run(args: Args) -> Result<()> {
     let mut rows: Vec<(&'static str, &Row)> =
         found.rows.iter().map(|row| (called(row), row)).collect();
     rows.sort_by(|a, b| error(a.1).total_cmp(&error(b.1)));
-    if let Some(path) = &args.plot {
-        let figure = match methods[..] {
+    output::plot(&args.plot, || {
+        Ok(match methods[..] {
             [method] => {
                 let mut plant = plant.clone();
                 let until = options.from_s + 0.5 * options.settle_s;
@@ -141,14 +141,10 @@ pub fn run(args: Args) -> Result<()> {
                 let title = format!("Compensators: {}", scenario.title);
                 stiction::drawing::actions::actions(&title, &found.rows[0], &rows)
             }
-        };
-        output::figure("--plot", path, &figure)?;
-    }
-    if let Some(path) = &args.csv {
-        output::write(Some(path), actions::csv(&rows)?.as_bytes())?;
-        if path.is_standard() {
-            return Ok(());
-        }
+        })
+    })?;
+    if output::given(&args.csv, || actions::csv(&rows))? {
+        return Ok(());
     }
     if args.json {
         let (head, settings) = Head::of(name, &scenario)?;

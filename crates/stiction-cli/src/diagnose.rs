@@ -117,9 +117,7 @@ pub fn run(args: Args) -> Result<ExitCode> {
         reported(path, &found)?;
     }
     let done = || -> Result<()> {
-        if let Some(path) = &args.csv {
-            output::write(Some(path), summary::csv(&found)?.as_bytes())?;
-        }
+        output::given(&args.csv, || summary::csv(&found))?;
         if args.json {
             return output::json_text(&Document::new(output::TOOL, found.clone()).json());
         }

@@ -128,12 +128,8 @@ pub fn run(args: Args) -> Result<()> {
 }
 
 fn show(history: &ValveHistory, args: &Args) -> Result<()> {
-    if let Some(path) = &args.report {
-        output::write(Some(path), report::history_html(history)?.as_bytes())?;
-    }
-    if let Some(path) = &args.csv {
-        output::write(Some(path), table(history)?.as_bytes())?;
-    }
+    output::given(&args.report, || report::history_html(history))?;
+    output::given(&args.csv, || table(history))?;
     if args.json {
         return output::json_text(&history.json());
     }

@@ -197,14 +197,10 @@ fn write_files(args: &Args, report: &Report, l: &ContinuousLoop) -> Result<()> {
         )?;
     }
     if let Some(map) = &report.map {
-        if let Some(path) = &args.csv {
-            output::write(Some(path), csv::map(map)?.as_bytes())?;
-        }
-        if let Some(path) = &args.plot {
-            let figure = pictures::map(&report.title, map, l, args.show.quantity())?;
-            output::figure("--plot", path, &figure)?;
-        }
-        return Ok(());
+        output::given(&args.csv, || csv::map(map))?;
+        return output::plot(&args.plot, || {
+            Ok(pictures::map(&report.title, map, l, args.show.quantity())?)
+        });
     }
     if args.csv.is_none() && args.plot.is_none() {
         return Ok(());
@@ -213,16 +209,9 @@ fn write_files(args: &Args, report: &Report, l: &ContinuousLoop) -> Result<()> {
         output::note("there is no exact cycle to draw or to write");
         return Ok(());
     };
-    if let Some(path) = &args.csv {
-        output::write(Some(path), csv::orbit(&orbit).as_bytes())?;
-    }
-    if let Some(path) = &args.plot {
+    output::given(&args.csv, || anyhow::Ok(csv::orbit(&orbit)))?;
+    output::plot(&args.plot, || {
         let set_point = l.operating_point()?.pv;
-        output::figure(
-            "--plot",
-            path,
-            &pictures::over_time(&report.title, &cycle, &orbit, set_point),
-        )?;
-    }
-    Ok(())
+        Ok(pictures::over_time(&report.title, &cycle, &orbit, set_point))
+    })
 }

@@ -4,7 +4,7 @@ use crate::files::Out;
 use crate::replaced;
 use crate::shown::steers;
 use crate::text::painted;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, bail};
 use std::io::{ErrorKind, IsTerminal, StdoutLock, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use stiction_figure::Figure;
@@ -27,6 +27,21 @@ pub fn write(to: Option<&Out>, bytes: &[u8]) -> Result<()> {
         _ if std::io::stdout().is_terminal() => text(&String::from_utf8_lossy(bytes)),
         _ => to_standard_output(bytes),
     }
+}
+
+/// Writes what `make` makes to the file that an option named, if it is given. True if that is standard output.
+pub fn given<T: AsRef<[u8]>, E: Into<Error>>(
+    to: &Option<Out>,
+    make: impl FnOnce() -> Result<T, E>,
+) -> Result<bool> {
+    let Some(file) = to else { return Ok(false) };
+    write(Some(file), make().map_err(Into::into)?.as_ref())?;
+    Ok(file.is_standard())
+}
+
+/// Draws a figure to the file of --plot, if it is given.
+pub fn plot(to: &Option<Out>, make: impl FnOnce() -> Result<Figure>) -> Result<()> {
+    to.as_ref().map_or(Ok(()), |path| figure("--plot", path, &make()?))
 }
 
 /// Prints text to standard output, in colour on a terminal that supports it.

@@ -55,11 +55,8 @@ pub fn run(args: Args) -> Result<()> {
         bail!("the model of the verdict has no data on its training loops; train it again");
     };
     let found = shifts(simulated, &recorded);
-    if let Some(path) = &args.csv {
-        output::write(Some(path), csv(&found)?.as_bytes())?;
-        if path.is_standard() {
-            return Ok(());
-        }
+    if output::given(&args.csv, || csv(&found))? {
+        return Ok(());
     }
     let distance = |each: &&Evidence| simulated.distance(&fusion::row(&each.values)) > 1.0;
     let unlike = recorded.iter().filter(distance).count();

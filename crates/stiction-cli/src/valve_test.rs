@@ -264,17 +264,12 @@ fn planned(args: &Plan) -> Result<()> {
         None => "test of the valve",
     };
     let plan = next.unwrap_or(first);
-    if let Some(path) = &args.sheet {
-        output::write(Some(path), valve_test_sheet::html(&plan, output::TOOL).as_bytes())?;
-    }
+    output::given(&args.sheet, || anyhow::Ok(valve_test_sheet::html(&plan, output::TOOL)))?;
     if args.json {
         return output::json(&PlanDocument { tool: output::TOOL, source: one.source, plan });
     }
-    if let Some(path) = &args.csv {
-        output::write(Some(path), valve_test_sheet::csv(&plan)?.as_bytes())?;
-        if path.is_standard() {
-            return Ok(());
-        }
+    if output::given(&args.csv, || valve_test_sheet::csv(&plan))? {
+        return Ok(());
     }
     output::text(&plan_in_words(head, &plan))
 }
@@ -361,14 +356,9 @@ fn was_read(args: &Read) -> Result<ExitCode> {
 }
 
 fn was_read_alone(args: &Read, found: Found) -> Result<()> {
-    if let Some(path) = &args.plot {
-        let figure = valve_test_figure::figure(&found.recording.name, found.unit(), &found.test);
-        output::figure("--plot", path, &figure)?;
-    }
-    if let Some(path) = &args.report {
-        let page = valve_test_page::reading(output::TOOL, found.page())?;
-        output::write(Some(path), page.as_bytes())?;
-    }
+    let name = &found.recording.name;
+    output::plot(&args.plot, || Ok(valve_test_figure::figure(name, found.unit(), &found.test)))?;
+    output::given(&args.report, || valve_test_page::reading(output::TOOL, found.page()))?;
     if args.json {
         let loops = [found.document()];
         return output::json(&ReadDocument { tool: output::TOOL, loops });
@@ -394,15 +384,11 @@ fn in_order(before: (&Recording, f64), after: (&Recording, f64)) -> Result<()> {
 fn was_compared(args: &Read, before: Found, after: Found) -> Result<()> {
     in_order((&before.recording, before.test.from_s), (&after.recording, after.test.from_s))?;
     let comparison = compare(&before.test, &after.test);
-    if let Some(path) = &args.plot {
-        let tests = [("before", &before.test), ("after", &after.test)];
-        output::figure("--plot", path, &valve_test_figure::before_and_after(tests, after.unit()))?;
-    }
-    if let Some(path) = &args.report {
-        let (tool, pages) = (output::TOOL, (before.page(), after.page()));
-        let page = valve_test_page::comparison(tool, pages.0, pages.1, &comparison)?;
-        output::write(Some(path), page.as_bytes())?;
-    }
+    let tests = [("before", &before.test), ("after", &after.test)];
+    output::plot(&args.plot, || Ok(valve_test_figure::before_and_after(tests, after.unit())))?;
+    output::given(&args.report, || {
+        valve_test_page::comparison(output::TOOL, before.page(), after.page(), &comparison)
+    })?;
     if args.json {
         valve_test_page::caution(before.page(), after.page()).iter().for_each(output::note);
         let (before, after) = (before.document(), after.document());

@@ -202,11 +202,8 @@ pub fn run(args: Args) -> Result<()> {
         let figure = stiction::drawing::actions::actions(&title, &present.played, &rows);
         output::figure("--plot", path, &figure)?;
     }
-    if let Some(path) = &args.csv {
-        output::write(Some(path), actions::csv(&rows)?.as_bytes())?;
-        if path.is_standard() {
-            return Ok(());
-        }
+    if output::given(&args.csv, || actions::csv(&rows))? {
+        return Ok(());
     }
     if args.json {
         let (head, settings) = Head::of(&args.scenario, &scenario)?;

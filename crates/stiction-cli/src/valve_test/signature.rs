@@ -63,21 +63,14 @@ pub(super) fn planned(args: &Plan, source: Source, recording: &Recording) -> Res
     let name = &recording.name;
     let plan = signature_plan(name, [args.op_low, args.op_high])
         .map_err(|why| anyhow!("loop {name}: {}; change --op-low and --op-high", why.0))?;
-    if let Some(path) = &args.sheet {
-        output::write(
-            Some(path),
-            valve_test_sheet::signature_html(&plan, output::TOOL).as_bytes(),
-        )?;
-    }
+    let sheet = || anyhow::Ok(valve_test_sheet::signature_html(&plan, output::TOOL));
+    output::given(&args.sheet, sheet)?;
     if args.json {
         let tool = output::TOOL;
         return output::json(&PlanDocument { tool, source, signature: plan });
     }
-    if let Some(path) = &args.csv {
-        output::write(Some(path), valve_test_sheet::signature_csv(&plan)?.as_bytes())?;
-        if path.is_standard() {
-            return Ok(());
-        }
+    if output::given(&args.csv, || valve_test_sheet::signature_csv(&plan))? {
+        return Ok(());
     }
     let mut out = format!("{name}: signature of the valve\n");
     for (k, text) in plan.instructions.iter().enumerate() {
@@ -148,14 +141,9 @@ pub(super) fn was_read(args: &Read, found: Signed) -> Result<ExitCode> {
 }
 
 fn was_read_alone(args: &Read, found: Signed) -> Result<()> {
-    if let Some(path) = &args.plot {
-        let figure = valve_test_figure::signature(&found.recording.name, &found.page().ramped());
-        output::figure("--plot", path, &figure)?;
-    }
-    if let Some(path) = &args.report {
-        let page = valve_test_page::signature(output::TOOL, found.page())?;
-        output::write(Some(path), page.as_bytes())?;
-    }
+    let (name, page) = (&found.recording.name, found.page());
+    output::plot(&args.plot, || Ok(valve_test_figure::signature(name, &page.ramped())))?;
+    output::given(&args.report, || valve_test_page::signature(output::TOOL, page))?;
     if args.json {
         let loops = [found.document()];
         return output::json(&ReadDocument { tool: output::TOOL, loops });
@@ -167,23 +155,19 @@ fn was_compared(args: &Read, before: Signed, after: Signed) -> Result<()> {
     let (old, new) = (&before.signature, &after.signature);
     in_order((&before.recording, old.from_s), (&after.recording, new.from_s))?;
     let comparison = compare(old, new);
-    if let Some(path) = &args.plot {
-        let both = [before.page().ramped(), after.page().ramped()];
-        let figure = valve_test_figure::signatures([("before", &both[0]), ("after", &both[1])]);
-        output::figure("--plot", path, &figure)?;
-    }
-    if let Some(path) = &args.report {
-        let pages = [before.page(), after.page()];
-        let page = valve_test_page::signatures(output::TOOL, pages, &comparison)?;
-        output::write(Some(path), page.as_bytes())?;
-    }
+    let pages = [before.page(), after.page()];
+    output::plot(&args.plot, || {
+        let [old, new] = pages.map(|page| page.ramped());
+        Ok(valve_test_figure::signatures([("before", &old), ("after", &new)]))
+    })?;
+    output::given(&args.report, || valve_test_page::signatures(output::TOOL, pages, &comparison))?;
     if args.json {
         let (before, after) = (before.document(), after.document());
         return output::json(&CompareDocument { tool: output::TOOL, before, after, comparison });
     }
     let mut out = format!("{}: before and after the repair\n", after.recording.name);
     out += &items("  ", &comparison.sentences);
-    out += &side_by_side(&valve_test_page::signature_rows(before.page(), after.page()));
+    out += &side_by_side(&valve_test_page::signature_rows(pages[0], pages[1]));
     output::text(&out)
 }
 

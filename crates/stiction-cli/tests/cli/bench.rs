@@ -1,7 +1,7 @@
 //! `stiction bench`.
 
 use crate::diagnose::with_samples;
-use crate::{command, folder, read, rows, run, write};
+use crate::{command, folder, read, refuses, rows, run, write};
 use std::path::Path;
 
 const INDEX: &str = "loop,label,tag,file,loop_type\n\
@@ -73,8 +73,7 @@ fn an_index_has_one_row_or_more_and_stays_in_its_folder() {
     }
     assert!(measured(&absolute, &["--allow-outside"]).quiet_success().starts_with("1 labelled"));
     write(&folder, "plant/index.csv", "loop,label\n../FIC101-sticky,stiction\n");
-    let refused = run(&folder, &["bench", "labels", "plant/index.csv"]).refusal();
-    assert!(refused.contains("give --allow-outside"), "{refused}");
+    refuses(&folder, &["bench", "labels", "plant/index.csv"], "give --allow-outside");
 }
 
 #[test]
@@ -263,7 +262,6 @@ fn what_cannot_be_measured_is_refused_with_the_row_and_the_remedy() {
         ("bench labels none.csv", "none.csv"),
         ("bench labels none.csv --seed 2", "--seed"),
     ] {
-        let refused = run(&folder, &arguments.split(' ').collect::<Vec<_>>()).refusal();
-        assert!(refused.contains(wanted), "{arguments}: {refused}");
+        refuses(&folder, &arguments.split(' ').collect::<Vec<_>>(), wanted);
     }
 }

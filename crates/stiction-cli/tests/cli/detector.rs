@@ -1,6 +1,6 @@
 //! `stiction bench` on suites: any program, results, reports.
 
-use crate::{command, folder, read, run, write};
+use crate::{command, folder, read, refuses, run, write};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
@@ -63,10 +63,8 @@ fn a_suite_has_the_same_bytes_on_any_number_of_threads_and_no_truth_in_the_recor
     }
     let datasheet = read(&folder.join("1"), "DATASHEET.md");
     assert!(datasheet.contains("| external wave | healthy |"), "{datasheet}");
-    let refused = run(&folder, &["bench", "suite", "v1-trial", "-o", "1"]).refusal();
-    assert!(refused.contains("1 is not empty"), "{refused}");
-    let refused = run(&folder, &["bench", "suite", "v0", "-o", "other"]).refusal();
-    assert!(refused.contains("v1-trial"), "{refused}");
+    refuses(&folder, &["bench", "suite", "v1-trial", "-o", "1"], "1 is not empty");
+    refuses(&folder, &["bench", "suite", "v0", "-o", "other"], "v1-trial");
 }
 
 #[test]
@@ -308,8 +306,7 @@ fn a_detector_is_measured_on_labelled_recordings() {
     run(&folder, &["bench", "verify", "mine.json"]).quiet_success();
 
     write(&folder, "index.csv", "loop,label\nFIC102-disturbed,no stiction\n");
-    let refused = run(&folder, &base).refusal();
-    assert!(refused.contains("one class only"), "{refused}");
+    refuses(&folder, &base, "one class only");
     for (arguments, wanted) in [
         ("bench detector x --per-kind 3", "--per-kind"),
         ("bench detector x --method horch", "cannot be used with"),
@@ -320,8 +317,7 @@ fn a_detector_is_measured_on_labelled_recordings() {
         ("bench detector x --suite v9", "v1-trial"),
         ("bench verify", "required"),
     ] {
-        let refused = run(&folder, &arguments.split(' ').collect::<Vec<_>>()).refusal();
-        assert!(refused.contains(wanted), "{arguments}: {refused}");
+        refuses(&folder, &arguments.split(' ').collect::<Vec<_>>(), wanted);
     }
 }
 

@@ -1,6 +1,6 @@
 //! `stiction diagnose`.
 
-use crate::{folder, read, run, write};
+use crate::{folder, read, refuses, run, write};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -258,8 +258,7 @@ fn loops_are_chosen_by_their_tags() {
     assert!(refused.contains("--loop FIC9: no such loop; there are FIC1, LIC2"), "{refused}");
     let json = run(&folder, &["diagnose", "wide.csv", "--type", "pressure", "--json"]).json();
     assert_eq!(json["loops"][1]["type"], "pressure");
-    let refused = run(&folder, &["diagnose", "wide.csv", "--type", "wet"]).refusal();
-    assert!(refused.contains("flow, level, pressure"), "{refused}");
+    refuses(&folder, &["diagnose", "wide.csv", "--type", "wet"], "flow, level, pressure");
 }
 
 #[test]
@@ -327,14 +326,11 @@ fn invalid_requests_are_refused() {
         (vec!["diagnose", "a.csv", "--grid", "many"], "--grid"),
         (vec!["diagnose", "a.csv", "--json", "--csv", "x.csv"], "cannot be used with"),
     ] {
-        let refused = run(&folder, &arguments).refusal();
-        assert!(refused.contains(expected), "{arguments:?}: {refused}");
+        refuses(&folder, &arguments, expected);
     }
     let file = sample("FIC101-sticky.csv");
-    let refused = run(&folder, &["diagnose", &file, "--grid", "-1"]).refusal();
-    assert!(refused.contains("above 0"), "{refused}");
-    let refused = run(&folder, &["diagnose", &file, "--dead-time", "-1"]).refusal();
-    assert!(refused.contains("the dead time is -1, but must be"), "{refused}");
+    refuses(&folder, &["diagnose", &file, "--grid", "-1"], "above 0");
+    refuses(&folder, &["diagnose", &file, "--dead-time", "-1"], "the dead time is -1, but must be");
 }
 
 /// Every real recording beside the checkout, if there are any.

@@ -1,6 +1,6 @@
 //! `stiction fmu`.
 
-use crate::{folder, run};
+use crate::{folder, refuses, run};
 use std::path::Path;
 
 /// The names of the files in a zip, from its directory.
@@ -126,8 +126,7 @@ fn what_cannot_be_exported_is_refused_in_a_sentence() {
         (&["--model", "he", "--json", "-o", "x.fmu"], "--json needs --list or --variables"),
         (&["--model", "he", "-o", "no/such/x.fmu"], "x.fmu"),
     ] {
-        let error = run(&folder, &[&["fmu"], arguments].concat()).refusal();
-        assert!(error.contains(words), "{arguments:?}: {error}");
+        refuses(&folder, &[&["fmu"], arguments].concat(), words);
     }
     assert!(!folder.join("x.fmu").exists());
 }

@@ -1,7 +1,7 @@
 //! `stiction history`.
 
 use crate::diagnose::{violations, with_samples};
-use crate::{folder, read, run, write};
+use crate::{folder, read, refuses, run, write};
 
 /// A loop whose recorded valve position sticks with S = 4 % and then, repaired, with S = 0.5 %: hours of
 /// 600 samples every 6 s from 2026-03-01 00:00 UTC.
@@ -116,8 +116,7 @@ fn invalid_requests_are_refused() {
             "is in 2 files, of which some have no dates",
         ),
     ] {
-        let refused = run(&folder, arguments).refusal();
-        assert!(refused.contains(expected), "{arguments:?}: {refused}");
+        refuses(&folder, arguments, expected);
     }
     write(&folder, "FIC7.csv", repaired());
     let refused = run(&folder, &["history", "FIC7.csv", "--repair", "noon"]).refusal();

@@ -1,6 +1,6 @@
 //! `stiction inspect`.
 
-use crate::{folder, run, write};
+use crate::{folder, refuses, run, write};
 
 const WIDE: &str = "Time;FIC1.PV [m3/h];FIC1.OP;FIC1.MODE;Room\r\n\
                     27.10.2024 02:30:00;1,5;50;AUTO;21\r\n\
@@ -123,8 +123,7 @@ fn what_cannot_be_read_is_refused() {
         (&["pv.csv", "--sample-time", "0"], "must be a number above 0"),
         (&["pv.csv", "--type", "flo"], "flow, level"),
     ] {
-        let message = run(&folder, &[&["inspect"], arguments].concat()).refusal();
-        assert!(message.contains(expected), "{arguments:?} must say {expected}: {message}");
+        refuses(&folder, &[&["inspect"], arguments].concat(), expected);
     }
 }
 
@@ -162,8 +161,7 @@ fn a_folder_stands_for_its_recordings() {
     assert!(files[0].ends_with("a.csv") && files[1].ends_with("b.csv"), "{files:?}");
     let found = run(&folder, &["diagnose", "data", "--brief"]).quiet_success();
     assert!(found.contains("sticks"), "{found}");
-    let refused = run(&folder, &["diagnose", "data", "--csv", "data/a.csv"]).refusal();
-    assert!(refused.contains("a.csv"), "{refused}");
+    refuses(&folder, &["diagnose", "data", "--csv", "data/a.csv"], "a.csv");
 }
 
 /// What the operating system refuses has a remedy, and what a mapping names wrongly its file.
@@ -187,8 +185,7 @@ fn refusals_name_the_file_and_what_helps() {
         ),
         (&["man", "a.csv"], "a.csv: is a file, but must be a folder"),
     ] {
-        let message = run(&folder, arguments).refusal();
-        assert!(message.contains(expected), "{arguments:?} must say {expected}: {message}");
+        refuses(&folder, arguments, expected);
     }
 }
 

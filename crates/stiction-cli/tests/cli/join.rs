@@ -1,6 +1,6 @@
 //! Recordings of one loop in several files.
 
-use crate::{Done, folder, rows, run, write};
+use crate::{Done, folder, refuses, rows, run, write};
 use std::path::Path;
 
 /// A day, or less, of a loop whose valve follows, sampled every 10 s from second `from` of 2026-03-01.
@@ -122,8 +122,7 @@ fn what_cannot_be_joined_is_refused() {
         (["a.csv", "two.csv"], "two.csv holds 2 loops, FIC1, FIC2; choose one with --loop"),
     ] {
         for command in ["history", "diagnose"] {
-            let refused = run(&folder, &[&[command, "--join"], &files[..]].concat()).refusal();
-            assert!(refused.contains(expected), "{command} {files:?}: {refused}");
+            refuses(&folder, &[&[command, "--join"], &files[..]].concat(), expected);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `stiction limit-cycle`.
 
-use crate::{column, folder, read, rows, run, write};
+use crate::{column, folder, read, refuses, rows, run, write};
 
 /// The paper's loop by flags.
 const PAPER: [&str; 15] = [
@@ -207,7 +207,6 @@ fn what_is_no_loop_is_refused() {
         (flags(&["--nyquist", "c.gif"]), "--nyquist c.gif"),
     ];
     for (arguments, expected) in cases {
-        let message = run(&folder, &arguments).refusal();
-        assert!(message.contains(expected), "{arguments:?}: {message}");
+        refuses(&folder, &arguments, expected);
     }
 }

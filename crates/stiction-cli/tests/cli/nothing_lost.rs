@@ -2,7 +2,7 @@
 
 use crate::diagnose::{samples, with_samples};
 use crate::outputs::OUTPUTS as ARGUMENTS;
-use crate::{command, folder, read, run, write};
+use crate::{command, folder, read, refuses, run, write};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
@@ -97,8 +97,7 @@ fn an_output_that_is_an_input_is_refused_by_every_command() {
     let before = files(&folder);
     for command in ["diagnose", "history"] {
         let arguments = [command, FILE, "--csv", "stiction-overrides.toml"];
-        let refused = run(&folder, &arguments).refusal();
-        assert!(refused.contains("would overwrite stiction-overrides.toml"), "{refused}");
+        refuses(&folder, &arguments, "would overwrite stiction-overrides.toml");
     }
     std::fs::copy(folder.join(FILE), folder.join("sub/index.html")).expect("a copy");
     let refused = run(&folder, &["diagnose", "sub/index.html", "--report", "sub"]).refusal();
@@ -140,8 +139,7 @@ fn a_page_or_picture_of_others_needs_force_and_own_output_is_written_again() {
     ] {
         write(&folder, file, foreign);
         let arguments: Vec<&str> = line.split(' ').collect();
-        let refused = run(&folder, &arguments).refusal();
-        assert!(refused.contains("this program did not write it"), "{line}: {refused}");
+        refuses(&folder, &arguments, "this program did not write it");
         assert_eq!(read(&folder, file), foreign);
         let forced = run(&folder, &[&arguments, &["--force"][..]].concat());
         assert_eq!(forced.code, 0, "{line}: {}", forced.err);
@@ -214,8 +212,7 @@ fn two_outputs_under_one_name_are_refused() {
         &["stem", "-o", "y", "--events", "y"],
         &["limit-cycle", "paper/closed-loop", "--plot", "y.png", "--nyquist", "y.png"],
     ] {
-        let refused = run(&folder, arguments).refusal();
-        assert!(refused.contains("one of the two would be lost"), "{arguments:?}: {refused}");
+        refuses(&folder, arguments, "one of the two would be lost");
     }
     assert!(!folder.join("y").exists() && !folder.join("y.html").exists());
     // What is no file loses nothing.

@@ -1,7 +1,7 @@
 //! `stiction override`, and what `stiction diagnose` makes of it.
 
 use crate::diagnose::with_samples;
-use crate::{Done, read, run, write};
+use crate::{Done, read, refuses, run, write};
 
 const FILE: &str = "FIC101-sticky.csv";
 const KEPT: &str = "stiction-overrides.toml";
@@ -136,7 +136,6 @@ fn malformed_overrides_are_named_with_file_line_and_remedy() {
         (&["diagnose", FILE, "--fail-on", "maybe"], "known are sticks, does not stick"),
     ] {
         let _ = std::fs::remove_file(folder.join(KEPT));
-        let refused = run(&folder, arguments).refusal();
-        assert!(refused.contains(expected), "{arguments:?}: {refused}");
+        refuses(&folder, arguments, expected);
     }
 }

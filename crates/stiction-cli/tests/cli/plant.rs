@@ -1,7 +1,7 @@
 //! `stiction plant`.
 
 use crate::valve_test::{dated, sample};
-use crate::{folder, read, rows, run, write};
+use crate::{folder, read, refuses, rows, run, write};
 
 #[test]
 fn a_plant_is_made_proposed_scanned_and_reported() {
@@ -93,15 +93,13 @@ fn one_bad_file_ends_no_scan_and_damaged_rows_no_note() {
 #[test]
 fn what_is_wrong_is_reported_and_the_rest_judged() {
     let folder = folder("plant-wrong");
-    let missing = run(&folder, &["plant", "scan"]).refusal();
-    assert!(missing.contains("plant.toml"), "{missing}");
+    refuses(&folder, &["plant", "scan"], "plant.toml");
     std::fs::write(
         folder.join("plant.toml"),
         "name = \"N\"\nzone = \"Berlin\"\ndata = []\nweigth = 1\n",
     )
     .unwrap();
-    let refused = run(&folder, &["plant", "scan"]).refusal();
-    assert!(refused.contains("plant.toml, line 4: unknown field `weigth`"), "{refused}");
+    refuses(&folder, &["plant", "scan"], "plant.toml, line 4: unknown field `weigth`");
 
     let demo = ["plant", "demo", "--loops", "1", "--days", "1", "-o", "north"];
     run(&folder, &demo).quiet_success();

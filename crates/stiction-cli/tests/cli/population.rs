@@ -1,6 +1,6 @@
 //! `stiction population`.
 
-use crate::{column, folder, read, rows, run};
+use crate::{column, folder, read, refuses, rows, run};
 
 #[test]
 fn a_population_is_files_that_bench_reads() {
@@ -33,8 +33,7 @@ fn a_population_is_files_that_bench_reads() {
     assert!(table.contains(&counts), "{counts}: {table}");
 
     // The same again, but not over what is there.
-    let message = run(&folder, &arguments).refusal();
-    assert!(message.contains("loops is not empty; --force"), "{message}");
+    refuses(&folder, &arguments, "loops is not empty; --force");
     let again = ["population", "--n", "12", "--seed", "7", "-o", "again"];
     run(&folder, &again).quiet_success();
     assert_eq!(read(&folder, "again/truth.csv"), truth);

@@ -1,6 +1,6 @@
 //! `stiction test`.
 
-use crate::{folder, read, run, write};
+use crate::{folder, read, refuses, run, write};
 use std::path::Path;
 
 /// A path of the project, from the folder of a test.
@@ -164,21 +164,17 @@ fn a_sheet_stands_for_a_mode() {
         ("time,op\n900000,40\n900010,41\n900020,\n", "the test is outside the recording"),
     ] {
         write(&folder, "done.csv", sheet);
-        let refused =
-            run(&folder, &["test", "read", "FIC106-tested.csv", "--done", "done.csv"]).refusal();
-        assert!(refused.contains(expected), "{expected}: {refused}");
+        refuses(&folder, &["test", "read", "FIC106-tested.csv", "--done", "done.csv"], expected);
     }
 }
 
 #[test]
 fn what_cannot_be_planned_or_read_is_reported() {
     let folder = folder("test-refused");
-    let refused = run(&folder, &["test", "read", &sample("FIC101-sticky.csv")]).refusal();
-    assert!(refused.contains("the recording has no test"), "{refused}");
+    refuses(&folder, &["test", "read", &sample("FIC101-sticky.csv")], "the recording has no test");
     let still: String = (0..400).map(|k| format!("{k},50,{}\n", k % 3)).collect();
     write(&folder, "FIC1.csv", format!("t,op,pv\n{still}"));
-    let refused = run(&folder, &["test", "plan", "FIC1.csv"]).refusal();
-    assert!(refused.contains("the OP or the PV does not move"), "{refused}");
+    refuses(&folder, &["test", "plan", "FIC1.csv"], "the OP or the PV does not move");
     let plan = run(&folder, &["test", "plan", &sample("FIC101-sticky.csv"), "--json"]);
     write(&folder, "plan.json", plan.quiet_success());
     let tested = sample("test/FIC106-tested.csv");
@@ -194,15 +190,13 @@ fn what_cannot_be_planned_or_read_is_reported() {
         let (before, rest) = plan.split_once(&format!("\"{key}\": ")).unwrap();
         let end = rest.find([',', '\n']).unwrap();
         write(&folder, "wrong.json", format!("{before}\"{key}\": {value}{}", &rest[end..]));
-        let refused = run(&folder, &["test", "read", &tested, "--plan", "wrong.json"]).refusal();
-        assert!(refused.contains(says), "{refused}");
+        refuses(&folder, &["test", "read", &tested, "--plan", "wrong.json"], says);
     }
     write(&folder, "plan.json", "{}");
     let refused = run(&folder, &["test", "read", &tested, "--plan", "plan.json"]).refusal();
     assert!(refused.contains("the key \"plan\" is missing"), "{refused}");
     let limits = ["test", "plan", &sample("FIC101-sticky.csv"), "--pv-low", "9", "--pv-high", "3"];
-    let refused = run(&folder, &limits).refusal();
-    assert!(refused.contains("the lower limit of the PV is not below"), "{refused}");
+    refuses(&folder, &limits, "the lower limit of the PV is not below");
     // A recording that holds a test says so.
     let words = run(&folder, &["diagnose", &tested, "--json"]).json();
     let notes = words["loops"][0]["notes"].to_string();
@@ -277,16 +271,14 @@ fn a_signature_is_planned_performed_and_read() {
     // Its plan is not that of turns.
     write(&folder, "signature.json", json.to_string());
     let planned = ["test", "read", "LV104-before.csv", "--plan", "signature.json"];
-    let refused = run(&folder, &planned).refusal();
-    assert!(refused.contains("the plan of a signature"), "{refused}");
+    refuses(&folder, &planned, "the plan of a signature");
 
     // A test with turns and a signature are not compared.
     let turns = sample("test/FIC107-tested.csv");
     let refused = run(&folder, &["test", "read", "LV104-after.csv", "--before", &turns]).refusal();
     assert!(refused.contains("compare two tests of the same kind"), "{refused}");
     let narrow = [&plan[..], &["--op-low", "40", "--op-high", "45"]].concat();
-    let refused = run(&folder, &narrow).refusal();
-    assert!(refused.contains("an OP range of at least 10 %"), "{refused}");
+    refuses(&folder, &narrow, "an OP range of at least 10 %");
 }
 
 /// The stem of a physical valve, with the S and J of its friction.
@@ -403,8 +395,7 @@ fn a_repair_is_shown_by_two_tests() {
     assert!(words.contains("2026-03-02") && words.contains("2026-03-09"), "{words}");
     assert!(read(&folder, "r.html").contains("before, 2026-03-02"));
     let wrong = ["test", "read", "FIC107.csv", "--before", "FIC107-after.csv"];
-    let refused = run(&folder, &wrong).refusal();
-    assert!(refused.contains("exchange the two files"), "{refused}");
+    refuses(&folder, &wrong, "exchange the two files");
     // Tags that differ are said.
     std::fs::copy(folder.join("FIC107.csv"), folder.join("FIC108.csv")).unwrap();
     let other = ["test", "read", "FIC107-after.csv", "--before", "FIC108.csv"];
