@@ -163,22 +163,10 @@ impl Head {
 
 /// Rows as CSV, with all cases of each.
 pub fn csv(rows: &[(&str, &Row)]) -> Result<String> {
-    let mut sheet = Sheet::new([
-        "rank",
-        "action",
-        "s_factor",
-        "j_factor",
-        "noise",
-        "iae_per_s",
-        "pv_std",
-        "op_travel_per_s",
-        "vp_travel_per_s",
-        "reversals_per_h",
-        "set_point_settling_s",
-        "load_settling_s",
-        "set_point_iae_per_s",
-        "load_iae_per_s",
-    ])?;
+    let columns = "rank,action,s_factor,j_factor,noise,iae_per_s,pv_std,op_travel_per_s,\
+        vp_travel_per_s,reversals_per_h,set_point_settling_s,load_settling_s,\
+        set_point_iae_per_s,load_iae_per_s";
+    let mut sheet = Sheet::new(columns.split(','))?;
     for (rank, (name, row)) in rows.iter().enumerate() {
         for outcome in &row.outcomes {
             let m = &outcome.measures;

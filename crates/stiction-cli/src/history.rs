@@ -259,24 +259,9 @@ fn text(valve: &Valve) -> String {
 }
 
 fn table(history: &ValveHistory) -> Result<String> {
-    let mut sheet = Sheet::new([
-        "loop",
-        "file",
-        "from",
-        "from_s",
-        "duration_s",
-        "verdict",
-        "grade",
-        "basis",
-        "probability",
-        "S",
-        "S_low",
-        "S_high",
-        "J",
-        "J_low",
-        "J_high",
-        "fitness",
-    ])?;
+    let columns = "loop,file,from,from_s,duration_s,verdict,grade,basis,probability,S,S_low,\
+        S_high,J,J_low,J_high,fitness";
+    let mut sheet = Sheet::new(columns.split(','))?;
     let say = |value: Option<f64>| value.map_or(String::new(), spoken::cell);
     for valve in &history.valves {
         for w in &valve.windows {

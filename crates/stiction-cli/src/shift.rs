@@ -91,19 +91,9 @@ fn evidence(recording: &Recording) -> Option<Evidence> {
 }
 
 fn csv(found: &[Shift]) -> Result<String> {
-    let mut sheet = Sheet::new([
-        "feature",
-        "meaning",
-        "place",
-        "simulated_5",
-        "simulated_50",
-        "simulated_95",
-        "simulated_missing",
-        "recorded_5",
-        "recorded_50",
-        "recorded_95",
-        "recorded_missing",
-    ])?;
+    let columns = "feature,meaning,place,simulated_5,simulated_50,simulated_95,simulated_missing,\
+        recorded_5,recorded_50,recorded_95,recorded_missing";
+    let mut sheet = Sheet::new(columns.split(','))?;
     for shift in found {
         let number =
             |value: f64| if value.is_finite() { spoken::cell(value) } else { String::new() };

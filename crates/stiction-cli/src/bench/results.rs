@@ -14,30 +14,10 @@ const VERSION: u32 = 1;
 
 /// One row per loop and method, the verdict first.
 pub fn csv(loops: &[Scored]) -> Result<String> {
-    let mut sheet = Sheet::new([
-        "loop",
-        "valve",
-        "kind",
-        "sticks",
-        "visible",
-        "true_S",
-        "true_J",
-        "method",
-        "statistic",
-        "threshold",
-        "decision",
-        "probability",
-        "S",
-        "S_low",
-        "S_high",
-        "J",
-        "J_low",
-        "J_high",
-        "S_below",
-        "undecided_by",
-        "gain",
-        "slips",
-    ])?;
+    let columns = "loop,valve,kind,sticks,visible,true_S,true_J,method,statistic,threshold,\
+        decision,probability,S,S_low,S_high,J,J_low,J_high,S_below,undecided_by,gain,\
+        slips";
+    let mut sheet = Sheet::new(columns.split(','))?;
     let say = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
     for each in loops {
         let truth = &each.truth;

@@ -171,17 +171,8 @@ fn write_suite(args: &SuiteArgs) -> Result<()> {
 }
 
 fn truth(all: &[KnownLoop]) -> Result<String> {
-    let mut sheet = Sheet::new([
-        "id",
-        "kind",
-        "sticks",
-        "visible",
-        "S",
-        "J",
-        "evidence_nats",
-        "slips",
-        "groups",
-    ])?;
+    let columns = "id,kind,sticks,visible,S,J,evidence_nats,slips,groups";
+    let mut sheet = Sheet::new(columns.split(','))?;
     let say = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
     for KnownLoop { id, truth, groups } in all {
         let groups: Vec<String> =

@@ -261,52 +261,18 @@ fn of_word(word: &str) -> Option<Quality> {
         .find_map(|start| word.strip_prefix(start))
         .map_or(word, |rest| rest.trim_start_matches(['.', '_', ' ', ':', '-']));
     let starts = |starts: &[&str]| starts.iter().any(|start| bare.starts_with(start));
-    if starts(&["good", "gut", "gültig", "gueltig", "bonne"])
-        || matches!(
-            bare,
-            "ok" | "g"
-                | "normal"
-                | "valid"
-                | "raw"
-                | "bon"
-                | "valide"
-                | "buena"
-                | "bueno"
-                | "buono"
-                | "valido"
-                | "goed"
-        )
-    {
-        Some(Good)
-    } else if starts(&[
-        "uncertain",
-        "questionable",
-        "doubtful",
-        "suspect",
-        "unsicher",
-        "incertain",
-        "substituted",
-        "stale",
-    ]) || bare == "u"
-    {
-        Some(Uncertain)
-    } else if starts(&[
-        "bad",
-        "invalid",
-        "not good",
-        "notgood",
-        "no good",
-        "schlecht",
-        "ungültig",
-        "ungueltig",
-        "mauvais",
-        "nok",
-    ]) || bare == "b"
-    {
-        Some(Bad)
-    } else {
-        number::word(word)
-    }
+    Some(match bare {
+        "ok" | "g" | "normal" | "valid" | "raw" | "bon" | "valide" | "buena" | "bueno"
+        | "buono" | "valido" | "goed" => Good,
+        "u" => Uncertain,
+        "b" => Bad,
+        _ if starts(&["good", "gut", "gültig", "gueltig", "bonne"]) => Good,
+        _ if starts(&["uncertain", "questionable", "doubtful", "suspect"]) => Uncertain,
+        _ if starts(&["unsicher", "incertain", "substituted", "stale"]) => Uncertain,
+        _ if starts(&["bad", "invalid", "not good", "notgood", "no good"]) => Bad,
+        _ if starts(&["schlecht", "ungültig", "ungueltig", "mauvais", "nok"]) => Bad,
+        _ => return number::word(word),
+    })
 }
 
 #[cfg(test)]

@@ -34,146 +34,37 @@ impl Signal {
         }
     }
 
-    /// Names of columns with this signal, without separators and in lower case.
-    fn words(self) -> &'static [&'static str] {
-        match self {
-            Self::Op => &[
-                "op",
-                "co",
-                "out",
-                "output",
-                "mv",
-                "cv",
-                "lmn",
-                "outv",
-                "aout",
-                "cmd",
-                "demand",
-                "command",
-                "outputvalue",
-                "opvalue",
-                "controlleroutput",
-                "controloutput",
-                "ctrlout",
-                "manipulatedvariable",
-                "manipulatedvalue",
-                "valvedemand",
-                "valvecommand",
-                "valveoutput",
-                "cveu",
-                "stellwert",
-                "stellgrösse",
-                "stellgroesse",
-                "sortie",
-                "sortierégulateur",
-                "sortieregulateur",
-                "sortievanne",
-                "sortierégulation",
-                "salida",
-                "salidacontrolador",
-                "salidadelcontrolador",
-                "salidaválvula",
-                "uscita",
-                "uscitaregolatore",
-                "uscitavalvola",
-                "reglerausgang",
-                "stellsignal",
-            ],
-            Self::Pv => &[
-                "pv",
-                "processvalue",
-                "processvariable",
-                "processvar",
-                "meas",
-                "measurement",
-                "measuredvalue",
-                "controlledvariable",
-                "pvin",
-                "istwert",
-                "regelgrösse",
-                "regelgroesse",
-                "mesure",
-                "valeurmesurée",
-                "valeurprocédé",
-                "medida",
-                "medición",
-                "medicion",
-                "valordeproceso",
-                "variabledeproceso",
-                "misura",
-                "valoremisurato",
-                "valorediprocesso",
-                "variabilediprocesso",
-            ],
-            Self::Sp => &[
-                "sp",
-                "setpoint",
-                "setpt",
-                "spt",
-                "stpt",
-                "sv",
-                "setvalue",
-                "wsp",
-                "workingsetpoint",
-                "reference",
-                "spint",
-                "sollwert",
-                "führungsgrösse",
-                "fuehrungsgroesse",
-                "consigne",
-                "pointdeconsigne",
-                "consigna",
-                "puntodeajuste",
-                "valoreimpostato",
-                "valoredesiderato",
-            ],
-            Self::Vp => &[
-                "vp",
-                "valveposition",
-                "valvepos",
-                "zt",
-                "zi",
-                "pos",
-                "position",
-                "posn",
-                "feedback",
-                "fb",
-                "fbk",
-                "travel",
-                "stem",
-                "stemposition",
-                "stemtravel",
-                "valvetravel",
-                "actualposition",
-                "positionfeedback",
-                "readback",
-            ],
-            Self::Mode => &[
-                "mode",
-                "md",
-                "modeact",
-                "modeactual",
-                "actualmode",
-                "automan",
-                "controlmode",
-                "controllermode",
-                "modblk",
-                "betriebsart",
-                "reglermodus",
-                "modus",
-                "modo",
-                "mododecontrol",
-                "modederégulation",
-                "modemarche",
-                "modalità",
-                "modalita",
-            ],
-        }
-    }
-
     /// The signal of a word, without separators and in lower case.
     fn of_word(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|signal| signal.words().contains(&word))
+        Some(match word {
+            "op" | "co" | "out" | "output" | "mv" | "cv" | "lmn" | "outv" | "aout" | "cmd"
+            | "demand" | "command" | "outputvalue" | "opvalue" | "controlleroutput"
+            | "controloutput" | "ctrlout" | "manipulatedvalue" | "valvedemand" | "valvecommand"
+            | "valveoutput" | "cveu" | "stellwert" | "stellgrösse" | "stellgroesse" | "sortie"
+            | "sortierégulateur" | "sortieregulateur" | "sortievanne" | "sortierégulation"
+            | "salida" | "salidacontrolador" | "salidaválvula" | "uscita" | "uscitaregolatore"
+            | "uscitavalvola" | "reglerausgang" | "stellsignal" => Self::Op,
+            "manipulatedvariable" | "salidadelcontrolador" => Self::Op,
+            "pv" | "processvalue" | "processvariable" | "processvar" | "meas" | "measurement"
+            | "measuredvalue" | "controlledvariable" | "pvin" | "istwert" | "regelgrösse"
+            | "regelgroesse" | "mesure" | "valeurmesurée" | "valeurprocédé" | "medida"
+            | "medición" | "medicion" | "valordeproceso" | "variabledeproceso" | "misura"
+            | "valoremisurato" | "valorediprocesso" => Self::Pv,
+            "variabilediprocesso" => Self::Pv,
+            "sp" | "setpoint" | "setpt" | "spt" | "stpt" | "sv" | "setvalue" | "wsp"
+            | "workingsetpoint" | "reference" | "spint" | "sollwert" | "führungsgrösse"
+            | "fuehrungsgroesse" | "consigne" | "pointdeconsigne" | "consigna"
+            | "puntodeajuste" | "valoreimpostato" | "valoredesiderato" => Self::Sp,
+            "vp" | "valveposition" | "valvepos" | "zt" | "zi" | "pos" | "position" | "posn"
+            | "feedback" | "fb" | "fbk" | "travel" | "stem" | "stemposition" | "stemtravel"
+            | "valvetravel" | "actualposition" | "positionfeedback" | "readback" => Self::Vp,
+            "mode" | "md" | "modeact" | "modeactual" | "actualmode" | "automan" | "controlmode"
+            | "controllermode" | "modblk" | "betriebsart" | "reglermodus" | "modus" | "modo"
+            | "mododecontrol" | "modederégulation" | "modemarche" | "modalità" | "modalita" => {
+                Self::Mode
+            }
+            _ => return None,
+        })
     }
 }
 
@@ -279,168 +170,49 @@ const QUANTITIES: [&str; 20] = [
     "pressione",
 ];
 
-/// Names of columns of times in files of historians, loggers, simulators and data bases.
-const TIMES: &[&str] = &[
-    "t",
-    "ts",
-    "time",
-    "times",
-    "timestamp",
-    "timestamps",
-    "tstamp",
-    "datetime",
-    "dateandtime",
-    "datetimestamp",
-    "datestamp",
-    "datestring",
-    "timestring",
-    "eventtime",
-    "eventtimestamp",
-    "sourcetime",
-    "sourcetimestamp",
-    "servertime",
-    "servertimestamp",
-    "sourcetimeutc",
-    "picotime",
-    "localtime",
-    "localtimestamp",
-    "timestamplocal",
-    "timestamputc",
-    "utctimestamp",
-    "timestamputcms",
-    "datetimeutc",
-    "datetimelocal",
-    "sampletime",
-    "sampletimestamp",
-    "recordtime",
-    "recordtimestamp",
-    "recordedtime",
-    "recordedat",
-    "receivetime",
-    "receivedtime",
-    "acquisitiontime",
-    "measurementtime",
-    "readtime",
-    "logtime",
-    "logdate",
-    "logdatetime",
-    "trendtime",
-    "scantime",
-    "storetime",
-    "plctime",
-    "systemtime",
-    "wallclock",
-    "clock",
-    "iptrendtime",
-    "iptime",
-    "tstime",
-    "entrytime",
-    "createdat",
-    "utc",
-    "utctime",
-    "timeutc",
-    "timelocal",
-    "unixtime",
-    "unixtimestamp",
-    "epoch",
-    "epochtime",
-    "s",
-    "sec",
-    "seconds",
-    "elapsed",
-    "elapsedtime",
-    "relativetime",
-    "reltime",
-    "timems",
-    "simtime",
-    "simulationtime",
-    "timesim",
-    "tout",
-    "tsim",
-    "tspan",
-    "tvec",
-    "zeit",
-    "zeitpunkt",
-    "zeitstempel",
-    "zeitmarke",
-    "datumzeit",
-    "datumuhrzeit",
-    "datumundzeit",
-    "uhrzeit",
-    "heure",
-    "horodatage",
-    "horodate",
-    "dateheure",
-    "hora",
-    "dateethure",
-    "dateetheure",
-    "fechahora",
-    "fechayhora",
-    "marcadetiempo",
-    "estampadetiempo",
-    "tiempo",
-    "temps",
-    "tempo",
-    "ora",
-    "dataora",
-    "dataeora",
-    "datahora",
-    "dataehora",
-    "marcatemporale",
-    "carimbodetempo",
-    "tijd",
-    "tijdstip",
-    "datumtijd",
-    "tidpunkt",
-];
-const DATES: &[&str] = &["date", "datum", "fecha", "data", "dato", "jour"];
-const TAGS: [&str; 14] = [
-    "tag",
-    "tagname",
-    "tagid",
-    "point",
-    "pointname",
-    "item",
-    "itemid",
-    "name",
-    "signal",
-    "varname",
-    "variablename",
-    "tagpath",
-    "pointid",
-    "nodeid",
-];
-const VALUES: [&str; 9] = [
-    "value",
-    "val",
-    "tagvalue",
-    "eventvalue",
-    "wert",
-    "varvalue",
-    "iptrendvalue",
-    "valeur",
-    // Ignition, beside the values of whole numbers.
-    "floatvalue",
-];
-const QUALITIES: &[&str] = &[
-    "quality",
-    "status",
-    "statuscode",
-    "confidence",
-    "qual",
-    "qualitycode",
-    "opcquality",
-    "sts",
-    "qualitystatus",
-    "qualitydetail",
-    "validity",
-    "conf",
-    "qstatus",
-    "iptrendqstatus",
-    "dataintegrity",
-    "qualität",
-    "qualité",
-];
+/// The role of a word that describes rows, without separators and in lower case.
+fn of_row_word(word: &str) -> Option<Role> {
+    Some(match word {
+        // Times in files of historians, loggers, simulators and data bases.
+        "t" | "ts" | "time" | "times" | "timestamp" | "timestamps" | "tstamp" | "datetime"
+        | "dateandtime" | "datetimestamp" | "datestamp" | "datestring" | "timestring"
+        | "eventtime" | "eventtimestamp" | "sourcetime" | "sourcetimestamp" | "servertime"
+        | "servertimestamp" | "sourcetimeutc" | "picotime" | "localtime" | "localtimestamp"
+        | "timestamplocal" | "timestamputc" | "utctimestamp" | "timestamputcms" | "datetimeutc"
+        | "datetimelocal" | "sampletime" | "sampletimestamp" | "recordtime" | "recordtimestamp"
+        | "recordedtime" | "recordedat" | "receivetime" | "receivedtime" | "acquisitiontime"
+        | "measurementtime" | "readtime" | "logtime" | "logdate" | "logdatetime" | "trendtime"
+        | "scantime" | "storetime" | "plctime" | "systemtime" | "wallclock" | "clock"
+        | "iptrendtime" | "iptime" | "tstime" | "entrytime" | "createdat" | "utc" | "utctime"
+        | "timeutc" | "timelocal" | "unixtime" | "unixtimestamp" | "epoch" | "epochtime" | "s"
+        | "sec" | "seconds" | "elapsed" | "elapsedtime" | "relativetime" | "reltime" | "timems"
+        | "simtime" | "simulationtime" | "timesim" | "tout" | "tsim" | "tspan" | "tvec"
+        | "zeit" | "zeitpunkt" | "zeitstempel" | "zeitmarke" | "datumzeit" | "datumuhrzeit"
+        | "datumundzeit" | "uhrzeit" | "heure" | "horodatage" | "horodate" | "dateheure"
+        | "hora" | "dateethure" | "dateetheure" | "fechahora" | "fechayhora" | "marcadetiempo"
+        | "estampadetiempo" | "tiempo" | "temps" | "tempo" | "ora" | "dataora" | "dataeora"
+        | "datahora" | "dataehora" | "marcatemporale" | "carimbodetempo" | "tijd" | "tijdstip"
+        | "datumtijd" | "tidpunkt" => Role::Time,
+        "date" | "datum" | "fecha" | "data" | "dato" | "jour" => Role::Date,
+        "tag" | "tagname" | "tagid" | "point" | "pointname" | "item" | "itemid" | "name"
+        | "signal" | "varname" | "variablename" | "tagpath" | "pointid" | "nodeid" => Role::Tag,
+        // Ignition writes float values beside those of whole numbers.
+        "value" | "val" | "tagvalue" | "eventvalue" | "wert" | "varvalue" | "iptrendvalue"
+        | "valeur" | "floatvalue" => Role::Value,
+        "quality" | "status" | "statuscode" | "confidence" | "qual" | "qualitycode"
+        | "opcquality" | "sts" | "qualitystatus" | "qualitydetail" | "validity" | "conf"
+        | "qstatus" | "iptrendqstatus" | "dataintegrity" | "qualität" | "qualité" => {
+            Role::Quality(None)
+        }
+        _ => return None,
+    })
+}
+
+/// Whether a word names a quality.
+fn is_quality(word: &str) -> bool {
+    of_row_word(word) == Some(Role::Quality(None))
+}
+
 /// Ends of tags that name the value of a parameter, not another signal.
 const VALUE_ENDS: [&str; 7] = ["cv", "value", "val", "pct", "percent", "daca", "fcv"];
 
@@ -484,24 +256,13 @@ pub fn without_number(name: &str) -> &str {
 /// The role of a whole name that describes rows: time, tag, value or quality.
 pub fn of_rows(name: &str) -> Option<Role> {
     let word = plain(without_unit(name).0);
-    let is_time = || {
+    let is_timed = |word: &str| {
         let timed = ["timestamp", "time", "elapsed", "epoch", "t"];
         let unit = timed.iter().find_map(|start| word.strip_prefix(start));
-        TIMES.contains(&&*word)
-            || unit.is_some_and(|unit| {
-                ["s", "sec", "seconds", "ms", "us", "ns", "min", "h"].contains(&unit)
-            })
+        let units = ["s", "sec", "seconds", "ms", "us", "ns", "min", "h"];
+        unit.is_some_and(|unit| units.contains(&unit))
     };
-    [
-        (is_time(), Role::Time),
-        (DATES.contains(&&*word), Role::Date),
-        (TAGS.contains(&&*word), Role::Tag),
-        (VALUES.contains(&&*word), Role::Value),
-        (QUALITIES.contains(&&*word), Role::Quality(None)),
-    ]
-    .into_iter()
-    .find(|(is, _)| *is)
-    .map(|(_, role)| role)
+    of_row_word(&word).or_else(|| is_timed(&word).then_some(Role::Time))
 }
 
 /// Whether a column that is not known by its name may still hold times: the index of a table, or a longer name.
@@ -552,7 +313,7 @@ pub fn split(name: &str, more: &Words) -> Option<Split> {
     let mut ends = name.match_indices(SEPARATORS).map(|(at, _)| (&name[..at], &name[at + 1..]));
     let value = ends.find(|(_, end)| VALUE_ENDS.contains(&&*plain(end)));
     if let Some((before, end)) = &last
-        && (QUALITIES.contains(&&**end) || matches!(&**end, "q" | "st"))
+        && (is_quality(end) || matches!(&**end, "q" | "st"))
         && let Some(split) = split_end(before, more)
     {
         let Role::Signal(signal) = split.role else { return None };
@@ -571,7 +332,7 @@ pub fn split(name: &str, more: &Words) -> Option<Split> {
         return Some(split);
     }
     let (before, end) = last?;
-    QUALITIES.contains(&&*end).then(|| Split {
+    is_quality(&end).then(|| Split {
         loop_name: Some(before.to_owned()),
         role: Role::Quality(None),
         word: end,
