@@ -27,8 +27,8 @@ pub fn line_of(text: &[u8], position: usize) -> usize {
     text.iter().take(position).filter(|b| **b == b'\n').count() + 1
 }
 
-/// The keys of a table, for any kind.
-pub type Known = &'static [&'static str];
+/// The keys of a table, for any kind, separated by blanks.
+pub type Known = &'static str;
 
 /// A TOML table from which keys are taken.
 #[derive(Clone)]
@@ -53,15 +53,14 @@ impl<'a, 'i> Fields<'a, 'i> {
 
     fn new(table: &'a DeTable<'i>, path: String, span: Range<usize>, known: Known) -> Result<Self> {
         let fields = Self { table, path, span, known, asked: RefCell::default() };
-        fields.only(known)?;
+        fields.only(known.split(' ').collect())?;
         Ok(fields)
     }
 
     /// An error at the first key that is not among the `known`.
-    fn only(&self, known: &[&str]) -> Result<()> {
+    fn only(&self, mut known: Vec<&str>) -> Result<()> {
         let unknown = self.table.keys().filter(|key| !known.contains(&&**key.get_ref()));
         let Some(key) = unknown.min_by_key(|key| key.span().start) else { return Ok(()) };
-        let mut known = known.to_vec();
         known.sort_unstable();
         known.dedup();
         let path = self.path_of(key.get_ref());
@@ -105,7 +104,11 @@ impl<'a, 'i> Fields<'a, 'i> {
     }
 
     fn entry(&self, key: &'static str) -> Option<&'a Spanned<DeValue<'i>>> {
-        debug_assert!(self.known.contains(&key), "{} is requested, but not known", key);
+        debug_assert!(
+            self.known.split(' ').any(|known| known == key),
+            "{} is requested, but not known",
+            key
+        );
         self.asked.borrow_mut().push(key);
         self.table.get(key)
     }
@@ -265,7 +268,7 @@ impl<'a, 'i> Fields<'a, 'i> {
 
     /// Ends the reading. A key that was not requested is an error.
     pub fn finish(self) -> Result<()> {
-        self.only(&self.asked.borrow())
+        self.only(self.asked.take())
     }
 }
 

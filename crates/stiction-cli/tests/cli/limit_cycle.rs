@@ -92,21 +92,9 @@ fn flags_and_scenario_are_the_same_loop() {
     assert!((a["cycles"][0]["half_pp"]["pv"].as_f64().unwrap() / 5.0 - 0.398771).abs() < 1e-5);
     let one = of(&[&PAPER[..], &["--describing-function"]].concat());
     assert_eq!(one["cycles"].as_array().map(Vec::len), Some(1));
-    let integrating = [
-        "limit-cycle",
-        "--gain",
-        "1",
-        "--integrating",
-        "--kc",
-        "0.4",
-        "--ti",
-        "2",
-        "--S",
-        "5",
-        "--J",
-        "2",
-    ];
-    let period = of(&integrating)["cycles"][0]["period_s"].as_f64().unwrap();
+    let integrating = "limit-cycle --gain 1 --integrating --kc 0.4 --ti 2 --S 5 --J 2";
+    let period =
+        of(&integrating.split(' ').collect::<Vec<_>>())["cycles"][0]["period_s"].as_f64().unwrap();
     assert!((period - 16.1491).abs() < 1e-3, "{period}");
 }
 

@@ -11,26 +11,8 @@ use stiction_recording::recording::LoopType;
 use toml::de::DeTable;
 
 /// All top-level keys.
-const TOP: Known = &[
-    "zone",
-    "time_format",
-    "date",
-    "sample_time",
-    "part",
-    "pattern",
-    "bad_text",
-    "decimal_mark",
-    "bad_value",
-    "columns",
-    "signals",
-    "modes",
-    "quality",
-    "loop",
-    "type",
-    "op_range",
-    "pv_range",
-    "vp_range",
-];
+const TOP: Known = "zone time_format date sample_time part pattern bad_text decimal_mark bad_value \
+    columns signals modes quality loop type op_range pv_range vp_range";
 const SIGNALS: [(&str, Signal); 5] = [
     ("op", Signal::Op),
     ("pv", Signal::Pv),
@@ -38,9 +20,8 @@ const SIGNALS: [(&str, Signal); 5] = [
     ("vp", Signal::Vp),
     ("mode", Signal::Mode),
 ];
-const SIGNAL_KEYS: Known = &["op", "pv", "sp", "vp", "mode"];
-pub(super) const LOOP_KEYS: Known =
-    &["op", "pv", "sp", "vp", "mode", "type", "op_range", "pv_range", "vp_range"];
+const SIGNAL_KEYS: Known = "op pv sp vp mode";
+pub(super) const LOOP_KEYS: Known = "op pv sp vp mode type op_range pv_range vp_range";
 
 /// The suffix of the mapping file of a single file.
 const OWN: &str = ".mapping.toml";

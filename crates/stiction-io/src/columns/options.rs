@@ -77,29 +77,10 @@ impl ReadOptions {
     /// These options, completed from those `below`, which count where these give nothing.
     #[must_use]
     pub fn over(self, below: Self) -> Self {
-        let Self {
-            map,
-            loops,
-            pattern,
-            signals,
-            modes,
-            qualities,
-            bad_text,
-            bad_value,
-            zone,
-            time_format,
-            date,
-            sample_time,
-            part,
-            decimal_mark,
-            all,
-            wording: _,
-            mapping,
-        } = self;
         fn both<T>(first: Vec<T>, then: Vec<T>) -> Vec<T> {
             first.into_iter().chain(then).collect()
         }
-        let mut own = loops;
+        let mut own = self.loops;
         for each in below.loops {
             match own.iter_mut().find(|known| known.name.eq_ignore_ascii_case(&each.name)) {
                 Some(known) => known.settings = known.settings.over(each.settings),
@@ -108,23 +89,23 @@ impl ReadOptions {
         }
         Self {
             // The last role of a column counts, and the first meaning of a word.
-            map: both(below.map, map),
+            map: both(below.map, self.map),
             loops: own,
-            pattern: pattern.or(below.pattern),
-            signals: both(signals, below.signals),
-            modes: both(modes, below.modes),
-            qualities: both(qualities, below.qualities),
-            bad_text: both(below.bad_text, bad_text),
-            bad_value: both(below.bad_value, bad_value),
-            zone: zone.or(below.zone),
-            time_format: time_format.or(below.time_format),
-            date: date.or(below.date),
-            sample_time: sample_time.or(below.sample_time),
-            part: part.or(below.part),
-            decimal_mark: decimal_mark.or(below.decimal_mark),
-            all: all.over(below.all),
+            pattern: self.pattern.or(below.pattern),
+            signals: both(self.signals, below.signals),
+            modes: both(self.modes, below.modes),
+            qualities: both(self.qualities, below.qualities),
+            bad_text: both(below.bad_text, self.bad_text),
+            bad_value: both(below.bad_value, self.bad_value),
+            zone: self.zone.or(below.zone),
+            time_format: self.time_format.or(below.time_format),
+            date: self.date.or(below.date),
+            sample_time: self.sample_time.or(below.sample_time),
+            part: self.part.or(below.part),
+            decimal_mark: self.decimal_mark.or(below.decimal_mark),
+            all: self.all.over(below.all),
             wording: below.wording,
-            mapping: mapping.or(below.mapping),
+            mapping: self.mapping.or(below.mapping),
         }
     }
 }

@@ -147,28 +147,8 @@ const WHOLE: [(&str, Signal); 1] = [("set", Signal::Sp)];
 /// Signals that may stand before their tag, as in `PV_FIC101`.
 const PREFIXES: [&str; 7] = ["pv", "sp", "op", "vp", "mv", "sv", "mode"];
 /// Names of quantities that a process value measures, as a whole name.
-const QUANTITIES: [&str; 20] = [
-    "flow",
-    "flowrate",
-    "level",
-    "pressure",
-    "temperature",
-    "temp",
-    "durchfluss",
-    "füllstand",
-    "druck",
-    "temperatur",
-    "débit",
-    "niveau",
-    "pression",
-    "température",
-    "caudal",
-    "nivel",
-    "presión",
-    "temperatura",
-    "portata",
-    "pressione",
-];
+const QUANTITIES: &str = "flow flowrate level pressure temperature temp durchfluss füllstand druck temperatur \
+    débit niveau pression température caudal nivel presión temperatura portata pressione";
 
 /// The role of a word that describes rows, without separators and in lower case.
 fn of_row_word(word: &str) -> Option<Role> {
@@ -368,13 +348,13 @@ fn split_start(name: &str, more: &Words) -> Option<Split> {
 
 /// Whether a name as a whole is a measured quantity, such as `Flow (m3/h)`.
 pub fn is_quantity(name: &str) -> bool {
-    QUANTITIES.contains(&&*plain(without_unit(name).0))
+    QUANTITIES.split(' ').any(|word| word == plain(without_unit(name).0))
 }
 
 /// Whether a name mentions a measured quantity, such as `Flow 2`.
 pub fn has_quantity(name: &str) -> bool {
     let name = plain(name);
-    QUANTITIES.iter().any(|word| name.contains(word))
+    QUANTITIES.split(' ').any(|word| name.contains(word))
 }
 
 /// Splits a name such as `FIC101.AUTO` or `FIC101.A/M`, whose 0 and 1 show whether a mode is on.

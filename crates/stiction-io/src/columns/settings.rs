@@ -32,7 +32,9 @@ impl FromStr for ReadOptions {
         }
         match loop_name {
             _ if Role::by_name(last).is_some() => mapped(),
-            Some(loop_name) if LOOP_KEYS.contains(&last) => at(&["loop", loop_name, last], value),
+            Some(loop_name) if LOOP_KEYS.split(' ').any(|key| key == last) => {
+                at(&["loop", loop_name, last], value)
+            }
             _ => match (table, at(&[key], value)) {
                 (Some((table, word)), _) => at(&[table, word], value),
                 // A word that is no key at all is meant as a role.

@@ -126,22 +126,8 @@ fn last(columns: &[Texts], rows: usize) -> impl Iterator<Item = String> {
 /// Whether the last of so many rows is no sample. It begins with a word that begins no other row, has no time, and has few cells or
 /// is a statistic.
 fn is_trailer(columns: &[Texts], rows: usize) -> bool {
-    const STATISTICS: [&str; 14] = [
-        "total",
-        "sum",
-        "average",
-        "avg",
-        "mean",
-        "min",
-        "max",
-        "std",
-        "count",
-        "end",
-        "summe",
-        "mittelwert",
-        "moyenne",
-        "fin",
-    ];
+    const STATISTICS: &str =
+        "total sum average avg mean min max std count end summe mittelwert moyenne fin";
     let Some(above) = rows.checked_sub(1) else { return false };
     let view = columns[0].view();
     let first = &view[above];
@@ -157,7 +143,7 @@ fn is_trailer(columns: &[Texts], rows: usize) -> bool {
     let is_few = cells().count() <= (columns.len() - 1).min(2);
     let word = first.to_lowercase();
     let word = word.trim_start_matches(|c: char| !c.is_alphanumeric());
-    let is_statistic = STATISTICS.iter().any(|known| word.starts_with(known));
+    let is_statistic = STATISTICS.split(' ').any(|known| word.starts_with(known));
     (is_few || is_statistic)
         && !cells().any(|cell| timestamp::looks_like(&cell))
         && !view.iter().take(above).any(|cell| cell == first)

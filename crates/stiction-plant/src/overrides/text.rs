@@ -4,23 +4,11 @@ use super::entry::{Override, Scope};
 use jiff::civil::Date;
 use std::ops::Range;
 use stiction_diagnose::diagnose::VerdictClass;
-use stiction_io::fields::{Fields, Wrong, line_of};
+use stiction_io::fields::{Fields, Known, Wrong, line_of};
 use toml::de::DeTable;
 
-const TOP: &[&str] = &["override"];
-const KEYS: &[&str] = &[
-    "loop",
-    "verdict",
-    "reason",
-    "by",
-    "entered",
-    "tool",
-    "file",
-    "sha256",
-    "all_recordings",
-    "from",
-    "until",
-];
+const TOP: Known = "override";
+const KEYS: Known = "loop verdict reason by entered tool file sha256 all_recordings from until";
 
 /// An entry that does not hold.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -14,22 +14,10 @@ use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 /// Words at the end or beginning of the name of a signal's clock.
-const CLOCK_WORDS: [&str; 12] = [
-    "time",
-    "timestamp",
-    "t",
-    "ts",
-    "x",
-    "valuex",
-    "zeit",
-    "zeitstempel",
-    "datetime",
-    "horodatage",
-    "fecha",
-    "tempo",
-];
+const CLOCK_WORDS: &str =
+    "time timestamp t ts x valuex zeit zeitstempel datetime horodatage fecha tempo";
 /// Words at the end or beginning of the name of a signal's values.
-const VALUE_WORDS: [&str; 8] = ["value", "val", "v", "y", "valuey", "wert", "valeur", "valore"];
+const VALUE_WORDS: &str = "value val v y valuey wert valeur valore";
 
 /// A clock, as columns.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -272,14 +260,14 @@ fn by_name(names: &[&str], is_free: impl Fn(&usize) -> bool) -> Vec<Clock> {
     let mut signals: HashMap<String, (usize, String)> = HashMap::new();
     for (i, name) in names.iter().enumerate() {
         let bare = role::without_unit(name).0;
-        let named = parted(bare, &VALUE_WORDS).map_or(bare, |signal| signal);
+        let named = parted(bare, VALUE_WORDS).map_or(bare, |signal| signal);
         let tag = if named.len() < bare.len() { named } else { *name };
         // A whole name goes before one whose end is taken off.
         signals.entry(bare.to_lowercase()).or_insert((i, (*name).to_owned()));
         signals.entry(named.to_lowercase()).or_insert((i, tag.to_owned()));
     }
     let clock = |i: usize| {
-        let signal = parted(role::without_unit(names[i]).0, &CLOCK_WORDS)?;
+        let signal = parted(role::without_unit(names[i]).0, CLOCK_WORDS)?;
         let (value, tag) = signals.get(&signal.to_lowercase())?;
         // In a table of samples, the value has no name of its own.
         let is_signal = role::of_rows(signal).is_none() && *value != i;
@@ -292,8 +280,8 @@ fn by_name(names: &[&str], is_free: impl Fn(&usize) -> bool) -> Vec<Clock> {
 }
 
 /// A name without one of the `words` at its end or beginning.
-fn parted<'n>(name: &'n str, words: &[&str]) -> Option<&'n str> {
-    let is_word = |part: &str| words.contains(&&*part.to_lowercase());
+fn parted<'n>(name: &'n str, words: &str) -> Option<&'n str> {
+    let is_word = |part: &str| words.split(' ').any(|word| word == part.to_lowercase());
     let (before, end) = name.rsplit_once(SEPARATORS)?;
     if is_word(end) {
         return Some(before.trim_end_matches(SEPARATORS)).filter(|rest| !rest.is_empty());
