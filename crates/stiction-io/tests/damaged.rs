@@ -1,6 +1,6 @@
 //! Damaged binary files are refused in a sentence, and never make the readers panic.
 
-use crate::level5;
+use crate::{fixture, level5};
 
 use level5::Writer;
 use std::io::Write;
@@ -24,11 +24,6 @@ const FIXTURES: [&str; 11] = [
     "isdb_v73.mat",
     "references_v73.mat",
 ];
-
-fn fixture(name: &str) -> Vec<u8> {
-    let path = format!("{}/tests/fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
-    std::fs::read(path).expect("a fixture")
-}
 
 /// Panics in this crate, which the guard around the decoders must not hide.
 static OWN_PANICS: AtomicUsize = AtomicUsize::new(0);

@@ -1,5 +1,6 @@
 //! How tables are laid out: clocks, headers, names, and rows that are no samples.
 
+use crate::said;
 use std::fmt::Write;
 use stiction_io::reading::{self, Reading};
 use stiction_io::{ReadOptions, layout::Layout};
@@ -17,12 +18,6 @@ fn read(text: &str) -> Reading {
 
 fn refused(text: &str, map: &[&str]) -> String {
     with(text, map).expect_err(text)
-}
-
-/// Everything that is said beside what is read.
-fn said(reading: &Reading) -> String {
-    let own = reading.recordings.iter().flat_map(|recording| &recording.notes);
-    reading.notes.iter().chain(own).cloned().collect::<Vec<_>>().join("\n")
 }
 
 /// The samples of all signals, such as `FIC1 PV 0:1 1:2 OP 0:50`.

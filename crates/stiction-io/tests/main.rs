@@ -18,3 +18,17 @@ mod wide;
 #[cfg(feature = "spreadsheet")]
 mod workbook;
 mod written;
+
+use stiction_io::Reading;
+
+/// The bytes of a file of the folder `fixtures`.
+fn fixture(name: &str) -> Vec<u8> {
+    let path = format!("{}/tests/fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read(path).expect("a fixture")
+}
+
+/// Everything that is said beside what is read.
+fn said(reading: &Reading) -> String {
+    let own = reading.recordings.iter().flat_map(|recording| &recording.notes);
+    reading.notes.iter().chain(own).cloned().collect::<Vec<_>>().join("\n")
+}

@@ -1,6 +1,6 @@
 //! MATLAB files are read as what they mean, whatever their version and byte order.
 
-use crate::level5;
+use crate::{fixture, level5};
 
 use level5::Writer;
 use stiction_io::matlab::matlab_sheets;
@@ -12,8 +12,7 @@ use stiction_io::sheet::{Cells, Sheet};
 const ROWS: usize = 40;
 
 fn read(name: &str) -> Vec<Sheet> {
-    let path = format!("{}/tests/fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
-    matlab_sheets(&std::fs::read(path).expect("a fixture"), name).expect("a well-formed file")
+    matlab_sheets(&fixture(name), name).expect("a well-formed file")
 }
 
 fn parts(sheets: &[Sheet]) -> Vec<&str> {

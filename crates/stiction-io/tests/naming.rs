@@ -1,6 +1,7 @@
 //! How control systems and people name signals. The tables are of the vendors' naming as it is commonly known;
 //! none is taken from a file of a plant.
 
+use crate::said;
 use std::fmt::Write;
 use stiction_io::ReadOptions;
 use stiction_io::layout;
@@ -100,12 +101,6 @@ const DIALECTS: [Dialect; 13] = [
 fn parse(text: &str, mapping: &str) -> Result<Reading, String> {
     let options = ReadOptions::parse(mapping, "map.toml").expect("a mapping");
     reading::parse(text.as_bytes(), "f.csv", &options).map_err(|error| error.to_string())
-}
-
-/// Everything that is said beside what is read.
-fn said(reading: &Reading) -> String {
-    let own = reading.recordings.iter().flat_map(|recording| &recording.notes);
-    reading.notes.iter().chain(own).cloned().collect::<Vec<_>>().join("\n")
 }
 
 /// What a recording has, such as `FIC101: PV 1, SP 2, OP 50, manual`.

@@ -1,5 +1,6 @@
 //! Parquet files of another program are read as what they mean.
 
+use crate::fixture;
 use stiction_io::parquet::parquet_sheets;
 use stiction_io::sheet::{Cells, Sheet};
 
@@ -8,9 +9,7 @@ const ROWS: usize = 40;
 const START: f64 = 1_700_000_000.0;
 
 fn read(name: &str) -> Sheet {
-    let path = format!("{}/tests/fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
-    let bytes = std::fs::read(path).expect("a fixture");
-    let mut sheets = parquet_sheets(&bytes, name).expect("a well-formed file");
+    let mut sheets = parquet_sheets(&fixture(name), name).expect("a well-formed file");
     assert_eq!(sheets.len(), 1);
     sheets.remove(0)
 }

@@ -1,5 +1,6 @@
 //! Workbooks of Excel and OpenDocument: their times, numbers, merged names, sheets, and damage.
 
+use crate::fixture;
 use std::io::Write;
 use stiction_io::reading::{self, Reading};
 use stiction_io::workbook::workbook_sheets;
@@ -9,11 +10,6 @@ use stiction_recording::recording::{Quality, Recording};
 /// 2025-03-14 23:59:40, the first time in all fixtures.
 const START: f64 = 1_741_996_780.0;
 const ROWS: usize = 60;
-
-fn fixture(name: &str) -> Vec<u8> {
-    let path = format!("{}/tests/fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
-    std::fs::read(path).expect("a fixture")
-}
 
 fn with(name: &str, options: &ReadOptions) -> Reading {
     reading::parse(&fixture(name), name, options).expect(name)

@@ -4,6 +4,7 @@ use crate::paper::Paper;
 use crate::{live, plant, recordings};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use stiction_io::ReadOptions;
 
 /// The options of a lab.
@@ -38,6 +39,11 @@ impl Options {
             port: 0,
         }
     }
+}
+
+/// Locks the state of a room. After a panic it is used as it is.
+pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A lab with its rooms.

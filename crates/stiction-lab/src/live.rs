@@ -6,13 +6,13 @@
 
 use crate::calls::{Answer, Wrong};
 use crate::judgement::Judgement;
-use crate::lab::Lab;
+use crate::lab::{Lab, locked};
 use crate::loops::{self, LoopRequest};
 use crate::turns::Wanted;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use stiction_diagnose::diagnose::DiagnoseOptions;
 use stiction_io::options::ReadOptions;
 use stiction_io::reading;
@@ -46,7 +46,7 @@ struct Lives {
 
 impl Room {
     fn add(&self, live: Live) -> u64 {
-        let mut lives = self.lives.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut lives = locked(&self.lives);
         lives.count += 1;
         let id = lives.count;
         lives.by_id.insert(id, (id, Arc::new(Mutex::new(live))));
@@ -58,7 +58,7 @@ impl Room {
     }
 
     fn of(&self, id: u64) -> Option<Arc<Mutex<Live>>> {
-        let mut lives = self.lives.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut lives = locked(&self.lives);
         lives.count += 1;
         let now = lives.count;
         let (asked, live) = lives.by_id.get_mut(&id)?;
@@ -160,7 +160,7 @@ pub fn begin(lab: &Lab, knobs: Knobs) -> Answer<Begun> {
 pub fn go(lab: &Lab, asked: Go) -> Answer<Samples> {
     let live =
         lab.lives.of(asked.id).ok_or_else(|| Wrong::gone("this loop has ended; restart it"))?;
-    let mut live = live.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut live = locked(&live);
     if asked.samples == 0 || asked.samples > SAMPLES {
         return Err(Wrong::request(format!("ask for 1 to {SAMPLES} samples at a time")));
     }

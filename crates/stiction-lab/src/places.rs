@@ -8,12 +8,13 @@
 //!
 //! So neither silent connections nor half-sent questions keep anybody out.
 
+use crate::lab::locked;
 use axum::body::{Body, HttpBody};
 use hyper::body::{Bytes, Frame, SizeHint};
 use std::collections::VecDeque;
 use std::pin::Pin;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 use tokio::sync::Notify;
@@ -48,10 +49,6 @@ pub(crate) struct Place {
 }
 
 impl Places {
-    fn taken(&self) -> MutexGuard<'_, Taken> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// A place for a connection that has not shown the token.
     pub fn take(self: &Arc<Self>) -> Arc<Place> {
         let place = Arc::new(Place {
@@ -87,7 +84,7 @@ impl Taken {
 impl Place {
     /// Goes behind the others of its kind.
     fn moves(self: &Arc<Self>, to: impl FnOnce(&mut Taken) -> &mut VecDeque<Arc<Self>>) {
-        let mut taken = self.places.taken();
+        let mut taken = locked(&self.places.0);
         taken.remove(self);
         to(&mut taken).push_back(Arc::clone(self));
         while let Some(other) = taken.too_many() {
@@ -108,7 +105,7 @@ impl Place {
 
     /// The connection has ended.
     pub fn leaves(self: &Arc<Self>) {
-        self.places.taken().remove(self);
+        locked(&self.places.0).remove(self);
     }
 
     /// Ends when the connection must be closed.
@@ -184,7 +181,7 @@ mod tests {
             place
         };
         let stays = |place: &Arc<Place>| {
-            let taken = places.taken();
+            let taken = locked(&places.0);
             taken.quiet.iter().chain(&taken.waiting).any(|other| Arc::ptr_eq(other, place))
         };
         let first = connect();
@@ -200,9 +197,9 @@ mod tests {
         assert!(!stays(&first) && stays(&others[0]) && stays(&last));
         // Strangers take nothing from the others.
         let strangers: Vec<_> = (0..1000).map(|_| places.take()).collect();
-        assert_eq!(places.taken().strangers.len(), STRANGERS);
+        assert_eq!(locked(&places.0).strangers.len(), STRANGERS);
         assert!(stays(&last) && others.iter().all(stays));
         strangers.iter().for_each(Place::leaves);
-        assert_eq!(places.taken().strangers.len(), 0);
+        assert_eq!(locked(&places.0).strangers.len(), 0);
     }
 }

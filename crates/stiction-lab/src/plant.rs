@@ -14,12 +14,12 @@ pub use scanning::{begin_scan, stop_scan};
 pub use trend::{diagnose_window, trend};
 
 use crate::calls::{Answer, Wrong};
-use crate::lab::Lab;
+use crate::lab::{Lab, locked};
 use crate::loops::Nothing;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, UNIX_EPOCH};
 use stiction_diagnose::diagnose::change::Change;
 use stiction_diagnose::diagnose::{Grade, VerdictClass};
@@ -78,10 +78,6 @@ impl Drop for Room {
     fn drop(&mut self) {
         self.scanning.stop();
     }
-}
-
-fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
-    of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A week as it was read.

@@ -4,11 +4,12 @@ use super::Stretch;
 use super::mapping::{self, Mapping};
 use super::reports::Reports;
 use crate::calls::{Answer, Wrong};
+use crate::lab::locked;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::SystemTime;
 use stiction_diagnose::recording::{Channel, Recording};
 use stiction_io::reading::Format;
@@ -142,10 +143,6 @@ const ON_THE_PAGE: Wording = Wording(|remedy| match remedy {
     other => format!("{} {}", other.option().replace('_', " "), other.value()),
 });
 
-fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
-    of.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl File {
     fn new(id: String, origin: String, place: Place) -> Self {
         Self { id, origin, place, held: Mutex::default(), own: Mutex::default() }
@@ -190,7 +187,7 @@ impl File {
 
     /// The corrections by hand; at first those of its mapping file.
     pub fn own(&self) -> Own {
-        lock(&self.own).get_or_insert_with(|| self.kept()).clone()
+        locked(&self.own).get_or_insert_with(|| self.kept()).clone()
     }
 
     /// The content of its mapping file.
@@ -279,7 +276,7 @@ impl Room {
             if root.is_dir() { walk(root, DEPTH, &mut paths) } else { paths.push(root.clone()) }
         }
         paths.truncate(FILES);
-        let mut state = lock(&self.state);
+        let mut state = locked(&self.state);
         let known: HashMap<&str, &Arc<File>> =
             state.files.iter().map(|file| (&*file.id, file)).collect();
         let mut seen = HashSet::new();
@@ -301,7 +298,7 @@ impl Room {
 
     /// The file of that name.
     pub fn file(&self, id: &str) -> Answer<Arc<File>> {
-        let find = || lock(&self.state).files.iter().find(|file| file.id == id).cloned();
+        let find = || locked(&self.state).files.iter().find(|file| file.id == id).cloned();
         let found = find().or_else(|| {
             self.files();
             find()
@@ -315,7 +312,7 @@ impl Room {
 
     /// Opens a dropped file.
     pub fn take(&self, name: &str, bytes: Vec<u8>) -> Answer<Arc<File>> {
-        let mut state = lock(&self.state);
+        let mut state = locked(&self.state);
         let dropped = |file: &&Arc<File>| file.path().is_none();
         let held = |file: &Arc<File>| match &file.place {
             Place::Dropped(bytes) => bytes.len(),
@@ -341,7 +338,7 @@ impl Room {
 
     /// Closes a dropped file.
     pub fn close(&self, id: &str) -> Answer<()> {
-        let mut state = lock(&self.state);
+        let mut state = locked(&self.state);
         let before = state.files.len();
         state.files.retain(|file| file.id != id || file.path().is_some());
         match state.files.len() < before {
@@ -354,7 +351,7 @@ impl Room {
     pub fn read(&self, file: &Arc<File>) -> Answer<Arc<Reading>> {
         let asked = self.now();
         let own = file.own();
-        let mut held = lock(&file.held);
+        let mut held = locked(&file.held);
         held.asked = asked;
         let stamp = file.stamp()?;
         if let Some(reading) = held.reading.as_ref().filter(|_| held.stamp == stamp) {
@@ -382,7 +379,7 @@ impl Room {
             return Err(Wrong::request(why));
         }
         let asked = self.now();
-        let mut held = lock(&file.held);
+        let mut held = locked(&file.held);
         let stamp = file.stamp()?;
         let read = file.parse(options.as_ref().unwrap_or(&self.options))?;
         let kept = file.kept();
@@ -397,17 +394,17 @@ impl Room {
             write(&path, &own)?;
             own.is_saved = true;
         }
-        *lock(&file.own) = Some(own);
+        *locked(&file.own) = Some(own);
         (held.asked, held.stamp, held.failure) = (asked, stamp, None);
         let reading = self.hold(&mut held, read);
         drop(held);
-        lock(&self.folds).retain(|((stretch, ..), _)| stretch.file != file.id);
+        locked(&self.folds).retain(|((stretch, ..), _)| stretch.file != file.id);
         self.make_room(file);
         Ok(reading)
     }
 
     fn now(&self) -> u64 {
-        let mut state = lock(&self.state);
+        let mut state = locked(&self.state);
         state.asked += 1;
         state.asked
     }
@@ -421,8 +418,8 @@ impl Room {
 
     /// Drops the least recently used recordings, except those of one file, until the rest fits.
     fn make_room(&self, but: &Arc<File>) {
-        let files = lock(&self.state).files.clone();
-        let own = lock(&but.held).bytes;
+        let files = locked(&self.state).files.clone();
+        let own = locked(&but.held).bytes;
         // What is in use stays.
         let mut all: Vec<_> = files
             .iter()
@@ -443,13 +440,13 @@ impl Room {
 
     /// The report of a stretch, if it is still in memory.
     pub fn folds(&self, of: &Of) -> Option<Arc<Folds>> {
-        let kept = lock(&self.folds);
+        let kept = locked(&self.folds);
         kept.iter().find(|(known, _)| known == of).map(|(_, folds)| Arc::clone(folds))
     }
 
     /// Keeps the report of a stretch.
     pub fn keep_folds(&self, of: Of, folds: Arc<Folds>) {
-        let mut kept = lock(&self.folds);
+        let mut kept = locked(&self.folds);
         kept.push_back((of, folds));
         while kept.len() > FOLDS {
             kept.pop_front();

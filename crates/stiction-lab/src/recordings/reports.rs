@@ -5,10 +5,11 @@
 
 use crate::calls::{Answer, Wrong};
 use crate::guard;
+use crate::lab::locked;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use std::collections::VecDeque;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 /// The beginning of the addresses of reports.
 pub(crate) const REPORTS: &str = "/report/";
@@ -41,7 +42,7 @@ impl Reports {
         let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
         let secret = guard::secret().map_err(Wrong::own)?;
         let address = format!("{REPORTS}{secret}");
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = locked(&self.0);
         kept.push_back(Report { secret, name: name.chars().map(plain).collect(), html });
         while kept.len() > KEPT {
             kept.pop_front();
@@ -51,7 +52,7 @@ impl Reports {
 
     /// The page at an address, to be looked at or saved.
     pub fn page(&self, secret: &str, save: bool) -> Response {
-        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = locked(&self.0);
         let found = kept.iter().find(|report| guard::is_same(&report.secret, secret)).cloned();
         drop(kept);
         let Some(Report { name, html, .. }) = found else {
