@@ -280,3 +280,16 @@ fn is_finite(value: &DeValue<'_>) -> bool {
         _ => true,
     }
 }
+
+/// A text as TOML writes it, on a single line.
+pub fn quoted(text: &str) -> String {
+    let mut out = String::from('"');
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            c if c.is_control() => out += &format!("\\u{:04X}", u32::from(c)),
+            c => out.push(c),
+        }
+    }
+    out + "\""
+}

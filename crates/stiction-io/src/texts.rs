@@ -38,7 +38,7 @@ enum Kind {
 
 /// Texts behind each other.
 #[derive(Debug, Clone, Default)]
-struct Packed {
+pub struct Packed {
     blocks: Vec<Block>,
     len: usize,
 }
@@ -57,20 +57,10 @@ pub enum View<'a> {
     #[doc(hidden)]
     Words(&'a [Arc<str>]),
     #[doc(hidden)]
-    Packed(Part<'a>),
-}
-
-/// The first of some packed texts.
-#[derive(Debug)]
-pub struct Part<'a> {
-    packed: Loaded<'a>,
-    len: usize,
-}
-
-#[derive(Debug)]
-enum Loaded<'a> {
-    Here(&'a Packed),
-    Stored(Arc<Packed>),
+    Packed(&'a Packed),
+    /// The first of them.
+    #[doc(hidden)]
+    Stored(Arc<Packed>, usize),
 }
 
 impl Texts {
@@ -90,12 +80,11 @@ impl Texts {
 
     /// The texts, fetched if they are stored. They stay in memory at least as long as the view.
     pub fn view(&self) -> View<'_> {
-        let (packed, len) = match &self.0 {
-            Kind::Words(words) => return View::Words(words),
-            Kind::Packed(packed) => (Loaded::Here(packed), packed.len),
-            Kind::Stored { store, places, len } => (Loaded::Stored(store.load(places, *len)), *len),
-        };
-        View::Packed(Part { packed, len })
+        match &self.0 {
+            Kind::Words(words) => View::Words(words),
+            Kind::Packed(packed) => View::Packed(packed),
+            Kind::Stored { store, places, len } => View::Stored(store.load(places, *len), *len),
+        }
     }
 
     /// The words, if they are shared.
@@ -201,7 +190,8 @@ impl View<'_> {
     pub fn len(&self) -> usize {
         match self {
             Self::Words(words) => words.len(),
-            Self::Packed(part) => part.len,
+            Self::Packed(packed) => packed.len,
+            Self::Stored(_, len) => *len,
         }
     }
 
@@ -238,8 +228,8 @@ impl Index<usize> for View<'_> {
     fn index(&self, row: usize) -> &str {
         match self {
             Self::Words(words) => &words[row],
-            Self::Packed(Part { packed: Loaded::Here(packed), .. }) => packed.get(row),
-            Self::Packed(Part { packed: Loaded::Stored(packed), .. }) => packed.get(row),
+            Self::Packed(packed) => packed.get(row),
+            Self::Stored(packed, _) => packed.get(row),
         }
     }
 }

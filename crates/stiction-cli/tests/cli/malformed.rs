@@ -15,6 +15,14 @@ fn refuses(folder: &Path, arguments: &[&str], expected: &[&str]) {
     }
 }
 
+/// Runs the command with each line of arguments after `task`.
+fn all_refuse(folder: &Path, task: &str, cases: &[(&str, &[&str])]) {
+    for (line, expected) in cases {
+        let arguments: Vec<&str> = task.split_whitespace().chain(line.split_whitespace()).collect();
+        refuses(folder, &arguments, expected);
+    }
+}
+
 #[test]
 fn malformed_tables() {
     let folder = folder("malformed-tables");
@@ -70,53 +78,36 @@ fn malformed_tables() {
 fn malformed_valve_commands() {
     let folder = folder("malformed-valve");
     write(&folder, "in.csv", "u\n0\n10\n");
-    let cases: &[(&[&str], &[&str])] = &[
-        (&["--S", "5", "--J", "2", "none.csv"], &["none.csv: ", "No such file"]),
-        (&["--S", "5", "--J", "2", "."], &[".: "]),
-        (&["--S", "5", "--J", "2"], &["<INPUT>"]),
-        (&["--J", "2", "in.csv"], &["model two-phase needs --S, in percent of span"]),
-        (&["--S", "5", "in.csv"], &["model two-phase needs --J"]),
-        (&["--S", "-5", "--J", "2", "in.csv"], &["S is -5, but must be a finite number of at"]),
-        (&["--S", "5", "--J", "nan", "in.csv"], &["J is NaN"]),
-        (&["--S", "inf", "--J", "2", "in.csv"], &["S is inf"]),
-        (&["--S", "five", "--J", "2", "in.csv"], &["invalid value 'five' for '--S"]),
-        (&["--S", "5", "--J", "2", "--start", "nan", "in.csv"], &["--start is NaN"]),
-        (&["--S", "5", "--J", "2", "--column", "op", "in.csv"], &["has no column \"op\""]),
+    let cases: &[(&str, &[&str])] = &[
+        ("--S 5 --J 2 none.csv", &["none.csv: ", "No such file"]),
+        ("--S 5 --J 2 .", &[".: "]),
+        ("--S 5 --J 2", &["<INPUT>"]),
+        ("--J 2 in.csv", &["model two-phase needs --S, in percent of span"]),
+        ("--S 5 in.csv", &["model two-phase needs --J"]),
+        ("--S -5 --J 2 in.csv", &["S is -5, but must be a finite number of at"]),
+        ("--S 5 --J nan in.csv", &["J is NaN"]),
+        ("--S inf --J 2 in.csv", &["S is inf"]),
+        ("--S five --J 2 in.csv", &["invalid value 'five' for '--S"]),
+        ("--S 5 --J 2 --start nan in.csv", &["--start is NaN"]),
+        ("--S 5 --J 2 --column op in.csv", &["has no column \"op\""]),
         (
-            &["--model", "sticky", "--S", "5", "--J", "2", "in.csv"],
+            "--model sticky --S 5 --J 2 in.csv",
             &["there is no valve model named \"sticky\"; known are two-phase, choudhury"],
         ),
-        (
-            &["--model", "he-wang", "--S", "2", "--J", "3", "in.csv"],
-            &["J is 3, but must be at most S = 2"],
-        ),
-        (
-            &["--model", "he", "--S", "2", "--J", "1", "--K", "1.5", "in.csv"],
-            &["--K is the overshoot of model he-wang only"],
-        ),
-        (&["--S", "5", "--J", "2", "in.csv", "-o", "no/folder/out.csv"], &["no/folder/out.csv"]),
-        (&["--s", "5", "in.csv"], &["unexpected argument '--s'"]),
+        ("--model he-wang --S 2 --J 3 in.csv", &["J is 3, but must be at most S = 2"]),
+        ("--model he --S 2 --J 1 --K 1.5 in.csv", &["--K is the overshoot of model he-wang only"]),
+        ("--S 5 --J 2 in.csv -o no/folder/out.csv", &["no/folder/out.csv"]),
+        ("--s 5 in.csv", &["unexpected argument '--s'"]),
     ];
-    for (arguments, expected) in cases {
-        refuses(&folder, &[&["valve"], *arguments].concat(), expected);
-    }
+    all_refuse(&folder, "valve", cases);
 }
 
 /// A loop of which `line` is added to the table `table`, and the line it then stands on.
 fn with(table: &str, line: &str) -> (String, usize) {
-    let mut text = String::new();
-    let mut at = 0;
-    for original in LOOP.lines() {
-        text += original;
-        text.push('\n');
-        if original == table {
-            at = text.lines().count() + 1;
-            text += line;
-            text.push('\n');
-        }
-    }
-    assert!(at > 0, "there is no {table}");
-    (text, at)
+    let mut lines: Vec<&str> = LOOP.lines().collect();
+    let at = lines.iter().position(|of| *of == table).expect("the table") + 1;
+    lines.insert(at, line);
+    (lines.join("\n"), at + 1)
 }
 
 const LOOP: &str = "\
@@ -330,35 +321,33 @@ fn malformed_scenarios() {
 fn malformed_simulate_commands() {
     let folder = folder("malformed-simulate");
     write(&folder, "loop.toml", LOOP);
-    let cases: &[(&[&str], &[&str])] = &[
-        (&[], &["<SCENARIO>"]),
-        (&["paper/no-such"], &["no scenario file or built-in", "built in are paper/open-loop"]),
-        (&["."], &[".: "]),
-        (&["loop.toml", "--set", "valve.S"], &["--set valve.S: is not of the form key=value"]),
-        (&["loop.toml", "--set", "=4"], &["--set =4: the key is incomplete"]),
-        (&["loop.toml", "--set", "valve.=4"], &["--set valve.=4: the key is incomplete"]),
-        (&["loop.toml", "--set", "valve.Q=4"], &["--set valve.Q=4: unknown key \"valve.Q\""]),
-        (&["loop.toml", "--set", "wat=4"], &["--set wat=4: unknown key \"wat\"; known here are"]),
-        (&["loop.toml", "--set", "valve.S=-4"], &["--set valve.S=-4: ", "S is -4"]),
-        (&["loop.toml", "--set", "valve.S=four"], &["valve.S: must be a finite number"]),
-        (&["loop.toml", "--set", "valve.S="], &["valve.S: must be a finite number"]),
-        (&["loop.toml", "--set", "valve.S.x=1"], &["\"S\" is a value, not a table"]),
-        (&["loop.toml", "--set", "valve=1"], &["valve: must be a table, [valve]"]),
-        (&["loop.toml", "--set", "load.7.value=1"], &["\"load\" has 1 tables; count them from"]),
-        (&["loop.toml", "--set", "load.value=1"], &["\"load\" has 1 tables; count them from"]),
-        (&["loop.toml", "--set", "noise.0.sd=1"], &["noise: must be a table, [noise]"]),
-        (&["loop.toml", "--plot", "run.gif"], &["--plot run.gif: the file must end in .svg"]),
-        (&["loop.toml", "-o", "no/run.csv"], &["no/run.csv: "]),
-        (&["loop.toml", "--plot", "no/run.svg"], &["no/run.svg: "]),
-        (&["loop.toml", "--frobnicate"], &["unexpected argument '--frobnicate'"]),
+    let cases: &[(&str, &[&str])] = &[
+        ("", &["<SCENARIO>"]),
+        ("paper/no-such", &["no scenario file or built-in", "built in are paper/open-loop"]),
+        (".", &[".: "]),
+        ("loop.toml --set valve.S", &["--set valve.S: is not of the form key=value"]),
+        ("loop.toml --set =4", &["--set =4: the key is incomplete"]),
+        ("loop.toml --set valve.=4", &["--set valve.=4: the key is incomplete"]),
+        ("loop.toml --set valve.Q=4", &["--set valve.Q=4: unknown key \"valve.Q\""]),
+        ("loop.toml --set wat=4", &["--set wat=4: unknown key \"wat\"; known here are"]),
+        ("loop.toml --set valve.S=-4", &["--set valve.S=-4: ", "S is -4"]),
+        ("loop.toml --set valve.S=four", &["valve.S: must be a finite number"]),
+        ("loop.toml --set valve.S=", &["valve.S: must be a finite number"]),
+        ("loop.toml --set valve.S.x=1", &["\"S\" is a value, not a table"]),
+        ("loop.toml --set valve=1", &["valve: must be a table, [valve]"]),
+        ("loop.toml --set load.7.value=1", &["\"load\" has 1 tables; count them from"]),
+        ("loop.toml --set load.value=1", &["\"load\" has 1 tables; count them from"]),
+        ("loop.toml --set noise.0.sd=1", &["noise: must be a table, [noise]"]),
+        ("loop.toml --plot run.gif", &["--plot run.gif: the file must end in .svg"]),
+        ("loop.toml -o no/run.csv", &["no/run.csv: "]),
+        ("loop.toml --plot no/run.svg", &["no/run.svg: "]),
+        ("loop.toml --frobnicate", &["unexpected argument '--frobnicate'"]),
         (
-            &["loop.toml", "--set", "controller.kc=1e99", "--set", "controller.ti=1e-99"],
+            "loop.toml --set controller.kc=1e99 --set controller.ti=1e-99",
             &["overflows at t = ", "the system is unstable"],
         ),
     ];
-    for (arguments, expected) in cases {
-        refuses(&folder, &[&["simulate"], *arguments].concat(), expected);
-    }
+    all_refuse(&folder, "simulate", cases);
     write(&folder, "short.csv", "t,u\n0,1\n1,2\n");
     let input = "sample_time = 1\nduration = 9\n[valve]\nS = 5\nJ = 2\n[input]\nsignal = \"file\"\n\
                  file = \"short.csv\"\n";
@@ -378,39 +367,34 @@ fn malformed_stem_and_figure_commands() {
     write(&folder, "op.csv", "t,u\n0,1\n2,1\n1,1\n");
     write(&folder, "untimed.csv", "k,u\n0,1\n1,1\n");
     write(&folder, "file", "");
-    let cases: &[(&[&str], &[&str])] = &[
+    let cases: &[(&str, &[&str])] = &[
         (
-            &["stem", "--parameters", "none"],
+            "stem --parameters none",
             &["there is no stem parameter set named \"none\"; known are cts"],
         ),
-        (&["stem", "--friction", "glue"], &["glue", "known are classical"]),
-        (&["stem", "--parameters", "mass_kg"], &["no stem parameter set named"]),
-        (&["stem", "--set", "mass_kg=heavy"], &["--set mass_kg=heavy: write NAME=VALUE"]),
+        ("stem --friction glue", &["glue", "known are classical"]),
+        ("stem --parameters mass_kg", &["no stem parameter set named"]),
+        ("stem --set mass_kg=heavy", &["--set mass_kg=heavy: write NAME=VALUE"]),
         (
-            &["stem", "--set", "colour=1"],
+            "stem --set colour=1",
             &["there is no stem parameter named \"colour\"; known are mass_kg"],
         ),
-        (&["stem", "--set", "mass_kg=-1"], &["-1, but must be"]),
-        (&["stem", "--set", "mass_kg=nan"], &["NaN, but must be"]),
-        (&["stem", "--period", "0"], &["makes 1 samples"]),
-        (&["stem", "--period", "-1"], &["samples, but between 2 and"]),
-        (&["stem", "--period", "nan"], &["NaN samples"]),
-        (&["stem", "--sample-time", "0"], &["inf samples, but between 2 and"]),
-        (&["stem", "--sample-time", "1e-9"], &["but between 2 and 100 million are allowed"]),
-        (&["stem", "--amplitude", "inf"], &["amplitude is inf"]),
-        (
-            &["stem", "--input", "op.csv"],
-            &["row 4, column \"t\": the time 1 does not come after 2"],
-        ),
-        (&["stem", "--input", "untimed.csv"], &["has no column \"t\"; its columns are"]),
-        (&["stem", "--input", "none.csv"], &["none.csv: "]),
-        (&["stem", "--column", "u"], &["--input"]),
-        (&["stem", "--signal", "triangle"], &["possible values: ramp, sine"]),
-        (&["figures", "--output", "file"], &["file: "]),
-        (&["figures", "now"], &["unexpected argument 'now'"]),
-        (&["detect"], &["unrecognized subcommand 'detect'"]),
+        ("stem --set mass_kg=-1", &["-1, but must be"]),
+        ("stem --set mass_kg=nan", &["NaN, but must be"]),
+        ("stem --period 0", &["makes 1 samples"]),
+        ("stem --period -1", &["samples, but between 2 and"]),
+        ("stem --period nan", &["NaN samples"]),
+        ("stem --sample-time 0", &["inf samples, but between 2 and"]),
+        ("stem --sample-time 1e-9", &["but between 2 and 100 million are allowed"]),
+        ("stem --amplitude inf", &["amplitude is inf"]),
+        ("stem --input op.csv", &["row 4, column \"t\": the time 1 does not come after 2"]),
+        ("stem --input untimed.csv", &["has no column \"t\"; its columns are"]),
+        ("stem --input none.csv", &["none.csv: "]),
+        ("stem --column u", &["--input"]),
+        ("stem --signal triangle", &["possible values: ramp, sine"]),
+        ("figures --output file", &["file: "]),
+        ("figures now", &["unexpected argument 'now'"]),
+        ("detect", &["unrecognized subcommand 'detect'"]),
     ];
-    for (arguments, expected) in cases {
-        refuses(&folder, arguments, expected);
-    }
+    all_refuse(&folder, "", cases);
 }

@@ -444,22 +444,16 @@ fn advised(
     let mut open = vec![(options.to_vec(), message.to_owned())];
     while let Some((options, message)) = open.pop() {
         for (option, value) in proposed(&message) {
-            let role = value.split_once('=').map(|(role, _)| role);
-            let value = match (
-                known.iter().find_map(|known| known.strip_prefix(&*option)?.strip_prefix('=')),
-                role,
-            ) {
-                (Some(known), _) => known.to_owned(),
-                (None, Some(role)) if value.ends_with("=COLUMN") || value.ends_with("=TAG") => {
-                    match known
-                        .iter()
-                        .find(|known| known.split_once('=').is_some_and(|(r, _)| r == role))
-                    {
-                        Some(known) => (*known).to_owned(),
-                        None => continue,
-                    }
-                }
-                _ => value,
+            let is_open = value.ends_with("=COLUMN") || value.ends_with("=TAG");
+            let role = value.split_once('=').filter(|_| is_open).map(|(role, _)| role);
+            let of = |name: &str| {
+                known.iter().find(|known| known.split_once('=').is_some_and(|(it, _)| it == name))
+            };
+            let value = match (of(&option), role.map(of)) {
+                (Some(known), _) => known[option.len() + 1..].to_owned(),
+                (None, Some(Some(known))) => (*known).to_owned(),
+                (None, Some(None)) => continue,
+                (None, None) => value,
             };
             let mut more = options.clone();
             more.push(option);

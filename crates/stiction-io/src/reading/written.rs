@@ -9,6 +9,7 @@ use crate::columns::layout::{self, LoopPlan, Place, Plan, side_by_side};
 use crate::columns::options::ReadOptions;
 use crate::columns::role::Signal;
 use crate::error::{Error, Result};
+use crate::fields::quoted;
 use crate::reading::Format;
 use crate::sheet::{Sheet, Viewed};
 use crate::timestamp::{Clock, TimeFormat};
@@ -378,19 +379,6 @@ fn name_of<T: PartialEq>(names: &[(&'static str, T)], choice: T) -> &'static str
 fn key_of(key: &str) -> String {
     let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_';
     if key.chars().all(is_bare) && !key.is_empty() { key.to_owned() } else { quoted(key) }
-}
-
-/// A text as TOML writes it.
-fn quoted(text: &str) -> String {
-    let mut out = String::from('"');
-    for c in text.chars() {
-        match c {
-            '"' | '\\' => out.extend(['\\', c]),
-            c if c.is_control() => out += &format!("\\u{:04X}", u32::from(c)),
-            c => out.push(c),
-        }
-    }
-    out + "\""
 }
 
 /// A number as TOML writes it; a whole one without a point, unless it is beyond the whole numbers of TOML.

@@ -72,13 +72,7 @@ impl Writer {
 
     /// A struct; its fields' own names are empty.
     pub fn structure(self, name: &str, names: &[&str], values: &[Vec<u8>]) -> Vec<u8> {
-        let mut table = vec![];
-        for name in names {
-            table.extend(name.as_bytes());
-            table.resize(table.len().next_multiple_of(16), 0);
-        }
-        let head = [self.small(5, &self.word(16)), self.element(1, &table)];
-        self.array(2, &[1, 1], name, &[head.concat(), values.concat()])
+        self.structures(name, names, &[values.concat()])
     }
 
     /// An array of structs, each with the concatenated values of its fields.

@@ -4,7 +4,7 @@ use super::entry::{Override, Scope};
 use jiff::civil::Date;
 use std::ops::Range;
 use stiction_diagnose::diagnose::VerdictClass;
-use stiction_io::fields::{Fields, Known, Wrong, line_of};
+use stiction_io::fields::{Fields, Known, Wrong, line_of, quoted};
 use toml::de::DeTable;
 
 const TOP: Known = "override";
@@ -159,7 +159,8 @@ fn entry(table: &Fields<'_, '_>) -> std::result::Result<Override, Wrong> {
     Ok(Override { loop_name, verdict, reason, by, entered, tool, scope, from, until })
 }
 
-/// An override as a table.
+/// An override as a table. Its texts have no line breaks, because lines show where entries begin when a file is
+/// damaged.
 pub fn in_toml(one: &Override) -> String {
     let mut out = "[[override]]\n".to_owned();
     let mut set = |key: &str, value: String| out += &format!("{key} = {value}\n");
@@ -185,17 +186,4 @@ pub fn in_toml(one: &Override) -> String {
         set("tool", quoted(tool));
     }
     out
-}
-
-/// A TOML text on a single line, because lines show where entries begin when a file is damaged.
-fn quoted(text: &str) -> String {
-    let mut out = "\"".to_owned();
-    for c in text.chars() {
-        match c {
-            '"' | '\\' => out.extend(['\\', c]),
-            c if c.is_control() => out += &format!("\\u{:04X}", u32::from(c)),
-            c => out.push(c),
-        }
-    }
-    out + "\""
 }

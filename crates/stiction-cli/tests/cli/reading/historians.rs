@@ -24,6 +24,10 @@ fn rare(k: usize) -> bool {
 
 fn files() -> Vec<Case> {
     let plain = |k: usize, pattern: &str| clock(pattern, k as f64);
+    let commas = |k| {
+        let [pv, sp, op] = at(k);
+        [comma(pv, 3), comma(sp, 1), comma(op, 3)]
+    };
     let pi_wide = lines("PI DataLink,,,\n,FIC101.PV,FIC101.SP,FIC101.OP\n", |k| {
         let [pv, sp, op] = at(k);
         let pv = match k {
@@ -35,20 +39,16 @@ fn files() -> Vec<Case> {
         format!("{},{pv},{sp},{op}\n", plain(k, "%d-%b-%y %H:%M:%S"))
     });
     let pi_long = lines("Tag,Timestamp,Value,Status\n", |k| {
-        let mut text = String::new();
+        let (mut text, time) = (String::new(), plain(k, "%Y-%m-%dT%H:%M:%S.0000000Z"));
         for (tag, value) in ["PV", "SP", "OP"].iter().zip(at(k)) {
             if *tag == "SP" && k % 60 != 0 {
                 continue;
             }
-            let (value, status) = if rare(k) && *tag == "PV" {
-                ("No Data".to_owned(), "Bad")
-            } else {
-                (value.to_string(), "Good")
+            let (value, status) = match rare(k) && *tag == "PV" {
+                true => ("No Data".to_owned(), "Bad"),
+                false => (value.to_string(), "Good"),
             };
-            text += &format!(
-                "FIC101.{tag},{},{value},{status}\n",
-                plain(k, "%Y-%m-%dT%H:%M:%S.0000000Z")
-            );
+            text += &format!("FIC101.{tag},{time},{value},{status}\n");
         }
         text
     });
@@ -58,12 +58,9 @@ fn files() -> Vec<Case> {
             FC2103.DACA.PV,Conf,FC2103.PIDA.OP,Conf,FC2103.PIDA.SP,Conf,\
             FC2103.PIDA.MODE\n",
         |k| {
-            let [pv, sp, op] = at(k);
+            let ([pv, sp, op], time) = (at(k), plain(k, "%d/%m/%Y %H:%M:%S"));
             let (pv, conf) = if rare(k) { (-9999.0, 0) } else { (pv, 100) };
-            format!(
-                "{},{pv:.3},{conf},{op:.3},100,{sp:.1},100,AUTO\n",
-                plain(k, "%d/%m/%Y %H:%M:%S")
-            )
+            format!("{time},{pv:.3},{conf},{op:.3},100,{sp:.1},100,AUTO\n")
         },
     );
     let noon = jiff::civil::date(2025, 3, 14).at(11, 50, 0, 0);
@@ -79,15 +76,10 @@ fn files() -> Vec<Case> {
     let wonderware =
         lines("DateTime,TagName,Value,vValue,Quality,QualityDetail,OPCQuality\n", |k| {
             let tags = ["PV", "SP", "OUT"].iter().zip(at(k));
-            let row = |(tag, value): (&&str, f64)| match rare(k) && **tag == *"PV" {
-                true => format!(
-                    "{},FIC2105_{tag},(null),(null),1,24,0\n",
-                    plain(k, "%Y-%m-%d %H:%M:%S.000")
-                ),
-                false => format!(
-                    "{},FIC2105_{tag},{value:.3},{value:.3},0,192,192\n",
-                    plain(k, "%Y-%m-%d %H:%M:%S.000")
-                ),
+            let time = plain(k, "%Y-%m-%d %H:%M:%S.000");
+            let row = |(tag, value): (&&str, f64)| match rare(k) && *tag == "PV" {
+                true => format!("{time},FIC2105_{tag},(null),(null),1,24,0\n"),
+                false => format!("{time},FIC2105_{tag},{value:.3},{value:.3},0,192,192\n"),
             };
             tags.map(row).collect()
         });
@@ -103,16 +95,12 @@ fn files() -> Vec<Case> {
     );
     let wincc = lines("\"VarName\";\"TimeString\";\"VarValue\";\"Validity\";\"Time_ms\"\n", |k| {
         let tags = ["PV_IN", "SP", "LMN"].iter().zip(at(k));
-        let days = 45_730_250_000.0 + k as f64 * 1e6 / 86_400.0;
-        tags.map(|(tag, value)| {
-            format!(
-                "\"FIC2112/PID.{tag}#Value\";\"{}\";{};1;{}\n",
-                plain(k, "%d.%m.%Y %H:%M:%S"),
-                comma(value, 3),
-                comma(days, 6)
-            )
-        })
-        .collect()
+        let days = comma(45_730_250_000.0 + k as f64 * 1e6 / 86_400.0, 6);
+        let time = plain(k, "%d.%m.%Y %H:%M:%S");
+        let row = |(tag, value): (&&str, f64)| {
+            format!("\"FIC2112/PID.{tag}#Value\";\"{time}\";{};1;{days}\n", comma(value, 3))
+        };
+        tags.map(row).collect()
     }) + "\"$RT_COUNT$\";3600;\"\";\"\";\"\"\n";
     let ignition = lines("t_stamp,North/FIC101/PV,North/FIC101/SP,North/FIC101/CV\n", |k| {
         let [pv, sp, op] = at(k);
@@ -120,49 +108,30 @@ fn files() -> Vec<Case> {
     });
     let ignition_long = lines("tagid,intvalue,floatvalue,dataintegrity,t_stamp\n", |k| {
         let tags = [11, 12, 13].iter().zip(at(k));
-        tags.map(|(tag, value)| {
-            format!("{tag},,{value},192,{}\n", 1_741_932_000_000_i64 + 1000 * k as i64)
-        })
-        .collect()
+        let time = 1_741_932_000_000_i64 + 1000 * k as i64;
+        let row = |(tag, value): (&i32, f64)| format!("{tag},,{value},192,{time}\n");
+        tags.map(row).collect()
     });
     let german = lines(
         "Zeitpunkt;Durchfluss Istwert [m³/h];Durchfluss Sollwert [m³/h];\
             Stellgröße [%];Betriebsart\n",
         |k| {
-            let [pv, sp, op] = at(k);
-            format!(
-                "{};{};{};{};Automatik\n",
-                plain(k, "%d.%m.%Y %H:%M:%S"),
-                comma(pv, 3),
-                comma(sp, 1),
-                comma(op, 3)
-            )
+            let ([pv, sp, op], time) = (commas(k), plain(k, "%d.%m.%Y %H:%M:%S"));
+            format!("{time};{pv};{sp};{op};Automatik\n")
         },
     );
     let french = lines("Horodatage;Mesure (m³/h);Consigne (m³/h);Sortie (%);Mode\n", |k| {
-        let [pv, sp, op] = at(k);
-        format!(
-            "{};{};{};{};Automatique\n",
-            plain(k, "%d/%m/%Y %H:%M:%S"),
-            comma(pv, 3),
-            comma(sp, 1),
-            comma(op, 3)
-        )
+        let ([pv, sp, op], time) = (commas(k), plain(k, "%d/%m/%Y %H:%M:%S"));
+        format!("{time};{pv};{sp};{op};Automatique\n")
     });
     let abb = lines("Time;FIC2110:PV;FIC2110:SP;FIC2110:Out;FIC2110:Mode\n", |k| {
-        let [pv, sp, op] = at(k);
+        let ([pv, sp, op], time) = (at(k), plain(k, "%Y-%m-%d %H:%M:%S,000"));
+        let (pv, op) = (comma(pv, 2), comma(op, 2));
         // A row is torn, and the set point is written once a minute.
         match k {
-            431 => format!("{};{}\n", plain(k, "%Y-%m-%d %H:%M:%S,000"), comma(pv, 2)),
-            _ => {
-                let sp = if k % 60 == 0 { comma(sp, 1) } else { String::new() };
-                format!(
-                    "{};{};{sp};{};Auto\n",
-                    plain(k, "%Y-%m-%d %H:%M:%S,000"),
-                    comma(pv, 2),
-                    comma(op, 2)
-                )
-            }
+            431 => format!("{time};{pv}\n"),
+            _ if k % 60 == 0 => format!("{time};{pv};{};{op};Auto\n", comma(sp, 1)),
+            _ => format!("{time};{pv};;{op};Auto\n"),
         }
     });
     let yokogawa = lines(

@@ -1,11 +1,26 @@
 //! Further files of each kind, made from the base loop. Whatever its dress, the loop sticks with S = 4 %.
 
 use super::in_process::judged;
-use super::{FIXTURES, N, Right, at, case, clock, clock_from, comma, examine, grouped, lines};
+use super::{Case, FIXTURES, N, Right, at, clock, clock_from, comma, examine, grouped, lines};
 use stiction::diagnose::Grade;
 
 const ISO: &str = "%Y-%m-%d %H:%M:%S";
 const GERMAN: &str = "%d.%m.%Y %H:%M:%S";
+
+/// A case of one file of CSV.
+fn case(name: &'static str, bytes: impl Into<Vec<u8>>) -> Case {
+    super::case(name, "a.csv", bytes)
+}
+
+/// The lines above, then one or more lines of every sample with its PV, SP and OP.
+fn samples(above: &str, mut line: impl FnMut(usize, [f64; 3]) -> String) -> String {
+    lines(above, |k| line(k, at(k)))
+}
+
+/// A table of dates, PV, SP and OP below its header.
+fn below(head: &str) -> String {
+    samples(head, |k, [pv, sp, op]| format!("{},{pv},{sp},{op}\n", clock(ISO, k as f64)))
+}
 
 /// A plain table whose numbers `change` replaces: sample and PV, SP, OP.
 fn plain(change: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> String {
@@ -39,19 +54,16 @@ fn sentinels() {
     let cases = vec![
         case(
             "one -9999 in the PV",
-            "a.csv",
             plain(|k, [pv, sp, op]| [if k == 600 { -9999.0 } else { pv }, sp, op]),
         )
         .said(MASKED),
         case(
             "five 32767 in the OP",
-            "a.csv",
             plain(|k, [pv, sp, op]| [pv, sp, if k % 240 == 7 { 32767.0 } else { op }]),
         )
         .said(MASKED),
         case(
             "1e31 in the SP and -999.25 in the PV",
-            "a.csv",
             plain(|k, [pv, sp, op]| {
                 [if k % 300 == 9 { -999.25 } else { pv }, if k % 500 == 3 { 1e31 } else { sp }, op]
             }),
@@ -59,12 +71,11 @@ fn sentinels() {
         .said(MASKED),
         case(
             "twenty 327.67 in a row in the PV",
-            "a.csv",
             plain(|k, [pv, sp, op]| [if (700..720).contains(&k) { 327.67 } else { pv }, sp, op]),
         )
         .said(MASKED)
         .right(part),
-        case("zeros after a shutdown", "a.csv", plain(flat)).right(part).said(&[
+        case("zeros after a shutdown", plain(flat)).right(part).said(&[
             "mask",
             "no measurement",
             "flat",
@@ -75,7 +86,6 @@ fn sentinels() {
         ]),
         case(
             "one -9999 in each of PV and OP",
-            "a.csv",
             plain(|k, [pv, sp, op]| {
                 [if k == 300 { -9999.0 } else { pv }, sp, if k == 900 { -9999.0 } else { op }]
             }),
@@ -99,18 +109,13 @@ fn clocks_that_restart() {
         "overflow",
     ];
     let runs = |length: usize| {
-        lines("t,pv,sp,op\n", |k| {
-            let [pv, sp, op] = at(k);
-            format!("{},{pv},{sp},{op}\n", k % length)
-        })
+        samples("t,pv,sp,op\n", |k, [pv, sp, op]| format!("{},{pv},{sp},{op}\n", k % length))
     };
-    let overflow = lines("time (ms),pv,sp,op\n", |k| {
-        let [pv, sp, op] = at(k);
+    let overflow = samples("time (ms),pv,sp,op\n", |k, [pv, sp, op]| {
         format!("{},{pv},{sp},{op}\n", (k * 1000) % 65_536)
     });
     let autumn = jiff::civil::date(2024, 10, 27).at(2, 50, 0, 0);
-    let summer_time = lines("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", |k| {
-        let [pv, sp, op] = at(k);
+    let summer_time = samples("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", |k, [pv, sp, op]| {
         let seconds = if k < 600 { k as f64 } else { k as f64 - 3600.0 };
         format!("{},{pv},{sp},{op}\n", clock_from(autumn, ISO, seconds))
     });
@@ -118,17 +123,15 @@ fn clocks_that_restart() {
         part(right);
         right.judged = (600, N);
     };
-    examine(
-        "restarts",
-        vec![
-            case("two runs from zero", "a.csv", runs(600)).right(run).said(AGAIN),
-            case("a first run that is longer", "a.csv", runs(800)).right(run).said(AGAIN),
-            case("a counter of 16 bits", "a.csv", overflow)
-                .right(|right| right.judged = (N - 20, N))
-                .said(AGAIN),
-            case("the end of summer time", "a.csv", summer_time).right(run).said(AGAIN),
-        ],
-    );
+    let cases = vec![
+        case("two runs from zero", runs(600)).right(run).said(AGAIN),
+        case("a first run that is longer", runs(800)).right(run).said(AGAIN),
+        case("a counter of 16 bits", overflow)
+            .right(|right| right.judged = (N - 20, N))
+            .said(AGAIN),
+        case("the end of summer time", summer_time).right(run).said(AGAIN),
+    ];
+    examine("restarts", cases);
 }
 
 /// The three tags beside each other, each with its own clock: SP once a minute, OP `late` seconds after the PV. Its column
@@ -154,42 +157,36 @@ fn beside(
 fn a_clock_for_each_channel() {
     let seconds = |s: f64| s.to_string();
     let dated = |s: f64| clock(ISO, s);
-    examine(
-        "clocks",
-        vec![
-            case(
-                "clocks named after their tags",
-                "a.csv",
-                beside(
-                    "FIC1.PV.Time;FIC1.PV.Value;FIC1.SP.Time;FIC1.SP.Value;FIC1.OP.Time;\
+    let cases = vec![
+        case(
+            "clocks named after their tags",
+            beside(
+                "FIC1.PV.Time;FIC1.PV.Value;FIC1.SP.Time;FIC1.SP.Value;FIC1.OP.Time;\
             FIC1.OP.Value\n",
-                    ";",
-                    &seconds,
-                    0.2,
-                    0,
-                ),
-            )
-            .right(nearly),
-            case(
-                "clocks of one name",
-                "a.csv",
-                beside("Time,FIC1.PV,Time,FIC1.SP,Time,FIC1.OP\n", ",", &dated, 0.0, 0),
-            )
-            .right(nearly),
-            case(
-                "numbered clocks",
-                "a.csv",
-                beside("Time,FIC1.PV,Time 2,FIC1.SP,Time 3,FIC1.OP\n", ",", &dated, 0.0, 7),
-            )
-            .right(|right| right.judged = (N - 9, N)),
-        ],
-    );
+                ";",
+                &seconds,
+                0.2,
+                0,
+            ),
+        )
+        .right(nearly),
+        case(
+            "clocks of one name",
+            beside("Time,FIC1.PV,Time,FIC1.SP,Time,FIC1.OP\n", ",", &dated, 0.0, 0),
+        )
+        .right(nearly),
+        case(
+            "numbered clocks",
+            beside("Time,FIC1.PV,Time 2,FIC1.SP,Time 3,FIC1.OP\n", ",", &dated, 0.0, 7),
+        )
+        .right(|right| right.judged = (N - 9, N)),
+    ];
+    examine("clocks", cases);
 }
 
 /// A row for each time of any tag; `none` in the other cells.
 fn joined(head: &str, none: &str, stamp: &dyn Fn(f64) -> String, jitter: f64) -> String {
-    lines(head, |k| {
-        let [pv, sp, op] = at(k);
+    samples(head, |k, [pv, sp, op]| {
         let shaken = |k: usize| jitter * (((k * 7919) % 41) as f64 / 20.0 - 1.0);
         let s = k as f64;
         let mut text = format!("{},{pv},{none},{none}\n", stamp(s + 0.05 + shaken(k)));
@@ -205,28 +202,20 @@ fn joined(head: &str, none: &str, stamp: &dyn Fn(f64) -> String, jitter: f64) ->
 fn empty_cells_that_mean_the_time_of_another_tag() {
     let dated = |s: f64| clock("%Y-%m-%d %H:%M:%S%.3f", s);
     let seconds = |s: f64| format!("{s:.3}");
-    let steady = lines("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", |k| {
-        let [pv, sp, op] = at(k);
+    let steady = samples("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", |k, [pv, sp, op]| {
         let s = k as f64;
         let sp = if k % 60 == 0 { sp.to_string() } else { String::new() };
         format!("{},{pv},{sp},{op}\n", clock(ISO, s))
     });
-    examine(
-        "joined",
-        vec![
-            case("empty cells", "a.csv", joined("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", "", &dated, 0.0))
-                .right(nearly),
-            case("#N/A", "a.csv", joined("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", "#N/A", &dated, 0.0))
-                .right(nearly),
-            case(
-                "NaN, with jitter",
-                "a.csv",
-                joined("t,FIC1.PV,FIC1.SP,FIC1.OP\n", "NaN", &seconds, 0.04),
-            )
+    let cases = vec![
+        case("empty cells", joined("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", "", &dated, 0.0))
             .right(nearly),
-            case("a set point once a minute", "a.csv", steady),
-        ],
-    );
+        case("#N/A", joined("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", "#N/A", &dated, 0.0)).right(nearly),
+        case("NaN, with jitter", joined("t,FIC1.PV,FIC1.SP,FIC1.OP\n", "NaN", &seconds, 0.04))
+            .right(nearly),
+        case("a set point once a minute", steady),
+    ];
+    examine("joined", cases);
 }
 
 #[test]
@@ -273,21 +262,19 @@ fn stored_on_change() {
             text
         })
     };
-    examine(
-        "on-change",
-        vec![
-            case("wide, steps of 0.1", "a.csv", wide(0.1)).right(nearly),
-            case("long, steps of 0.05", "a.csv", long(0.05)).right(nearly),
-            case("long, steps of 0.2", "a.csv", long(0.2)).right(|right| {
-                nearly(right);
-                right.s = Some((3.0, 5.0));
-            }),
-            case("long, changes of 0.1", "a.csv", by_exception).right(|right| {
-                part(right);
-                right.judged = (N - 70, N);
-            }),
-        ],
-    );
+    let cases = vec![
+        case("wide, steps of 0.1", wide(0.1)).right(nearly),
+        case("long, steps of 0.05", long(0.05)).right(nearly),
+        case("long, steps of 0.2", long(0.2)).right(|right| {
+            nearly(right);
+            right.s = Some((3.0, 5.0));
+        }),
+        case("long, changes of 0.1", by_exception).right(|right| {
+            part(right);
+            right.judged = (N - 70, N);
+        }),
+    ];
+    examine("on-change", cases);
 }
 
 #[test]
@@ -300,25 +287,29 @@ fn thousands_and_decimals() {
         let number =
             move |x: f64| format!("{quote}{}{quote}", grouped(20.0 * x, digits, group, mark));
         let op = move |x: f64| format!("{quote}{}{quote}", format!("{x:.2}").replace('.', mark));
-        lines(&format!("Zeit{between}FIC1.PV{between}FIC1.SP{between}FIC1.OP\n"), |k| {
-            let [pv, sp, out] = at(k);
-            format!(
-                "{}{between}{}{between}{}{between}{}\n",
-                clock(ISO, k as f64),
-                number(pv),
-                number(sp),
-                op(out)
-            )
-        })
+        samples(
+            &format!("Zeit{between}FIC1.PV{between}FIC1.SP{between}FIC1.OP\n"),
+            |k, [pv, sp, out]| {
+                format!(
+                    "{}{between}{}{between}{}{between}{}\n",
+                    clock(ISO, k as f64),
+                    number(pv),
+                    number(sp),
+                    op(out)
+                )
+            },
+        )
     };
     // The PV crosses 1000, in whole numbers.
     let across = |group: &'static str, between: &'static str, digits: usize| {
-        lines(&format!("Time{between}FIC1.PV{between}FIC1.SP{between}FIC1.OP\n"), |k| {
-            let [pv, sp, op] = at(k);
-            let quoted = |x: f64| format!("\"{}\"", grouped(1000.0 * x / 60.0, 0, group, "."));
-            let (time, pv, sp) = (clock(ISO, k as f64), quoted(pv), quoted(sp));
-            format!("{time}{between}{pv}{between}{sp}{between}{op:.digits$}\n")
-        })
+        samples(
+            &format!("Time{between}FIC1.PV{between}FIC1.SP{between}FIC1.OP\n"),
+            |k, [pv, sp, op]| {
+                let quoted = |x: f64| format!("\"{}\"", grouped(1000.0 * x / 60.0, 0, group, "."));
+                let (time, pv, sp) = (clock(ISO, k as f64), quoted(pv), quoted(sp));
+                format!("{time}{between}{pv}{between}{sp}{between}{op:.digits$}\n")
+            },
+        )
     };
     let of_1200 = |right: &mut Right| right.pv = (1150.0, 1260.0);
     // The OP has few levels without decimals, so only the PV decides.
@@ -328,27 +319,24 @@ fn thousands_and_decimals() {
         right.probability = (0.0, 1.0);
         right.s = None;
     };
-    examine(
-        "marks",
-        vec![
-            case("English", "a.csv", of(",", ".", 1, ",", "\"")).right(of_1200),
-            case("German", "a.csv", of(".", ",", 1, ";", "")).right(of_1200),
-            case("a narrow space", "a.csv", of("\u{202f}", ",", 1, ";", "")).right(of_1200),
-            case("an apostrophe", "a.csv", of("'", ".", 1, ";", "")).right(of_1200),
-            case("across 1000, beside decimals", "a.csv", across(",", ",", 2)).right(of_1000),
-            case("across 1000, a comma", "a.csv", across(",", ",", 0))
-                .right(of_1000)
-                .or_refused(&["1,001"], &[]),
-            case("across 1000, an apostrophe", "a.csv", across("'", ";", 0)).right(of_1000),
-        ],
-    );
+    let cases = vec![
+        case("English", of(",", ".", 1, ",", "\"")).right(of_1200),
+        case("German", of(".", ",", 1, ";", "")).right(of_1200),
+        case("a narrow space", of("\u{202f}", ",", 1, ";", "")).right(of_1200),
+        case("an apostrophe", of("'", ".", 1, ";", "")).right(of_1200),
+        case("across 1000, beside decimals", across(",", ",", 2)).right(of_1000),
+        case("across 1000, a comma", across(",", ",", 0))
+            .right(of_1000)
+            .or_refused(&["1,001"], &[]),
+        case("across 1000, an apostrophe", across("'", ";", 0)).right(of_1000),
+    ];
+    examine("marks", cases);
 }
 
 #[test]
 fn units_and_ranges_of_the_op() {
     let named = |name: &str, low: f64, high: f64, digits: usize| {
-        lines(&format!("Time,FIC1.PV,FIC1.SP,{name}\n"), |k| {
-            let [pv, sp, op] = at(k);
+        samples(&format!("Time,FIC1.PV,FIC1.SP,{name}\n"), |k, [pv, sp, op]| {
             format!(
                 "{},{pv},{sp},{:.digits$}\n",
                 clock(ISO, k as f64),
@@ -360,24 +348,22 @@ fn units_and_ranges_of_the_op() {
         right.holds = Some(4.0);
         right.s = Some((0.0, 100.0));
     };
-    examine(
-        "ranges",
-        vec![
-            case("psi in brackets", "a.csv", named("FIC1.OP [psi]", 3.0, 15.0, 4))
-                .or_refused(&["psi"], &["--op-range=3,15"]),
-            case("bar", "a.csv", named("FIC1.OP (bar)", 0.2, 1.0, 5))
-                .or_refused(&["bar"], &["--op-range=0.2,1"]),
-            case("kPa", "a.csv", named("FIC1.OP (kPa)", 20.0, 100.0, 3))
-                .or_refused(&["kPa"], &["--op-range=20,100"]),
-            case("mA", "a.csv", named("FIC1.OP (mA)", 4.0, 20.0, 4)),
-            case("V of 1 to 5", "a.csv", named("FIC1.OP (V)", 1.0, 5.0, 4))
-                .right(guess)
-                .or_refused(&["V"], &["--op-range=1,5"]),
-            case("permille without a unit", "a.csv", named("FIC1.OP", 0.0, 1000.0, 1)).right(guess),
-            case("counts of 12 bits", "a.csv", named("FIC1.OP", 0.0, 4095.0, 0)).right(guess),
-            case("fractions", "a.csv", named("FIC1.OP", 0.0, 1.0, 4)),
-        ],
-    );
+    let cases = vec![
+        case("psi in brackets", named("FIC1.OP [psi]", 3.0, 15.0, 4))
+            .or_refused(&["psi"], &["--op-range=3,15"]),
+        case("bar", named("FIC1.OP (bar)", 0.2, 1.0, 5))
+            .or_refused(&["bar"], &["--op-range=0.2,1"]),
+        case("kPa", named("FIC1.OP (kPa)", 20.0, 100.0, 3))
+            .or_refused(&["kPa"], &["--op-range=20,100"]),
+        case("mA", named("FIC1.OP (mA)", 4.0, 20.0, 4)),
+        case("V of 1 to 5", named("FIC1.OP (V)", 1.0, 5.0, 4))
+            .right(guess)
+            .or_refused(&["V"], &["--op-range=1,5"]),
+        case("permille without a unit", named("FIC1.OP", 0.0, 1000.0, 1)).right(guess),
+        case("counts of 12 bits", named("FIC1.OP", 0.0, 4095.0, 0)).right(guess),
+        case("fractions", named("FIC1.OP", 0.0, 1.0, 4)),
+    ];
+    examine("ranges", cases);
 }
 
 /// A long table with a quality for each value.
@@ -394,45 +380,38 @@ fn with_quality(quality: impl Fn(usize, &str) -> &'static str) -> String {
 #[test]
 fn words_of_quality() {
     let rare = |k: usize, tag: &str| tag == "PV" && k % 400 == 37;
-    examine(
-        "quality",
-        vec![
-            case(
-                "names of status codes",
-                "a.csv",
-                with_quality(|k, tag| if rare(k, tag) { "BadNoCommunication" } else { "Good" }),
-            )
-            .right(nearly),
-            case(
-                "words with codes",
-                "a.csv",
-                with_quality(
-                    |k, tag| if rare(k, tag) { "Bad (0x80000000)" } else { "Good (0x00000000)" },
-                ),
-            )
-            .right(nearly),
-            case(
-                "StatusCode()",
-                "a.csv",
-                with_quality(|k, tag| {
-                    if rare(k, tag) { "StatusCode(BadOutOfService)" } else { "StatusCode(Good)" }
-                }),
-            )
-            .right(nearly),
-            case(
-                "codes with GoodClamped",
-                "a.csv",
-                with_quality(|k, tag| if rare(k, tag) { "0x00300000" } else { "0x00000000" }),
+    let cases = vec![
+        case(
+            "names of status codes",
+            with_quality(|k, tag| if rare(k, tag) { "BadNoCommunication" } else { "Good" }),
+        )
+        .right(nearly),
+        case(
+            "words with codes",
+            with_quality(
+                |k, tag| if rare(k, tag) { "Bad (0x80000000)" } else { "Good (0x00000000)" },
             ),
-            case(
-                "192 and one unknown code",
-                "a.csv",
-                with_quality(|k, tag| if k == 500 && tag == "PV" { "1234567" } else { "192" }),
-            )
-            .right(nearly)
-            .or_refused(&["1234567", "row 150"], &[]),
-        ],
-    );
+        )
+        .right(nearly),
+        case(
+            "StatusCode()",
+            with_quality(|k, tag| {
+                if rare(k, tag) { "StatusCode(BadOutOfService)" } else { "StatusCode(Good)" }
+            }),
+        )
+        .right(nearly),
+        case(
+            "codes with GoodClamped",
+            with_quality(|k, tag| if rare(k, tag) { "0x00300000" } else { "0x00000000" }),
+        ),
+        case(
+            "192 and one unknown code",
+            with_quality(|k, tag| if k == 500 && tag == "PV" { "1234567" } else { "192" }),
+        )
+        .right(nearly)
+        .or_refused(&["1234567", "row 150"], &[]),
+    ];
+    examine("quality", cases);
 }
 
 #[test]
@@ -468,58 +447,43 @@ fn annotated_tables() {
     let rows = |table: usize, tag: &str, value: f64, k: usize| {
         format!(",,{table},{},{value},{tag},FIC101\n", z(k))
     };
-    examine(
-        "annotated",
-        vec![
-            case("three tables, CR LF", "a.csv", of(&|_, _| whole.to_owned(), &rows, "\r\n")),
-            case(
-                "headers without annotations",
-                "a.csv",
-                of(&|_, _| merely_named.to_owned(), &rows, "\n"),
-            ),
-            case("pivoted", "a.csv", pivoted),
-        ],
-    );
+    let cases = vec![
+        case("three tables, CR LF", of(&|_, _| whole.to_owned(), &rows, "\r\n")),
+        case("headers without annotations", of(&|_, _| merely_named.to_owned(), &rows, "\n")),
+        case("pivoted", pivoted),
+    ];
+    examine("annotated", cases);
 }
 
 #[test]
 fn times_of_day() {
     let night = jiff::civil::date(2025, 3, 14).at(23, 50, 0, 0);
     let of = |head: &str, pattern: &'static str, step: f64| {
-        lines(head, |k| {
-            let [pv, sp, op] = at(k);
+        samples(head, |k, [pv, sp, op]| {
             format!("{},{pv},{sp},{op}\n", clock_from(night, pattern, step * k as f64))
         })
     };
     let minutes = |right: &mut Right| right.step = 60.0;
-    let two = lines("Date,Time,FIC1.PV,FIC1.SP,FIC1.OP\n", |k| {
-        let [pv, sp, op] = at(k);
+    let two = samples("Date,Time,FIC1.PV,FIC1.SP,FIC1.OP\n", |k, [pv, sp, op]| {
         format!("{},{pv},{sp},{op}\n", clock_from(night, "%d.%m.%Y,%H:%M:%S", k as f64))
     });
-    examine(
-        "time-of-day",
-        vec![
-            case("twelve hours", "a.csv", of("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", "%I:%M:%S %p", 1.0))
-                .or_refused(&[], &[]),
-            case("minutes", "a.csv", of("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", "%H:%M", 60.0))
-                .right(minutes)
-                .or_refused(&[], &[]),
-            case(
-                "minutes of the hour",
-                "a.csv",
-                of("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", "%M:%S.0", 1.0),
-            )
+    let cases = vec![
+        case("twelve hours", of("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", "%I:%M:%S %p", 1.0))
             .or_refused(&[], &[]),
-            case("date and time of day", "a.csv", two),
-        ],
-    );
+        case("minutes", of("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", "%H:%M", 60.0))
+            .right(minutes)
+            .or_refused(&[], &[]),
+        case("minutes of the hour", of("Time,FIC1.PV,FIC1.SP,FIC1.OP\n", "%M:%S.0", 1.0))
+            .or_refused(&[], &[]),
+        case("date and time of day", two),
+    ];
+    examine("time-of-day", cases);
 }
 
 #[test]
 fn notations_and_names_of_times() {
     let of = |name: &str, pattern: &str| {
-        lines(&format!("{name};FIC1.PV;FIC1.SP;FIC1.OP\n"), |k| {
-            let [pv, sp, op] = at(k);
+        samples(&format!("{name};FIC1.PV;FIC1.SP;FIC1.OP\n"), |k, [pv, sp, op]| {
             format!("{};{pv};{sp};{op}\n", clock(pattern, k as f64))
         })
     };
@@ -529,7 +493,7 @@ fn notations_and_names_of_times() {
         ("week", "%G-W%V-%uT%H:%M:%S"),
         ("comma and short offset", "%Y-%m-%dT%H:%M:%S,000+01"),
     ];
-    let named = notations.map(|(name, pattern)| case(name, "a.csv", of("Time", pattern)));
+    let named = notations.map(|(name, pattern)| case(name, of("Time", pattern)));
     examine("times", named.into());
     const NAMES: &str = "SourceTimestamp|Server Timestamp|_time|IP_TREND_TIME|Zeitpunkt|\
         Datum/Uhrzeit|Horodatage|Fecha|Fecha y hora|Data/Ora|t_stamp|TimeString|Zeitstempel|\
@@ -546,34 +510,25 @@ fn notations_and_names_of_times() {
 
 #[test]
 fn several_rows_above_the_numbers() {
-    let of = |head: &str| {
-        lines(head, |k| {
-            let [pv, sp, op] = at(k);
-            format!("{},{pv},{sp},{op}\n", clock(ISO, k as f64))
-        })
-    };
-    examine(
-        "headers",
-        vec![
-            case(
-                "names, units, descriptions",
-                "a.csv",
-                of("Time,FIC1.PV,FIC1.SP,FIC1.OP\n,m3/h,m3/h,%\n,Feed to K1,Feed to K1,\
-            Feed to K1\n"),
+    let cases = vec![
+        case(
+            "names, units, descriptions",
+            below(
+                "Time,FIC1.PV,FIC1.SP,FIC1.OP\n,m3/h,m3/h,%\n,Feed to K1,Feed to K1,\
+            Feed to K1\n",
             ),
-            case(
-                "descriptions, names",
-                "a.csv",
-                of("Timestamp,Feed flow,Feed flow,Feed flow\n,FIC1.PV,FIC1.SP,FIC1.OP\n"),
-            ),
-            case("loop above signal", "a.csv", of(",FIC1,FIC1,FIC1\nTime,PV,SP,OP\n")),
-            case(
-                "names, descriptions, units, low, high",
-                "a.csv",
-                of("Time,FIC1.PV,FIC1.SP,FIC1.OP\nDescription,Feed,Feed,Feed\nUnits,m3/h,m3/h,%\n"),
-            ),
-        ],
-    );
+        ),
+        case(
+            "descriptions, names",
+            below("Timestamp,Feed flow,Feed flow,Feed flow\n,FIC1.PV,FIC1.SP,FIC1.OP\n"),
+        ),
+        case("loop above signal", below(",FIC1,FIC1,FIC1\nTime,PV,SP,OP\n")),
+        case(
+            "names, descriptions, units, low, high",
+            below("Time,FIC1.PV,FIC1.SP,FIC1.OP\nDescription,Feed,Feed,Feed\nUnits,m3/h,m3/h,%\n"),
+        ),
+    ];
+    examine("headers", cases);
 }
 
 #[test]
@@ -585,55 +540,49 @@ fn a_file_for_each_tag() {
         })
     };
     let three = |name, heads: [&str; 3], files: [&'static str; 3]| {
-        case(name, files[0], one(heads[0], 0, 1))
+        super::case(name, files[0], one(heads[0], 0, 1))
             .file(files[1], one(heads[1], 1, 60))
             .file(files[2], one(heads[2], 2, 1))
             .or_refused(&[], &[])
             .right(nearly)
     };
-    examine(
-        "files",
-        vec![
-            three(
-                "the names of the files",
-                ["Time;Value\n"; 3],
-                ["FIC7_PV.csv", "FIC7_SP.csv", "FIC7_OP.csv"],
-            ),
-            three(
-                "the headers",
-                ["Timestamp;FIC7.PV\n", "Timestamp;FIC7.SP\n", "Timestamp;FIC7.OP\n"],
-                ["a.csv", "b.csv", "c.csv"],
-            ),
-            three("roles alone", ["Zeit;Wert\n"; 3], ["pv.csv", "sp.csv", "op.csv"]),
-        ],
-    );
+    let cases = vec![
+        three(
+            "the names of the files",
+            ["Time;Value\n"; 3],
+            ["FIC7_PV.csv", "FIC7_SP.csv", "FIC7_OP.csv"],
+        ),
+        three(
+            "the headers",
+            ["Timestamp;FIC7.PV\n", "Timestamp;FIC7.SP\n", "Timestamp;FIC7.OP\n"],
+            ["a.csv", "b.csv", "c.csv"],
+        ),
+        three("roles alone", ["Zeit;Wert\n"; 3], ["pv.csv", "sp.csv", "op.csv"]),
+    ];
+    examine("files", cases);
 }
 
 #[test]
 fn repeated_names() {
     let bad = |k: usize| if k % 400 == 37 { "Bad" } else { "Good" };
-    let quality = lines("Time,FIC1.PV,Quality,FIC1.OP,Quality,FIC1.SP,Quality\n", |k| {
-        let [pv, sp, op] = at(k);
-        let pv = if bad(k) == "Bad" { 0.0 } else { pv };
-        format!("{},{pv},{},{op},Good,{sp},Good\n", clock(ISO, k as f64), bad(k))
-    });
-    let percent = lines("Time;FIC1.PV;Conf;FIC1.OP;Conf\n", |k| {
-        let [pv, _, op] = at(k);
+    let quality =
+        samples("Time,FIC1.PV,Quality,FIC1.OP,Quality,FIC1.SP,Quality\n", |k, [pv, sp, op]| {
+            let pv = if bad(k) == "Bad" { 0.0 } else { pv };
+            format!("{},{pv},{},{op},Good,{sp},Good\n", clock(ISO, k as f64), bad(k))
+        });
+    let percent = samples("Time;FIC1.PV;Conf;FIC1.OP;Conf\n", |k, [pv, _, op]| {
         let (pv, conf) = if bad(k) == "Bad" { (-9999.0, 0) } else { (pv, 100) };
         format!("{};{pv};{conf};{op};100\n", clock(ISO, k as f64))
     });
-    let same = lines("Time,FIC1.PV,FIC1.PV,FIC1.SP,FIC1.OP\n", |k| {
-        let [pv, sp, op] = at(k);
+    let same = samples("Time,FIC1.PV,FIC1.PV,FIC1.SP,FIC1.OP\n", |k, [pv, sp, op]| {
         format!("{},{pv},{pv},{sp},{op}\n", clock(ISO, k as f64))
     });
-    examine(
-        "names",
-        vec![
-            case("a quality after each tag", "a.csv", quality),
-            case("a confidence after each tag", "a.csv", percent),
-            case("a column twice", "a.csv", same).or_refused(&["FIC1.PV"], &[]),
-        ],
-    );
+    let cases = vec![
+        case("a quality after each tag", quality),
+        case("a confidence after each tag", percent),
+        case("a column twice", same).or_refused(&["FIC1.PV"], &[]),
+    ];
+    examine("names", cases);
 }
 
 #[test]
@@ -649,76 +598,63 @@ fn torn_rows_and_trailers() {
     let glued = whole().replacen(&format!("\n{}", clock(ISO, 700.0)), &clock(ISO, 700.0), 1);
     let noted: &[&str] = &["row 601", "601", "short", "torn", "skipped", "fewer"];
     let near = |right: &mut Right| right.judged = (N - 2, N);
-    examine(
-        "torn",
-        vec![
-            case("a short row", "a.csv", without_end(&whole(), 2)).said(noted).right(near),
-            case("a row without its last value", "a.csv", without_end(&whole(), 3))
-                .said(noted)
-                .right(near),
-            case("the last row cut", "a.csv", &cut.as_bytes()[..cut.len() - 9]).right(near),
-            case("two rows in one", "a.csv", glued)
-                .said(&["row 701", "701", "skipped", "torn", "more"])
-                .right(near)
-                .or_refused(&["701"], &[]),
-            case("End of data", "a.csv", whole() + "End of data\n").right(near),
-            case("a count", "a.csv", whole() + "$RT_COUNT$,1200,,\n").right(near),
-            case(
-                "averages below",
-                "a.csv",
-                whole() + "\nAverage,60.1,60,45.2\nMaximum,62.3,60,48.1\n",
-            )
+    let cases = vec![
+        case("a short row", without_end(&whole(), 2)).said(noted).right(near),
+        case("a row without its last value", without_end(&whole(), 3)).said(noted).right(near),
+        case("the last row cut", &cut.as_bytes()[..cut.len() - 9]).right(near),
+        case("two rows in one", glued)
+            .said(&["row 701", "701", "skipped", "torn", "more"])
+            .right(near)
+            .or_refused(&["701"], &[]),
+        case("End of data", whole() + "End of data\n").right(near),
+        case("a count", whole() + "$RT_COUNT$,1200,,\n").right(near),
+        case("averages below", whole() + "\nAverage,60.1,60,45.2\nMaximum,62.3,60,48.1\n")
             .right(near)
             .or_refused(&["Average"], &[]),
-        ],
-    );
+    ];
+    examine("torn", cases);
 }
 
 #[test]
 fn side_by_side() {
     let dated = |s: f64| clock(ISO, s);
     let german = |s: f64| clock(GERMAN, s);
-    examine(
-        "side-by-side",
-        vec![
-            case(
-                "tags above Time and Value",
-                "a.csv",
-                beside(
-                    "FIC1.PV,,FIC1.SP,,FIC1.OP,\nTime,Value,Time,Value,Time,Value\n",
-                    ",",
-                    &dated,
-                    0.0,
-                    0,
-                ),
-            )
-            .right(nearly),
-            case(
-                "tags above, German",
-                "a.csv",
-                beside(
-                    "FIC1.PV;;FIC1.SP;;FIC1.OP;\nZeit;Wert;Zeit;Wert;Zeit;Wert\n",
-                    ";",
-                    &german,
-                    0.0,
-                    0,
-                ),
-            )
-            .right(nearly),
-            case(
-                "times named after tags",
-                "a.csv",
-                beside(
-                    "FIC1.PV Time,FIC1.PV,FIC1.SP Time,FIC1.SP,FIC1.OP Time,FIC1.OP\n",
-                    ",",
-                    &dated,
-                    0.0,
-                    0,
-                ),
-            )
-            .right(nearly),
-        ],
-    );
+    let cases = vec![
+        case(
+            "tags above Time and Value",
+            beside(
+                "FIC1.PV,,FIC1.SP,,FIC1.OP,\nTime,Value,Time,Value,Time,Value\n",
+                ",",
+                &dated,
+                0.0,
+                0,
+            ),
+        )
+        .right(nearly),
+        case(
+            "tags above, German",
+            beside(
+                "FIC1.PV;;FIC1.SP;;FIC1.OP;\nZeit;Wert;Zeit;Wert;Zeit;Wert\n",
+                ";",
+                &german,
+                0.0,
+                0,
+            ),
+        )
+        .right(nearly),
+        case(
+            "times named after tags",
+            beside(
+                "FIC1.PV Time,FIC1.PV,FIC1.SP Time,FIC1.SP,FIC1.OP Time,FIC1.OP\n",
+                ",",
+                &dated,
+                0.0,
+                0,
+            ),
+        )
+        .right(nearly),
+    ];
+    examine("side-by-side", cases);
 }
 
 #[test]
@@ -730,97 +666,77 @@ fn no_header() {
         })
         .collect()
     });
-    let wide = lines("", |k| {
-        let [pv, sp, op] = at(k);
-        format!("{k}\t{pv}\t{sp}\t{op}\n")
-    });
-    let dated = lines("", |k| {
-        let [pv, sp, op] = at(k);
-        format!("{},{pv},{sp},{op}\n", clock(ISO, k as f64))
-    });
+    let wide = samples("", |k, [pv, sp, op]| format!("{k}\t{pv}\t{sp}\t{op}\n"));
     // Only the user knows the names, so no option is needed.
-    examine(
-        "no-header",
-        vec![
-            case("long", "a.csv", long)
-                .or_refused(&["FIC1.PV;14.03.2025 06:00:00;60,06"], &[])
-                .unadvised(),
-            case("wide, tabs", "a.txt", wide).or_refused(&["60.06"], &[]).unadvised(),
-            case("wide, dates", "a.csv", dated)
-                .or_refused(&["2025-03-14 06:00:00,60.06,60,44.97"], &[])
-                .unadvised(),
-        ],
-    );
+    let cases = vec![
+        case("long", long).or_refused(&["FIC1.PV;14.03.2025 06:00:00;60,06"], &[]).unadvised(),
+        super::case("wide, tabs", "a.txt", wide).or_refused(&["60.06"], &[]).unadvised(),
+        case("wide, dates", below(""))
+            .or_refused(&["2025-03-14 06:00:00,60.06,60,44.97"], &[])
+            .unadvised(),
+    ];
+    examine("no-header", cases);
 }
 
 #[test]
 fn names_in_words() {
-    let of = |head: &str| {
-        lines(head, |k| {
-            let [pv, sp, op] = at(k);
-            format!("{},{pv},{sp},{op}\n", clock(ISO, k as f64))
-        })
-    };
-    examine(
-        "words",
-        vec![
-            case(
-                "an area before it",
-                "a.csv",
-                of("Date-Time,Area A: FIC2106 Flow PV (m3/h),\
-            Area A: FIC2106 Flow SP (m3/h),Area A: FIC2106 Valve Output (%)\n"),
+    let cases = vec![
+        case(
+            "an area before it",
+            below(
+                "Date-Time,Area A: FIC2106 Flow PV (m3/h),\
+            Area A: FIC2106 Flow SP (m3/h),Area A: FIC2106 Valve Output (%)\n",
             ),
-            case(
-                "a reactor",
-                "a.csv",
-                of("Date-Time,Unit 2: TIC 300 Reactor Temperature PV (degC),\
+        ),
+        case(
+            "a reactor",
+            below(
+                "Date-Time,Unit 2: TIC 300 Reactor Temperature PV (degC),\
             Unit 2: TIC 300 Reactor Temperature SP (degC),\
-            Unit 2: TIC 300 Valve Output (%)\n"),
+            Unit 2: TIC 300 Valve Output (%)\n",
             ),
-            case(
-                "a level",
-                "a.csv",
-                of("Date-Time,LIC07 Drum Level PV,LIC07 Drum Level Setpoint,\
-            LIC07 Controller Output (%)\n"),
+        ),
+        case(
+            "a level",
+            below(
+                "Date-Time,LIC07 Drum Level PV,LIC07 Drum Level Setpoint,\
+            LIC07 Controller Output (%)\n",
             ),
-        ],
-    );
+        ),
+    ];
+    examine("words", cases);
 }
 
 /// A file that a library wrote, of the first 600 samples.
-fn kept(name: &'static str) -> super::Case {
+fn kept(name: &'static str) -> Case {
     let bytes = std::fs::read(format!("{FIXTURES}/{name}")).expect("a fixture");
-    case(name, name, bytes).right(|right| right.judged = (600, 600))
+    super::case(name, name, bytes).right(|right| right.judged = (600, 600))
 }
 
 #[test]
 fn structures_of_simulink() {
-    examine(
-        "simulink",
-        vec![
-            kept("simulink-labels.mat"),
-            kept("simulink-matrix.mat").or_refused(&["PV and SP"], &["op=OP"]).unadvised(),
-            kept("simulink-without-time.mat").or_refused(&[], &[]),
-        ],
-    );
+    let cases = vec![
+        kept("simulink-labels.mat"),
+        kept("simulink-matrix.mat").or_refused(&["PV and SP"], &["op=OP"]).unadvised(),
+        kept("simulink-without-time.mat").or_refused(&[], &[]),
+    ];
+    examine("simulink", cases);
 }
 
 #[test]
 fn workbooks() {
-    examine(
-        "workbooks",
-        vec![
-            kept("plain.xlsx"),
-            kept("titles.xlsx"),
-            kept("two-sheets.xlsx"),
-            kept("merged.xlsx"),
-            kept("plain.xls"),
-            kept("plain.ods"),
-        ],
-    );
+    let cases = vec![
+        kept("plain.xlsx"),
+        kept("titles.xlsx"),
+        kept("two-sheets.xlsx"),
+        kept("merged.xlsx"),
+        kept("plain.xls"),
+        kept("plain.ods"),
+    ];
+    examine("workbooks", cases);
 }
 
 #[test]
 fn the_base_is_what_the_cases_expect() {
-    examine("base", vec![case("plain", "a.csv", plain(|_, values| values))]);
+    examine("base", vec![case("plain", plain(|_, values| values))]);
 }

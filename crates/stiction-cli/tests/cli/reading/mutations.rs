@@ -46,6 +46,10 @@ struct Text {
 /// A signal of the loop: PV, SP and OP in this order.
 const SIGNALS: [&str; 3] = ["PV", "SP", "OP"];
 
+fn tag(signal: usize) -> String {
+    format!("FIC1.{}", SIGNALS[signal])
+}
+
 impl Text {
     fn of(form: Form, of: &Sampled) -> Self {
         let names: &[&str] = match form {
@@ -63,8 +67,8 @@ impl Text {
             };
             match form {
                 Form::Long => {
-                    for (signal, value) in SIGNALS.iter().zip(values) {
-                        row(vec![format!("FIC1.{signal}"), value]);
+                    for (signal, value) in values.into_iter().enumerate() {
+                        row(vec![tag(signal), value]);
                     }
                 }
                 _ => row(values.to_vec()),
@@ -166,11 +170,34 @@ impl Text {
             *self.name(1 + signal) = name.to_owned();
             return;
         }
-        let tag = format!("FIC1.{}", SIGNALS[signal]);
-        self.rows
-            .iter_mut()
-            .filter(|row| row.cells[0] == tag)
-            .for_each(|row| row.cells[0] = name.to_owned());
+        let tag = tag(signal);
+        let tags = self.rows.iter_mut().map(|row| &mut row.cells[0]);
+        tags.filter(|of| **of == tag).for_each(|of| *of = name.to_owned());
+    }
+
+    /// Each of two signals gets the header or tag of the other.
+    fn exchange(&mut self, one: usize, other: usize) {
+        if self.form != Form::Long {
+            self.rename(one, &SIGNALS[other].to_lowercase());
+            self.rename(other, &SIGNALS[one].to_lowercase());
+            return;
+        }
+        for of in self.rows.iter_mut().map(|row| &mut row.cells[0]) {
+            if *of == tag(one) {
+                *of = tag(other);
+            } else if *of == tag(other) {
+                *of = tag(one);
+            }
+        }
+    }
+
+    /// Puts rows below the header, others if the form is long.
+    fn rows_below(&mut self, wide: &[&[&str]], long: &[&[&str]]) {
+        let rows = if self.form == Form::Long { long } else { wide };
+        let between = self.between();
+        self.above.push(self.header.join(between));
+        self.above.extend(rows.iter().map(|row| row.join(between)));
+        self.header = vec![];
     }
 
     fn any_row(&mut self, random: &mut Random) -> &mut Row {
@@ -183,6 +210,12 @@ impl Text {
         let n = self.samples();
         let k = n / 4 + random.below(n / 2);
         if self.form == Form::Long { 3 * k } else { k }
+    }
+
+    /// The rows from a place in the middle half on.
+    fn rest(&mut self, random: &mut Random) -> impl Iterator<Item = &mut Row> {
+        let at = self.middle(random);
+        self.rows[at..].iter_mut()
     }
 }
 
@@ -207,31 +240,12 @@ const ROWS: &[&str] = &["row", "line", "torn", "short", "skipped", "missing", "b
 const NAMES: &[&str] = &["column", "tag", "not used", "unused", "header", "no pv", "row"];
 const UNITS: &[&str] = &["range", "percent", "unit", "fraction", "column"];
 
+const SENTINELS: [&str; 6] = ["-9999", "9999", "-999.25", "1e31", "-32768", "327.67"];
+
 const MUTATIONS: &[Mutation] = &[
-    (
-        "sentinel in PV",
-        |text, r| {
-            let s = r.of_these(&["-9999", "9999", "-999.25", "1e31", "-32768", "327.67"]);
-            text.put(0, s, 20, r)
-        },
-        VALUES,
-    ),
-    (
-        "sentinel in OP",
-        |text, r| {
-            let s = r.of_these(&["-9999", "9999", "-999.25", "1e31", "-32768", "327.67"]);
-            text.put(2, s, 20, r)
-        },
-        VALUES,
-    ),
-    (
-        "sentinel in SP",
-        |text, r| {
-            let s = r.of_these(&["-9999", "9999", "-999.25", "1e31"]);
-            text.put(1, s, 5, r)
-        },
-        VALUES,
-    ),
+    ("sentinel in PV", |text, r| text.put(0, r.of_these(&SENTINELS), 20, r), VALUES),
+    ("sentinel in OP", |text, r| text.put(2, r.of_these(&SENTINELS), 20, r), VALUES),
+    ("sentinel in SP", |text, r| text.put(1, r.of_these(&SENTINELS[..4]), 5, r), VALUES),
     ("zero in PV", |text, r| text.put(0, "0", 10, r), VALUES),
     (
         "spike in PV",
@@ -320,32 +334,12 @@ const MUTATIONS: &[Mutation] = &[
     ("SP renamed", |text, _| text.rename(1, "X17"), NAMES),
     (
         "PV and OP exchanged",
-        |text, _| {
-            let (pv, op) =
-                if text.form == Form::Long { ("FIC1.OP", "FIC1.PV.x") } else { ("op", "pv") };
-            text.rename(0, pv);
-            text.rename(2, op);
-            if text.form == Form::Long {
-                text.rows
-                    .iter_mut()
-                    .for_each(|row| row.cells[0] = row.cells[0].replace(".PV.x", ".PV"));
-            }
-        },
+        |text, _| text.exchange(0, 2),
         &["column", "mistaken", "exchanged", "swapped", "belong"],
     ),
     (
         "PV and SP exchanged",
-        |text, _| {
-            let (pv, sp) =
-                if text.form == Form::Long { ("FIC1.SP.x", "FIC1.PV") } else { ("sp", "pv") };
-            text.rename(0, pv);
-            text.rename(1, sp);
-            if text.form == Form::Long {
-                text.rows
-                    .iter_mut()
-                    .for_each(|row| row.cells[0] = row.cells[0].replace(".SP.x", ".SP"));
-            }
-        },
+        |text, _| text.exchange(0, 1),
         &["column", "mistaken", "exchanged", "swapped", "belong", "set point", "sp"],
     ),
     (
@@ -359,30 +353,16 @@ const MUTATIONS: &[Mutation] = &[
     ),
     (
         "a row of units",
-        |text, _| {
-            let row: &[&str] =
-                if text.form == Form::Long { &["", "", "%"] } else { &["", "m3/h", "m3/h", "%"] };
-            let line = row.join(text.between());
-            let header = text.header.join(text.between());
-            text.above.extend([header, line]);
-            text.header = vec![];
-        },
+        |text, _| text.rows_below(&[&["", "m3/h", "m3/h", "%"]], &[&["", "", "%"]]),
         NAMES,
     ),
     (
         "rows of units and descriptions",
         |text, _| {
-            let (units, words): (&[&str], &[&str]) = match text.form {
-                Form::Long => (&["", "", "unit"], &["", "the tag", "the value"]),
-                _ => (&["", "m3/h", "m3/h", "%"], &["", "feed", "feed", "feed"]),
-            };
-            let lines = [
-                text.header.join(text.between()),
-                units.join(text.between()),
-                words.join(text.between()),
-            ];
-            text.above.extend(lines);
-            text.header = vec![];
+            text.rows_below(
+                &[&["", "m3/h", "m3/h", "%"], &["", "feed", "feed", "feed"]],
+                &[&["", "", "unit"], &["", "the tag", "the value"]],
+            )
         },
         NAMES,
     ),
@@ -424,20 +404,12 @@ const MUTATIONS: &[Mutation] = &[
         },
         CLOCKS,
     ),
-    (
-        "a gap of an hour",
-        |text, r| {
-            let at = text.middle(r);
-            text.rows[at..].iter_mut().for_each(|row| row.t += 3600.0)
-        },
-        CLOCKS,
-    ),
+    ("a gap of an hour", |text, r| text.rest(r).for_each(|row| row.t += 3600.0), CLOCKS),
     (
         "an hour back",
         |text, r| {
             text.rows.iter_mut().for_each(|row| row.t += 4000.0);
-            let at = text.middle(r);
-            text.rows[at..].iter_mut().for_each(|row| row.t -= 3600.0);
+            text.rest(r).for_each(|row| row.t -= 3600.0);
         },
         CLOCKS,
     ),
@@ -516,16 +488,7 @@ const MUTATIONS: &[Mutation] = &[
         },
         ROWS,
     ),
-    (
-        "cut in a number",
-        |text, _| {
-            text.last = |t| {
-                let n = t.len() - 6;
-                t.into_bytes()[..n].to_vec()
-            }
-        },
-        ROWS,
-    ),
+    ("cut in a number", |text, _| text.last = |t| t.as_bytes()[..t.len() - 6].to_vec(), ROWS),
     ("OP as fractions", |text, _| text.all(2, |op| op / 100.0), UNITS),
     ("OP in mA, unnamed", |text, _| text.all(2, |op| 4.0 + 0.16 * op), UNITS),
     ("OP in counts", |text, _| text.all(2, |op| (40.95 * op).round()), UNITS),
@@ -578,11 +541,7 @@ const MUTATIONS: &[Mutation] = &[
     (
         "a zero byte",
         |text, _| {
-            text.last = |mut t| {
-                let n = t.len() / 2;
-                t.insert(n, '\0');
-                t.into_bytes()
-            }
+            text.last = |t| [&t[..t.len() / 2], "\0", &t[t.len() / 2..]].concat().into_bytes()
         },
         ROWS,
     ),
