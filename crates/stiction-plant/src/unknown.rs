@@ -4,43 +4,31 @@ use crate::day;
 use crate::plant_file::Plant;
 use crate::report::ranking::Ranking;
 use crate::scan::inputs::Inputs;
-use crate::store::table::written_by_name;
 use crate::store::window::WindowRow;
 use std::collections::BTreeMap;
 use stiction_diagnose::spoken::counted;
+use stiction_model::{always_written_by_name, named};
 
-/// What something unknown is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Kind {
-    /// A file that was refused, or a folder that cannot be listed.
-    File,
-    /// A loop that was refused, or that no file holds.
-    Loop,
-    /// A loop without a PV, which is judged by its OP alone.
-    NoPv,
-    /// A tag of a loop without an OP, which nothing uses.
-    Tag,
-    /// Windows that could not be judged.
-    Window,
+named! {
+    /// What something unknown is.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum Kind {
+        /// A file that was refused, or a folder that cannot be listed.
+        File = "file not read",
+        /// A loop that was refused, or that no file holds.
+        Loop = "loop not read",
+        /// A loop without a PV, which is judged by its OP alone.
+        NoPv = "loop without a PV",
+        /// A tag of a loop without an OP, which nothing uses.
+        Tag = "tag without a partner",
+        /// Windows that could not be judged.
+        Window = "window not judged",
+    }
 }
 
-written_by_name!(Kind);
+always_written_by_name!(Kind);
 
 impl Kind {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::File, Self::Loop, Self::NoPv, Self::Tag, Self::Window];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::File => "file not read",
-            Self::Loop => "loop not read",
-            Self::NoPv => "loop without a PV",
-            Self::Tag => "tag without a partner",
-            Self::Window => "window not judged",
-        }
-    }
-
     /// So many of it, in words.
     pub fn counted(self, count: usize) -> String {
         let (first, rest) = self.name().split_once(' ').unwrap_or((self.name(), ""));

@@ -1,29 +1,12 @@
 //! The families of a loop's circumstances, each of which can be left out of a training.
 
+use stiction_model::named;
 use stiction_model::valve::Model;
-
-/// An enumeration whose members have names.
-macro_rules! named {
-    ($(#[$doc:meta])* $name:ident { $($(#[$of:meta])* $member:ident = $text:literal),* $(,)? }) => {
-        $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-                pub enum $name { $($(#[$of])* $member),* }
-
-        impl $name {
-            /// All of them.
-            pub const ALL: &[Self] = &[$(Self::$member),*];
-
-            /// Its name.
-            pub fn name(self) -> &'static str {
-                match self { $(Self::$member => $text),* }
-            }
-        }
-    };
-}
 
 named! {
     /// The kind of simulated process.
-    ProcessKind {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum ProcessKind {
         /// First order plus dead time.
         FirstOrder = "first order",
         /// Second order, without oscillation, plus dead time.
@@ -37,7 +20,8 @@ named! {
 
 named! {
     /// The kind of controller.
-    ControllerKind {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum ControllerKind {
         /// Proportional only.
         P = "P",
         /// Proportional and integral.
@@ -51,7 +35,8 @@ named! {
 
 named! {
     /// The kind of noise of a simulated PV.
-    NoiseKind {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum NoiseKind {
         /// White and Gaussian.
         White = "white",
         /// Gaussian, of the first order.
@@ -67,7 +52,8 @@ named! {
 
 named! {
     /// The kind of set point.
-    SetPointKind {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum SetPointKind {
         /// It is constant.
         Constant = "constant",
         /// It steps.
@@ -83,7 +69,8 @@ named! {
 
 named! {
     /// External disturbances of a loop besides its cause.
-    DisturbanceKind {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum DisturbanceKind {
         /// A random walk.
         Drift = "drift",
         /// Steps.
@@ -109,7 +96,8 @@ named! {
 
 named! {
     /// Processing of the signals by a historian.
-    HistorianKind {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum HistorianKind {
         /// Only sampling, once a step of the controller or every few.
         Plain = "plain",
         /// It averaged over the sample.
@@ -129,7 +117,8 @@ named! {
 
 named! {
     /// The special situation of a loop and its surroundings, for any kind.
-    Situation {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum Situation {
         /// Nothing.
         Ordinary = "ordinary",
         /// It is slow for its record: hardly anything happens.

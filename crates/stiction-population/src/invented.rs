@@ -48,128 +48,74 @@ use parts::Parts;
 use sketch::Sketch;
 use stiction_diagnose::recording::Recording;
 use stiction_model::error::Result;
+use stiction_model::named;
 
-/// A kind that is not in the population.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Invention {
-    /// A positioner that rings: the stem follows with a resonance of damping 0.15 to 0.4.
-    RingingPositioner,
-    /// A predictive controller: a move every few samples, held in between, from an inaccurate model.
-    PredictiveController,
-    /// A second valve in the same line, moved manually and by another loop; the gain changes with it.
-    ValvesInSeries,
-    /// A boiler or compressor that is switched on and off by the controlled pressure. The population has similar
-    /// loops since version 5, [`LoopKind::SwitchedNeighbour`](super::LoopKind::SwitchedNeighbour).
-    OnOffNeighbour,
-    /// A valve that sticks only near its seat, under a loop that reaches the seat.
-    NearTheSeat,
-    /// Pulsating flow, sampled slightly slower or faster than it pulsates: a slow beat in the PV.
-    Aliasing,
-    /// A titration: the gain changes tenfold around the set point.
-    Titration,
-    /// A linkage with play and a soft spring behind the valve: the flow follows the stem late and softly.
-    SoftLinkage,
-    /// A controller with two sets of tuning, for a valve whose gain changes near its operating point; half of them
-    /// switch with a bump.
-    ScheduledTuning,
-    /// Batches of one recipe: steps, ramps and holds of the set point, with a preset OP between batches.
-    Recipe,
-    /// A choked flow: above a wandering opening the valve hardly adds to it.
-    ChokedFlow,
-    /// A temperature behind a pipe: with a larger flow, its effect is smaller and arrives sooner.
-    TransportByFlow,
-    /// A surge controller: it opens at once, and closes slowly.
-    SurgeControl,
-    /// A transmitter with more damping at small changes.
-    AdaptiveDamping,
-    /// A positioner with integral action: if the valve sticks it winds up until the stem slips.
-    WindingPositioner,
-    /// A valve that jumps when it opens and slides when it closes.
-    OneSidedFriction,
-    /// A sensor that sticks: it holds its reading and slips.
-    StickingFloat,
-    /// A second controller of the same PV, whose transmitter reads slightly more or less.
-    TwoControllers,
-    /// Slugs from a riser: the process cycles while the valve is open far enough.
-    Slugging,
-    /// A knocker that was left on: short pulses in the OP.
-    Knocker,
-    /// A volume booster for one way of the stroke; the other way is slow.
-    OneSidedBooster,
-    /// A heat exchanger that fouls and is cleaned, under a daily load.
-    Fouling,
-    /// A plant that runs by day: at night the valve has no effect and the OP rests.
-    IdleNights,
-    /// A valve that sticks more, the longer it rests.
-    AgeingFriction,
+named! {
+    /// A kind that is not in the population.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum Invention {
+        /// A positioner that rings: the stem follows with a resonance of damping 0.15 to 0.4.
+        RingingPositioner = "ringing positioner",
+        /// A predictive controller: a move every few samples, held in between, from an inaccurate model.
+        PredictiveController = "predictive controller",
+        /// A second valve in the same line, moved manually and by another loop; the gain changes with it.
+        ValvesInSeries = "valves in series",
+        /// A boiler or compressor that is switched on and off by the controlled pressure. The population has similar
+        /// loops since version 5, [`LoopKind::SwitchedNeighbour`](super::LoopKind::SwitchedNeighbour).
+        OnOffNeighbour = "on-off neighbour",
+        /// A valve that sticks only near its seat, under a loop that reaches the seat.
+        NearTheSeat = "near the seat",
+        /// Pulsating flow, sampled slightly slower or faster than it pulsates: a slow beat in the PV.
+        Aliasing = "aliased pulsation",
+        /// A titration: the gain changes tenfold around the set point.
+        Titration = "titration",
+        /// A linkage with play and a soft spring behind the valve: the flow follows the stem late and softly.
+        SoftLinkage = "soft linkage",
+        /// A controller with two sets of tuning, for a valve whose gain changes near its operating point; half of them
+        /// switch with a bump.
+        ScheduledTuning = "scheduled tuning",
+        /// Batches of one recipe: steps, ramps and holds of the set point, with a preset OP between batches.
+        Recipe = "recipe",
+        /// A choked flow: above a wandering opening the valve hardly adds to it.
+        ChokedFlow = "choked flow",
+        /// A temperature behind a pipe: with a larger flow, its effect is smaller and arrives sooner.
+        TransportByFlow = "transport by flow",
+        /// A surge controller: it opens at once, and closes slowly.
+        SurgeControl = "surge control",
+        /// A transmitter with more damping at small changes.
+        AdaptiveDamping = "adaptive damping",
+        /// A positioner with integral action: if the valve sticks it winds up until the stem slips.
+        WindingPositioner = "winding positioner",
+        /// A valve that jumps when it opens and slides when it closes.
+        OneSidedFriction = "one-sided friction",
+        /// A sensor that sticks: it holds its reading and slips.
+        StickingFloat = "sticking float",
+        /// A second controller of the same PV, whose transmitter reads slightly more or less.
+        TwoControllers = "two controllers",
+        /// Slugs from a riser: the process cycles while the valve is open far enough.
+        Slugging = "slugging",
+        /// A knocker that was left on: short pulses in the OP.
+        Knocker = "knocker",
+        /// A volume booster for one way of the stroke; the other way is slow.
+        OneSidedBooster = "one-sided booster",
+        /// A heat exchanger that fouls and is cleaned, under a daily load.
+        Fouling = "fouling",
+        /// A plant that runs by day: at night the valve has no effect and the OP rests.
+        IdleNights = "idle nights",
+        /// A valve that sticks more, the longer it rests.
+        AgeingFriction = "ageing friction",
+    }
 }
 
 impl Invention {
     /// The kinds of the first examination, that of population 4.
-    pub const FIRST: [Self; 8] = [
-        Self::RingingPositioner,
-        Self::PredictiveController,
-        Self::ValvesInSeries,
-        Self::OnOffNeighbour,
-        Self::NearTheSeat,
-        Self::Aliasing,
-        Self::Titration,
-        Self::SoftLinkage,
-    ];
+    pub const FIRST: [Self; 8] = Self::ALL.as_chunks().0[0];
 
     /// The kinds of the second, that of population 5.
-    pub const SECOND: [Self; 8] = [
-        Self::ScheduledTuning,
-        Self::Recipe,
-        Self::ChokedFlow,
-        Self::TransportByFlow,
-        Self::SurgeControl,
-        Self::AdaptiveDamping,
-        Self::WindingPositioner,
-        Self::OneSidedFriction,
-    ];
+    pub const SECOND: [Self; 8] = Self::ALL.as_chunks().0[1];
 
     /// The kinds of the third, that of records of a week.
-    pub const THIRD: [Self; 8] = [
-        Self::StickingFloat,
-        Self::TwoControllers,
-        Self::Slugging,
-        Self::Knocker,
-        Self::OneSidedBooster,
-        Self::Fouling,
-        Self::IdleNights,
-        Self::AgeingFriction,
-    ];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::RingingPositioner => "ringing positioner",
-            Self::PredictiveController => "predictive controller",
-            Self::ValvesInSeries => "valves in series",
-            Self::OnOffNeighbour => "on-off neighbour",
-            Self::NearTheSeat => "near the seat",
-            Self::Aliasing => "aliased pulsation",
-            Self::Titration => "titration",
-            Self::SoftLinkage => "soft linkage",
-            Self::ScheduledTuning => "scheduled tuning",
-            Self::Recipe => "recipe",
-            Self::ChokedFlow => "choked flow",
-            Self::TransportByFlow => "transport by flow",
-            Self::SurgeControl => "surge control",
-            Self::AdaptiveDamping => "adaptive damping",
-            Self::WindingPositioner => "winding positioner",
-            Self::OneSidedFriction => "one-sided friction",
-            Self::StickingFloat => "sticking float",
-            Self::TwoControllers => "two controllers",
-            Self::Slugging => "slugging",
-            Self::Knocker => "knocker",
-            Self::OneSidedBooster => "one-sided booster",
-            Self::Fouling => "fouling",
-            Self::IdleNights => "idle nights",
-            Self::AgeingFriction => "ageing friction",
-        }
-    }
+    pub const THIRD: [Self; 8] = Self::ALL.as_chunks().0[2];
 
     /// The loop of this kind and seed, healthy or sticking.
     ///

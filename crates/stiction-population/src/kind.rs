@@ -3,103 +3,58 @@
 use super::Simulated;
 use super::draw::Draw;
 use stiction_model::error::{Error, Result};
+use stiction_model::named;
 
-/// The peculiarity of a simulated loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum LoopKind {
-    /// Its valve sticks and slips.
-    Sticky,
-    /// It is the outer loop of a cascade, and the valve of the loop below sticks: its OP is the set point of that
-    /// loop, and S and J refer to a different OP from the recorded one.
-    StickyBelow,
-    /// Its valve does not move: seized in position, shut, or without power.
-    Stuck,
-    /// None: load drift, steps, ramps, pulses and noise, as all loops have.
-    Normal,
-    /// A sine enters at the load or at the PV.
-    Sine,
-    /// Narrow-band noise enters at the load or at the PV.
-    Irregular,
-    /// The controller's gain is near the ultimate one: the gain margin is 0.85 to 1.25.
-    AggressiveTuning,
-    /// The transmitter resolves only a few levels of the PV, also for the controller.
-    QuantisedPv,
-    /// A load exceeds the range of the OP.
-    Saturation,
-    /// The transmitter has play, or the controller a gap.
-    DeadZoneElsewhere,
-    /// The set point moves more than in other loops.
-    SetPoint,
-    /// The process gain changes over the OP range of an oscillating load.
-    ProcessNonlinearity,
-    /// A square, triangular, relaxation or slip-like wave enters at the load or at the PV, as from
-    /// another sticking valve upstream.
-    ExternalWave,
-    /// A load ramps and resets, repeatedly: fouling and backwash, batch dumps.
-    RampAndReset,
-    /// The historian compressed OP or PV by a swinging door, and drew straight lines between the kept samples.
-    SwingingDoor,
-    /// The valve of another loop sticks; its cycle arrives through the coupling, and this loop's controller acts
-    /// back.
-    StickingNeighbour,
-    /// A neighbour is switched on and off, or opens and shuts. Its effect jumps between two or three levels, at its
-    /// own times or as a shared vessel fills and empties.
-    SwitchedNeighbour,
-    /// A load has a long memory: its power falls with a power of the frequency.
-    LongMemory,
-    /// A load moves in one direction over the whole record; the OP follows it.
-    OneWay,
+named! {
+    /// The peculiarity of a simulated loop, those with faulty valves first.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum LoopKind {
+        /// Its valve sticks and slips.
+        Sticky = "sticky valve",
+        /// It is the outer loop of a cascade, and the valve of the loop below sticks: its OP is the set point of that
+        /// loop, and S and J refer to a different OP from the recorded one.
+        StickyBelow = "sticky valve below",
+        /// Its valve does not move: seized in position, shut, or without power.
+        Stuck = "stuck valve",
+        /// None: load drift, steps, ramps, pulses and noise, as all loops have.
+        Normal = "normal operation",
+        /// A sine enters at the load or at the PV.
+        Sine = "sine disturbance",
+        /// Narrow-band noise enters at the load or at the PV.
+        Irregular = "irregular oscillation",
+        /// The controller's gain is near the ultimate one: the gain margin is 0.85 to 1.25.
+        AggressiveTuning = "aggressive tuning",
+        /// The transmitter resolves only a few levels of the PV, also for the controller.
+        QuantisedPv = "quantised PV",
+        /// A load exceeds the range of the OP.
+        Saturation = "saturation",
+        /// The transmitter has play, or the controller a gap.
+        DeadZoneElsewhere = "dead zone elsewhere",
+        /// The set point moves more than in other loops.
+        SetPoint = "set-point changes",
+        /// The process gain changes over the OP range of an oscillating load.
+        ProcessNonlinearity = "process nonlinearity",
+        /// A square, triangular, relaxation or slip-like wave enters at the load or at the PV, as from
+        /// another sticking valve upstream.
+        ExternalWave = "external wave",
+        /// A load ramps and resets, repeatedly: fouling and backwash, batch dumps.
+        RampAndReset = "ramp and reset",
+        /// The historian compressed OP or PV by a swinging door, and drew straight lines between the kept samples.
+        SwingingDoor = "swinging door",
+        /// The valve of another loop sticks; its cycle arrives through the coupling, and this loop's controller acts
+        /// back.
+        StickingNeighbour = "sticking neighbour",
+        /// A neighbour is switched on and off, or opens and shuts. Its effect jumps between two or three levels, at its
+        /// own times or as a shared vessel fills and empties.
+        SwitchedNeighbour = "switched neighbour",
+        /// A load has a long memory: its power falls with a power of the frequency.
+        LongMemory = "long memory",
+        /// A load moves in one direction over the whole record; the OP follows it.
+        OneWay = "one-way ramp",
+    }
 }
 
 impl LoopKind {
-    /// All kinds, those with faulty valves first.
-    pub const ALL: [Self; 19] = [
-        Self::Sticky,
-        Self::StickyBelow,
-        Self::Stuck,
-        Self::Normal,
-        Self::Sine,
-        Self::Irregular,
-        Self::AggressiveTuning,
-        Self::QuantisedPv,
-        Self::Saturation,
-        Self::DeadZoneElsewhere,
-        Self::SetPoint,
-        Self::ProcessNonlinearity,
-        Self::ExternalWave,
-        Self::RampAndReset,
-        Self::SwingingDoor,
-        Self::StickingNeighbour,
-        Self::SwitchedNeighbour,
-        Self::LongMemory,
-        Self::OneWay,
-    ];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sticky => "sticky valve",
-            Self::StickyBelow => "sticky valve below",
-            Self::Stuck => "stuck valve",
-            Self::Normal => "normal operation",
-            Self::Sine => "sine disturbance",
-            Self::Irregular => "irregular oscillation",
-            Self::AggressiveTuning => "aggressive tuning",
-            Self::QuantisedPv => "quantised PV",
-            Self::Saturation => "saturation",
-            Self::DeadZoneElsewhere => "dead zone elsewhere",
-            Self::SetPoint => "set-point changes",
-            Self::ProcessNonlinearity => "process nonlinearity",
-            Self::ExternalWave => "external wave",
-            Self::RampAndReset => "ramp and reset",
-            Self::SwingingDoor => "swinging door",
-            Self::StickingNeighbour => "sticking neighbour",
-            Self::SwitchedNeighbour => "switched neighbour",
-            Self::LongMemory => "long memory",
-            Self::OneWay => "one-way ramp",
-        }
-    }
-
     /// The kind of that name, in any case.
     ///
     /// # Errors

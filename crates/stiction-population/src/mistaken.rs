@@ -11,79 +11,44 @@ use stiction_diagnose::recording::Recording;
 use stiction_diagnose::series::{mean, min, span, std};
 use stiction_model::closed_loop::NormalStream;
 use stiction_model::error::Result;
+use stiction_model::named;
 
-/// A mistake in the columns of a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Mistake {
-    /// OP and PV are exchanged.
-    Exchanged,
-    /// Noise with the PV's mean and standard deviation, white or of first order, replaces the PV.
-    PvNoise,
-    /// The samples of the PV are out of order: each by itself, or in blocks.
-    PvShuffled,
-    /// The PV is that of another loop.
-    PvOfAnotherLoop,
-    /// Noise replaces the OP.
-    OpNoise,
-    /// The samples of the OP are out of order.
-    OpShuffled,
-    /// The OP is that of another loop.
-    OpOfAnotherLoop,
-    /// The SP replaces the OP, and the OP replaces the SP or is missing.
-    SpAsOp,
-    /// The SP replaces the PV, and the PV replaces the SP or is missing.
-    SpAsPv,
-    /// OP and PV are unrelated sines.
-    UnrelatedSines,
-    /// One is a sine, the other noise.
-    SineAndNoise,
-    /// Both are white noise.
-    WhiteAndWhite,
-    /// Both are random walks.
-    BrownAndBrown,
-    /// The OP moves in steps without any effect on the PV, as for a block valve or a loop in manual.
-    ManualSteps,
+named! {
+    /// A mistake in the columns of a recording.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum Mistake {
+        /// OP and PV are exchanged.
+        Exchanged = "OP and PV exchanged",
+        /// Noise with the PV's mean and standard deviation, white or of first order, replaces the PV.
+        PvNoise = "PV noise",
+        /// The samples of the PV are out of order: each by itself, or in blocks.
+        PvShuffled = "PV shuffled",
+        /// The PV is that of another loop.
+        PvOfAnotherLoop = "PV of another loop",
+        /// Noise replaces the OP.
+        OpNoise = "OP noise",
+        /// The samples of the OP are out of order.
+        OpShuffled = "OP shuffled",
+        /// The OP is that of another loop.
+        OpOfAnotherLoop = "OP of another loop",
+        /// The SP replaces the OP, and the OP replaces the SP or is missing.
+        SpAsOp = "SP for OP",
+        /// The SP replaces the PV, and the PV replaces the SP or is missing.
+        SpAsPv = "SP for PV",
+        /// OP and PV are unrelated sines.
+        UnrelatedSines = "unrelated sines",
+        /// One is a sine, the other noise.
+        SineAndNoise = "sine and noise",
+        /// Both are white noise.
+        WhiteAndWhite = "white noise and white noise",
+        /// Both are random walks.
+        BrownAndBrown = "random walk and random walk",
+        /// The OP moves in steps without any effect on the PV, as for a block valve or a loop in manual.
+        ManualSteps = "steps unrelated to the PV",
+    }
 }
 
 impl Mistake {
-    /// All of them.
-    pub const ALL: [Self; 14] = [
-        Self::Exchanged,
-        Self::PvNoise,
-        Self::PvShuffled,
-        Self::PvOfAnotherLoop,
-        Self::OpNoise,
-        Self::OpShuffled,
-        Self::OpOfAnotherLoop,
-        Self::SpAsOp,
-        Self::SpAsPv,
-        Self::UnrelatedSines,
-        Self::SineAndNoise,
-        Self::WhiteAndWhite,
-        Self::BrownAndBrown,
-        Self::ManualSteps,
-    ];
-
-    /// Its name, such as `OP and PV exchanged`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Exchanged => "OP and PV exchanged",
-            Self::PvNoise => "PV noise",
-            Self::PvShuffled => "PV shuffled",
-            Self::PvOfAnotherLoop => "PV of another loop",
-            Self::OpNoise => "OP noise",
-            Self::OpShuffled => "OP shuffled",
-            Self::OpOfAnotherLoop => "OP of another loop",
-            Self::SpAsOp => "SP for OP",
-            Self::SpAsPv => "SP for PV",
-            Self::UnrelatedSines => "unrelated sines",
-            Self::SineAndNoise => "sine and noise",
-            Self::WhiteAndWhite => "white noise and white noise",
-            Self::BrownAndBrown => "random walk and random walk",
-            Self::ManualSteps => "steps unrelated to the PV",
-        }
-    }
-
     /// Its share: exchanged columns, the likeliest mistake of a person, are more than a third of all.
     fn share(self) -> f64 {
         match self {

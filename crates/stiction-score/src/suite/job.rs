@@ -4,40 +4,31 @@ use super::Known;
 use crate::scoreboard::{Group, KnownLoop, Truth};
 use stiction_diagnose::recording::Recording;
 use stiction_model::error::Result;
+use stiction_model::named;
 use stiction_population::network::{Network, NetworkPlan};
 use stiction_population::position::positioned;
 use stiction_population::{Draw, Invented, Invention, LoopKind, Simulated};
 
-/// A part of a suite.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Part {
-    /// Members of the mixed population.
-    Population,
-    /// Equally many loops of each kind of the population.
-    Kinds,
-    /// Loops of the population with four times as long a record.
-    Long,
-    /// Loops of kinds that are not in the population, half of them healthy.
-    Invented,
-    /// Loops with a recorded valve position.
-    Positions,
-    /// Loops of networks with one sticking valve: in one half that valve's loop, in the other half another one.
-    Networks,
+named! {
+    /// A part of a suite.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum Part {
+        /// Members of the mixed population.
+        Population = "population",
+        /// Equally many loops of each kind of the population.
+        Kinds = "kinds",
+        /// Loops of the population with four times as long a record.
+        Long = "long records",
+        /// Loops of kinds that are not in the population, half of them healthy.
+        Invented = "invented kinds",
+        /// Loops with a recorded valve position.
+        Positions = "recorded positions",
+        /// Loops of networks with one sticking valve: in one half that valve's loop, in the other half another one.
+        Networks = "networks",
+    }
 }
 
 impl Part {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Population => "population",
-            Self::Kinds => "kinds",
-            Self::Long => "long records",
-            Self::Invented => "invented kinds",
-            Self::Positions => "recorded positions",
-            Self::Networks => "networks",
-        }
-    }
-
     /// Its content, a sentence.
     pub fn about(self) -> &'static str {
         match self {
