@@ -164,7 +164,7 @@ fn a_report_takes_pairs_only_of_the_traces_it_has() {
     assert!(!expected.is_empty());
     let compared: BTreeSet<_> = traces
         .iter()
-        .map(|of| (of.name.clone(), of.start, of.unit().to_bits(), of.digest()))
+        .map(|of| (of.name.clone(), of.start, of.unit.to_bits(), of.digest()))
         .collect();
     let pairs = groups::pairs::pairs(&traces, &loops, &groups::pairs::span(&traces), None);
     known.keep_pairs(&folder, &plant, &pairs, &compared).unwrap();

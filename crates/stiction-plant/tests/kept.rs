@@ -40,7 +40,7 @@ fn what_was_written_through_arrow_is_read() {
         ]
     );
     let traces = store.traces(i64::MIN, i64::MAX).unwrap();
-    let told = traces.iter().map(|t| (&*t.name, t.start, t.signal, t.unit(), t.digest()));
+    let told = traces.iter().map(|t| (&*t.name, t.start, t.signal, t.unit, t.digest()));
     let want = [
         (
             "FIC1001",

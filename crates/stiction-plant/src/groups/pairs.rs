@@ -161,7 +161,7 @@ pub fn made_of(traces: &[Trace], loops: &[LoopOfWeek]) -> String {
     add(ENGINE_VERSION);
     for trace in traces {
         add(&trace.name);
-        add(&format!("{} {} {:x}", trace.start, trace.signal.name(), trace.unit().to_bits()));
+        add(&format!("{} {} {:x}", trace.start, trace.signal.name(), trace.unit.to_bits()));
         add(&trace.digest());
     }
     for own in loops.iter().filter(|own| own.period_s.is_some()) {

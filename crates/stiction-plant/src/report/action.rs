@@ -1,47 +1,33 @@
 //! What to do about a loop.
 
 use crate::report::health::Health;
-use crate::store::table::{named_cell, written_by_name};
 use stiction_diagnose::diagnose::{Cause, Grade, VerdictClass};
+use stiction_model::{always_written_by_name, named};
 
 /// The least likelihood of a cause other than stiction that leads to an action.
 pub const LIKELY: f64 = 0.5;
 
-/// What to do about a loop, the most urgent first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub enum Action {
-    /// Test the valve, and send it to the workshop.
-    Repair,
-    /// Tune the controller.
-    Retune,
-    /// The oscillation comes from elsewhere.
-    LookUpstream,
-    /// The data cannot answer.
-    CheckData,
-    /// Nothing.
-    #[default]
-    Leave,
+named! {
+    /// What to do about a loop, the most urgent first.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+    pub enum Action {
+        /// Test the valve, and send it to the workshop.
+        Repair = "repair",
+        /// Tune the controller.
+        Retune = "retune",
+        /// The oscillation comes from elsewhere.
+        LookUpstream = "look upstream",
+        /// The data cannot answer.
+        CheckData = "check data",
+        /// Nothing.
+        #[default]
+        Leave = "leave",
+    }
 }
 
-named_cell!(Action);
-written_by_name!(Action);
+always_written_by_name!(Action);
 
 impl Action {
-    /// All of them, the most urgent first.
-    pub const ALL: [Self; 5] =
-        [Self::Repair, Self::Retune, Self::LookUpstream, Self::CheckData, Self::Leave];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Repair => "repair",
-            Self::Retune => "retune",
-            Self::LookUpstream => "look upstream",
-            Self::CheckData => "check data",
-            Self::Leave => "leave",
-        }
-    }
-
     /// Its letter on the map.
     pub fn letter(self) -> char {
         match self {

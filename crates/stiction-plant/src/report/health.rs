@@ -1,50 +1,35 @@
 //! The health of the data of a loop.
 
-use crate::store::table::{named_cell, written_by_name};
 use crate::store::window::WindowRow;
 use stiction_diagnose::diagnose::Silence;
+use stiction_model::{always_written_by_name, named};
 
 /// A service factor below which a loop counts as always in manual, percent.
 pub const MANUAL_BELOW: f64 = 5.0;
 
-/// The health of the data of a loop over a week.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub enum Health {
-    /// No file has a sample of it.
-    NoData,
-    /// All windows have an error.
-    Errors,
-    /// The PV does not move in the last window, or is frozen while the OP travels.
-    Frozen,
-    /// The controller was hardly ever in automatic.
-    Manual,
-    /// No window is fit for a verdict.
-    Unfit,
-    /// Windows can be judged.
-    #[default]
-    Good,
+named! {
+    /// The health of the data of a loop over a week, the worst first.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+    pub enum Health {
+        /// No file has a sample of it.
+        NoData = "no data",
+        /// All windows have an error.
+        Errors = "errors",
+        /// The PV does not move in the last window, or is frozen while the OP travels.
+        Frozen = "dead or frozen",
+        /// The controller was hardly ever in automatic.
+        Manual = "always in manual",
+        /// No window is fit for a verdict.
+        Unfit = "not fit",
+        /// Windows can be judged.
+        #[default]
+        Good = "good",
+    }
 }
 
-named_cell!(Health);
-written_by_name!(Health);
+always_written_by_name!(Health);
 
 impl Health {
-    /// All of them, the worst first.
-    pub const ALL: [Self; 6] =
-        [Self::NoData, Self::Errors, Self::Frozen, Self::Manual, Self::Unfit, Self::Good];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::NoData => "no data",
-            Self::Errors => "errors",
-            Self::Frozen => "dead or frozen",
-            Self::Manual => "always in manual",
-            Self::Unfit => "not fit",
-            Self::Good => "good",
-        }
-    }
-
     /// From the windows of a week, in order of time.
     pub fn of(windows: &[&WindowRow]) -> Self {
         let Some(last) = windows.last() else { return Self::NoData };

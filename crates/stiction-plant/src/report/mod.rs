@@ -296,7 +296,7 @@ impl Known {
         compared: &BTreeSet<(String, i64, u64, String)>,
     ) -> Result<()> {
         let traces = self.traces(folder, plant)?;
-        let told = |of: &Trace| (of.name.clone(), of.start, of.unit().to_bits(), of.digest());
+        let told = |of: &Trace| (of.name.clone(), of.start, of.unit.to_bits(), of.digest());
         let own: BTreeSet<_> = traces.iter().map(told).collect();
         if let Some((name, start, ..)) = own.symmetric_difference(compared).next() {
             let day = day::date(day::of(*start as f64, &plant.zone));

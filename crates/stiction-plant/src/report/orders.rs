@@ -2,39 +2,27 @@
 
 use crate::report::action::Action;
 use crate::report::ranking::{LoopRow, Ranking};
-use crate::store::table::{columns, named_cell, written_by_name};
+use crate::store::table::columns;
 use stiction_diagnose::diagnose::change::Change;
 use stiction_diagnose::diagnose::{Grade, VerdictClass};
 use stiction_diagnose::spoken::{counted, percent, rough, time};
+use stiction_model::{always_written_by_name, named};
 
-/// The state of an order after the last test of the valve.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Status {
-    /// No test has settled it.
-    #[default]
-    Open,
-    /// By a test the valve sticks or does not respond.
-    Confirmed,
-    /// By a test the valve does not stick.
-    Closed,
-}
-
-named_cell!(Status);
-written_by_name!(Status);
-
-impl Status {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Open, Self::Confirmed, Self::Closed];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Open => "open",
-            Self::Confirmed => "confirmed",
-            Self::Closed => "closed",
-        }
+named! {
+    /// The state of an order after the last test of the valve.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    pub enum Status {
+        /// No test has settled it.
+        #[default]
+        Open = "open",
+        /// By a test the valve sticks or does not respond.
+        Confirmed = "confirmed",
+        /// By a test the valve does not stick.
+        Closed = "closed",
     }
 }
+
+always_written_by_name!(Status);
 
 columns! {
     /// A work order that a week proposes.

@@ -1,10 +1,15 @@
 //! Tables with one declaration, from which the struct of a row, its columns in memory and in Parquet, its JSON and CSV, and
 //! the table in the documentation are made.
 
+use crate::report::action::Action;
+use crate::report::health::Health;
+use crate::report::orders::Status;
+use crate::store::trace::TraceSignal;
 use std::sync::Arc;
 use stiction_diagnose::diagnose::change::Change;
 use stiction_diagnose::diagnose::{Cause, Grade, VerdictClass};
 use stiction_diagnose::spoken;
+use stiction_model::always_written_by_name;
 
 /// The description of a column.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
@@ -149,7 +154,8 @@ pub trait Cell: Clone {
     fn text(&self) -> String;
 }
 
-/// Optional cells, from required ones.
+/// Cells of a type, required and optional: how one is stored, how it is read again (`None` for a value that the type does not have),
+/// and its text.
 macro_rules! cell {
     ($type:ty, $kind:ident, $in:expr, $out:expr, $text:expr) => {
         impl Cell for $type {
@@ -158,10 +164,10 @@ macro_rules! cell {
                 None
             }
             fn cells(cells: Vec<Self>) -> Cells {
-                Cells::$kind(cells.into_iter().map($in).map(Some).collect())
+                Cell::cells(cells.into_iter().map(Some).collect::<Vec<_>>())
             }
             fn of(cells: &Cells, row: usize) -> Option<Self> {
-                Option::<$type>::of(cells, row)?
+                <Option<$type>>::of(cells, row)?
             }
             fn text(&self) -> String {
                 $text(self)
@@ -173,11 +179,12 @@ macro_rules! cell {
                 Some(None)
             }
             fn cells(cells: Vec<Self>) -> Cells {
-                Cells::$kind(cells.into_iter().map(|cell| cell.map($in)).collect())
+                let cells = cells.into_iter().map(|cell| cell.map($in));
+                Cells::$kind(cells.collect())
             }
             fn of(cells: &Cells, row: usize) -> Option<Self> {
                 let Cells::$kind(cells) = cells else { return None };
-                Some(cells.get(row)?.as_ref().map($out))
+                cells.get(row)?.as_ref().map_or(Some(None), |cell| $out(cell).map(Some))
             }
             fn text(&self) -> String {
                 self.as_ref().map($text).unwrap_or_default()
@@ -185,11 +192,10 @@ macro_rules! cell {
         }
     };
 }
-
-cell!(String, Text, Arc::from, |text: &Arc<str>| text.to_string(), ToString::to_string);
-cell!(f64, Number, |number| number, |number| *number, |number: &f64| spoken::cell(*number));
-cell!(i64, Count, |count| count, |count| *count, ToString::to_string);
-cell!(bool, Flag, |flag| flag, |flag| *flag, ToString::to_string);
+cell!(String, Text, Arc::from, |text: &Arc<str>| Some(text.to_string()), ToString::to_string);
+cell!(f64, Number, |number| number, |n: &f64| Some(*n), |number: &f64| spoken::cell(*number));
+cell!(i64, Count, |count| count, |count: &i64| Some(*count), ToString::to_string);
+cell!(bool, Flag, |flag| flag, |flag: &bool| Some(*flag), ToString::to_string);
 
 impl Cell for Vec<i16> {
     const KIND: Kind = Kind::Steps;
@@ -209,82 +215,22 @@ impl Cell for Vec<i16> {
     }
 }
 
-/// A type of cells whose values `ALL` have names, required and optional.
+/// Cells of types whose values are listed in `ALL` and have names.
 macro_rules! named_cell {
-    ($type:ty) => {
-        impl $crate::store::table::Cell for $type {
-            const KIND: $crate::store::table::Kind = $crate::store::table::Kind::Text;
-            fn none() -> Option<Self> {
-                None
-            }
-            fn cells(cells: Vec<Self>) -> $crate::store::table::Cells {
-                $crate::store::table::Cell::cells(cells.into_iter().map(Some).collect::<Vec<_>>())
-            }
-            fn of(cells: &$crate::store::table::Cells, row: usize) -> Option<Self> {
-                <Option<$type> as $crate::store::table::Cell>::of(cells, row)?
-            }
-            fn text(&self) -> String {
-                self.name().to_owned()
-            }
-        }
-        impl $crate::store::table::Cell for Option<$type> {
-            const KIND: $crate::store::table::Kind = $crate::store::table::Kind::Text;
-            fn none() -> Option<Self> {
-                Some(None)
-            }
-            fn cells(cells: Vec<Self>) -> $crate::store::table::Cells {
-                let name = |cell: Option<$type>| cell.map(|one| one.name().into());
-                $crate::store::table::Cells::Text(cells.into_iter().map(name).collect())
-            }
-            fn of(cells: &$crate::store::table::Cells, row: usize) -> Option<Self> {
-                let $crate::store::table::Cells::Text(cells) = cells else { return None };
-                match cells.get(row)? {
-                    None => Some(None),
-                    Some(name) => {
-                        <$type>::ALL.into_iter().find(|one| one.name() == &**name).map(Some)
-                    }
-                }
-            }
-            fn text(&self) -> String {
-                self.map_or(String::new(), |one| one.name().to_owned())
-            }
-        }
-    };
+    ($($type:ty),+) => {$(
+        cell!(
+            $type,
+            Text,
+            |one: $type| Arc::from(one.name()),
+            |name: &Arc<str>| <$type>::ALL.into_iter().find(|one| one.name() == &**name),
+            |one: &$type| one.name().to_owned()
+        );
+    )+};
 }
-pub(crate) use named_cell;
 
-named_cell!(Grade);
-named_cell!(Cause);
-named_cell!(VerdictClass);
-named_cell!(Change);
+named_cell!(Grade, Cause, VerdictClass, Change, Action, Health, Status, TraceSignal);
 
-/// Writes values with names as their names.
-macro_rules! written_by_name {
-    ($type:ty) => {
-        impl serde::Serialize for $type {
-            fn serialize<S: serde::Serializer>(
-                &self,
-                to: S,
-            ) -> std::result::Result<S::Ok, S::Error> {
-                to.serialize_str(self.name())
-            }
-        }
-        impl schemars::JsonSchema for $type {
-            fn inline_schema() -> bool {
-                true
-            }
-            fn schema_name() -> std::borrow::Cow<'static, str> {
-                stringify!($type).into()
-            }
-            fn json_schema(of: &mut schemars::SchemaGenerator) -> schemars::Schema {
-                <str as schemars::JsonSchema>::json_schema(of)
-            }
-        }
-    };
-}
-pub(crate) use written_by_name;
-
-written_by_name!(Kind);
+always_written_by_name!(Kind);
 
 /// A row of a table.
 pub trait Row: Sized {

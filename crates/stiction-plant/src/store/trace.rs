@@ -4,11 +4,12 @@
 //! on the clock of the plant. Each value holds until the next, for [`HELD_S`] at most. A trace is stored in steps of a
 //! hundredth of its standard deviation, in some 12 kB a day. It is for spectra: periods below [`SHORTEST_S`] are lost.
 
-use crate::store::table::{Cell, Cells, Column, MISSING, Row, Table, named_cell};
+use crate::store::table::{MISSING, columns};
 use sha2::{Digest, Sha256};
 use stiction_diagnose::diagnose::Diagnosis;
 use stiction_diagnose::oscillation::Oscillation;
 use stiction_diagnose::recording::{Channel, Recording};
+use stiction_model::{always_written_by_name, named};
 
 /// Time between two values, s. Cells count from 1970-01-01 UTC.
 pub const STEP_S: i64 = 10;
@@ -19,27 +20,19 @@ pub const SHORTEST_S: f64 = 4.0 * STEP_S as f64;
 /// Steps in a standard deviation.
 const FINE: f64 = 100.0;
 
-/// The signal of a trace.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum TraceSignal {
-    /// PV less SP, or the PV if no SP is recorded.
-    Error,
-    /// The OP.
-    Op,
+named! {
+    /// The signal of a trace.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+    pub enum TraceSignal {
+        /// PV less SP, or the PV if no SP is recorded.
+        #[default]
+        Error = "error",
+        /// The OP.
+        Op = "OP",
+    }
 }
 
 impl TraceSignal {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::Error, Self::Op];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Error => "error",
-            Self::Op => "OP",
-        }
-    }
-
     /// The signal in which a loop oscillates: the error, or the OP if only that does.
     pub fn of(diagnosis: &Diagnosis) -> Self {
         let found = |of: &Option<Oscillation>| of.as_ref().is_some_and(|found| found.found);
@@ -51,20 +44,21 @@ impl TraceSignal {
     }
 }
 
-named_cell!(TraceSignal);
+always_written_by_name!(TraceSignal);
 
-/// A window's signal in means on the clock of the plant.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Trace {
+columns! {
+    /// A window's signal in means on the clock of the plant.
+    pub struct Trace;
     /// Tag of the loop.
-    pub name: String,
-    /// Start of the first value, s since 1970-01-01 UTC: a multiple of [`STEP_S`].
-    pub start: i64,
-    /// Its signal.
-    pub signal: TraceSignal,
-    /// The size of a step in the units of the signal.
-    unit: f64,
-    values: Vec<i16>,
+    "loop" [""] name: String;
+    /// Begin of the first value, since 1970-01-01 UTC.
+    "start" ["s"] start: i64;
+    /// Which signal it is: error or OP.
+    "signal" [""] signal: TraceSignal;
+    /// What a step is in the units of the signal.
+    "unit" [""] unit: f64;
+    /// Steps about the mean, one each 10 s.
+    "values" [""] values: Vec<i16>;
 }
 
 impl Trace {
@@ -124,11 +118,6 @@ impl Trace {
         self.values.iter().map(value)
     }
 
-    /// The size of a step in the units of the signal.
-    pub fn unit(&self) -> f64 {
-        self.unit
-    }
-
     /// SHA-256 of its values, little-endian whole numbers of two bytes.
     pub fn digest(&self) -> String {
         let bytes: Vec<u8> = self.values.iter().flat_map(|value| value.to_le_bytes()).collect();
@@ -138,46 +127,6 @@ impl Trace {
     /// The end of its last value, s since 1970-01-01 UTC.
     pub fn end(&self) -> i64 {
         self.start + STEP_S * self.values.len() as i64
-    }
-}
-
-impl Row for Trace {
-    fn columns() -> Vec<Column> {
-        fn column<T: Cell>(name: &'static str, unit: &'static str, meaning: &str) -> Column {
-            Column { name, unit, kind: T::KIND, optional: false, meaning: meaning.to_owned() }
-        }
-        vec![
-            column::<String>("loop", "", "Tag of the loop."),
-            column::<i64>("start", "s", "Begin of the first value, since 1970-01-01 UTC."),
-            column::<TraceSignal>("signal", "", "Which signal it is: error or OP."),
-            column::<f64>("unit", "", "What a step is in the units of the signal."),
-            column::<Vec<i16>>("values", "", "Steps about the mean, one each 10 s."),
-        ]
-    }
-
-    fn table(rows: &[Self]) -> Table {
-        fn cells<T: Cell>(rows: &[Trace], of: fn(&Trace) -> T) -> Cells {
-            Cell::cells(rows.iter().map(of).collect::<Vec<T>>())
-        }
-        let columns = [
-            ("loop", cells(rows, |trace| trace.name.clone())),
-            ("start", cells(rows, |trace| trace.start)),
-            ("signal", cells(rows, |trace| trace.signal)),
-            ("unit", cells(rows, |trace| trace.unit)),
-            ("values", cells(rows, |trace| trace.values.clone())),
-        ];
-        Table { columns: columns.map(|(name, cells)| (name.to_owned(), cells)).to_vec() }
-    }
-
-    fn rows(table: &Table) -> Result<Vec<Self>, String> {
-        let (names, starts) = (table.column("loop")?, table.column("start")?);
-        let (signals, units) = (table.column("signal")?, table.column("unit")?);
-        let values: Vec<Vec<i16>> = table.column("values")?;
-        let starts = names.into_iter().zip(starts);
-        let signals = signals.into_iter().zip(units);
-        let trace =
-            |((name, start), ((signal, unit), values))| Self { name, start, signal, unit, values };
-        Ok(starts.zip(signals.zip(values)).map(trace).collect())
     }
 }
 
@@ -213,6 +162,7 @@ fn means(channel: &Channel, from: f64, cells: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::table::Row;
 
     #[test]
     fn means_hold_what_was_stored_and_know_what_is_missing() {
