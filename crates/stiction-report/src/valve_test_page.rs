@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::document::Source;
-use crate::report::layout::{Badge, Block, Fact, Report, Section, Table};
+use crate::report::layout::{Badge, Fact, Report, Section, Table};
 use crate::report::views::{self, Context};
 use crate::valve_test_figure::{self, Ramped};
 use crate::words::{self, percent, rough, sentence};
@@ -132,7 +132,7 @@ pub fn comparison(
         section = section.heading(word);
         let reasons = one.test.reasons.iter().chain(&one.test.advice);
         let items = reasons.map(|text| sentence(text)).collect();
-        section = of_test(section.with(Block::List { ordered: false, items }), one);
+        section = of_test(section.list(items), one);
     }
     let report = Report::new(format!("Valve of {name} before and after a repair"), tool);
     report.source(before.source).source(after.source).with(section).html()
@@ -235,7 +235,7 @@ pub fn signatures(
     section = drawn(section.with(rows), figure.width(WIDTH)).heading("Agreed").with(agreed());
     for (word, one) in [("Before the repair", before), ("After the repair", after)] {
         let items = one.signature.reasons.iter().map(|text| sentence(text)).collect();
-        section = section.heading(word).with(Block::List { ordered: false, items });
+        section = section.heading(word).list(items);
     }
     let report = Report::new(format!("Valve of {name} before and after a repair"), tool);
     report.source(before.source).source(after.source).with(section).html()
@@ -306,8 +306,7 @@ fn of_test(mut section: Section, of: Tested<'_>) -> Section {
         section = drawn(section, figure);
     }
     if let Some(carried) = &of.test.plan {
-        let items = carried.remarks.clone();
-        section = section.with(planned(carried)).with(Block::List { ordered: false, items });
+        section = section.with(planned(carried)).list(carried.remarks.clone());
     }
     section.with(turns(of))
 }
@@ -344,13 +343,9 @@ fn planned(carried: &PlanComparison) -> Table {
         counted(carried.turns, "turn"),
         carried.turns_planned
     ))
-    .numbers("part", "")
-    .numbers("planned", "%")
-    .numbers("made", "%")
-    .numbers("turns", "")
-    .numbers("answered", "")
-    .numbers("hold at most", "")
-    .numbers("longest hold", "");
+    .columns(
+        "#part | #planned [%] | #made [%] | #turns | #answered | #hold at most | #longest hold",
+    );
     let or = |value: Option<f64>, words: fn(f64) -> String| value.map_or("–".to_owned(), words);
     carried.sizes.iter().fold(table, |table, size| {
         table.row([
@@ -370,10 +365,7 @@ fn turns(of: Tested<'_>) -> Table {
     let caption =
         format!("The turns, with the answer of the {} and its standard deviation.", of.test.who());
     let table = Table::new(caption)
-        .numbers("turn", "")
-        .words("set at")
-        .numbers("OP", "%")
-        .numbers("turned by", "%")
+        .columns("#turn | set at | #OP [%] | #turned by [%]")
         .numbers("answer", unit)
         .numbers("deviation", unit)
         .words("answered");

@@ -5,7 +5,7 @@
 use crate::Error;
 use crate::scoreboard::{
     Auc, Band, Board, Counts, Errors, FoundBand, KindRow, MethodRow, Outcomes, Quantification,
-    Scored, Share,
+    Scored, Share, VERDICT,
 };
 use std::sync::LazyLock;
 use stiction_diagnose::finding::Decides;
@@ -46,53 +46,32 @@ pub fn html(of: &Scoreboard<'_>) -> Result<String, Error> {
     report = report.block(Block::Facts(facts(board)));
     report = report.block(Block::Paragraph(READING.to_owned()));
 
-    report = report.block(Block::Heading("Decisions".to_owned())).block(decisions(board, names));
-    if has_valves(board) {
-        report = report.block(decisions_on_valves(board, names));
-    }
-    report = report.block(Block::Heading("Ranking".to_owned()));
-    report = report.block(Block::Paragraph(RANKING.to_owned()));
-    report = report.block(ranking(board, names));
-    if let Some(figure) = characteristic(board) {
-        report = report.block(figure);
-    }
+    let of_valves = has_valves(board).then(|| decisions_on_valves(board, names));
+    report = report.titled("Decisions", [decisions(board, names)].into_iter().chain(of_valves));
+    let ranked = [Block::Paragraph(RANKING.to_owned()), ranking(board, names).into()];
+    let curves = characteristic(board).map(Block::from);
+    report = report.titled("Ranking", ranked.into_iter().chain(curves));
     if let Some(kinds) = by_kind(board) {
-        report = report.block(Block::Heading("By kind of loop".to_owned()));
-        if let Some(figure) = false_alarms(board) {
-            report = report.block(figure);
-        }
-        report = report.block(kinds);
-        if let Some(table) = methods_by_kind(board, names) {
-            let summary = "Every method on every kind".to_owned();
-            report = report.block(Block::Details { summary, blocks: vec![table.into()] });
-        }
+        let figure = false_alarms(board).map(Block::from);
+        let methods = methods_by_kind(board, names)
+            .map(|table| Block::details("Every method on every kind", table));
+        let blocks = figure.into_iter().chain([kinds.into()]).chain(methods);
+        report = report.titled("By kind of loop", blocks);
     }
-    report = report.block(Block::Heading("Probabilities".to_owned()));
-    match (reliability(board), calibration(board)) {
-        (Some(figure), Some(table)) => report = report.block(figure).block(table),
-        _ => {
-            let none = "No loop has a probability, so there is nothing to compare.".to_owned();
-            report = report.block(Block::Paragraph(none));
-        }
-    }
-    if let Some(table) = quantification(board) {
-        report = report.block(Block::Heading("Size of stiction".to_owned())).block(table);
-    }
-    if let Some(table) = sureness(board) {
-        report = report.block(Block::Heading("Confident errors".to_owned())).block(table);
-    }
-    for (heading, table) in
-        [("Sticking valves found", found(board)), ("Undecided loops", undecided(board))]
-    {
-        if let Some(table) = table {
-            report = report.block(Block::Heading(heading.to_owned())).block(table);
-        }
-    }
-    if !of.times.is_empty() {
-        report = report.block(Block::Heading("Time".to_owned())).block(times(of.times));
-    }
-    report = report.block(Block::Heading("Loops".to_owned()));
-    report.block(loops(of.loops, of.reports)).html()
+    let none = "No loop has a probability, so there is nothing to compare.";
+    let probabilities = match (reliability(board), calibration(board)) {
+        (Some(figure), Some(table)) => vec![Block::from(figure), table.into()],
+        _ => vec![Block::Paragraph(none.to_owned())],
+    };
+    report
+        .titled("Probabilities", probabilities)
+        .titled("Size of stiction", quantification(board))
+        .titled("Confident errors", sureness(board))
+        .titled("Sticking valves found", found(board))
+        .titled("Undecided loops", undecided(board))
+        .titled("Time", (!of.times.is_empty()).then(|| times(of.times)))
+        .titled("Loops", [loops(of.loops, of.reports)])
+        .html()
 }
 
 const READING: &str = "Brackets contain 95 % intervals. Abstaining or remaining undecided is neither right nor \
@@ -169,13 +148,9 @@ fn outcomes(
     caption: String,
     of: fn(&MethodRow) -> &Outcomes,
 ) -> Table {
-    let table = Table::new(caption)
-        .words("method")
-        .numbers("recall", "")
-        .numbers("false alarms", "")
-        .numbers("precision", "")
-        .numbers("no decision", "")
-        .numbers("right if decided", "");
+    let table = Table::new(caption).columns(
+        "method | #recall | #false alarms | #precision | #no decision | #right if decided",
+    );
     board.methods.iter().fold(table, |table, row| {
         let outcomes = of(row);
         table.row([
@@ -192,16 +167,10 @@ fn outcomes(
 /// The ranking by each statistic.
 pub fn ranking(board: &Board, names: Names) -> Table {
     let valves = has_valves(board);
-    let mut table = Table::new("")
-        .words("method")
-        .numbers("AUC of recordings", "")
-        .numbers("sticking + healthy", "")
-        .numbers("of all", "");
+    let mut table =
+        Table::new("").columns("method | #AUC of recordings | #sticking + healthy | #of all");
     if valves {
-        table = table
-            .numbers("AUC of valves", "")
-            .numbers("sticking + healthy", "")
-            .numbers("of all", "");
+        table = table.columns("#AUC of valves | #sticking + healthy | #of all");
     }
     let cells = |auc: &Option<Auc>| match auc {
         Some(auc) => {
@@ -222,14 +191,9 @@ pub fn ranking(board: &Board, names: Names) -> Table {
 /// The decisions of the verdict on each kind of loop; `None` if kinds are unknown.
 pub fn by_kind(board: &Board) -> Option<Table> {
     let table = Table::new("The verdict on each kind of loop.")
-        .words("kind")
-        .numbers("loops", "")
-        .words("valve")
-        .numbers("called sticking", "")
-        .numbers("called not sticking", "")
-        .numbers("no decision", "");
+        .columns("kind | #loops | valve | #called sticking | #called not sticking | #no decision");
     let row = |table: Table, kind: &KindRow| {
-        let counts = kind.counts.first().copied().unwrap_or_default();
+        let counts = kind.counts.get(VERDICT).copied().unwrap_or_default();
         let open = Share { k: counts.undecided + counts.abstains, n: counts.all() };
         table.row([
             kind.kind.clone(),
@@ -253,9 +217,9 @@ pub fn methods_by_kind(board: &Board, names: Names) -> Option<Table> {
         .kinds
         .iter()
         .fold(Table::new(caption).words("method"), |table, kind| table.numbers(&kind.kind, ""));
-    let rows = board.methods.iter().enumerate().fold(table, |table, (k, row)| {
+    let rows = board.methods.iter().fold(table, |table, row| {
         let cell = |kind: &KindRow| {
-            let counts = kind.counts.get(k).copied().unwrap_or_default();
+            let counts = kind.counts.get(row.name).copied().unwrap_or_default();
             let open = counts.undecided + counts.abstains;
             let text = percent(called(counts).value());
             if open == 0 {
@@ -276,12 +240,7 @@ pub fn calibration(board: &Board) -> Option<Table> {
         "{} probabilities: Brier score {:.3}, expected calibration error {:.3}.",
         calibration.n, calibration.brier, calibration.error
     );
-    let table = Table::new(caption)
-        .words("from")
-        .words("to")
-        .numbers("loops", "")
-        .numbers("predicted", "")
-        .numbers("observed", "");
+    let table = Table::new(caption).columns("from | to | #loops | #predicted | #observed");
     Some(calibration.bins.iter().fold(table, |table, bin| {
         table.row([
             percent(Some(bin.from)),
@@ -299,13 +258,8 @@ pub fn quantification(board: &Board) -> Option<Table> {
         "Sticking loops: share with an estimate, errors of the estimates, and share of intervals that contain the \
          true value.",
     )
-    .words("")
-    .numbers("quantified", "")
-    .numbers("error, median", "% of span")
-    .numbers("90 % below", "% of span")
-    .numbers("relative, median", "")
-    .numbers("90 % below", "")
-    .numbers("coverage", "");
+    .columns("| #quantified | #error, median [% of span] | #90 % below [% of span] | #relative, median | #90 % below \
+         | #coverage");
     let row = |table: Table, name: &str, of: &Option<Quantification>| {
         let Some(of) = of else { return table };
         let cells = |errors: Option<Errors>, write: fn(Option<f64>) -> String| {
@@ -328,9 +282,7 @@ pub fn sureness(board: &Board) -> Option<Table> {
         "Limits of S, and probabilities near 0 and 1, compared with the truth. Masked stiction counts in the first \
          three rows, because a limit must hold for it, too.",
     )
-    .words("of")
-    .words("those")
-    .numbers("share", "");
+    .columns("of | those | #share");
     let row = |table: Table, of: &str, those: &str, is: Share| {
         table.row([of.to_owned(), those.to_owned(), share(is)])
     };
@@ -351,14 +303,7 @@ pub fn found(board: &Board) -> Option<Table> {
         "Sticking valves found, among members of the mixed population whose records show slips. Rows group them by \
          the information gain of an observer who knows the stem, and by the number of slips.",
     )
-    .words("by")
-    .words("from")
-    .words("below")
-    .numbers("loops", "")
-    .numbers("called sticking", "")
-    .numbers("called not sticking", "")
-    .numbers("p from 90 %", "")
-    .numbers("p from 80 %", "");
+    .columns("by | from | below | #loops | #called sticking | #called not sticking | #p from 90 % | #p from 80 %");
     let rows = |table: Table, by: &str, bands: &[FoundBand]| {
         bands.iter().fold(table, |table, of| {
             let Band { from, to } = of.band;
@@ -386,13 +331,7 @@ pub fn undecided(board: &Board) -> Option<Table> {
         of.all.k, of.all.n
     );
     let table = Table::new(caption)
-        .words("suppressed by")
-        .words("p from")
-        .words("below")
-        .numbers("loops", "")
-        .numbers("of all", "")
-        .numbers("at fault", "")
-        .numbers("of these", "");
+        .columns("suppressed by | p from | below | #loops | #of all | #at fault | #of these");
     Some(of.rows.iter().fold(table, |table, held| {
         table.row([
             held.ruling.map_or("no evidence", |ruling| ruling.name()).to_owned(),
@@ -411,8 +350,7 @@ pub fn times(times: &[(String, f64)]) -> Table {
     let table =
         Table::new("Median time per loop, including loops on which a method abstains at once. Times vary between \
             runs and between machines.")
-            .words("part")
-            .numbers("time", "µs");
+            .columns("part | #time [µs]");
     times.iter().fold(table, |table, (name, time)| table.row([name.clone(), number(*time)]))
 }
 
@@ -427,13 +365,7 @@ fn loops(loops: &[Scored], reports: &[String]) -> Table {
     if kinds {
         table = table.words("kind");
     }
-    table = table
-        .words("truth")
-        .words("verdict")
-        .numbers("probability", "%")
-        .numbers("S", "%")
-        .numbers("true S", "%")
-        .sortable();
+    table = table.columns("truth | verdict | #probability [%] | #S [%] | #true S [%]").sortable();
     table.links = reports.to_vec();
     loops.iter().fold(table, |table, each| {
         let truth = &each.truth;
@@ -461,7 +393,7 @@ fn loops(loops: &[Scored], reports: &[String]) -> Table {
     })
 }
 
-const DASH: &str = "–";
+pub(crate) const DASH: &str = "–";
 
 /// A share in percent with its 95 % interval; a dash if there is none.
 pub fn share(share: Share) -> String {
@@ -470,7 +402,7 @@ pub fn share(share: Share) -> String {
     format!("{} ({:.0} to {:.0})", percent(Some(value)), 100.0 * low, 100.0 * high)
 }
 
-fn percent(value: Option<f64>) -> String {
+pub(crate) fn percent(value: Option<f64>) -> String {
     value.map_or(DASH.to_owned(), |v| format!("{:.0} %", 100.0 * v))
 }
 
@@ -501,6 +433,15 @@ fn star_note(board: &Board) -> &'static str {
 /// Number of methods drawn beside the verdict.
 const CURVES: usize = 4;
 
+/// The axes of receiver operating characteristics.
+pub(crate) fn roc_panel() -> Panel {
+    Panel::new("false-alarm rate", "recall")
+        .x_range(0.0, 1.0)
+        .y_range(0.0, 1.0)
+        .equal_aspect()
+        .legend(Legend::BottomRight)
+}
+
 /// The receiver operating characteristics of the verdict and of the best methods.
 fn characteristic(board: &Board) -> Option<Figure> {
     // A method that judges only a few loops does not rank all of them.
@@ -516,11 +457,7 @@ fn characteristic(board: &Board) -> Option<Figure> {
     if curves.is_empty() {
         return None;
     }
-    let mut panel = Panel::new("false-alarm rate", "recall")
-        .x_range(0.0, 1.0)
-        .y_range(0.0, 1.0)
-        .equal_aspect()
-        .legend(Legend::BottomRight);
+    let mut panel = roc_panel();
     for row in &curves {
         let (x, y): (Vec<f64>, Vec<f64>) = row.roc.iter().copied().unzip();
         let label = format!("{} ({:.3})", row.title(), value(row));
@@ -579,7 +516,7 @@ fn false_alarms(board: &Board) -> Option<Figure> {
     let shares: Vec<(f64, bool, Share)> = board
         .kinds
         .iter()
-        .filter_map(|row| Some((place(row)? as f64, row.sticks, called(*row.counts.first()?))))
+        .filter_map(|row| Some((place(row)? as f64, row.sticks, called(*row.counts.get(VERDICT)?))))
         .collect();
     if shares.is_empty() {
         return None;

@@ -1,7 +1,7 @@
 //! A report on diagnosed loops.
 
 use super::evidence;
-use super::layout::{Badge, Block, Card, Fact, Report, Section, Table, number};
+use super::layout::{Badge, Block, Fact, Report, Section, Table, number};
 use super::moment::moment;
 use super::views::{self, Context};
 use super::{fitted, head, verdict};
@@ -83,23 +83,16 @@ pub(super) fn section(case: &Loop<'_>) -> Section {
 }
 
 /// The basis of the verdict, and results that are not in the head.
-fn why(mut section: Section, diagnosis: &Diagnosis) -> Section {
-    let reasons = reasons(diagnosis);
-    if !reasons.is_empty() {
-        section = section.with(Block::List { ordered: false, items: reasons });
-    }
-    section.with(Block::Facts(facts(diagnosis)))
+fn why(section: Section, diagnosis: &Diagnosis) -> Section {
+    section.list(reasons(diagnosis)).with(Block::Facts(facts(diagnosis)))
 }
 
 /// Figures of the recording.
-fn recorded(mut section: Section, diagnosis: &Diagnosis, context: &Context<'_>) -> Section {
+fn recorded(section: Section, diagnosis: &Diagnosis, context: &Context<'_>) -> Section {
     let Some(judged) = &diagnosis.judged else { return section };
     // A figure that cannot be drawn is left out.
     let views = views::all(&diagnosis.grid.segments, judged.segment, context);
-    for figure in views.into_iter().filter(|figure| figure.check().is_ok()) {
-        section = section.with(figure);
-    }
-    section
+    section.with_all(views.into_iter().filter(|figure| figure.check().is_ok()))
 }
 
 /// The measures that are not fit, and all measures on demand.
@@ -116,11 +109,10 @@ fn quality(section: Section, diagnosis: &Diagnosis) -> Section {
         })
         .collect();
     let section = match items.is_empty() {
-        true => section.with(Block::Paragraph(format!("All {} measures are fit.", measures.len()))),
-        false => section.with(Block::List { ordered: false, items }),
+        true => section.paragraph(format!("All {} measures are fit.", measures.len())),
+        false => section.list(items),
     };
-    let summary = "All measures, with their limits".to_owned();
-    section.with(Block::Details { summary, blocks: vec![fitness(diagnosis).into()] })
+    section.with(Block::details("All measures, with their limits", fitness(diagnosis)))
 }
 
 fn reasons(diagnosis: &Diagnosis) -> Vec<String> {
@@ -200,13 +192,8 @@ fn optional(value: Option<f64>) -> String {
 }
 
 fn fitness(diagnosis: &Diagnosis) -> Table {
-    let table = Table::new("")
-        .words("measure")
-        .numbers("value", "")
-        .numbers("caveat at", "")
-        .numbers("unfit at", "")
-        .words("class")
-        .words("meaning");
+    let table =
+        Table::new("").columns("measure | #value | #caveat at | #unfit at | class | meaning");
     diagnosis.fitness.measures.iter().fold(table, |table, measure| {
         table.row([
             measure.id.name().to_owned(),
@@ -223,12 +210,7 @@ fn fitness(diagnosis: &Diagnosis) -> Table {
 fn methods(section: Section, diagnosis: &Diagnosis) -> Section {
     let deciding =
         Table::new("Methods marked with a diamond test only for linearity and have no vote.")
-            .words("method")
-            .words("says")
-            .words("statistic")
-            .numbers("value", "")
-            .numbers("threshold", "")
-            .words("why");
+            .columns("method | says | statistic | #value | #threshold | why");
     let abstaining = Table::new("").words("method").words("why it abstains");
     let (silent, speaking): (Vec<&Finding>, Vec<&Finding>) =
         diagnosis.findings.iter().partition(|f| f.decision == Decision::Abstains);
@@ -246,15 +228,10 @@ fn methods(section: Section, diagnosis: &Diagnosis) -> Section {
     let abstaining = silent.into_iter().fold(abstaining, |table, finding| {
         table.row([finding.method.title.to_owned(), sentence(&finding.reason)])
     });
-    let mut section = section.heading("Results of the methods");
-    if !speaking.is_empty() {
-        section = section.with(deciding);
-    }
-    if count > 0 {
-        let summary = format!("{count} methods abstain");
-        section = section.with(Block::Details { summary, blocks: vec![abstaining.into()] });
-    }
-    section
+    let abstaining = Block::details(format!("{count} methods abstain"), abstaining);
+    let section = section.heading("Results of the methods");
+    let section = section.with_all((!speaking.is_empty()).then_some(deciding));
+    section.with_all((count > 0).then_some(abstaining))
 }
 
 /// The cards of all methods that do not abstain, in the order of sticks, does not stick, undecided.
@@ -274,7 +251,7 @@ fn evidence(section: Section, diagnosis: &Diagnosis, context: &Context<'_>) -> S
     findings.sort_by_key(|finding| place(finding.decision));
     let subject = diagnosis.subject();
     let cards = findings.into_iter().map(|f| evidence::card(f, subject.as_ref(), context));
-    cards.fold(section.heading("Evidence"), |section, card: Card| section.with(card))
+    section.heading("Evidence").with_all(cards)
 }
 
 fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
@@ -289,28 +266,14 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
     }
     let mut section = section.heading("Oscillation");
     let mut table = Table::new("")
-        .words("signal")
-        .words("oscillates")
-        .words("period")
-        .numbers("amplitude", "")
-        .numbers("cycles", "")
-        .numbers("regularity", "regular above 1")
-        .numbers("decay ratio", "lasting above 0.5")
-        .numbers("supervision", "oscillates above 10")
-        .words("found by");
+        .columns("signal | oscillates | period | #amplitude | #cycles | #regularity [regular above 1] | #decay ratio \
+             [lasting above 0.5] | #supervision [oscillates above 10] | found by");
     let mut peaks = Table::new("Oscillations with a peak in the spectrum, strongest first.")
-        .words("signal")
-        .words("period")
-        .numbers("amplitude", "")
-        .numbers("share of the variance", "%")
-        .numbers("regularity", "")
-        .words("remark");
+        .columns(
+            "signal | period | #amplitude | #share of the variance [%] | #regularity | remark",
+        );
     let mut episodes = Table::new("Episodes of the dominant oscillation.")
-        .words("signal")
-        .words("from")
-        .words("to")
-        .numbers("half waves", "")
-        .numbers("amplitude", "");
+        .columns("signal | from | to | #half waves | #amplitude");
     for (signal, found) in &signals {
         let unit = unit_of(signal, diagnosis);
         table = table.row([
@@ -354,15 +317,11 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
         let reasons: Vec<String> = found.reasons.iter().map(|r| sentence(r)).collect();
         if !reasons.is_empty() {
             let text = format!("{}: {}", sentence(signal).trim_end_matches('.'), reasons.join(" "));
-            section = section.with(Block::Paragraph(text));
+            section = section.paragraph(text);
         }
     }
-    for table in [peaks, episodes] {
-        if !table.rows.is_empty() {
-            section = section.with(shortened(table));
-        }
-    }
-    section
+    let more = [peaks, episodes].into_iter().filter(|table| !table.rows.is_empty());
+    section.with_all(more.map(shortened))
 }
 
 /// A table; a long one is folded.
@@ -372,7 +331,7 @@ fn shortened(table: Table) -> Block {
         return table.into();
     }
     let summary = format!("{} ({} rows)", table.caption.trim_end_matches('.'), table.rows.len());
-    Block::Details { summary, blocks: vec![Table { caption: String::new(), ..table }.into()] }
+    Block::details(summary, Table { caption: String::new(), ..table })
 }
 
 fn key_figures(diagnosis: &Diagnosis) -> Table {
@@ -397,29 +356,20 @@ fn key_figures(diagnosis: &Diagnosis) -> Table {
 
 fn data(section: Section, diagnosis: &Diagnosis, source: &Source) -> Section {
     let grid = &diagnosis.grid;
-    let mut section = section.with(Block::Facts(vec![
+    let section = section.with(Block::Facts(vec![
         Fact::new("file", &source.file, ""),
         Fact::new("SHA-256", &source.sha256, ""),
         Fact::new("recorded", spoken(grid.duration), ""),
         Fact::new("in automatic", number(100.0 * grid.closed_share), "%"),
     ]));
     let rows = diagnosis.understood.rows(&|at| moment(diagnosis, at));
-    section = section.with(Table::understood("", &rows));
-    for note in &diagnosis.notes {
-        section = section.with(Block::Paragraph(sentence(note)));
-    }
-    section
+    let notes = diagnosis.notes.iter().map(|note| Block::Paragraph(sentence(note)));
+    section.with(Table::understood("", &rows)).with_all(notes)
 }
 
 /// The rule, the source and the parameters of every method.
 fn parameters(diagnosis: &Diagnosis) -> Block {
-    let table = Table::new("")
-        .words("method")
-        .words("name")
-        .words("family")
-        .words("rule")
-        .words("parameters")
-        .words("source");
+    let table = Table::new("").columns("method | name | family | rule | parameters | source");
     let table = diagnosis.findings.iter().fold(table, |table, finding| {
         let method = finding.method;
         let parameters: Vec<String> = finding
@@ -436,8 +386,5 @@ fn parameters(diagnosis: &Diagnosis) -> Block {
             sentence(method.source),
         ])
     });
-    Block::Details {
-        summary: "All methods with their rules, parameters and sources".to_owned(),
-        blocks: vec![table.into()],
-    }
+    Block::details("All methods with their rules, parameters and sources", table)
 }

@@ -1,6 +1,6 @@
 //! Whether the fitted valve explains the recorded swing, and the effects of actions.
 
-use super::layout::{Block, Section, Table};
+use super::layout::{Section, Table};
 use crate::words::rough;
 use stiction_diagnose::diagnose::{Diagnosis, VerdictClass};
 use stiction_diagnose::drawing::WIDTH;
@@ -33,32 +33,26 @@ pub(super) fn added_to(mut section: Section, Fitted { fit, prospects }: &Fitted)
     section = section.heading("Does the valve explain the swing?");
     match (fit.cycle.known(), fit.cycle.why_not()) {
         (Some(cycle), _) => {
-            section = section.with(Block::Paragraph(cycle.sentence.clone()));
-            if let (Some(recorded), Some(predicted)) = (&cycle.recorded, &cycle.predicted) {
-                section = section.with(figure(recorded, predicted));
-            }
+            let both = cycle.recorded.as_ref().zip(cycle.predicted.as_ref());
+            let figure = both.map(|(recorded, predicted)| figure(recorded, predicted));
+            section = section.paragraph(&cycle.sentence).with_all(figure);
         }
         (None, why) => {
             let why = why.unwrap_or("it was not tested");
-            section = section.with(Block::Paragraph(format!("Not tested: {why}.")));
+            section = section.paragraph(format!("Not tested: {why}."));
         }
     }
     section = section.with(parts(fit));
     match prospects {
         Ok(found) => {
-            section = section.heading("Effects of actions").with(actions(found));
-            if !found.advice.is_empty() {
-                section = section.with(Block::List { ordered: false, items: found.advice.clone() });
-            }
+            let section = section.heading("Effects of actions").with(actions(found));
+            section.list(found.advice.clone())
         }
-        Err(why) => {
-            section = section.with(Block::Paragraph(format!(
-                "The effects of actions are unknown: {why}. The verdict does not rest on this fit alone. Do the \
-                 manual test first."
-            )));
-        }
+        Err(why) => section.paragraph(format!(
+            "The effects of actions are unknown: {why}. The verdict does not rest on this fit alone. Do the \
+             manual test first."
+        )),
     }
-    section
 }
 
 fn range(of: &Estimate) -> String {
@@ -152,12 +146,8 @@ fn actions(found: &Prospects) -> Table {
         found.loops
     );
     let table = Table::new(caption)
-        .words("action")
-        .words("control error, x present")
-        .words("PV swing, x present")
-        .words("PV swing, ±")
-        .words("valve travel, %/h")
-        .words("benefit");
+        .columns("action | control error, x present | PV swing, x present | PV swing, ± | valve travel, %/h | \
+             benefit");
     found.actions.iter().fold(table, |table, row| {
         table.row([
             row.action.name().to_owned(),

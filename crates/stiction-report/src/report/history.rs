@@ -1,6 +1,6 @@
 //! A report on the history of valves.
 
-use super::layout::{Badge, Block, Fact, Report, Section, Table};
+use super::layout::{Badge, Fact, Report, Section, Table};
 use super::over_time::{self, Point};
 use crate::Error;
 use crate::document::{Valve, ValveHistory};
@@ -67,19 +67,12 @@ fn section(valve: &Valve) -> Section {
     section =
         match over_time::figure(&points, valve.dated.then_some(0.0), &valve.plant_time, &marks) {
             Some(figure) => section.with(figure),
-            None => section.with(Block::Paragraph(
-                "No window has a probability or an S, so there is no figure.".to_owned(),
-            )),
+            None => {
+                section.paragraph("No window has a probability or an S, so there is no figure.")
+            }
         };
-    let table = Table::new("")
-        .words("from")
-        .words("duration")
-        .words("verdict")
-        .numbers("probability", "")
-        .numbers("S", "")
-        .numbers("J", "")
-        .words("data")
-        .words("file");
+    let table =
+        Table::new("").columns("from | duration | verdict | #probability | #S | #J | data | file");
     section.with(valve.windows.iter().fold(table, |table, w| {
         let say = |e: Option<Estimate>| e.map_or("–".to_owned(), interval);
         table.row([

@@ -233,6 +233,21 @@ impl Report {
         self
     }
 
+    /// Adds a heading with blocks, if there are any.
+    #[must_use]
+    pub fn titled<B: Into<Block>>(
+        mut self,
+        heading: &str,
+        blocks: impl IntoIterator<Item = B>,
+    ) -> Self {
+        let mut blocks = blocks.into_iter().map(Into::into).peekable();
+        if blocks.peek().is_some() {
+            self.blocks.push(Block::Heading(heading.to_owned()));
+        }
+        self.blocks.extend(blocks);
+        self
+    }
+
     /// Adds a section.
     #[must_use]
     pub fn with(mut self, section: Section) -> Self {
@@ -394,6 +409,26 @@ impl Section {
         self
     }
 
+    /// Adds blocks, or one if there is one.
+    #[must_use]
+    pub fn with_all<B: Into<Block>>(mut self, blocks: impl IntoIterator<Item = B>) -> Self {
+        self.blocks.extend(blocks.into_iter().map(Into::into));
+        self
+    }
+
+    /// Adds a paragraph.
+    #[must_use]
+    pub fn paragraph(self, text: impl Into<String>) -> Self {
+        self.with(Block::Paragraph(text.into()))
+    }
+
+    /// Adds a list whose order does not matter, if it has items.
+    #[must_use]
+    pub fn list(self, items: Vec<String>) -> Self {
+        let list = (!items.is_empty()).then_some(Block::List { ordered: false, items });
+        self.with_all(list)
+    }
+
     /// Adds a fold with the content that `fill` adds to an empty section. Without content, adds nothing.
     #[must_use]
     pub fn fold(self, summary: impl Into<String>, fill: impl FnOnce(Self) -> Self) -> Self {
@@ -409,6 +444,13 @@ impl Section {
     #[must_use]
     pub fn heading(self, heading: impl Into<String>) -> Self {
         self.with(Block::Heading(heading.into()))
+    }
+}
+
+impl Block {
+    /// Content shown on demand.
+    pub fn details(summary: impl Into<String>, block: impl Into<Self>) -> Self {
+        Self::Details { summary: summary.into(), blocks: vec![block.into()] }
     }
 }
 
@@ -512,6 +554,18 @@ impl Table {
     pub fn numbers(mut self, name: impl Into<String>, unit: impl Into<String>) -> Self {
         self.columns.push(Column { name: name.into(), unit: unit.into(), number: true });
         self
+    }
+
+    /// Adds the columns of a line such as `method | #recall | #time [s]`: those of numbers begin with `#`, units are in brackets.
+    #[must_use]
+    pub fn columns(self, line: &str) -> Self {
+        line.split('|').map(str::trim).fold(self, |table, column| match column.strip_prefix('#') {
+            None => table.words(column),
+            Some(column) => {
+                let (name, unit) = column.split_once(" [").unwrap_or((column, ""));
+                table.numbers(name, unit.trim_end_matches(']'))
+            }
+        })
     }
 
     /// Adds a row.

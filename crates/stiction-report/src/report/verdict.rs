@@ -15,13 +15,10 @@ const ROWS: &[&str] = &["", "J", "S", "a", "b", "c", "d", "e", "f", "g", "h", ""
 const DEFINITIONS: usize = 3;
 
 /// Adds the reasons of the verdict and other possible causes.
-pub(super) fn why(mut section: Section, diagnosis: &Diagnosis) -> Section {
-    if let Some(advice) = words::what_would_answer(diagnosis) {
-        section = section.with(Block::Paragraph(advice));
-    }
-    section = faults(section, diagnosis);
-    section = evidence(section, diagnosis);
-    alternatives(section, diagnosis)
+pub(super) fn why(section: Section, diagnosis: &Diagnosis) -> Section {
+    let advice = words::what_would_answer(diagnosis).map(Block::Paragraph);
+    let section = faults(section.with_all(advice), diagnosis);
+    alternatives(evidence(section, diagnosis), diagnosis)
 }
 
 /// Possible faults of a loop that does not respond, with a check for each.
@@ -66,12 +63,11 @@ fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
     let verdict = &diagnosis.verdict;
     for (heading, reasons) in sides(diagnosis) {
         let items = reasons.iter().map(|text| sentence(text)).collect();
-        section = section.heading(heading).with(Block::List { ordered: false, items });
+        section = section.heading(heading).list(items);
     }
     match &diagnosis.evidence {
         Some(weighing) if verdict.basis == Basis::Evidence => {
-            let meaning = Block::Paragraph(words::PROBABILITY.to_owned());
-            section.with(meaning).with(measured(weighing, verdict.class))
+            section.paragraph(words::PROBABILITY).with(measured(weighing, verdict.class))
         }
         _ => section,
     }
@@ -136,7 +132,7 @@ pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
         return planned(section, plan);
     }
     if let Some(why) = &diagnosis.verdict.no_test {
-        return section.with(Block::Paragraph(sentence(&format!("no test can be planned: {why}"))));
+        return section.paragraph(sentence(&format!("no test can be planned: {why}")));
     }
     match diagnosis.verdict.class {
         VerdictClass::Sticks if diagnosis.verdict.basis != Basis::ValvePosition => {
@@ -148,11 +144,8 @@ pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
             let items = items.map(str::to_owned).to_vec();
             section.with(Block::List { ordered: true, items })
         }
-        VerdictClass::DoesNotStick if diagnosis.verdict.alternatives.is_empty() => section.with(
-            Block::Paragraph(
-                "If the loop oscillates, first check its tuning, and other loops with the same period."
-                    .to_owned(),
-            ),
+        VerdictClass::DoesNotStick if diagnosis.verdict.alternatives.is_empty() => section.paragraph(
+            "If the loop oscillates, first check its tuning, and other loops with the same period.",
         ),
         _ => section,
     }
@@ -165,9 +158,7 @@ fn planned(section: Section, plan: &TestPlan) -> Section {
         "The turns of part 1, relative to u0. `stiction test plan` prints the sheet, and `stiction test read` \
          evaluates the test.",
     )
-    .numbers("turn", "")
-    .numbers("OP from u0", "%")
-    .numbers("longest hold", "");
+    .columns("#turn | #OP from u0 [%] | #longest hold");
     let table = (1..).zip(&plan.grow).fold(table, |table, (k, turn)| {
         let sign = if turn.op < 0.0 { '\u{2212}' } else { '+' };
         table.row([format!("{k}"), format!("{sign}{}", rough(turn.op.abs())), spoken(turn.hold_s)])
@@ -181,27 +172,19 @@ pub(super) fn size(section: Section, diagnosis: &Diagnosis) -> Section {
     if stiction.s.is_none() && stiction.j.is_none() && stiction.definitions.is_empty() {
         return section;
     }
-    let mut section = section;
     let coverage = stiction.coverage.map_or(String::new(), |share| {
         format!(" The intervals have a nominal coverage of {:.0} %.", 100.0 * share)
     });
-    if let Some(model) = &stiction.model {
-        section = section.with(Block::Paragraph(format!("Estimated with {model}.{coverage}")));
-    }
-    if let Some(why) = &stiction.why_not {
-        section = section.with(Block::Paragraph(sentence(why)));
-    }
-    if let Some(figure) = size_figure(diagnosis) {
-        section = section.with(figure);
-    }
+    let model = stiction.model.as_ref().map(|model| format!("Estimated with {model}.{coverage}"));
+    let why = stiction.why_not.as_ref().map(|why| sentence(why));
+    let section = section
+        .with_all(model.into_iter().chain(why).map(Block::Paragraph))
+        .with_all(size_figure(diagnosis));
     if stiction.definitions.is_empty() {
         return section;
     }
     let table = Table::new("Competing definitions of \"stiction in percent\".")
-        .words("")
-        .words("definition")
-        .numbers("value", "")
-        .words("meaning");
+        .columns("| definition | #value | meaning");
     section.with(stiction.definitions.iter().enumerate().fold(table, |table, (k, each)| {
         let value =
             each.value.map_or("–".to_owned(), |v| format!("{}\u{a0}{}", rough(v), each.unit));
@@ -275,20 +258,11 @@ pub(super) fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
             s: w.s,
         })
         .collect();
-    let mut section = section;
     let changes = diagnosis.evidence.iter().flat_map(|evidence| &evidence.changes);
     let marks: Vec<(f64, &str)> = changes.map(|event| (event.time, event.change.name())).collect();
-    if let Some(figure) = over_time::figure(&points, diagnosis.start, &diagnosis.plant_time, &marks)
-    {
-        section = section.with(figure);
-    }
+    let figure = over_time::figure(&points, diagnosis.start, &diagnosis.plant_time, &marks);
     let table = Table::new("")
-        .words("from")
-        .words("duration")
-        .numbers("probability", "")
-        .numbers("S", "")
-        .numbers("J", "")
-        .numbers("detection limit of S", "%");
+        .columns("from | duration | #probability | #S | #J | #detection limit of S [%]");
     let table = diagnosis.windows.iter().fold(table, |table, w| {
         let estimate = |e: Option<_>| e.map_or("–".to_owned(), words::interval);
         table.row([
@@ -301,7 +275,7 @@ pub(super) fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
         ])
     });
     let summary = format!("Numbers of all {} windows", diagnosis.windows.len());
-    section.with(Block::Details { summary, blocks: vec![table.into()] })
+    section.with_all(figure).with(Block::details(summary, table))
 }
 
 /// The probability as a fact; `None` if there is none.

@@ -2,14 +2,13 @@
 
 use super::results::{Compared, Entry, Results};
 use crate::Error;
-use crate::page::share;
+use crate::page::{DASH, percent, roc_panel, share};
 use crate::scoreboard::{
     Answer, Errors, GroupMeasure, Interval, KindMeasure, KnownLoop, Quantification,
 };
 use stiction_figure::figure::{Figure, Legend, Panel, Scale, Series, colour};
 use stiction_report::report::layout::{Block, Fact, Report, Table};
 
-const DASH: &str = "–";
 /// Detectors that are drawn and have columns of their own; of more, the best by AUC.
 const CURVES: usize = 6;
 /// Rows of a list of loops to look at.
@@ -20,48 +19,31 @@ const ROWS: usize = 12;
 /// # Errors
 /// If a figure cannot be drawn, which is not expected.
 pub fn html(results: &Results, asked: &[KnownLoop]) -> Result<String, Error> {
-    let mut report = Report::new(results.loops.title(), &results.tool).introduction(READING);
-    report = report.block(Block::Facts(facts(results)));
-    let heading = |report: Report, text: &str| report.block(Block::Heading(text.to_owned()));
-    report = captioned(heading(report, "Leaderboard"), leaderboard(results).sortable());
-    report = report.block(characteristic(results)).block(risk(results));
-    if let Some(table) = comparisons(results) {
-        report = captioned(heading(report, "Differences"), table);
-    }
-    if let Some(table) = nats(results) {
-        report = heading(report, "Recall by evidence");
-        if let Some(figure) = recall_by_nats(results) {
-            report = report.block(figure);
-        }
-        report = captioned(report, table);
-    }
-    if let Some(table) = kinds(results) {
-        report = captioned(heading(report, "Calls by kind of loop"), table.sortable());
-    }
-    if let Some(table) = groups(results) {
-        report = captioned(heading(report, "Ranking by property"), table.sortable());
-    }
-    for (title, table) in [
-        ("Probabilities", sure(results)),
-        ("Size of stiction", sizes(results)),
-        ("Missing answers", failures(results)),
-    ] {
-        if let Some(table) = table {
-            report = captioned(heading(report, title), table);
-        }
-    }
-    report = captioned(heading(report, "Detectors"), detectors(results));
-    report = heading(report, "Loops to look at");
-    for table in loops(results, asked) {
-        report = captioned(report, table);
-    }
-    report.html()
+    let report = Report::new(results.loops.title(), &results.tool).introduction(READING);
+    let report = report.block(Block::Facts(facts(results)));
+    let of_all = [characteristic(results), risk(results)].map(Block::from);
+    let by_nats = nats(results).map(|table| (recall_by_nats(results).map(Block::from), table));
+    let by_nats = by_nats.map(|(figure, table)| figure.into_iter().chain(captioned([table])));
+    report
+        .titled("Leaderboard", captioned([leaderboard(results).sortable()]).chain(of_all))
+        .titled("Differences", captioned(comparisons(results)))
+        .titled("Recall by evidence", by_nats.into_iter().flatten())
+        .titled("Calls by kind of loop", captioned(kinds(results).map(Table::sortable)))
+        .titled("Ranking by property", captioned(groups(results).map(Table::sortable)))
+        .titled("Probabilities", captioned(sure(results)))
+        .titled("Size of stiction", captioned(sizes(results)))
+        .titled("Missing answers", captioned(failures(results)))
+        .titled("Detectors", captioned([detectors(results)]))
+        .titled("Loops to look at", captioned(loops(results, asked)))
+        .html()
 }
 
-/// A table with its caption as a paragraph: on a narrow screen the table scrolls, and its caption with it.
-fn captioned(report: Report, mut table: Table) -> Report {
-    let caption = std::mem::take(&mut table.caption);
-    report.block(Block::Paragraph(caption)).block(table)
+/// Tables, each with its caption as a paragraph before it: on a narrow screen the table scrolls, and its caption with it.
+fn captioned(tables: impl IntoIterator<Item = Table>) -> impl Iterator<Item = Block> {
+    tables.into_iter().flat_map(|mut table| {
+        let caption = std::mem::take(&mut table.caption);
+        [Block::Paragraph(caption), table.into()]
+    })
 }
 
 /// All tables except the lists of loops, in Markdown.
@@ -76,25 +58,15 @@ pub fn markdown(results: &Results) -> String {
 
 /// The tables that fit a terminal with many detectors.
 pub fn summary(results: &Results) -> Vec<Table> {
-    let mut tables = vec![leaderboard(results)];
-    for table in [comparisons(results), sure(results), sizes(results), failures(results)] {
-        tables.extend(table);
-    }
-    tables
+    let some = [comparisons(results), sure(results), sizes(results), failures(results)];
+    std::iter::once(leaderboard(results)).chain(some.into_iter().flatten()).collect()
 }
 
 /// All tables except the lists of loops, in their order.
 pub fn tables(results: &Results) -> Vec<Table> {
-    let mut tables = vec![leaderboard(results)];
-    tables.extend(comparisons(results));
-    tables.extend(nats(results));
-    tables.extend(kinds(results));
-    tables.extend(groups(results));
-    tables.extend(sure(results));
-    tables.extend(sizes(results));
-    tables.extend(failures(results));
-    tables.push(detectors(results));
-    tables
+    let of = [comparisons, nats, kinds, groups, sure, sizes, failures];
+    let some = of.into_iter().filter_map(|table| table(results));
+    [leaderboard(results)].into_iter().chain(some).chain([detectors(results)]).collect()
 }
 
 const READING: &str = "Brackets contain 95 % intervals. An abstention lowers recall and raises no alarm, and a missing \
@@ -125,17 +97,8 @@ pub fn leaderboard(results: &Results) -> Table {
         "Detectors, by the AUC over all loops, in which a pair with a loop without a score counts half. The risk is the \
          mean share of errors over all coverages.",
     )
-    .words("detector")
-    .numbers("AUC of all", "")
-    .numbers("AUC of scored", "")
-    .numbers("recall at 1 % false alarms", "")
-    .numbers("recall", "")
-    .numbers("false alarms", "")
-    .numbers("right if decided", "")
-    .numbers("no decision", "")
-    .numbers("mean risk", "")
-    .numbers("median time", "ms")
-    .numbers("no answer", "");
+    .columns("detector | #AUC of all | #AUC of scored | #recall at 1 % false alarms | #recall | #false alarms | \
+         #right if decided | #no decision | #mean risk | #median time [ms] | #no answer");
     ranked(results).into_iter().fold(table, |table, entry| {
         let of = &entry.measures;
         let decided = of.decisions;
@@ -164,10 +127,6 @@ fn time(errors: Option<Errors>) -> String {
     })
 }
 
-fn percent(value: Option<f64>) -> String {
-    value.map_or(DASH.to_owned(), |v| format!("{:.0} %", 100.0 * v))
-}
-
 fn percents(interval: Option<Interval>) -> String {
     interval.map_or(DASH.to_owned(), |of| {
         let [value, low, high] = [of.value, of.low, of.high].map(|v| 100.0 * v);
@@ -185,16 +144,8 @@ pub fn comparisons(results: &Results) -> Option<Table> {
         "Two detectors on the same loops. The AUC is that over all loops, with interval and p-value by DeLong. The other \
          columns count loops that only one of the two calls sticking, with the p-value of McNemar's exact test.",
     )
-    .words("first")
-    .words("second")
-    .numbers("AUC, first less second", "")
-    .numbers("p", "")
-    .numbers("sticking: only first", "")
-    .numbers("only second", "")
-    .numbers("p", "")
-    .numbers("healthy: only first", "")
-    .numbers("only second", "")
-    .numbers("p", "");
+    .columns("first | second | #AUC, first less second | #p | #sticking: only first | #only second | #p | #healthy: \
+         only first | #only second | #p");
     let row = |table: Table, compared: &Compared| {
         let of = &compared.comparison;
         let mut line = vec![compared.first.clone(), compared.second.clone()];
@@ -225,10 +176,7 @@ pub fn nats(results: &Results) -> Option<Table> {
          too. The observer's recall at 1 % false alarms is the ceiling. A detector has two columns: calls, and recall at \
          its own threshold with 1 % false alarms.",
     ))
-    .words("nats from")
-    .words("below")
-    .numbers("loops", "")
-    .numbers("observer", "");
+    .columns("nats from | below | #loops | #observer");
     let shown = drawn(results);
     let table = shown.iter().fold(table, |table, entry| {
         let name = &entry.detector.name;
@@ -258,9 +206,7 @@ pub fn kinds(results: &Results) -> Option<Table> {
         "Share of each kind of loop that a detector calls sticking: recall of sticking valves, false alarms of healthy \
          ones.",
     ))
-    .words("kind")
-    .words("valve")
-    .numbers("loops", "");
+    .columns("kind | valve | #loops");
     let shown = drawn(results);
     let table =
         shown.iter().fold(table, |table, entry| table.numbers(entry.detector.name.clone(), ""));
@@ -279,9 +225,7 @@ pub fn kinds(results: &Results) -> Option<Table> {
 pub fn groups(results: &Results) -> Option<Table> {
     let groups = &results.entries.first()?.measures.groups;
     let table = Table::new(of_drawn(results, "AUC over all loops that share a property."))
-        .words("property")
-        .words("value")
-        .numbers("sticking + healthy", "");
+        .columns("property | value | #sticking + healthy");
     let shown = drawn(results);
     let table =
         shown.iter().fold(table, |table, entry| table.numbers(entry.detector.name.clone(), ""));
@@ -305,11 +249,8 @@ pub fn groups(results: &Results) -> Option<Table> {
 /// Sure probabilities and their quality; `None` if no detector has probabilities.
 pub fn sure(results: &Results) -> Option<Table> {
     let table = Table::new("Detectors that give a probability.")
-        .words("detector")
-        .numbers("p up to 2 % or from 98 %", "")
-        .numbers("of these, wrong", "")
-        .numbers("Brier score", "")
-        .numbers("expected calibration error", "");
+        .columns("detector | #p up to 2 % or from 98 % | #of these, wrong | #Brier score | #expected calibration \
+             error");
     let row =
         |table: Table, entry: &Entry| match (&entry.measures.sure, &entry.measures.calibration) {
             (Some(sure), Some(calibration)) => table.row([
@@ -328,13 +269,8 @@ pub fn sure(results: &Results) -> Option<Table> {
 /// Estimates of S and J; `None` if no detector gives any.
 pub fn sizes(results: &Results) -> Option<Table> {
     let table = Table::new("Estimates of S and J of sticking loops whose truth is known.")
-        .words("detector")
-        .words("")
-        .numbers("quantified", "")
-        .numbers("error, median", "% of span")
-        .numbers("90 % below", "% of span")
-        .numbers("relative, median", "")
-        .numbers("intervals that contain the truth", "");
+        .columns("detector |  | #quantified | #error, median [% of span] | #90 % below [% of span] | #relative, \
+             median | #intervals that contain the truth");
     let row = |table: Table, name: &str, what: &str, of: &Option<Quantification>| match of {
         Some(of) if of.quantified.k > 0 => {
             let [median, p90] = [|e: Errors| e.median, |e: Errors| e.p90]
@@ -363,11 +299,8 @@ pub fn sizes(results: &Results) -> Option<Table> {
 
 /// Reasons for missing answers; `None` if none is missing.
 pub fn failures(results: &Results) -> Option<Table> {
-    let table = Table::new("Loops without an answer.")
-        .words("detector")
-        .numbers("loops", "")
-        .words("first")
-        .words("reason");
+    let table =
+        Table::new("Loops without an answer.").columns("detector | #loops | first | reason");
     let rows = results.entries.iter().fold(table, |table, entry| {
         let failures = &entry.measures.failures;
         let table = failures.iter().take(ROWS).fold(table, |table, each| {
@@ -385,10 +318,7 @@ pub fn failures(results: &Results) -> Option<Table> {
 /// The detectors with their commands and the hashes of their answers.
 pub fn detectors(results: &Results) -> Table {
     let table = Table::new("Commands, and SHA-256 of the answers.")
-        .words("detector")
-        .words("version")
-        .words("command")
-        .words("SHA-256");
+        .columns("detector | version | command | SHA-256");
     results.entries.iter().fold(table, |table, entry| {
         let of = &entry.detector;
         table.row([&of.name, &of.version, &of.command, &entry.sha256])
@@ -406,10 +336,7 @@ fn loops(results: &Results, asked: &[KnownLoop]) -> Vec<Table> {
     let called = |answer: &Answer| answer.decision == stiction_diagnose::finding::Decision::Sticks;
     let list = |caption: String, of: Vec<usize>| {
         let table = Table::new(caption)
-            .words("loop")
-            .words("kind")
-            .numbers("S", "%")
-            .numbers("nats", "")
+            .columns("loop | kind | #S [%] | #nats")
             .numbers(format!("score, {name}"), "");
         of.into_iter().take(ROWS).fold(table, |table, k| {
             let truth = &asked[k].truth;
@@ -476,11 +403,7 @@ fn drawn(results: &Results) -> Vec<&Entry> {
 }
 
 fn characteristic(results: &Results) -> Figure {
-    let mut panel = Panel::new("false-alarm rate", "recall")
-        .x_range(0.0, 1.0)
-        .y_range(0.0, 1.0)
-        .equal_aspect()
-        .legend(Legend::BottomRight);
+    let mut panel = roc_panel();
     for (k, entry) in drawn(results).into_iter().enumerate() {
         let (x, y): (Vec<f64>, Vec<f64>) = entry.measures.roc.iter().map(|[x, y]| (*x, *y)).unzip();
         if !x.is_empty() {

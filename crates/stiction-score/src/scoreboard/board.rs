@@ -15,55 +15,65 @@ pub const VERDICT: &str = "verdict";
 pub(super) const SEED: u64 = 20_260_101;
 
 /// Accuracy of the verdict and the methods on some loops.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Board {
-    /// Loops that stick and loops that do not; those that stick invisibly are in neither.
+    /// Loops that stick; those that stick invisibly are in neither class.
     pub sticky: usize,
     /// Loops that do not stick.
     pub healthy: usize,
     /// Loops that stick invisibly.
+    #[serde(serialize_with = "counted")]
+    #[schemars(with = "usize")]
     pub hidden: Share,
     /// Valves that stick.
     pub sticky_valves: usize,
     /// Valves that do not.
     pub healthy_valves: usize,
-    /// The verdict, then the methods that were run, in the order of the registry.
+    /// The verdict, then the methods.
     pub methods: Vec<MethodRow>,
-    /// Loops by kind, those that stick first, then by name; empty if no kind is known.
+    /// Loops by kind; empty if no kind is known.
     pub kinds: Vec<KindRow>,
-    /// Accuracy of the verdict's probability; `None` if no loop has one.
+    /// Accuracy of the verdict's probability; null if no loop has one.
     pub calibration: Option<Calibration>,
-    /// Accuracy of the estimates of S, over the sticking loops whose S is known.
+    /// Accuracy of the estimates of S; null if no S is known.
+    #[serde(rename = "S")]
     pub s: Option<Quantification>,
-    /// Accuracy of the estimates of J.
+    /// Accuracy of the estimates of J; null if no J is known.
+    #[serde(rename = "J")]
     pub j: Option<Quantification>,
-    /// Accuracy of limits of S and of probabilities near 0 and 1; `None` without any.
+    /// Accuracy of limits of S and sure probabilities; null without any.
     pub sureness: Option<Sureness>,
-    /// Detected sticking valves by how clearly they show; `None` if no loop is a member of a mixed population.
+    /// Detected sticking valves by how clearly they show; null if no loop is a member of a mixed population.
     pub found: Option<Found>,
-    /// Reasons for undecided loops; `None` if no loop is a member of a mixed population.
+    /// Reasons for undecided loops; null if no loop is a member of a mixed population.
     pub undecided: Option<Undecided>,
 }
 
 /// Accuracy of a method.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct MethodRow {
+    /// Its name in commands and files.
+    pub name: &'static str,
+    /// Its title.
+    pub title: &'static str,
     /// The method; `None` is the verdict.
+    #[serde(skip)]
     pub method: Option<&'static Method>,
     /// Its decisions on recordings.
     pub recordings: Outcomes,
-    /// Its decisions on valves: the majority of a valve's recordings.
+    /// Its decisions on valves.
     pub valves: Outcomes,
-    /// How well its statistic, or the verdict's probability, ranks recordings.
+    /// How well its statistic ranks recordings.
     pub auc: Option<Auc>,
-    /// How well its mean ranks valves; for probabilities the mean logit.
+    /// How well its mean ranks valves.
     pub auc_of_valves: Option<Auc>,
     /// False-alarm rate and recall at every threshold, over recordings with a score.
+    #[serde(skip)]
     pub roc: Vec<(f64, f64)>,
 }
 
 /// The loops of one kind.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct KindRow {
     /// Its name.
     pub kind: String,
@@ -71,19 +81,24 @@ pub struct KindRow {
     pub sticks: bool,
     /// How many loops there are, less those that stick invisibly.
     pub loops: usize,
-    /// Decisions of the verdict and each method on them, in the order of [`Board::methods`].
-    pub counts: Vec<Counts>,
+    /// Decisions of the verdict and each method on them, by name.
+    #[serde(rename = "methods")]
+    pub counts: BTreeMap<&'static str, Counts>,
+}
+
+fn counted<S: serde::Serializer>(share: &Share, to: S) -> Result<S::Ok, S::Error> {
+    serde::Serialize::serialize(&share.k, to)
 }
 
 impl MethodRow {
     /// Its name in commands and files.
     pub fn name(&self) -> &'static str {
-        self.method.map_or(VERDICT, |method| method.name)
+        self.name
     }
 
     /// Its title.
     pub fn title(&self) -> &'static str {
-        self.method.map_or("Verdict", |method| method.title)
+        self.title
     }
 }
 
@@ -173,6 +188,8 @@ fn row(method: Option<&'static Method>, loops: &[&Scored], valves: &[usize]) -> 
     // If every valve has one recording, both are the same.
     let single = votes.len() == loops.len();
     MethodRow {
+        name: method.map_or(VERDICT, |method| method.name),
+        title: method.map_or("Verdict", |method| method.title),
         method,
         recordings,
         valves: of_valves,
@@ -191,13 +208,14 @@ fn kinds(loops: &[&Scored], asked: &[Option<&'static Method>]) -> Vec<KindRow> {
                 kind: truth.kind.clone(),
                 sticks: truth.sticks,
                 loops: 0,
-                counts: vec![Counts::default(); asked.len()],
+                counts: BTreeMap::new(),
             });
             rows.len() - 1
         });
         rows[place].loops += 1;
-        for (counts, method) in rows[place].counts.iter_mut().zip(asked) {
-            counts.add(decision_of(each, *method).0);
+        for method in asked {
+            let name = method.map_or(VERDICT, |method| method.name);
+            rows[place].counts.entry(name).or_default().add(decision_of(each, *method).0);
         }
     }
     rows.sort_by(|a, b| b.sticks.cmp(&a.sticks).then_with(|| a.kind.cmp(&b.kind)));
@@ -279,7 +297,7 @@ mod tests {
         assert!((verdict.auc.unwrap().of_all - (4.0 + 1.0) / 6.0).abs() < 1e-12);
         let kinds: Vec<_> = board.kinds.iter().map(|k| (k.kind.as_str(), k.loops)).collect();
         assert_eq!(kinds, [("sticky", 3), ("calm", 2)]);
-        assert_eq!(board.kinds[1].counts[0].positive, 1);
+        assert_eq!(board.kinds[1].counts[VERDICT].positive, 1);
         assert_eq!(board.calibration.unwrap().n, 4);
         let s = board.s.unwrap();
         assert_eq!((s.quantified, s.covered), (Share { k: 2, n: 3 }, Share { k: 2, n: 2 }));

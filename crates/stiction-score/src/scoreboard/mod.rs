@@ -28,7 +28,6 @@ mod auc;
 mod band;
 mod board;
 mod calibration;
-mod document;
 mod found;
 mod outcomes;
 mod paired;
