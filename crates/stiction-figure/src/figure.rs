@@ -78,7 +78,7 @@ pub struct Figure {
 }
 
 /// A pair of axes with its content.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Panel {
     /// Heading above the axes; empty for none.
     pub title: String,
@@ -265,15 +265,6 @@ pub enum Annotation {
         /// Its name; empty for none.
         label: String,
     },
-    /// A shaded range of y.
-    YBand {
-        /// One end.
-        from: f64,
-        /// The other end.
-        to: f64,
-        /// Its name; empty for none.
-        label: String,
-    },
     /// A double-headed arrow that measures the distance between two points, as in an
     /// engineering drawing.
     Dimension {
@@ -302,39 +293,17 @@ impl Figure {
         }
     }
 
-    /// Sets the caption.
-    #[must_use]
-    pub fn caption(mut self, caption: impl Into<String>) -> Self {
-        self.caption = caption.into();
-        self
-    }
-
-    /// Adds a panel.
-    #[must_use]
-    pub fn with(mut self, panel: Panel) -> Self {
-        self.panels.push(panel);
-        self
-    }
-
-    /// Sets the number of panels side by side.
-    #[must_use]
-    pub fn columns(mut self, columns: usize) -> Self {
-        self.columns = columns;
-        self
-    }
-
-    /// Sets the width, px.
-    #[must_use]
-    pub fn width(mut self, width: f64) -> Self {
-        self.width = width;
-        self
-    }
-
-    /// Sets the height between the axes of every panel, px.
-    #[must_use]
-    pub fn panel_height(mut self, height: f64) -> Self {
-        self.panel_height = Some(height);
-        self
+    crate::setters! {
+        /// Sets the caption.
+        fn caption(caption: impl Into<String>) => caption = caption.into();
+        /// Adds a panel.
+        fn with(panel: Panel) => panels.push(panel);
+        /// Sets the number of panels side by side.
+        fn columns(columns: usize) => columns = columns;
+        /// Sets the width, px.
+        fn width(width: f64) => width = width;
+        /// Sets the height between the axes of every panel, px.
+        fn panel_height(height: f64) => panel_height = Some(height);
     }
 
     /// The picture as an SVG document, fit for a file and for pasting into HTML.
@@ -424,114 +393,36 @@ impl Figure {
 impl Panel {
     /// An empty panel; labels carry the unit, such as `time (s)`.
     pub fn new(x_label: impl Into<String>, y_label: impl Into<String>) -> Self {
-        Self {
-            title: String::new(),
-            x_label: x_label.into(),
-            y_label: y_label.into(),
-            heat: None,
-            series: Vec::new(),
-            annotations: Vec::new(),
-            x_range: None,
-            y_range: None,
-            equal_aspect: false,
-            legend: Legend::Auto,
-            x_scale: Scale::Linear,
-            y_scale: Scale::Linear,
-            height: None,
-            strip: None,
-            group: None,
-        }
+        Self { x_label: x_label.into(), y_label: y_label.into(), ..Self::default() }
     }
 
-    /// Sets the heading.
-    #[must_use]
-    pub fn title(mut self, title: impl Into<String>) -> Self {
-        self.title = title.into();
-        self
-    }
-
-    /// Puts a map below the curves. The axes end at its edges.
-    #[must_use]
-    pub fn heat(mut self, heat: Heat) -> Self {
-        self.heat = Some(heat);
-        self
-    }
-
-    /// Adds a series.
-    #[must_use]
-    pub fn with(mut self, series: Series) -> Self {
-        self.series.push(series);
-        self
-    }
-
-    /// Adds an annotation.
-    #[must_use]
-    pub fn note(mut self, annotation: Annotation) -> Self {
-        self.annotations.push(annotation);
-        self
-    }
-
-    /// Fixes the ends of the x axis.
-    #[must_use]
-    pub fn x_range(mut self, from: f64, to: f64) -> Self {
-        self.x_range = Some((from, to));
-        self
-    }
-
-    /// Fixes the ends of the y axis.
-    #[must_use]
-    pub fn y_range(mut self, from: f64, to: f64) -> Self {
-        self.y_range = Some((from, to));
-        self
-    }
-
-    /// Makes a unit equally long on both axes.
-    #[must_use]
-    pub fn equal_aspect(mut self) -> Self {
-        self.equal_aspect = true;
-        self
-    }
-
-    /// Sets the position of the legend.
-    #[must_use]
-    pub fn legend(mut self, legend: Legend) -> Self {
-        self.legend = legend;
-        self
-    }
-
-    /// Sets the scale of the x axis.
-    #[must_use]
-    pub fn x_scale(mut self, scale: Scale) -> Self {
-        self.x_scale = scale;
-        self
-    }
-
-    /// Sets the scale of the y axis.
-    #[must_use]
-    pub fn y_scale(mut self, scale: Scale) -> Self {
-        self.y_scale = scale;
-        self
-    }
-
-    /// Sets the height between the axes, px.
-    #[must_use]
-    pub fn height(mut self, height: f64) -> Self {
-        self.height = Some(height);
-        self
-    }
-
-    /// Puts a strip above the axes.
-    #[must_use]
-    pub fn strip(mut self, strip: Strip) -> Self {
-        self.strip = Some(strip);
-        self
-    }
-
-    /// Links crosshair and zoom to those of all panels of the group.
-    #[must_use]
-    pub fn group(mut self, group: impl Into<String>) -> Self {
-        self.group = Some(group.into());
-        self
+    crate::setters! {
+        /// Sets the heading.
+        fn title(title: impl Into<String>) => title = title.into();
+        /// Puts a map below the curves. The axes end at its edges.
+        fn heat(heat: Heat) => heat = Some(heat);
+        /// Adds a series.
+        fn with(series: Series) => series.push(series);
+        /// Adds an annotation.
+        fn note(annotation: Annotation) => annotations.push(annotation);
+        /// Fixes the ends of the x axis.
+        fn x_range(from: f64, to: f64) => x_range = Some((from, to));
+        /// Fixes the ends of the y axis.
+        fn y_range(from: f64, to: f64) => y_range = Some((from, to));
+        /// Makes a unit equally long on both axes.
+        fn equal_aspect() => equal_aspect = true;
+        /// Sets the position of the legend.
+        fn legend(legend: Legend) => legend = legend;
+        /// Sets the scale of the x axis.
+        fn x_scale(scale: Scale) => x_scale = scale;
+        /// Sets the scale of the y axis.
+        fn y_scale(scale: Scale) => y_scale = scale;
+        /// Sets the height between the axes, px.
+        fn height(height: f64) => height = Some(height);
+        /// Puts a strip above the axes.
+        fn strip(strip: Strip) => strip = Some(strip);
+        /// Links crosshair and zoom to those of all panels of the group.
+        fn group(group: impl Into<String>) => group = Some(group.into());
     }
 
     fn check(&self, panel: usize) -> Result<(), Error> {
@@ -573,6 +464,20 @@ impl Panel {
     }
 }
 
+/// A constructor for each style.
+macro_rules! styles {
+    ($($(#[$about:meta])* $name:ident $style:ident;)+) => {$(
+        $(#[$about])*
+        pub fn $name(
+            label: impl Into<String>,
+            x: impl Into<Vec<f64>>,
+            y: impl Into<Vec<f64>>,
+        ) -> Self {
+            Self::new(Style::$style, label, x, y)
+        }
+    )+};
+}
+
 impl Series {
     /// A series in the given style.
     pub fn new(
@@ -592,67 +497,28 @@ impl Series {
         }
     }
 
-    /// Samples joined by straight strokes.
-    pub fn line(label: impl Into<String>, x: impl Into<Vec<f64>>, y: impl Into<Vec<f64>>) -> Self {
-        Self::new(Style::Line, label, x, y)
+    styles! {
+        /// Samples joined by straight strokes.
+        line Line;
+        /// Samples joined by dashed strokes.
+        dashed Dashed;
+        /// Samples joined by dotted strokes.
+        dotted Dotted;
+        /// Samples held until the next.
+        steps Steps;
+        /// Samples as markers.
+        points Points;
+        /// Samples as bars from zero.
+        bars Bars;
     }
 
-    /// Samples joined by dashed strokes.
-    pub fn dashed(
-        label: impl Into<String>,
-        x: impl Into<Vec<f64>>,
-        y: impl Into<Vec<f64>>,
-    ) -> Self {
-        Self::new(Style::Dashed, label, x, y)
-    }
-
-    /// Samples joined by dotted strokes.
-    pub fn dotted(
-        label: impl Into<String>,
-        x: impl Into<Vec<f64>>,
-        y: impl Into<Vec<f64>>,
-    ) -> Self {
-        Self::new(Style::Dotted, label, x, y)
-    }
-
-    /// Samples held until the next.
-    pub fn steps(label: impl Into<String>, x: impl Into<Vec<f64>>, y: impl Into<Vec<f64>>) -> Self {
-        Self::new(Style::Steps, label, x, y)
-    }
-
-    /// Samples as markers.
-    pub fn points(
-        label: impl Into<String>,
-        x: impl Into<Vec<f64>>,
-        y: impl Into<Vec<f64>>,
-    ) -> Self {
-        Self::new(Style::Points, label, x, y)
-    }
-
-    /// Samples as bars from zero.
-    pub fn bars(label: impl Into<String>, x: impl Into<Vec<f64>>, y: impl Into<Vec<f64>>) -> Self {
-        Self::new(Style::Bars, label, x, y)
-    }
-
-    /// Sets the palette index, see [`colour`].
-    #[must_use]
-    pub fn colour(mut self, index: usize) -> Self {
-        self.colour = Some(index);
-        self
-    }
-
-    /// Interrupts the line before the samples of these indices, which ascend.
-    #[must_use]
-    pub fn breaks(mut self, indices: impl Into<Vec<usize>>) -> Self {
-        self.breaks = indices.into();
-        self
-    }
-
-    /// Adds a third quantity, shown for the sample under the pointer.
-    #[must_use]
-    pub fn along(mut self, along: Along) -> Self {
-        self.along = Some(along);
-        self
+    crate::setters! {
+        /// Sets the palette index, see [`colour`].
+        fn colour(index: usize) => colour = Some(index);
+        /// Interrupts the line before the samples of these indices, which ascend.
+        fn breaks(indices: impl Into<Vec<usize>>) => breaks = indices.into();
+        /// Adds a third quantity, shown for the sample under the pointer.
+        fn along(along: Along) => along = Some(along);
     }
 
     fn check(&self, panel: usize, x_scale: Scale, y_scale: Scale) -> Result<(), Error> {
@@ -714,11 +580,6 @@ impl Annotation {
         Self::XBand { from, to, label: label.into() }
     }
 
-    /// A named, shaded range of y.
-    pub fn y_band(from: f64, to: f64, label: impl Into<String>) -> Self {
-        Self::YBand { from, to, label: label.into() }
-    }
-
     /// A double-headed dimension arrow at `offset` px from the points that it measures; see
     /// [`Annotation::Dimension`].
     pub fn dimension(
@@ -737,7 +598,7 @@ impl Annotation {
             Self::Arrow { from, to, .. } => vec![from.0, from.1, to.0, to.1],
             Self::HorizontalLine { y, .. } => vec![y],
             Self::VerticalLine { x, .. } => vec![x],
-            Self::XBand { from, to, .. } | Self::YBand { from, to, .. } => vec![from, to],
+            Self::XBand { from, to, .. } => vec![from, to],
             Self::Dimension { from, to, offset, .. } => {
                 vec![from.0, from.1, to.0, to.1, offset]
             }

@@ -29,6 +29,7 @@
 mod error;
 pub mod figure;
 pub mod page;
+mod setters;
 
 pub use error::Error;
 pub use figure::{

@@ -67,11 +67,9 @@ impl Page {
         }
     }
 
-    /// Adds a figure.
-    #[must_use]
-    pub fn with(mut self, entry: Entry) -> Self {
-        self.entries.push(entry);
-        self
+    crate::setters! {
+        /// Adds a figure.
+        fn with(entry: Entry) => entries.push(entry);
     }
 
     /// The page as an HTML document; equal pages give equal bytes.
@@ -79,13 +77,7 @@ impl Page {
         let document = html! {
             (DOCTYPE)
             html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="generator" content="stiction";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    title { (self.title) }
-                    style { (PreEscaped(STYLE)) }
-                }
+                (head(&self.title, &[STYLE]))
                 body {
                     header { h1 { (self.title) } p { (self.introduction) } }
                     main { @for entry in &self.entries { (entry.html()) } }
@@ -147,6 +139,19 @@ impl Entry {
                     }
                 }
             }
+        }
+    }
+}
+
+/// The head of each page, with its title and styles.
+pub fn head(title: &str, styles: &[&str]) -> Markup {
+    html! {
+        head {
+            meta charset="utf-8";
+            meta name="generator" content="stiction";
+            meta name="viewport" content="width=device-width, initial-scale=1";
+            title { (title) }
+            style { @for style in styles { (PreEscaped(style)) } }
         }
     }
 }

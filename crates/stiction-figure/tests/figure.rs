@@ -31,7 +31,6 @@ fn figure() -> Figure {
         .with(note(Annotation::dimension((50.0, 0.0), (100.0, 0.0), "dead band", 20.0)))
         .with(note(Annotation::arrow("slip here", (50.0, 0.5), (100.0, 0.0))))
         .with(note(Annotation::x_band(50.0, 100.0, "start-up")))
-        .with(note(Annotation::y_band(-0.2, 0.2, "noise band")))
         .with(note(Annotation::horizontal_line(0.3, "threshold")))
         .with(note(Annotation::vertical_line(120.0, "step")))
         .with(note(Annotation::text("plain\ntext", (200.0, 0.0))))

@@ -1,9 +1,10 @@
 //! The sheet of a valve test or a signature: one page to print and complete, also as a table.
 
 use crate::sheet::Sheet;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{DOCTYPE, Markup, html};
 use stiction_diagnose::spoken::{range, rough, time};
 use stiction_diagnose::valve_test::{SignaturePlan, TestPlan};
+use stiction_figure::page::head;
 
 /// Rows for turns on the page, and fewest rows for the second part, whose sizes are written in by hand.
 const TURNS: usize = 48;
@@ -117,13 +118,7 @@ fn page(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="generator" content="stiction";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (title) }
-                style { (PreEscaped(CSS)) }
-            }
+            (head(title, &[CSS]))
             body { main { h1 { (title) } (body) } }
         }
     };

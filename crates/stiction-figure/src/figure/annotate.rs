@@ -75,20 +75,6 @@ impl Mark {
                     mark.write_free(label, &places, frame, curves);
                 }
             }
-            Annotation::YBand { from, to, label } => {
-                let (a, b) = (at_y(*from), at_y(*to));
-                let (a, b) = (a.min(b).max(frame.y), a.max(b).min(frame.bottom()));
-                if b > a {
-                    mark.band = Some(Rect::new(frame.x, a, frame.w, b - a));
-                    let (w, h) = block(label);
-                    let slack = ((b - a - h) / 2.0 - 1.0).max(0.0);
-                    let middle = (a + b) / 2.0;
-                    let ys = [middle, middle - slack, middle + slack];
-                    let xs = across(frame, w);
-                    mark.write_free(label, &grid(&xs, &ys), frame, curves);
-                    mark.anchor(None);
-                }
-            }
             Annotation::Dimension { from, to, label, offset } => {
                 mark.dimension(view.place(*from), view.place(*to), label, *offset, frame);
             }

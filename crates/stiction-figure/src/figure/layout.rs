@@ -347,7 +347,7 @@ fn points(annotation: &Annotation) -> (Vec<f64>, Vec<f64>) {
         }
         Annotation::HorizontalLine { y, .. } => (vec![], vec![y]),
         Annotation::VerticalLine { x, .. } => (vec![x], vec![]),
-        Annotation::XBand { .. } | Annotation::YBand { .. } => (vec![], vec![]),
+        Annotation::XBand { .. } => (vec![], vec![]),
     }
 }
 

@@ -55,13 +55,7 @@ pub fn page(
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="generator" content="stiction";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (title) }
-                style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
-            }
+            (stiction_figure::page::head(&title, &[STYLE, OWN_STYLE]))
             body.index.plant {
                 header {
                     h1 { (title) }

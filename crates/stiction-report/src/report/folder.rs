@@ -11,7 +11,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::collections::BTreeMap;
 use stiction_diagnose::diagnose::{Diagnosis, Estimate, Grade};
 use stiction_diagnose::recording::fitness::Class;
-use stiction_figure::page::relative;
+use stiction_figure::page::{head, relative};
 
 /// Name of the index.
 pub const INDEX: &str = "index.html";
@@ -119,13 +119,7 @@ impl<'a> Folder<'a> {
         let page = html! {
             (DOCTYPE)
             html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="generator" content="stiction";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    title { (title) }
-                    style { (PreEscaped(STYLE)) }
-                }
+                (head(&title, &[STYLE]))
                 body.index {
                     header { h1 { (title) } }
                     main { (self.chips()) (self.table()) }

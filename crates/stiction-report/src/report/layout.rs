@@ -12,7 +12,7 @@ use stiction_diagnose::finding::Decision;
 use stiction_diagnose::recording::fitness::Class;
 use stiction_diagnose::recording::understood::Row;
 use stiction_figure::figure::Figure;
-use stiction_figure::page::relative;
+use stiction_figure::page::{head, relative};
 
 pub use stiction_diagnose::spoken::number;
 
@@ -23,7 +23,7 @@ const SCRIPT: &str = include_str!("../interactive.js");
 pub const TABLES: &str = include_str!("../tables.js");
 
 /// A report on one loop or several.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Report {
     /// Title of the page.
     pub title: String,
@@ -180,7 +180,7 @@ pub struct Column {
 }
 
 /// A piece of evidence.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Card {
     /// Its heading, such as the title of a method.
     pub heading: String,
@@ -201,36 +201,16 @@ pub struct Card {
 impl Report {
     /// A report without sections.
     pub fn new(title: impl Into<String>, tool: impl Into<String>) -> Self {
-        Self {
-            title: title.into(),
-            introduction: String::new(),
-            blocks: Vec::new(),
-            sections: Vec::new(),
-            tool: tool.into(),
-            sources: Vec::new(),
-            home: None,
-        }
+        Self { title: title.into(), tool: tool.into(), ..Self::default() }
     }
 
-    /// Sets the introduction.
-    #[must_use]
-    pub fn introduction(mut self, introduction: impl Into<String>) -> Self {
-        self.introduction = introduction.into();
-        self
-    }
-
-    /// Sets the relative path of the page that lists this one among others.
-    #[must_use]
-    pub fn home(mut self, home: impl Into<String>) -> Self {
-        self.home = Some(home.into());
-        self
-    }
-
-    /// Adds a block before the sections.
-    #[must_use]
-    pub fn block(mut self, block: impl Into<Block>) -> Self {
-        self.blocks.push(block.into());
-        self
+    stiction_figure::setters! {
+        /// Sets the introduction.
+        fn introduction(introduction: impl Into<String>) => introduction = introduction.into();
+        /// Sets the relative path of the page that lists this one among others.
+        fn home(home: impl Into<String>) => home = Some(home.into());
+        /// Adds a block before the sections.
+        fn block(block: impl Into<Block>) => blocks.push(block.into());
     }
 
     /// Adds a heading with blocks, if there are any.
@@ -248,11 +228,9 @@ impl Report {
         self
     }
 
-    /// Adds a section.
-    #[must_use]
-    pub fn with(mut self, section: Section) -> Self {
-        self.sections.push(section);
-        self
+    stiction_figure::setters! {
+        /// Adds a section.
+        fn with(section: Section) => sections.push(section);
     }
 
     /// Adds an input file. Repeated files are listed once.
@@ -273,13 +251,7 @@ impl Report {
         let document = html! {
             (DOCTYPE)
             html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="generator" content="stiction";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    title { (self.title) }
-                    style { (PreEscaped(compact(STYLE))) }
-                }
+                (head(&self.title, &[&compact(STYLE)]))
                 body {
                     @if let Some(home) = &self.home { nav.home { a href=(relative(home)) { "All loops" } } }
                     @let alone = matches!(&self.sections[..], [one] if one.head.is_some());
@@ -388,25 +360,13 @@ impl Section {
         }
     }
 
-    /// Adds a reason.
-    #[must_use]
-    pub fn reason(mut self, reason: impl Into<String>) -> Self {
-        self.reasons.push(reason.into());
-        self
-    }
-
-    /// Adds a number that goes with the conclusion.
-    #[must_use]
-    pub fn fact(mut self, fact: Fact) -> Self {
-        self.facts.push(fact);
-        self
-    }
-
-    /// Adds a block.
-    #[must_use]
-    pub fn with(mut self, block: impl Into<Block>) -> Self {
-        self.blocks.push(block.into());
-        self
+    stiction_figure::setters! {
+        /// Adds a reason.
+        fn reason(reason: impl Into<String>) => reasons.push(reason.into());
+        /// Adds a number that goes with the conclusion.
+        fn fact(fact: Fact) => facts.push(fact);
+        /// Adds a block.
+        fn with(block: impl Into<Block>) => blocks.push(block.into());
     }
 
     /// Adds blocks, or one if there is one.
@@ -535,25 +495,13 @@ impl Table {
         Self { caption: caption.into(), ..Self::default() }
     }
 
-    /// Lets the reader sort and search its rows.
-    #[must_use]
-    pub fn sortable(mut self) -> Self {
-        self.sortable = true;
-        self
-    }
-
-    /// Adds a column of words.
-    #[must_use]
-    pub fn words(mut self, name: impl Into<String>) -> Self {
-        self.columns.push(Column { name: name.into(), unit: String::new(), number: false });
-        self
-    }
-
-    /// Adds a column of numbers with a unit; empty for none.
-    #[must_use]
-    pub fn numbers(mut self, name: impl Into<String>, unit: impl Into<String>) -> Self {
-        self.columns.push(Column { name: name.into(), unit: unit.into(), number: true });
-        self
+    stiction_figure::setters! {
+        /// Lets the reader sort and search its rows.
+        fn sortable() => sortable = true;
+        /// Adds a column of words.
+        fn words(name: impl Into<String>) => columns.push(Column { name: name.into(), unit: String::new(), number: false });
+        /// Adds a column of numbers with a unit; empty for none.
+        fn numbers(name: impl Into<String>, unit: impl Into<String>) => columns.push(Column { name: name.into(), unit: unit.into(), number: true });
     }
 
     /// Adds the columns of a line such as `method | #recall | #time [s]`: those of numbers begin with `#`, units are in brackets.
@@ -612,50 +560,20 @@ impl Column {
 impl Card {
     /// A card with a heading and a sentence.
     pub fn new(heading: impl Into<String>, sentence: impl Into<String>) -> Self {
-        Self {
-            heading: heading.into(),
-            badge: None,
-            sentence: sentence.into(),
-            figure: None,
-            facts: Vec::new(),
-            table: None,
-            caveats: Vec::new(),
-        }
+        Self { heading: heading.into(), sentence: sentence.into(), ..Self::default() }
     }
 
-    /// Sets its conclusion as a word.
-    #[must_use]
-    pub fn badge(mut self, badge: impl Into<Badge>) -> Self {
-        self.badge = Some(badge.into());
-        self
-    }
-
-    /// Sets the figure.
-    #[must_use]
-    pub fn figure(mut self, figure: Figure) -> Self {
-        self.figure = Some(figure);
-        self
-    }
-
-    /// Adds a number.
-    #[must_use]
-    pub fn fact(mut self, fact: Fact) -> Self {
-        self.facts.push(fact);
-        self
-    }
-
-    /// Sets the table.
-    #[must_use]
-    pub fn table(mut self, table: Table) -> Self {
-        self.table = Some(table);
-        self
-    }
-
-    /// Adds a caveat.
-    #[must_use]
-    pub fn caveat(mut self, caveat: impl Into<String>) -> Self {
-        self.caveats.push(caveat.into());
-        self
+    stiction_figure::setters! {
+        /// Sets its conclusion as a word.
+        fn badge(badge: impl Into<Badge>) => badge = Some(badge.into());
+        /// Sets the figure.
+        fn figure(figure: Figure) => figure = Some(figure);
+        /// Adds a number.
+        fn fact(fact: Fact) => facts.push(fact);
+        /// Sets the table.
+        fn table(table: Table) => table = Some(table);
+        /// Adds a caveat.
+        fn caveat(caveat: impl Into<String>) => caveats.push(caveat.into());
     }
 }
 
