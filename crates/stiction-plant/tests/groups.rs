@@ -246,10 +246,3 @@ fn a_thousand_loops() {
     println!("{} loops, {} groups, {:?}", traces.len(), found.len(), started.elapsed());
     assert!(found.len() >= 100);
 }
-
-#[test]
-#[ignore = "many networks; `stiction bench networks` does the same"]
-fn many_networks() {
-    let of = |name: &str, other: u64| std::env::var(name).map_or(other, |v| v.parse().unwrap());
-    println!("{:#?}", Trial::run(of("SEED", 7), of("N", 12), 3, || {}).unwrap());
-}

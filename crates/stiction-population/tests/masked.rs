@@ -89,15 +89,3 @@ fn a_code_does_not_turn_a_verdict() {
         assert!(!opposite(right, found), "loop {k} with {code}: {found} for {right}");
     }
 }
-
-/// What the change log cites.
-#[test]
-#[ignore = "measures, minutes"]
-fn table_of_grades_with_codes() {
-    for longest in [1, 3, 10] {
-        let all = grades(500, longest);
-        let equal = all.iter().filter(|(_, _, right, found)| right == found).count();
-        let turned = all.iter().filter(|(_, _, right, found)| opposite(*right, *found)).count();
-        println!("up to {longest} samples: {equal} of {} grades equal, {turned} turned", all.len());
-    }
-}
