@@ -22,6 +22,7 @@ use crate::store::{Store, write_whole};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::path::Path;
 use stiction_diagnose::diagnose::VerdictClass;
+use stiction_model::named;
 use toml::Spanned;
 
 /// What the file is called.
@@ -30,32 +31,21 @@ pub const NAME: &str = "log.toml";
 const HEAD: &str =
     "# Actions and conclusions of people, kept by `stiction plant`. You may edit this file.\n";
 
-/// What an entry is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, schemars::JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Kind {
-    /// The valve was repaired on that day. A week is judged by the windows after it.
-    Repair,
-    /// A work order was placed.
-    Order,
-    /// The conclusion of a person about the valve, shown beside the computed verdict.
-    Override,
-    /// A remark.
-    Note,
-    /// The loop is not in the work list before the day `until`.
-    Snooze,
-}
-
-impl Kind {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Repair => "repair",
-            Self::Order => "order",
-            Self::Override => "override",
-            Self::Note => "note",
-            Self::Snooze => "snooze",
-        }
+named! {
+    /// What an entry is about.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, schemars::JsonSchema)]
+    #[serde(rename_all = "lowercase")]
+    pub enum Kind {
+        /// The valve was repaired on that day. A week is judged by the windows after it.
+        Repair = "repair",
+        /// A work order was placed.
+        Order = "order",
+        /// The conclusion of a person about the valve, shown beside the computed verdict.
+        Override = "override",
+        /// A remark.
+        Note = "note",
+        /// The loop is not in the work list before the day `until`.
+        Snooze = "snooze",
     }
 }
 

@@ -15,41 +15,28 @@ const COUNTS: i64 = 28;
 
 /// The last test of a valve that counts in a week.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LastTest {
+pub struct LastTest<'a> {
     /// Its result.
     pub class: VerdictClass,
     /// The day on which it ended, such as `2026-03-04`.
     pub day: String,
-    /// S, percent of span.
-    pub s: Option<f64>,
-    /// Low end of its interval.
-    pub s_low: Option<f64>,
-    /// High end of its interval.
-    pub s_high: Option<f64>,
-    /// Upper limit of S, if S was not found.
-    pub s_below: Option<f64>,
+    /// Its window.
+    pub window: &'a WindowRow,
 }
 
-impl LastTest {
+impl<'a> LastTest<'a> {
     /// From windows in order of time, for a week that begins on the day `first`, after the last repair.
     pub fn of(
-        windows: &[&WindowRow],
+        windows: &[&'a WindowRow],
         first: i64,
         repaired: Option<i64>,
         zone: &Zone,
     ) -> Option<Self> {
         let counts = |day: i64| day >= first - COUNTS && repaired.is_none_or(|r| day > r);
-        let all = windows.iter().rev().filter_map(|row| {
-            let class = VerdictClass::by_name(row.test.as_deref()?).ok()?;
-            let day = day::of(row.test_to? as f64, zone);
-            counts(day).then(|| Self {
-                class,
-                day: day::date(day),
-                s: row.test_s,
-                s_low: row.test_s_low,
-                s_high: row.test_s_high,
-                s_below: row.test_s_below,
-            })
+        let all = windows.iter().rev().filter_map(|window| {
+            let class = VerdictClass::by_name(window.test.as_deref()?).ok()?;
+            let day = day::of(window.test_to? as f64, zone);
+            counts(day).then(|| Self { class, day: day::date(day), window })
         });
         // A decisive test has precedence over later inconclusive ones.
         let all: Vec<Self> = all.collect();
@@ -82,7 +69,6 @@ mod tests {
 
     #[test]
     fn a_test_counts_four_weeks_and_not_beyond_a_repair() {
-        let plant = Plant::parse("name = \"N\"", "plant.toml").unwrap();
         let row = |day: i64, test: &str| WindowRow {
             test: Some(test.to_owned()),
             test_to: Some(86_400 * day + 3600),
@@ -91,9 +77,14 @@ mod tests {
         };
         let (old, new) = (row(100, "sticks"), row(105, "does not stick"));
         let all = [&old, &new];
-        let last = |windows: &[&WindowRow], first, repaired| {
-            LastTest::of(windows, first, repaired, &plant.zone)
-        };
+        fn last<'a>(of: &[&'a WindowRow], first: i64, after: Option<i64>) -> Option<LastTest<'a>> {
+            LastTest::of(
+                of,
+                first,
+                after,
+                &Plant::parse("name = \"N\"", "plant.toml").unwrap().zone,
+            )
+        }
         let found = last(&all, 105, None).unwrap();
         assert_eq!((found.class, &*found.day), (VerdictClass::DoesNotStick, "1970-04-16"));
         assert!(last(&all, 133, None).is_some() && last(&all, 134, None).is_none());

@@ -560,15 +560,13 @@ fn write_tables(
     orders: &[Order],
     groups: &[Group],
 ) -> Result<()> {
-    let write = |name: &str, bytes: &[u8]| write_whole(&to.join(name), bytes);
-    let refused = |name: &str, why: String| store(&to.join(name), why);
+    let write = |name: &str, made: std::result::Result<Vec<u8>, String>| {
+        let path = to.join(name);
+        write_whole(&path, &made.map_err(|why| store(&path, why))?)
+    };
     let loops: Vec<LoopRow> = ranking.loops.iter().map(|ranked| ranked.row.clone()).collect();
-    let names = LoopRow::columns().into_iter().map(|column| column.name);
-    let csv = csv(names, loops.iter().map(LoopRow::cells));
-    write("ranking.csv", csv.map_err(|e| refused("ranking.csv", e.to_string()))?.as_bytes())?;
-    let bytes =
-        parquet_file::bytes(&loops).map_err(|e| refused("ranking.parquet", e.to_string()))?;
-    write("ranking.parquet", &bytes)?;
+    write("ranking.csv", csv(&loops))?;
+    write("ranking.parquet", parquet(&loops))?;
     let document = RankingDocument {
         plant: &ranking.plant,
         week: ranking.week.to_string(),
@@ -578,19 +576,11 @@ fn write_tables(
         loops: loops.iter().collect(),
         groups,
     };
-    write("ranking.json", json(&document).as_bytes())?;
-
-    let names = Order::columns().into_iter().map(|column| column.name);
-    let csv = self::csv(names, orders.iter().map(Order::cells));
-    write("orders.csv", csv.map_err(|e| refused("orders.csv", e.to_string()))?.as_bytes())?;
-    write("orders.json", json(&orders).as_bytes())?;
-    let names = WorkOrder::columns().into_iter().map(|column| column.name);
-    let rows = orders.iter().map(|order| WorkOrder::from(order).cells());
-    let csv = self::csv(names, rows);
-    write(
-        "work-orders.csv",
-        csv.map_err(|e| refused("work-orders.csv", e.to_string()))?.as_bytes(),
-    )?;
+    write("ranking.json", Ok(json(&document).into_bytes()))?;
+    write("orders.csv", csv(orders))?;
+    write("orders.json", Ok(json(&orders).into_bytes()))?;
+    let work_orders: Vec<WorkOrder> = orders.iter().map(WorkOrder::from).collect();
+    write("work-orders.csv", csv(&work_orders))?;
 
     let of_group = |group: &Group| {
         let (id, period_s) = (group.id as i64, group.period_s);
@@ -605,17 +595,18 @@ fn write_tables(
         group.members.iter().map(row).collect::<Vec<_>>()
     };
     let rows: Vec<GroupRow> = groups.iter().flat_map(of_group).collect();
-    let bytes = parquet_file::bytes(&rows).map_err(|e| refused("groups.parquet", e.to_string()))?;
-    write("groups.parquet", &bytes)
+    write("groups.parquet", parquet(&rows))
 }
 
-fn csv(
-    names: impl Iterator<Item = &'static str>,
-    rows: impl Iterator<Item = Vec<String>>,
-) -> std::io::Result<String> {
-    let mut sheet = Sheet::new(names)?;
-    for row in rows {
-        sheet.row(row)?;
-    }
-    sheet.text()
+fn csv<R: Row>(rows: &[R]) -> std::result::Result<Vec<u8>, String> {
+    let made = || {
+        let mut sheet = Sheet::new(R::columns().into_iter().map(|column| column.name))?;
+        rows.iter().try_for_each(|row| sheet.row(row.cells()))?;
+        sheet.text()
+    };
+    made().map(String::into_bytes).map_err(|e: std::io::Error| e.to_string())
+}
+
+fn parquet<R: Row>(rows: &[R]) -> std::result::Result<Vec<u8>, String> {
+    parquet_file::bytes(rows).map_err(|e| e.to_string())
 }

@@ -409,6 +409,7 @@ fn ranked<'a>(
     let Valve { settled, now, history, before, drift, event } =
         Valve::of(&windows, &entries, last_repair, *days.start(), begin);
     let test = LastTest::of(&windows, *days.start(), last_repair, &plant.zone);
+    let tested = test.as_ref().map(|test| test.window);
     let from = begin(*days.start());
     let of_week: Vec<&WindowRow> =
         windows.iter().copied().filter(|row| row.window_start as f64 >= from).collect();
@@ -485,10 +486,10 @@ fn ranked<'a>(
         override_reason: overruled.map(|entry| entry.words()),
         test: test.as_ref().map(|test| test.class),
         test_day: test.as_ref().map(|test| test.day.clone()),
-        test_s: test.as_ref().and_then(|test| test.s),
-        test_s_low: test.as_ref().and_then(|test| test.s_low),
-        test_s_high: test.as_ref().and_then(|test| test.s_high),
-        test_s_below: test.as_ref().and_then(|test| test.s_below),
+        test_s: tested.and_then(|row| row.test_s),
+        test_s_low: tested.and_then(|row| row.test_s_low),
+        test_s_high: tested.and_then(|row| row.test_s_high),
+        test_s_below: tested.and_then(|row| row.test_s_below),
         ordered: ordered.map(day::date),
         snoozed_until: snoozed.map(day::date),
         watch: facts.is_some_and(|facts| facts.watch),

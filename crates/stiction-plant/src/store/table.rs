@@ -9,7 +9,7 @@ use std::sync::Arc;
 use stiction_diagnose::diagnose::change::Change;
 use stiction_diagnose::diagnose::{Cause, Grade, VerdictClass};
 use stiction_diagnose::spoken;
-use stiction_model::always_written_by_name;
+use stiction_model::{always_written_by_name, named};
 
 /// The description of a column.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
@@ -26,36 +26,26 @@ pub struct Column {
     pub meaning: String,
 }
 
-/// The kind of the cells of a column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Text.
-    Text,
-    /// Numbers.
-    Number,
-    /// Whole numbers.
-    Count,
-    /// True or false.
-    Flag,
-    /// Times: whole numbers, ms since 1970-01-01 UTC.
-    Time,
-    /// Lists of steps: small whole numbers, of which some may be missing.
-    Steps,
+named! {
+    /// The kind of the cells of a column.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Kind {
+        /// Text.
+        Text = "text",
+        /// Numbers.
+        Number = "number",
+        /// Whole numbers.
+        Count = "count",
+        /// True or false.
+        Flag = "flag",
+        /// Times: whole numbers, ms since 1970-01-01 UTC.
+        Time = "time",
+        /// Lists of steps: small whole numbers, of which some may be missing.
+        Steps = "list",
+    }
 }
 
 impl Kind {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Text => "text",
-            Self::Number => "number",
-            Self::Count => "count",
-            Self::Flag => "flag",
-            Self::Time => "time",
-            Self::Steps => "list",
-        }
-    }
-
     /// Its name in Spark SQL.
     pub fn sql(self) -> &'static str {
         match self {
@@ -247,6 +237,9 @@ pub trait Row: Sized {
     /// If a required column is missing, a type is different, or a required cell is empty.
     fn rows(table: &Table) -> Result<Vec<Self>, String>;
 
+    /// The cells of the row as text, in the order of the columns.
+    fn cells(&self) -> Vec<String>;
+
     /// The columns as Spark declares them.
     fn ddl() -> String {
         let column = |column: Column| format!("`{}` {}", column.name, column.kind.sql());
@@ -296,11 +289,8 @@ macro_rules! columns {
                 })+
                 Ok(rows)
             }
-        }
 
-        impl $row {
-            /// The cells of the row as text, in the order of the columns.
-            pub fn cells(&self) -> Vec<String> {
+            fn cells(&self) -> Vec<String> {
                 use $crate::store::table::Cell;
                 vec![$(Cell::text(&self.$field)),+]
             }
