@@ -155,19 +155,16 @@ impl TestTrial {
             .collect();
         let began: Vec<(bool, &Tested, Option<&TestReading>)> =
             tested.iter().copied().filter(|(_, tested, _)| tested.carried.turns > 0).collect();
-        let share = |of: &dyn Fn(&Tested) -> bool| Share {
-            k: began.iter().filter(|(_, tested, _)| of(tested)).count(),
-            n: began.len(),
-        };
+        let share = |of: &dyn Fn(&Tested) -> bool| Share::of(&began, |(_, tested, _)| of(tested));
         let class = |read: Option<&TestReading>| read.map_or(VerdictClass::CannotTell, |r| r.class);
-        let never_stopped =
-            |one: &&(bool, &Tested, Option<&TestReading>)| one.1.carried.stopped == 0;
+        let never_stopped: Vec<_> =
+            began.iter().filter(|(_, tested, _)| tested.carried.stopped == 0).collect();
         let decisions = |only: &dyn Fn(bool, &Tested) -> bool| -> (Share, Share) {
             let of: Vec<_> = began.iter().filter(|(open, one, _)| only(*open, one)).collect();
             let made: Vec<_> =
                 of.iter().filter(|(.., read)| class(*read) != VerdictClass::CannotTell).collect();
-            let right = made.iter().filter(|(_, tested, read)| right(tested, *read)).count();
-            (Share { k: made.len(), n: of.len() }, Share { k: right, n: made.len() })
+            let right = Share::of(&made, |(_, tested, read)| right(tested, *read));
+            (Share { k: made.len(), n: of.len() }, right)
         };
         let (decided, of_decided) = decisions(&|_, _| true);
         let (undecided, undecided_right) = decisions(&|open, _| open);
@@ -177,7 +174,7 @@ impl TestTrial {
         };
         let called = |sticks: bool| {
             let of: Vec<_> = began.iter().filter(|(_, t, _)| t.valve.sticks == sticks).collect();
-            Share { k: of.iter().filter(|(.., read)| bad(*read)).count(), n: of.len() }
+            Share::of(&of, |(.., read)| bad(*read))
         };
         let told: Vec<((f64, f64), Estimate, Estimate)> = began
             .iter()
@@ -202,13 +199,7 @@ impl TestTrial {
         Self {
             planned: Share { k: tested.len(), n: asked.count() },
             began: Share { k: began.len(), n: tested.len() },
-            calm: Share {
-                k: began
-                    .iter()
-                    .filter(|one| never_stopped(one) && class(one.2) != VerdictClass::CannotTell)
-                    .count(),
-                n: began.iter().filter(never_stopped).count(),
-            },
+            calm: Share::of(&never_stopped, |one| class(one.2) != VerdictClass::CannotTell),
             stopped: share(&|tested| tested.carried.stopped > 0),
             beyond: share(&|tested| tested.carried.beyond),
             beyond_anyway: share(&|tested| tested.carried.beyond_anyway),
@@ -219,18 +210,9 @@ impl TestTrial {
             undecided_right,
             found: called(true),
             accused: called(false),
-            s_within: Share {
-                k: errors.iter().filter(|error| **error <= 0.15).count(),
-                n: errors.len(),
-            },
-            s_covered: Share {
-                k: told.iter().filter(|((s, _), of, _)| holds(of, *s)).count(),
-                n: told.len(),
-            },
-            j_covered: Share {
-                k: told.iter().filter(|((_, j), _, of)| holds(of, *j)).count(),
-                n: told.len(),
-            },
+            s_within: Share::of(&errors, |error| *error <= 0.15),
+            s_covered: Share::of(&told, |((s, _), of, _)| holds(of, *s)),
+            j_covered: Share::of(&told, |((_, j), _, of)| holds(of, *j)),
             given_up_decided,
             given_up_right,
             s_error: median(&errors),
@@ -242,10 +224,7 @@ impl TestTrial {
             manual_of_all_s: two(&|tested| tested.carried.manual_s.iter().sum()),
             expected_s: two(&|tested| tested.plan.expected_s),
             noticed: share(&|tested| tested.noticed),
-            imagined: Share {
-                k: tested.iter().filter(|(_, tested, _)| tested.imagined).count(),
-                n: tested.len(),
-            },
+            imagined: Share::of(&tested, |(_, tested, _)| tested.imagined),
         }
     }
 }

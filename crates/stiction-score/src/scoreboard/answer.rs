@@ -48,15 +48,17 @@ pub struct Answer {
 impl Answer {
     /// No answer, for this reason.
     pub fn none(reason: impl Into<String>, time_s: f64) -> Self {
-        Self {
-            score: None,
-            probability: None,
-            decision: Decision::Abstains,
-            s: None,
-            j: None,
-            time_s,
-            failure: Some(reason.into()),
-        }
+        Self { failure: Some(reason.into()), ..Self::decided(Decision::Abstains, time_s) }
+    }
+
+    /// A decision alone: sticks, does not stick, or abstains.
+    fn decided(decision: Decision, time_s: f64) -> Self {
+        let decision = match decision {
+            Decision::Sticks | Decision::Nonlinear => Decision::Sticks,
+            Decision::DoesNotStick | Decision::Linear => Decision::DoesNotStick,
+            Decision::Undecided | Decision::Abstains => Decision::Abstains,
+        };
+        Self { score: None, probability: None, decision, s: None, j: None, time_s, failure: None }
     }
 
     /// The number that ranks loops: the score, or else the logit of the probability.
@@ -82,30 +84,10 @@ pub fn answer_of(recording: &Recording, method: Option<MethodId>) -> Result<Answ
 /// where it cannot tell, and a method where it is undecided.
 pub fn answers_of(diagnosis: &Diagnosis, time_s: f64) -> Vec<(&'static str, Answer)> {
     let scored = Scored::new(diagnosis, Truth::unknown());
-    let decided = |decision: Decision| match decision {
-        Decision::Sticks | Decision::Nonlinear => Decision::Sticks,
-        Decision::DoesNotStick | Decision::Linear => Decision::DoesNotStick,
-        Decision::Undecided | Decision::Abstains => Decision::Abstains,
-    };
-    let verdict = Answer {
-        score: None,
-        probability: scored.probability,
-        decision: decided(scored.decision()),
-        s: scored.s,
-        j: scored.j,
-        time_s,
-        failure: None,
-    };
+    let (probability, s, j) = (scored.probability, scored.s, scored.j);
+    let verdict = Answer { probability, s, j, ..Answer::decided(scored.decision(), time_s) };
     let methods = scored.methods.iter().map(|said| {
-        let answer = Answer {
-            score: said.score(),
-            probability: None,
-            decision: decided(said.decision),
-            s: None,
-            j: None,
-            time_s,
-            failure: None,
-        };
+        let answer = Answer { score: said.score(), ..Answer::decided(said.decision, time_s) };
         (said.method.name, answer)
     });
     std::iter::once((super::VERDICT, verdict)).chain(methods).collect()
@@ -278,10 +260,7 @@ impl Measures {
             sticky: decisions.sticky.all(),
             healthy: decisions.healthy.all(),
             masked: loops.len() - seen.len(),
-            answered: Share {
-                k: loops.iter().filter(|(_, answer)| answer.failure.is_none()).count(),
-                n: loops.len(),
-            },
+            answered: Share::of(loops, |(_, answer)| answer.failure.is_none()),
             failures: failures(loops),
             decisions,
             auc: auc(&ranked, SEED),
@@ -293,10 +272,9 @@ impl Measures {
             sure: (!sure.is_empty()).then(|| {
                 let is_sure = |p: f64| p <= SURE.0 || p >= SURE.1;
                 let of: Vec<_> = sure.iter().filter(|(p, _)| is_sure(*p)).collect();
-                let wrong = of.iter().filter(|(p, sticks)| (*p > 0.5) != *sticks).count();
                 Sure {
                     sure: Share { k: of.len(), n: seen.len() },
-                    wrong: Share { k: wrong, n: of.len() },
+                    wrong: Share::of(&of, |(p, sticks)| (*p > 0.5) != *sticks),
                 }
             }),
             calibration: Calibration::of(sure),
@@ -417,10 +395,7 @@ fn nats(loops: &[(&KnownLoop, &Answer)], above: &dyn Fn(&Answer) -> bool) -> Vec
     }
     let measured = |band: Band| {
         let of: Vec<_> = shown.iter().filter(|(m, _)| band.holds(m.gain.max(0.0))).collect();
-        let share = |is: &dyn Fn(&Answer) -> bool| Share {
-            k: of.iter().filter(|(_, answer)| is(answer)).count(),
-            n: of.len(),
-        };
+        let share = |is: &dyn Fn(&Answer) -> bool| Share::of(&of, |(_, answer)| is(answer));
         let sum: f64 = of.iter().map(|(member, _)| observed(member.gain)).sum();
         NatsMeasure {
             band,

@@ -62,10 +62,7 @@ impl FoundBand {
             .filter(|(_, member)| band.holds(of(member)))
             .map(|(each, _)| *each)
             .collect();
-        let share = |is: &dyn Fn(&Scored) -> bool| Share {
-            k: within.iter().filter(|each| is(each)).count(),
-            n: within.len(),
-        };
+        let share = |is: &dyn Fn(&Scored) -> bool| Share::of(&within, |each| is(each));
         let likely = |from: f64| share(&|each| each.probability.is_some_and(|p| p >= from));
         Self {
             band,

@@ -125,6 +125,11 @@ impl From<&Share> for ShareDocument {
 }
 
 impl Share {
+    /// Those of `all` that are so.
+    pub fn of<T>(all: &[T], is: impl Fn(&T) -> bool) -> Self {
+        Self { k: all.iter().filter(|one| is(one)).count(), n: all.len() }
+    }
+
     /// `k / n`; `None` for none.
     pub fn value(self) -> Option<f64> {
         (self.n > 0).then(|| self.k as f64 / self.n as f64)
