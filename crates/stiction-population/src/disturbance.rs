@@ -312,11 +312,7 @@ impl Tapes {
         let size = design.activity * draw.uniform(0.8, 5.0);
         let at_load = draw.chance(0.85);
         let wave = ramps_and_resets(design, self.load.len(), draw);
-        if at_load {
-            add(&mut self.load, &wave, size);
-        } else {
-            add(&mut self.output, &wave, size * design.gain);
-        }
+        self.enters(&wave, size, at_load, design.gain);
         Ok(())
     }
 
@@ -325,12 +321,16 @@ impl Tapes {
         let size = design.activity * draw.uniform(0.5, 3.0);
         let at_load = draw.chance(0.65);
         let wave = oscillation(design, draw, self.load.len(), shape)?;
-        if at_load {
-            add(&mut self.load, &wave, size);
-        } else {
-            add(&mut self.output, &wave, size * design.gain);
-        }
+        self.enters(&wave, size, at_load, design.gain);
         Ok(())
+    }
+
+    /// Adds a wave at the load, or at the PV.
+    fn enters(&mut self, wave: &[f64], size: f64, at_load: bool, gain: f64) {
+        match at_load {
+            true => add(&mut self.load, wave, size),
+            false => add(&mut self.output, wave, size * gain),
+        }
     }
 
     /// A load beyond the range of the OP: a slow sine, or pulses.

@@ -34,14 +34,12 @@ impl Parts for AdaptiveDamping {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     #[test]
     fn it_follows_a_large_step_at_once_and_a_small_one_late() {
-        for seed in 0..40 {
-            let sketch = sketch(Invention::AdaptiveDamping, seed);
+        for (seed, sketch) in sketches(Invention::AdaptiveDamping) {
             let follow = |step: f64, n: usize| {
                 let mut parts = AdaptiveDamping::of(&sketch);
                 let step = step * parts.width;

@@ -54,8 +54,7 @@ impl Parts for AgeingFriction {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     /// The jump of the first move after this many steps at rest, with the OP that moves it then.
@@ -75,8 +74,7 @@ mod tests {
 
     #[test]
     fn it_jumps_by_j_after_a_long_rest_and_slides_after_none() {
-        for seed in 0..40 {
-            let sketch = sketch(Invention::AgeingFriction, seed);
+        for (seed, sketch) in sketches(Invention::AgeingFriction) {
             let long = jump(&sketch, |parts| parts.long);
             assert!((long - sketch.j).abs() < 1e-6, "{seed}: {long} for {}", sketch.j);
             assert!(jump(&sketch, |parts| 10.0 * parts.long) < long + 1e-6);

@@ -56,14 +56,13 @@ impl Parts for ChokedFlow {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketch, sketches};
     use super::*;
 
     #[test]
     fn what_opens_further_than_the_choke_adds_little() {
-        for seed in 0..40 {
-            let mut parts = ChokedFlow::of(&sketch(Invention::ChokedFlow, seed));
+        for (_, sketch) in sketches(Invention::ChokedFlow) {
+            let mut parts = ChokedFlow::of(&sketch);
             parts.size = 0.0;
             let mut slope = |from: f64| {
                 let low = parts.flow(0, parts.mean + from);

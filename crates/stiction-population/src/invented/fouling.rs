@@ -45,14 +45,12 @@ impl Parts for Fouling {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     #[test]
     fn the_gain_falls_by_the_dirt_and_comes_back_with_a_cleaning() {
-        for seed in 0..40 {
-            let sketch = sketch(Invention::Fouling, seed);
+        for (seed, sketch) in sketches(Invention::Fouling) {
             let mut parts = Fouling::of(&sketch);
             let gains: Vec<f64> = (0..parts.campaign as usize + 1)
                 .map(|k| parts.flow(k, 1.0) - parts.flow(k, 0.0))

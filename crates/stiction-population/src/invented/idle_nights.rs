@@ -67,15 +67,13 @@ impl Parts for IdleNights {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     #[test]
     fn at_night_nothing_moves_and_in_the_morning_nothing_jumps() {
         let mut parked = 0;
-        for seed in 0..40 {
-            let mut sketch = sketch(Invention::IdleNights, seed);
+        for (seed, mut sketch) in sketches(Invention::IdleNights) {
             (sketch.rest, sketch.proportional_only) = (40.0, false);
             let mut parts = IdleNights::of(&sketch);
             let days = sketch.recorded() as f64 / parts.day as f64;

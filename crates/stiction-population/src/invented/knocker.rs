@@ -45,14 +45,12 @@ impl Parts for Knocker {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     #[test]
     fn every_pulse_is_in_the_direction_of_the_movement() {
-        for seed in 0..40 {
-            let mut sketch = sketch(Invention::Knocker, seed);
+        for (seed, mut sketch) in sketches(Invention::Knocker) {
             sketch.proportional_only = false;
             for way in [1.0, -1.0] {
                 let mut parts = Knocker::of(&sketch);

@@ -53,15 +53,13 @@ impl Parts for OneSidedBooster {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     #[test]
     fn one_way_is_at_once_and_the_other_takes_its_time() {
         let mut opening = 0;
-        for seed in 0..40 {
-            let sketch = sketch(Invention::OneSidedBooster, seed);
+        for (seed, sketch) in sketches(Invention::OneSidedBooster) {
             let mut parts = OneSidedBooster::of(&sketch);
             let mut valve = Friction::of(&sketch, false).unwrap();
             let slow = parts.slow.round() as usize;

@@ -43,14 +43,12 @@ impl Parts for OneSidedFriction {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     #[test]
     fn it_jumps_by_j_after_s_where_it_opens_and_slides_after_s_less_j_where_it_closes() {
-        for seed in 0..40 {
-            let sketch = sketch(Invention::OneSidedFriction, seed);
+        for (_, sketch) in sketches(Invention::OneSidedFriction) {
             let (mut parts, mut valve) =
                 (OneSidedFriction::of(&sketch), Friction::of(&sketch, true).unwrap());
             let step = 1e-3 * sketch.s;

@@ -67,14 +67,12 @@ impl Parts for Recipe {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     #[test]
     fn every_batch_is_like_the_one_before_and_begins_with_an_op_that_rests() {
-        for seed in 0..40 {
-            let sketch = sketch(Invention::Recipe, seed);
+        for (seed, sketch) in sketches(Invention::Recipe) {
             let mut parts = Recipe::of(&sketch);
             let batches = sketch.recorded() as f64 / parts.batch as f64;
             assert!((2.0..7.2).contains(&batches), "{batches}");

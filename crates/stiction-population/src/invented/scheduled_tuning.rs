@@ -74,15 +74,13 @@ impl Parts for ScheduledTuning {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     #[test]
     fn the_set_changes_the_gain_and_half_of_the_loops_bump() {
         let mut bumps = 0;
-        for seed in 0..40 {
-            let sketch = sketch(Invention::ScheduledTuning, seed);
+        for (seed, sketch) in sketches(Invention::ScheduledTuning) {
             let mut parts = ScheduledTuning::of(&sketch);
             (parts.border, parts.hysteresis, parts.factor) = (1.0, 0.2, 0.5);
             let mut pi = Pi::of(&sketch, parts.steepest());

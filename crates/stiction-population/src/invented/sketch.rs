@@ -138,8 +138,15 @@ impl Sketch {
 pub(super) mod tests {
     use super::*;
 
+    pub use crate::Invention;
+
     /// The first sketch of this kind and seed.
     pub fn sketch(what: Invention, seed: u64) -> Sketch {
         Sketch::draw(what, &mut Draw::of(&[what as u64, seed]))
+    }
+
+    /// Forty sketches of a kind, with their seeds.
+    pub fn sketches(what: Invention) -> impl Iterator<Item = (u64, Sketch)> {
+        (0..40).map(move |seed| (seed, sketch(what, seed)))
     }
 }

@@ -63,14 +63,12 @@ impl Parts for Slugging {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     #[test]
     fn slugs_of_one_size_come_at_a_large_opening_and_fade_at_a_small_one() {
-        for seed in 0..40 {
-            let sketch = sketch(Invention::Slugging, seed);
+        for (seed, sketch) in sketches(Invention::Slugging) {
             let mut parts = Slugging::of(&sketch);
             let cycles = |n: f64| (n * sketch.period) as usize;
             // The largest slug in some cycles after twenty others.

@@ -48,14 +48,13 @@ impl Parts for StickingFloat {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     #[test]
     fn it_holds_its_reading_and_then_slips_almost_to_the_pv() {
-        for seed in 0..40 {
-            let mut parts = StickingFloat::of(&sketch(Invention::StickingFloat, seed));
+        for (seed, sketch) in sketches(Invention::StickingFloat) {
+            let mut parts = StickingFloat::of(&sketch);
             let (holds, leaves) = (parts.holds, parts.leaves);
             assert_eq!(parts.sensed(0, 0.99 * holds, 0.0), 0.0);
             assert_eq!(parts.sensed(0, -0.99 * holds, 0.1), 0.1);

@@ -64,14 +64,12 @@ impl Parts for SurgeControl {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     #[test]
     fn it_opens_at_once_is_thrown_open_once_and_closes_by_a_ramp() {
-        for seed in 0..40 {
-            let sketch = sketch(Invention::SurgeControl, seed);
+        for (seed, sketch) in sketches(Invention::SurgeControl) {
             let mut parts = SurgeControl::of(&sketch);
             let mut pi = Pi::of(&sketch, parts.steepest());
             let line = parts.line;

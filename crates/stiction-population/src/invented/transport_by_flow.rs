@@ -69,8 +69,7 @@ impl Parts for TransportByFlow {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketch};
     use super::*;
 
     /// Steps until a value comes out, and what a percent more of flow does, with this opening, percent from rest.

@@ -79,14 +79,12 @@ impl Parts for TwoControllers {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     #[test]
     fn a_small_difference_moves_the_two_valves_apart_and_hardly_the_pv() {
-        for seed in 0..40 {
-            let mut sketch = sketch(Invention::TwoControllers, seed);
+        for (seed, mut sketch) in sketches(Invention::TwoControllers) {
             sketch.proportional_only = false;
             let mut parts = TwoControllers::of(&sketch);
             // A difference that stays, at a process without lags.

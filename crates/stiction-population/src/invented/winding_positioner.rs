@@ -37,14 +37,12 @@ impl Parts for WindingPositioner {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Invention;
-    use super::super::sketch::tests::sketch;
+    use super::super::sketch::tests::{Invention, sketches};
     use super::*;
 
     #[test]
     fn the_stem_moves_though_the_op_rests_and_without_friction_at_once() {
-        for seed in 0..40 {
-            let sketch = sketch(Invention::WindingPositioner, seed);
+        for (seed, sketch) in sketches(Invention::WindingPositioner) {
             let (top, back) = (sketch.rest + 3.0 * sketch.s, sketch.rest + 2.1 * sketch.s);
             let first_move = |sticks: bool| {
                 let mut parts = WindingPositioner::of(&sketch);
