@@ -52,14 +52,19 @@ pub fn s_in_words(
     high: Option<f64>,
     below: Option<f64>,
 ) -> String {
-    match (s, low.zip(high), below) {
-        (Some(s), Some((low, high)), _) => {
-            format!("S {} % ({} to {})", rough(s), rough(low), rough(high))
-        }
-        (Some(s), None, _) => format!("S {} %", rough(s)),
-        (None, _, Some(limit)) => format!("S below {} %", rough(limit)),
-        (None, _, None) => String::new(),
-    }
+    let s = size_in_words("S", s, low, high);
+    s.or(below.map(|limit| format!("S below {} %", rough(limit)))).unwrap_or_default()
+}
+
+/// S or J with its interval: `S 3.2 % (3 to 3.5)`.
+pub fn size_in_words(
+    name: &str,
+    value: Option<f64>,
+    low: Option<f64>,
+    high: Option<f64>,
+) -> Option<String> {
+    let range = low.zip(high).map(|(low, high)| format!(" ({} to {})", rough(low), rough(high)));
+    Some(format!("{name} {} %{}", rough(value?), range.unwrap_or_default()))
 }
 
 #[cfg(test)]

@@ -1,11 +1,12 @@
 //! Work orders of a week: one for each loop whose valve is to be repaired.
 
 use crate::report::action::Action;
+use crate::report::last_test::size_in_words;
 use crate::report::ranking::{LoopRow, Ranking};
 use crate::store::table::columns;
 use stiction_diagnose::diagnose::change::Change;
 use stiction_diagnose::diagnose::{Grade, VerdictClass};
-use stiction_diagnose::spoken::{counted, percent, rough, time};
+use stiction_diagnose::spoken::{counted, percent, time};
 use stiction_model::{always_written_by_name, named};
 
 named! {
@@ -204,27 +205,15 @@ pub fn action(row: &LoopRow) -> &'static str {
 
 /// The evidence, in a sentence.
 fn evidence(row: &LoopRow) -> String {
-    let range = |low: Option<f64>, high: Option<f64>| match low.zip(high) {
-        Some((low, high)) => format!(" ({} to {})", rough(low), rough(high)),
-        None => String::new(),
-    };
     let mut parts = vec![];
     if let Some(p) = row.probability {
         let windows = counted(row.windows_used as usize, "window");
         parts.push(format!("probability {} from {windows}", percent(p)));
     }
-    if let Some(s) = row.s {
-        parts.push(format!("S {} %{}", rough(s), range(row.s_low, row.s_high)));
-    }
-    if let Some(j) = row.j {
-        parts.push(format!("J {} %{}", rough(j), range(row.j_low, row.j_high)));
-    }
-    if let Some(period) = row.period_s {
-        parts.push(format!("period {}", time(period)));
-    }
-    if let Some(change) = row.change_in_words() {
-        parts.push(change);
-    }
+    parts.extend(size_in_words("S", row.s, row.s_low, row.s_high));
+    parts.extend(size_in_words("J", row.j, row.j_low, row.j_high));
+    parts.extend(row.period_s.map(|period| format!("period {}", time(period))));
+    parts.extend(row.change_in_words());
     parts.join("; ")
 }
 

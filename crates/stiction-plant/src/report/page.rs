@@ -122,13 +122,12 @@ fn change_in_words(row: &LoopRow) -> String {
 }
 
 /// The name of a loop, which leads to its page where it has one.
+fn linked(name: &str, page: Option<&String>) -> Markup {
+    html! { @match page { Some(path) => a href=(relative(path)) { (name) }, None => (name) } }
+}
+
 fn name(row: &LoopRow) -> Markup {
-    html! {
-        @match &row.page {
-            Some(path) => a href=(relative(path)) { (row.name) },
-            None => (row.name),
-        }
-    }
+    linked(&row.name, row.page.as_ref())
 }
 
 /// Areas, and loops in them, as tiles.
@@ -631,7 +630,7 @@ fn work(orders: &[Order]) -> Markup {
 fn line(order: &Order) -> Markup {
     html! {
         li {
-            b { @match &order.page { Some(path) => a href=(relative(path)) { (order.name) }, None => (order.name) } }
+            b { (linked(&order.name, order.page.as_ref())) }
             " " (capital(&order.finding)) "." span.soft { " Priority " (rough(order.priority)) ", " (order.status.name()) "." }
             details {
                 summary { "Action, evidence and test" }
