@@ -3,37 +3,26 @@
 use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
+use stiction_model::named;
 
 pub use stiction_model::Number;
 
-/// The decision of a detector.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Decision {
-    /// The valve sticks.
-    Sticks,
-    /// The valve does not stick.
-    DoesNotStick,
-    /// Something in the loop is not linear.
-    Nonlinear,
-    /// No evidence against a linear loop.
-    Linear,
-    /// The method applies, and its statistic lies between its thresholds.
-    Undecided,
-    /// The method does not apply, or the data do not suffice.
-    Abstains,
-}
-
-impl Decision {
-    /// Its name, as in `does not stick`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sticks => "sticks",
-            Self::DoesNotStick => "does not stick",
-            Self::Nonlinear => "nonlinear",
-            Self::Linear => "linear",
-            Self::Undecided => "undecided",
-            Self::Abstains => "abstains",
-        }
+named! {
+    /// The decision of a detector.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Decision {
+        /// The valve sticks.
+        Sticks = "sticks",
+        /// The valve does not stick.
+        DoesNotStick = "does not stick",
+        /// Something in the loop is not linear.
+        Nonlinear = "nonlinear",
+        /// No evidence against a linear loop.
+        Linear = "linear",
+        /// The method applies, and its statistic lies between its thresholds.
+        Undecided = "undecided",
+        /// The method does not apply, or the data do not suffice.
+        Abstains = "abstains",
     }
 }
 
@@ -99,52 +88,26 @@ fn votes<S: serde::Serializer>(decides: &Decides, to: S) -> std::result::Result<
     to.serialize_bool(*decides == Decides::Stiction)
 }
 
-/// The kind of evidence of a method. Methods of one family use the same evidence, so they have one vote together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Family {
-    /// The measured valve position.
-    Measured,
-    /// The correlation of OP and PV.
-    Correlation,
-    /// The shape of the waves of one signal.
-    Shape,
-    /// Samples in which one signal moves and the other rests.
-    Patterns,
-    /// The trajectory of the loop in the plane of OP and PV.
-    PhasePlot,
-    /// Short windows in which OP and PV move differently.
-    Windows,
-    /// Models of valve and process fitted to OP and PV.
-    Model,
-    /// Spectra of higher order and surrogate data.
-    HigherOrder,
-}
-
-impl Family {
-    /// All of them.
-    pub const ALL: [Self; 8] = [
-        Self::Measured,
-        Self::Correlation,
-        Self::Shape,
-        Self::Patterns,
-        Self::PhasePlot,
-        Self::Windows,
-        Self::Model,
-        Self::HigherOrder,
-    ];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Measured => "measured position",
-            Self::Correlation => "correlation",
-            Self::Shape => "wave shape",
-            Self::Patterns => "patterns",
-            Self::PhasePlot => "phase plot",
-            Self::Windows => "windows",
-            Self::Model => "model fits",
-            Self::HigherOrder => "higher order",
-        }
+named! {
+    /// The kind of evidence of a method. Methods of one family use the same evidence, so they have one vote together.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum Family {
+        /// The measured valve position.
+        Measured = "measured position",
+        /// The correlation of OP and PV.
+        Correlation = "correlation",
+        /// The shape of the waves of one signal.
+        Shape = "wave shape",
+        /// Samples in which one signal moves and the other rests.
+        Patterns = "patterns",
+        /// The trajectory of the loop in the plane of OP and PV.
+        PhasePlot = "phase plot",
+        /// Short windows in which OP and PV move differently.
+        Windows = "windows",
+        /// Models of valve and process fitted to OP and PV.
+        Model = "model fits",
+        /// Spectra of higher order and surrogate data.
+        HigherOrder = "higher order",
     }
 }
 

@@ -32,6 +32,7 @@ use super::history::together;
 use super::observation::Observation;
 use super::weighing::log_odds;
 use crate::series::mean;
+use stiction_model::named;
 
 /// The least score of a change by log-odds.
 pub const THRESHOLD: f64 = 6.0;
@@ -61,51 +62,29 @@ pub const WITHIN: f64 = 1.92;
 /// How long before, s.
 const MEMORY: f64 = 28.0 * 86_400.0;
 
-/// What changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub enum Change {
-    /// The valve sticks, and did not before.
-    New,
-    /// The valve sticks again.
-    Returned,
-    /// The valve sticks after a repair as it did before.
-    StillSticks,
-    /// S grew.
-    Worse,
-    /// S shrank.
-    Better,
-    /// The valve no longer shows stiction.
-    Gone,
-    /// Nothing.
-    #[default]
-    None,
+named! {
+    /// What changed, the worst first.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+    pub enum Change {
+        /// The valve sticks, and did not before.
+        New = "new",
+        /// The valve sticks again.
+        Returned = "returned",
+        /// The valve sticks after a repair as it did before.
+        StillSticks = "still sticks",
+        /// S grew.
+        Worse = "worse",
+        /// S shrank.
+        Better = "better",
+        /// The valve no longer shows stiction.
+        Gone = "gone",
+        /// Nothing.
+        #[default]
+        None = "none",
+    }
 }
 
 impl Change {
-    /// All of them, the worst first.
-    pub const ALL: [Self; 7] = [
-        Self::New,
-        Self::Returned,
-        Self::StillSticks,
-        Self::Worse,
-        Self::Better,
-        Self::Gone,
-        Self::None,
-    ];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::New => "new",
-            Self::Returned => "returned",
-            Self::StillSticks => "still sticks",
-            Self::Worse => "worse",
-            Self::Better => "better",
-            Self::Gone => "gone",
-            Self::None => "none",
-        }
-    }
-
     /// It with its day: `new since 2026-03-06`.
     pub fn since(self, day: &str) -> String {
         match self {
@@ -141,7 +120,7 @@ impl Change {
     schemars(rename = "ValveChange")
 )]
 pub struct Event {
-    /// What changed.
+    /// What changed, the worst first.
     pub change: Change,
     /// When: the time of the first window after it, s.
     #[cfg_attr(feature = "serde", serde(rename = "time_s"))]

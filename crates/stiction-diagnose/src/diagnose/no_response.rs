@@ -13,72 +13,43 @@ use crate::recording::Segment;
 use crate::recording::fitness::{Class, Fitness, MeasureId, levels};
 use crate::series::{mean, noise_std, span, std};
 use crate::spoken::{percent, rough};
+use stiction_model::named;
 
-/// The behaviour of a PV that does not respond.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Silence {
-    /// It rests at its lowest value, below its set point.
-    AtItsLowEnd,
-    /// It rests at its highest value, above its set point.
-    AtItsHighEnd,
-    /// It is frozen exactly at a value between.
-    Frozen,
-    /// It moves, but not with the OP.
-    Unmoved,
-}
-
-impl Silence {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::AtItsLowEnd => "PV at its low end",
-            Self::AtItsHighEnd => "PV at its high end",
-            Self::Frozen => "PV frozen",
-            Self::Unmoved => "PV moves without the OP",
-        }
+named! {
+    /// The behaviour of a PV that does not respond.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum Silence {
+        /// It rests at its lowest value, below its set point.
+        AtItsLowEnd = "PV at its low end",
+        /// It rests at its highest value, above its set point.
+        AtItsHighEnd = "PV at its high end",
+        /// It is frozen exactly at a value between.
+        Frozen = "PV frozen",
+        /// It moves, but not with the OP.
+        Unmoved = "PV moves without the OP",
     }
 }
 
-/// Why a PV may not respond.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Fault {
-    /// The valve is shut fast, seized, or has no power.
-    ValveShutOrSeized,
-    /// A block valve in the line is shut, or the unit is out of service.
-    LineIsolated,
-    /// The positioner has lost its air or its signal.
-    AirOrSignalLost,
-    /// The transmitter is dead or frozen, or its impulse line is plugged.
-    SensorDead,
-    /// The historian has stopped, or its compression removes the movement of the PV.
-    HistorianStopped,
-    /// The flow goes through a bypass, or the valve is on its hand wheel.
-    BypassOrHandwheel,
+named! {
+    /// Why a PV may not respond.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum Fault {
+        /// The valve is shut fast, seized, or has no power.
+        ValveShutOrSeized = "valve shut fast or seized",
+        /// A block valve in the line is shut, or the unit is out of service.
+        LineIsolated = "line isolated",
+        /// The positioner has lost its air or its signal.
+        AirOrSignalLost = "air or signal lost",
+        /// The transmitter is dead or frozen, or its impulse line is plugged.
+        SensorDead = "sensor dead or frozen",
+        /// The historian has stopped, or its compression removes the movement of the PV.
+        HistorianStopped = "historian stopped",
+        /// The flow goes through a bypass, or the valve is on its hand wheel.
+        BypassOrHandwheel = "bypass open or hand wheel engaged",
+    }
 }
 
 impl Fault {
-    /// All of them.
-    pub const ALL: [Self; 6] = [
-        Self::ValveShutOrSeized,
-        Self::LineIsolated,
-        Self::AirOrSignalLost,
-        Self::SensorDead,
-        Self::HistorianStopped,
-        Self::BypassOrHandwheel,
-    ];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::ValveShutOrSeized => "valve shut fast or seized",
-            Self::LineIsolated => "line isolated",
-            Self::AirOrSignalLost => "air or signal lost",
-            Self::SensorDead => "sensor dead or frozen",
-            Self::HistorianStopped => "historian stopped",
-            Self::BypassOrHandwheel => "bypass open or hand wheel engaged",
-        }
-    }
-
     /// How to distinguish it from the others.
     pub fn check(self) -> &'static str {
         match self {

@@ -14,51 +14,30 @@ use crate::recording::fitness::levels;
 use crate::series::{max, mean, median, min, span, std};
 use crate::spoken::{rough, set};
 use law::Law;
+use stiction_model::named;
 
-/// A likely mistake in the columns of a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Mismatch {
-    /// The column of the PV has the OP, and the column of the OP has the PV.
-    Exchanged,
-    /// OP and PV are one signal; which one is unknown.
-    SameSignal,
-    /// The PV is a copy of the OP.
-    PvIsOp,
-    /// The OP is a copy of the PV.
-    OpIsPv,
-    /// The column of the OP has the SP, and the column of the SP has the OP.
-    SpAndOpExchanged,
-    /// The column of the PV has the SP, and the column of the SP has the PV.
-    SpAndPvExchanged,
-    /// Neither follows the other: noise, samples out of order, or signals of two loops.
-    Unrelated,
+named! {
+    /// A likely mistake in the columns of a recording.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum Mismatch {
+        /// The column of the PV has the OP, and the column of the OP has the PV.
+        Exchanged = "PV and OP look exchanged",
+        /// OP and PV are one signal; which one is unknown.
+        SameSignal = "PV and OP are one and the same signal",
+        /// The PV is a copy of the OP.
+        PvIsOp = "the PV is a copy of the OP",
+        /// The OP is a copy of the PV.
+        OpIsPv = "the OP is a copy of the PV",
+        /// The column of the OP has the SP, and the column of the SP has the OP.
+        SpAndOpExchanged = "SP and OP look exchanged",
+        /// The column of the PV has the SP, and the column of the SP has the PV.
+        SpAndPvExchanged = "SP and PV look exchanged",
+        /// Neither follows the other: noise, samples out of order, or signals of two loops.
+        Unrelated = "PV and OP have nothing to do with each other",
+    }
 }
 
 impl Mismatch {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::Exchanged,
-        Self::SameSignal,
-        Self::PvIsOp,
-        Self::OpIsPv,
-        Self::SpAndOpExchanged,
-        Self::SpAndPvExchanged,
-        Self::Unrelated,
-    ];
-
-    /// Its name, such as `PV and OP look exchanged`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Exchanged => "PV and OP look exchanged",
-            Self::SameSignal => "PV and OP are one and the same signal",
-            Self::PvIsOp => "the PV is a copy of the OP",
-            Self::OpIsPv => "the OP is a copy of the PV",
-            Self::SpAndOpExchanged => "SP and OP look exchanged",
-            Self::SpAndPvExchanged => "SP and PV look exchanged",
-            Self::Unrelated => "PV and OP have nothing to do with each other",
-        }
-    }
-
     /// The remedy.
     pub fn remedy(self) -> &'static str {
         match self {

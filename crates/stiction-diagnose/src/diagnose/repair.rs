@@ -12,36 +12,26 @@ use super::observation::Observation;
 use super::weighing::log_odds;
 use crate::error::{Result, finite};
 use crate::series::{cliffs_delta, difference_of_means, mean};
+use stiction_model::named;
 
 /// Fewest observations on each side. With five, a random exchange gives as clear a difference in 2 of 252 cases;
 /// ours.
 pub const FEWEST: usize = 5;
 
-/// The effect of a repair.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RepairOutcome {
-    /// It no longer sticks, or the remaining S hardly matters.
-    Worked,
-    /// It sticks less, but it still sticks.
-    Helped,
-    /// No difference can be shown.
-    NoChange,
-    /// It sticks more.
-    Worse,
-    /// There are too few observations on a side.
-    CannotTell,
-}
-
-impl RepairOutcome {
-    /// Its name, such as `no change`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Worked => "worked",
-            Self::Helped => "helped",
-            Self::NoChange => "no change",
-            Self::Worse => "worse",
-            Self::CannotTell => "cannot tell",
-        }
+named! {
+    /// The effect of a repair.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum RepairOutcome {
+        /// It no longer sticks, or the remaining S hardly matters.
+        Worked = "worked",
+        /// It sticks less, but it still sticks.
+        Helped = "helped",
+        /// No difference can be shown.
+        NoChange = "no change",
+        /// It sticks more.
+        Worse = "worse",
+        /// There are too few observations on a side.
+        CannotTell = "cannot tell",
     }
 }
 

@@ -8,26 +8,25 @@ use crate::fusion::{Cause, Estimate};
 use crate::methods::Counts;
 use crate::valve_test::TestPlan;
 use std::fmt;
+use stiction_model::named;
 
-/// The conclusion about a valve.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum VerdictClass {
-    /// It sticks.
-    Sticks,
-    /// It does not stick.
-    DoesNotStick,
-    /// The OP travels and the flow does not: the valve is seized, shut off or unpowered, or the sensor is dead.
-    DoesNotRespond,
-    /// The data cannot answer, or the evidence is divided.
-    #[default]
-    CannotTell,
+named! {
+    /// The conclusion about a valve.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+    pub enum VerdictClass {
+        /// It sticks.
+        Sticks = "sticks",
+        /// It does not stick.
+        DoesNotStick = "does not stick",
+        /// The OP travels and the flow does not: the valve is seized, shut off or unpowered, or the sensor is dead.
+        DoesNotRespond = "does not respond",
+        /// The data cannot answer, or the evidence is divided.
+        #[default]
+        CannotTell = "cannot tell",
+    }
 }
 
 impl VerdictClass {
-    /// All of them.
-    pub const ALL: [Self; 4] =
-        [Self::Sticks, Self::DoesNotStick, Self::DoesNotRespond, Self::CannotTell];
-
     /// The class of that name. Hyphens may replace blanks, as in `does-not-stick`.
     ///
     /// # Errors
@@ -39,71 +38,35 @@ impl VerdictClass {
             Error::UnknownName { family: "verdict", name: name.to_owned(), known: known.join(", ") }
         })
     }
-
-    /// Its name, as in `does not stick`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sticks => "sticks",
-            Self::DoesNotStick => "does not stick",
-            Self::DoesNotRespond => "does not respond",
-            Self::CannotTell => "cannot tell",
-        }
-    }
 }
 
-/// The verdict in one graded word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-pub enum Grade {
-    /// It sticks.
-    Sticks,
-    /// It does not respond.
-    DoesNotRespond,
-    /// It probably sticks; a test would decide.
-    ProbablySticks,
-    /// The evidence is divided or weak.
-    Unclear,
-    /// It is probably fine, without proof in this recording.
-    ProbablyFine,
-    /// No stiction is visible, but the recording could mask an S that matters.
-    NoneVisible,
-    /// It sticks by no more than a healthy valve may.
-    TooLittle,
-    /// It does not stick by more than a limit that matters.
-    Fine,
-    /// The data cannot answer.
-    #[default]
-    CannotAnswer,
+named! {
+    /// The verdict in one graded word, the worst first.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+    pub enum Grade {
+        /// It sticks.
+        Sticks = "sticks",
+        /// It does not respond.
+        DoesNotRespond = "does not respond",
+        /// It probably sticks; a test would decide.
+        ProbablySticks = "probably sticks",
+        /// The evidence is divided or weak.
+        Unclear = "unclear",
+        /// It is probably fine, without proof in this recording.
+        ProbablyFine = "probably fine",
+        /// No stiction is visible, but the recording could mask an S that matters.
+        NoneVisible = "no stiction visible",
+        /// It sticks by no more than a healthy valve may.
+        TooLittle = "too little to matter",
+        /// It does not stick by more than a limit that matters.
+        Fine = "fine",
+        /// The data cannot answer.
+        #[default]
+        CannotAnswer = "data cannot answer",
+    }
 }
 
 impl Grade {
-    /// All of them, the worst first.
-    pub const ALL: [Self; 9] = [
-        Self::Sticks,
-        Self::DoesNotRespond,
-        Self::ProbablySticks,
-        Self::Unclear,
-        Self::ProbablyFine,
-        Self::NoneVisible,
-        Self::TooLittle,
-        Self::Fine,
-        Self::CannotAnswer,
-    ];
-
-    /// Its name, as in `probably sticks`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sticks => "sticks",
-            Self::DoesNotRespond => "does not respond",
-            Self::ProbablySticks => "probably sticks",
-            Self::Unclear => "unclear",
-            Self::ProbablyFine => "probably fine",
-            Self::NoneVisible => "no stiction visible",
-            Self::TooLittle => "too little to matter",
-            Self::Fine => "fine",
-            Self::CannotAnswer => "data cannot answer",
-        }
-    }
-
     /// A probability of sticking beside this grade: none where the data cannot answer, or where the S with which the valve would
     /// stick is no fault.
     pub fn shown(self, probability: Option<f64>) -> Option<f64> {
@@ -128,29 +91,19 @@ impl fmt::Display for Grade {
     }
 }
 
-/// The basis of a verdict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Basis {
-    /// The measured valve position.
-    ValvePosition,
-    /// The evidence in OP and PV, weighed by the model that was trained on simulated loops.
-    Evidence,
-    /// The shape of the OP alone: it can be compatible with stiction, but never prove it.
-    OpAlone,
-    /// Nothing: the data cannot answer.
-    #[default]
-    None,
-}
-
-impl Basis {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::ValvePosition => "measured valve position",
-            Self::Evidence => "evidence in OP and PV",
-            Self::OpAlone => "shape of the OP alone",
-            Self::None => "none",
-        }
+named! {
+    /// The basis of a verdict.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    pub enum Basis {
+        /// The measured valve position.
+        ValvePosition = "measured valve position",
+        /// The evidence in OP and PV, weighed by the model that was trained on simulated loops.
+        Evidence = "evidence in OP and PV",
+        /// The shape of the OP alone: it can be compatible with stiction, but never prove it.
+        OpAlone = "shape of the OP alone",
+        /// Nothing: the data cannot answer.
+        #[default]
+        None = "none",
     }
 }
 

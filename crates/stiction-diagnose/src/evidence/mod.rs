@@ -29,6 +29,7 @@ use crate::finding::Abstention;
 use crate::identify::hammerstein::{self, HammersteinOptions, ModelEvidence};
 use crate::identify::information::Information;
 use crate::recording::Segment;
+use stiction_model::named;
 
 /// A number of the evidence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,23 +44,25 @@ pub struct Feature {
     pub monotone: i8,
 }
 
-/// The independent lines of evidence.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Line {
-    /// How much better a sticking valve explains the PV than one that follows.
-    Model,
-    /// Samples in which OP and PV move differently.
-    Patterns,
-    /// The shape of the OP's wave; needs no PV.
-    OpShape,
-    /// The shape of the PV's or error's wave.
-    PvShape,
-    /// Whether the PV responds to the OP at all.
-    Response,
-    /// Circumstances of the loop: set point, limits, resolution, record length.
-    Circumstances,
-    /// The raw signals, as a neural net uses them.
-    Signals,
+named! {
+    /// The independent lines of evidence.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum Line {
+        /// How much better a sticking valve explains the PV than one that follows.
+        Model = "valve models",
+        /// Samples in which OP and PV move differently.
+        Patterns = "patterns",
+        /// The shape of the OP's wave; needs no PV.
+        OpShape = "wave shapes",
+        /// The shape of the PV's or error's wave.
+        PvShape = "shape of the PV",
+        /// Whether the PV responds to the OP at all.
+        Response = "response",
+        /// Circumstances of the loop: set point, limits, resolution, record length.
+        Circumstances = "circumstances",
+        /// The raw signals, as a neural net uses them.
+        Signals = "raw signals",
+    }
 }
 
 impl Line {
@@ -70,19 +73,6 @@ impl Line {
         (Self::Patterns, &[Self::Patterns, Self::Response]),
         (Self::OpShape, &[Self::OpShape, Self::PvShape]),
     ];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Model => "valve models",
-            Self::Patterns => "patterns",
-            Self::OpShape => "wave shapes",
-            Self::PvShape => "shape of the PV",
-            Self::Response => "response",
-            Self::Circumstances => "circumstances",
-            Self::Signals => "raw signals",
-        }
-    }
 }
 
 /// The smallest relevant gain: half a percent of the remaining prediction error.

@@ -36,32 +36,20 @@ use super::signature::Signature;
 use crate::diagnose::VerdictClass;
 use crate::estimate::Estimate;
 use crate::spoken::rough;
+use stiction_model::named;
 
-/// The change of S.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Effect {
-    /// S is smaller than before.
-    Lowered,
-    /// S is larger than before.
-    Raised,
-    /// S did not change.
-    Unchanged,
-    /// The tests cannot show a change.
-    CannotTell,
-}
-
-impl Effect {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Lowered, Self::Raised, Self::Unchanged, Self::CannotTell];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Lowered => "lowered",
-            Self::Raised => "raised",
-            Self::Unchanged => "unchanged",
-            Self::CannotTell => "cannot tell",
-        }
+named! {
+    /// The change of S.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Effect {
+        /// S is smaller than before.
+        Lowered = "lowered",
+        /// S is larger than before.
+        Raised = "raised",
+        /// S did not change.
+        Unchanged = "unchanged",
+        /// The tests cannot show a change.
+        CannotTell = "cannot tell",
     }
 }
 

@@ -2,26 +2,18 @@
 
 use nalgebra::Complex;
 
-/// The method that found a cycle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Method {
-    /// Harmonic balance with the describing function: OP and VP are treated as sines.
-    DescribingFunction,
-    /// The exact flow of the loop from slip to slip.
-    Exact,
+crate::named! {
+    /// The method that found a cycle.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum Method {
+        /// Harmonic balance with the describing function: OP and VP are treated as sines.
+        DescribingFunction = "describing function",
+        /// The exact flow of the loop from slip to slip.
+        Exact = "exact",
+    }
 }
 
 crate::written_by_name!(Method);
-
-impl Method {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::DescribingFunction => "describing function",
-            Self::Exact => "exact",
-        }
-    }
-}
 
 /// A number for each signal of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -23,29 +23,20 @@ pub struct Found {
     pub passed_over: usize,
 }
 
-/// Whether a loop cycles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
-    /// It does.
-    Cycle,
-    /// It does not.
-    NoCycle,
-    /// It is not known.
-    Unknown,
+crate::named! {
+    /// Whether a loop cycles.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum State {
+        /// It does.
+        Cycle = "cycle",
+        /// It does not.
+        NoCycle = "no cycle",
+        /// It is not known.
+        Unknown = "not known",
+    }
 }
 
 crate::written_by_name!(State);
-
-impl State {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Cycle => "cycle",
-            Self::NoCycle => "no cycle",
-            Self::Unknown => "not known",
-        }
-    }
-}
 
 impl Found {
     /// The final cycle of a loop or, with `all`, every cycle found, also those that do not attract.

@@ -24,60 +24,34 @@ use crate::closed_loop::Process;
 use crate::error::{Error, Result, finite, positive};
 use crate::parallel::*;
 
-/// A parameter of a loop that a map can vary.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Parameter {
-    /// Stick band plus dead band, percent; J stays constant.
-    S,
-    /// Slip jump, percent; S stays constant.
-    J,
-    /// J over S; S stays constant.
-    JOverS,
-    /// Gain of the controller; its times stay constant.
-    Kc,
-    /// Integral time, s; gain and derivative time stay constant.
-    Ti,
-    /// Gain of the process, PV units per percent.
-    ProcessGain,
-    /// Dead time of the process, s.
-    DeadTime,
-    /// Sum of the lags of the process, s; their ratios, the leads and the dead time stay constant.
-    Lag,
-    /// Dead time over the sum of the lags of the process; the lags stay constant.
-    DeadTimeOverLag,
+crate::named! {
+    /// A parameter of a loop that a map can vary.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum Parameter {
+        /// Stick band plus dead band, percent; J stays constant.
+        S = "S",
+        /// Slip jump, percent; S stays constant.
+        J = "J",
+        /// J over S; S stays constant.
+        JOverS = "J/S",
+        /// Gain of the controller; its times stay constant.
+        Kc = "Kc",
+        /// Integral time, s; gain and derivative time stay constant.
+        Ti = "Ti",
+        /// Gain of the process, PV units per percent.
+        ProcessGain = "Kp",
+        /// Dead time of the process, s.
+        DeadTime = "theta",
+        /// Sum of the lags of the process, s; their ratios, the leads and the dead time stay constant.
+        Lag = "tau",
+        /// Dead time over the sum of the lags of the process; the lags stay constant.
+        DeadTimeOverLag = "theta/tau",
+    }
 }
 
 crate::written_by_name!(Parameter);
 
 impl Parameter {
-    /// All of them. A ratio comes after its reference.
-    pub const ALL: [Self; 9] = [
-        Self::S,
-        Self::J,
-        Self::JOverS,
-        Self::Kc,
-        Self::Ti,
-        Self::ProcessGain,
-        Self::DeadTime,
-        Self::Lag,
-        Self::DeadTimeOverLag,
-    ];
-
-    /// Its name in commands.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::S => "S",
-            Self::J => "J",
-            Self::JOverS => "J/S",
-            Self::Kc => "Kc",
-            Self::Ti => "Ti",
-            Self::ProcessGain => "Kp",
-            Self::DeadTime => "theta",
-            Self::Lag => "tau",
-            Self::DeadTimeOverLag => "theta/tau",
-        }
-    }
-
     /// Its unit; empty for a number without one.
     pub fn unit(self) -> &'static str {
         match self {

@@ -4,29 +4,20 @@ use super::simulate::Stem;
 use crate::bands::Bands;
 use crate::error::Result;
 
-/// Motion of a stem under a slow ramp after breakaway.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SlidingKind {
-    /// It continues to move: Kano's, Choudhury's and the two-phase model describe it.
-    Smooth,
-    /// It continues to move, but its velocity oscillates around that of the ramp. Its position looks smooth.
-    Rippling,
-    /// It stops again and again: He's model describes it.
-    Staircase,
+crate::named! {
+    /// Motion of a stem under a slow ramp after breakaway.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum SlidingKind {
+        /// It continues to move: Kano's, Choudhury's and the two-phase model describe it.
+        Smooth = "smooth",
+        /// It continues to move, but its velocity oscillates around that of the ramp. Its position looks smooth.
+        Rippling = "rippling",
+        /// It stops again and again: He's model describes it.
+        Staircase = "staircase",
+    }
 }
 
 crate::written_by_name!(SlidingKind);
-
-impl SlidingKind {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Smooth => "smooth",
-            Self::Rippling => "rippling",
-            Self::Staircase => "staircase",
-        }
-    }
-}
 
 /// Parameters of the data-driven models for a stem.
 ///

@@ -15,6 +15,7 @@ mod law;
 use super::{Channel, Mode, Recording};
 use crate::series::median;
 use std::collections::HashMap;
+use stiction_model::named;
 
 /// Fewest reversals for a test recognised by its OP.
 pub const FEWEST_TURNS: usize = 8;
@@ -53,28 +54,16 @@ pub struct Set {
     pub op: Option<f64>,
 }
 
-/// How the manual setting was recognised.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum KnownBy {
-    /// A sheet with notes on the test.
-    Sheet,
-    /// The recorded mode.
-    Mode,
-    /// The pattern of the OP.
-    Output,
-}
-
-impl KnownBy {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Sheet, Self::Mode, Self::Output];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sheet => "sheet",
-            Self::Mode => "mode",
-            Self::Output => "output",
-        }
+named! {
+    /// How the manual setting was recognised.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum KnownBy {
+        /// A sheet with notes on the test.
+        Sheet = "sheet",
+        /// The recorded mode.
+        Mode = "mode",
+        /// The pattern of the OP.
+        Output = "output",
     }
 }
 

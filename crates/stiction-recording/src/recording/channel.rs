@@ -2,6 +2,7 @@
 
 use super::MaskedSample;
 use crate::error::{Error, Result};
+use stiction_model::named;
 
 /// Quality of a sample, from the historian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,33 +24,22 @@ impl Quality {
     }
 }
 
-/// Source of a range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RangeSource {
-    /// The user.
-    Given,
-    /// The file.
-    Metadata,
-    /// The unit in the file, which has a usual range.
-    Assumed,
-    /// Guessed from the values.
-    Estimated,
+named! {
+    /// Source of a range.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum RangeSource {
+        /// The user.
+        Given = "given",
+        /// The file.
+        Metadata = "from the file",
+        /// The unit in the file, which has a usual range.
+        Assumed = "assumed from the unit",
+        /// Guessed from the values.
+        Estimated = "estimated",
+    }
 }
 
 impl RangeSource {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Given, Self::Metadata, Self::Assumed, Self::Estimated];
-
-    /// Its name, in words.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Given => "given",
-            Self::Metadata => "from the file",
-            Self::Assumed => "assumed from the unit",
-            Self::Estimated => "estimated",
-        }
-    }
-
     /// Whether neither the user nor the file states the range.
     pub fn is_guess(self) -> bool {
         matches!(self, Self::Assumed | Self::Estimated)

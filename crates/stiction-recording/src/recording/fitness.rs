@@ -7,26 +7,18 @@
 use super::{Channel, Grid, Masked, Quality, Recording, Segment};
 use crate::series::{max, mean, min, quantile, span, variance};
 use crate::spoken::{counted, set};
+use stiction_model::named;
 
-/// Fitness of a recording, or of one measure of it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Class {
-    /// No objection.
-    Fit,
-    /// Results need a caveat.
-    Caveats,
-    /// The data cannot answer.
-    Unfit,
-}
-
-impl Class {
-    /// Its name: `fit`, `caveats` or `unfit`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Fit => "fit",
-            Self::Caveats => "caveats",
-            Self::Unfit => "unfit",
-        }
+named! {
+    /// Fitness of a recording, or of one measure of it.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Class {
+        /// No objection.
+        Fit = "fit",
+        /// Results need a caveat.
+        Caveats = "caveats",
+        /// The data cannot answer.
+        Unfit = "unfit",
     }
 }
 

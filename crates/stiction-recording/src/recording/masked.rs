@@ -20,35 +20,22 @@ use super::{Channel, Quality, Recording};
 use crate::spoken::counted;
 use std::borrow::Cow;
 use std::collections::HashSet;
+use stiction_model::named;
 
-/// Why a value is no measurement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum MaskedKind {
-    /// The user names it as bad.
-    Named,
-    /// A number that programs write instead of a value, outside the plausible range of the signal.
-    Code,
-    /// It lies far outside for a single sample.
-    Spike,
-    /// It repeats exactly, far outside, while the rest of the signal moves.
-    FlatLine,
-    /// Exact zeros, reached by a jump, while the SP stays or the OP is zero, too.
-    Zeros,
-}
-
-impl MaskedKind {
-    /// All kinds.
-    pub const ALL: [Self; 5] = [Self::Named, Self::Code, Self::Spike, Self::FlatLine, Self::Zeros];
-
-    /// Its name, such as `code for no value`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Named => "named as bad",
-            Self::Code => "code for no value",
-            Self::Spike => "isolated spike",
-            Self::FlatLine => "flat line far outside",
-            Self::Zeros => "line of zeros",
-        }
+named! {
+    /// Why a value is no measurement.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum MaskedKind {
+        /// The user names it as bad.
+        Named = "named as bad",
+        /// A number that programs write instead of a value, outside the plausible range of the signal.
+        Code = "code for no value",
+        /// It lies far outside for a single sample.
+        Spike = "isolated spike",
+        /// It repeats exactly, far outside, while the rest of the signal moves.
+        FlatLine = "flat line far outside",
+        /// Exact zeros, reached by a jump, while the SP stays or the OP is zero, too.
+        Zeros = "line of zeros",
     }
 }
 
