@@ -144,8 +144,9 @@ pub fn comparisons(results: &Results) -> Option<Table> {
         "Two detectors on the same loops. The AUC is that over all loops, with interval and p-value by DeLong. The other \
          columns count loops that only one of the two calls sticking, with the p-value of McNemar's exact test.",
     )
-    .columns("first | second | #AUC, first less second | #p | #sticking: only first | #only second | #p | #healthy: \
-         only first | #only second | #p");
+    .columns("first | second | #AUC, first less second | #p")
+    .columns("#sticking: only first | #only second | #p")
+    .columns("#healthy: only first | #only second | #p");
     let row = |table: Table, compared: &Compared| {
         let of = &compared.comparison;
         let mut line = vec![compared.first.clone(), compared.second.clone()];
