@@ -120,7 +120,7 @@ impl Change {
     schemars(rename = "ValveChange")
 )]
 pub struct Event {
-    /// What changed, the worst first.
+    /// What changed.
     pub change: Change,
     /// When: the time of the first window after it, s.
     #[cfg_attr(feature = "serde", serde(rename = "time_s"))]
