@@ -52,7 +52,6 @@ fn all_that_is_written_is_in_the_svg() {
         "dead band",
         "slip here",
         "start-up",
-        "noise band",
         "threshold",
         "step",
         "plain",
