@@ -7,7 +7,7 @@
 //!
 //! # Assumptions
 //! The controller is in manual during all ramps, the process settles by itself, and its lag is below an eighth of a ramp. A
-//! load that drifts moves the branches apart or together; two runs up and down tell it from a dead band.
+//! load that drifts moves the branches apart or together; two runs up and down distinguish it from a dead band.
 //!
 //! # References
 //! Ours.
