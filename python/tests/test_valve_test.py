@@ -92,7 +92,7 @@ def test_a_signature_shows_s_along_the_stroke() -> None:
     with pytest.raises(ValueError, match="an OP range of at least 10 %"):
         stiction.valve_test.plan_signature(op=(40, 45))
     [turns] = stiction.read(TESTED)
-    with pytest.raises(ValueError, match="a signature needs the valve position"):
+    with pytest.raises(ValueError, match="no slow ramp of the OP"):
         stiction.valve_test.signature(turns)
 
 
