@@ -100,9 +100,7 @@ impl Signed {
     pub(super) fn of(source: &Source, recording: &Recording) -> Option<Self> {
         let signature = signature(recording, &GridOptions::default()).ok()?;
         let is_test = |by_hand: ByHand| {
-            let ramped = |set: &&Set| (signature.from_s..=signature.to_s).contains(&set.at_s);
-            let in_ramps = 2 * by_hand.sets.iter().filter(ramped).count() >= by_hand.sets.len();
-            let by_pv = signature.characteristic.is_some() && in_ramps;
+            let by_pv = signature.characteristic.is_some() && is_ramped(&by_hand, &signature);
             by_hand.is_test() && !by_hand.is_staircase() && !by_pv
         };
         if ByHand::of(recording).is_some_and(is_test) {
@@ -119,6 +117,16 @@ impl Signed {
     fn document(self) -> SignedLoop {
         SignedLoop { name: self.recording.name, source: self.source, signature: self.signature }
     }
+}
+
+/// Whether most of the OP's travel by hand is in the ramps. A turn begins a little before its ramp is recognised.
+fn is_ramped(by_hand: &ByHand, ramps: &Signature) -> bool {
+    let before = ramps.from_s - 0.1 * (ramps.to_s - ramps.from_s);
+    let travel = |two: &[Set]| Some((two[1].at_s, (two[1].op? - two[0].op?).abs()));
+    let moves: Vec<(f64, f64)> = by_hand.sets.windows(2).filter_map(travel).collect();
+    let inside = moves.iter().filter(|(at_s, _)| (before..=ramps.to_s).contains(at_s));
+    2.0 * inside.map(|(_, travel)| travel).sum::<f64>()
+        >= moves.iter().map(|(_, travel)| travel).sum::<f64>()
 }
 
 pub(super) fn was_read(args: &Read, found: Signed) -> Result<ExitCode> {

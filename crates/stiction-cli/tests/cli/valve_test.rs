@@ -281,6 +281,56 @@ fn a_signature_is_planned_performed_and_read() {
     refuses(&folder, &narrow, "an OP range of at least 10 %");
 }
 
+/// A recording of operation, then in manual of slow ramps up, down and back, of a valve with S and J under a process with a
+/// lag of 8 s. The valve's position is not recorded.
+fn ramps_in_manual(folder: &Path, name: &str, s: &str, j: &str) {
+    let wandering = |k: i32| 50.0 + 3.0 * (f64::from(k) / 40.0).sin() + (f64::from(k) / 13.0).sin();
+    let mut op: Vec<f64> = (0..600).map(wandering).collect();
+    for (from, to) in [(50.0f64, 62.0), (62.0, 38.0), (38.0, 50.0)] {
+        let n = (25.0 * (to - from).abs()) as i32;
+        op.extend((1..=n).map(|k| from + (to - from) * f64::from(k) / f64::from(n)));
+        op.extend([to; 60]);
+    }
+    let rows: String = op.iter().enumerate().map(|(k, op)| format!("{k},{op:.3}\n")).collect();
+    write(folder, "op.csv", format!("t,OP\n{rows}"));
+    let valve =
+        ["valve", "op.csv", "--column", "OP", "--S", s, "--J", j, "-o", "vp.csv", "--force"];
+    run(folder, &valve).quiet_success();
+    let position = read(folder, "vp.csv");
+    let stem = position.lines().skip(1).map(|row| row.rsplit(',').next().unwrap().parse().unwrap());
+    let (mut text, mut pv) = ("t,FIC1.SP,FIC1.PV,FIC1.OP,FIC1.MODE\n".to_owned(), 75.0);
+    for (k, (op, vp)) in op.iter().zip(stem).enumerate() {
+        let vp: f64 = vp;
+        pv += (1.0 - (-1.0f64 / 8.0).exp()) * (1.5 * vp - pv);
+        let noise = 0.1 * (12.9898 * k as f64).sin();
+        let mode = if k < 600 { "AUTO" } else { "MAN" };
+        text += &format!("{k},75,{:.3},{op:.3},{mode}\n", pv + noise);
+    }
+    write(folder, name, text);
+}
+
+#[test]
+fn ramps_in_manual_are_read_from_the_pv() {
+    let folder = folder("test-ramps");
+    ramps_in_manual(&folder, "sticky.csv", "3", "1");
+    ramps_in_manual(&folder, "healthy.csv", "0", "0");
+    let sticky = ["test", "read", "sticky.csv", "--json"];
+    let found = run(&folder, &sticky).json()["loops"][0]["signature"].clone();
+    assert_eq!(found["class"], "sticks", "{found}");
+    let of = |end: &str| found["S"][end].as_f64().unwrap();
+    assert!(of("low") < 3.0 && 3.0 < of("high") && (2.4..3.6).contains(&of("value")), "{found}");
+    let pages = ["--report", "ramps.html", "--plot", "ramps.svg", "--fail"];
+    let words = run(&folder, &[&sticky[..3], &pages].concat());
+    assert!(
+        words.code == 1 && words.out.contains("sticks, by a signature from 10 min"),
+        "{}",
+        words.out
+    );
+    assert!(read(&folder, "ramps.svg").contains("PV as a position"));
+    let healthy = run(&folder, &["test", "read", "healthy.csv"]).quiet_success();
+    assert!(healthy.contains("does not stick, by a signature from 10 min"), "{healthy}");
+}
+
 /// The stem of a physical valve, with the S and J of its friction.
 #[test]
 fn a_signature_finds_the_friction_of_a_physical_stem() {

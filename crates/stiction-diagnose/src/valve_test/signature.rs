@@ -38,6 +38,7 @@ use crate::recording::{Grid, GridOptions, Mode, Recording, Segment};
 use crate::series::{line, max, mean, median, min, noise_std, quantile};
 use crate::spoken::{rough, time};
 use crate::valve::{Model, Start, Valve};
+use std::ops::Range;
 
 use super::ramps::{self, Characteristic};
 use super::weigh::SMALL;
@@ -138,6 +139,8 @@ const FEWEST: usize = 60;
 const STEP: f64 = 0.04;
 /// An OP that moves back by this much ends a ramp, percent.
 const BACK: f64 = 1.0;
+/// Largest ratio of the spans of two ramps in a series: with a position, and with the PV alone, where the ends may differ.
+const ALIKE_RAMPS: (f64, f64) = (1.3, 2.5);
 /// Parts of the stroke.
 const PLACES: usize = 10;
 /// A stem that moves less than this per percent of OP does not respond.
@@ -252,9 +255,22 @@ pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature,
     // The OP is ramped by hand, so the mode must not cut the recording.
     let whole = Recording { mode: None, ..recording.masked().into_owned() };
     let grid = Grid::of(&whole, grid).map_err(|error| Abstention(error.to_string()))?;
+    let parts = |segment: &Segment| match of_pv {
+        true => in_manual(recording, segment),
+        false => vec![0..segment.op.len()],
+    };
+    let parts = grid.segments.iter().flat_map(|of| parts(of).into_iter().map(move |k| (of, k)));
     let runs: Vec<(&Segment, Vec<Run>)> =
-        grid.segments.iter().map(|segment| (segment, runs(segment))).collect();
-    let found = runs.iter().map(|(segment, runs)| (*segment, pairs(runs)));
+        parts.map(|(segment, part)| (segment, runs(&segment.op, part))).collect();
+    if of_pv && runs.is_empty() {
+        return Err(Abstention(
+            "without a valve position a ramp of the OP is read only in manual, because a controller ramps the OP, too; record \
+             the mode"
+                .to_owned(),
+        ));
+    }
+    let alike = if of_pv { ALIKE_RAMPS.1 } else { ALIKE_RAMPS.0 };
+    let found = runs.iter().map(|(segment, runs)| (*segment, pairs(runs, alike)));
     let Some((segment, ramps)) = found.rev().max_by_key(|(_, ramps)| ramps.len()) else {
         return Err(none());
     };
@@ -265,13 +281,6 @@ pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature,
     let part = |x: &[f64]| x[first.from..last.to].to_vec();
     let ramped = Ramped { op: part(&segment.op), vp: part(vp), dt: segment.sample_time };
     let at = |k: usize| segment.from + k as f64 * segment.sample_time;
-    if of_pv && !in_manual(recording, at(first.from), at(last.to)) {
-        return Err(Abstention(
-            "without a valve position a ramp of the OP is read only in manual, because a controller ramps the OP, too; record \
-             the mode"
-                .to_owned(),
-        ));
-    }
     let mut found = Signature {
         class: VerdictClass::CannotTell,
         s: None,
@@ -302,14 +311,21 @@ pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature,
     Ok(found)
 }
 
-/// Whether a recording was in manual all this time, by its mode.
-fn in_manual(recording: &Recording, from: f64, to: f64) -> bool {
-    recording.mode.as_ref().is_some_and(|modes| {
-        let last = modes.time.partition_point(|time| *time < to);
-        let first = modes.time.partition_point(|time| *time <= from).saturating_sub(1);
-        let during = modes.modes.get(first..last).unwrap_or_default();
-        !during.is_empty() && during.iter().all(|mode| *mode == Mode::Manual)
-    })
+/// The samples of a segment in manual, by the mode of its recording: each time in manual by itself.
+fn in_manual(recording: &Recording, segment: &Segment) -> Vec<Range<usize>> {
+    let Some(modes) = &recording.mode else { return vec![] };
+    let is_manual = |t: f64| {
+        let last = modes.time.partition_point(|time| *time <= t).checked_sub(1);
+        last.is_some_and(|last| modes.modes[last] == Mode::Manual)
+    };
+    let manual: Vec<bool> = segment.times().into_iter().map(is_manual).collect();
+    let mut from = 0;
+    let parts = manual.chunk_by(|a, b| a == b).filter_map(|part| {
+        let range = from..from + part.len();
+        from = range.end;
+        part[0].then_some(range)
+    });
+    parts.collect()
 }
 
 fn none() -> Abstention {
@@ -319,9 +335,9 @@ fn none() -> Abstention {
     ))
 }
 
-/// Ramps of a segment.
-fn runs(segment: &Segment) -> Vec<Run> {
-    let op = &segment.op;
+/// Ramps in a part of an OP.
+fn runs(op: &[f64], part: Range<usize>) -> Vec<Run> {
+    let (begin, op) = (part.start, &op[part]);
     let mut ends = vec![];
     let (mut extreme, mut direction) = (0, 0.0f64);
     for k in 1..op.len() {
@@ -348,16 +364,17 @@ fn runs(segment: &Segment) -> Vec<Run> {
         let steps = op[from..to].windows(2).map(|two| (two[1] - two[0]).abs());
         let slow = steps.fold(0.0, f64::max) <= STEP * travel.abs() && to - from >= FEWEST;
         let span = travel.abs();
+        let (from, to) = (begin + from, begin + to);
         (slow && span >= LEAST_TRAVEL).then_some(Run { rising: travel > 0.0, span, from, to })
     };
     ends.windows(2).filter_map(run).collect()
 }
 
-/// The longest series of ramps that alternate between the same ends; empty without two.
-fn pairs(runs: &[Run]) -> &[Run] {
+/// The longest series of ramps that alternate, each with a span `alike` to the last; empty without two.
+fn pairs(runs: &[Run], alike: f64) -> &[Run] {
     let next = |a: &Run, b: &Run| {
         let ratio = a.span / b.span;
-        a.rising != b.rising && (1.0 / 1.3..1.3).contains(&ratio)
+        a.rising != b.rising && (1.0 / alike..alike).contains(&ratio)
     };
     let series = runs.chunk_by(next).filter(|series| series.len() > 1);
     series.rev().max_by_key(|series| series.len()).unwrap_or_default()
