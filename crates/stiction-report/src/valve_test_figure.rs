@@ -65,21 +65,32 @@ pub fn before_and_after(tests: [(&str, &TestReading); 2], unit: Option<&str>) ->
 
 /// OP less stem position, rising and falling, and S along the stroke.
 pub fn signature(name: &str, of: &Ramped<'_>) -> Figure {
+    let caption =
+        "The curves of rising and falling ramps are S \u{2212} J apart, and J shows in the jumps.";
+    let places = places(&[("S", of.signature)]);
     let figure = Figure::new(format!("{name}: signature of the valve"))
-        .caption("The curves of rising and falling ramps are S \u{2212} J apart, and J shows in the jumps. The bars are 90 % intervals.")
+        .caption(with_bars(caption, &places))
         .with(of.loops());
-    places(&[("S", of.signature)]).into_iter().fold(figure, Figure::with)
+    places.into_iter().fold(figure, Figure::with)
+}
+
+/// A caption that explains the bars, if a panel has any.
+fn with_bars(caption: &str, places: &Option<Panel>) -> String {
+    let bars = if places.is_some() { " The bars are 90 % intervals." } else { "" };
+    format!("{caption}{bars}")
 }
 
 /// The signatures before and after a repair.
 pub fn signatures(tests: [(&str, &Ramped<'_>); 2]) -> Figure {
-    let figure = Figure::new("").caption(
-        "OP less stem position before and after, and S along the stroke. The bars are 90 % intervals.",
-    );
+    let places = places(&tests.map(|(title, of)| (title, of.signature)));
+    let caption = match &places {
+        Some(_) => "OP less stem position before and after, and S along the stroke.",
+        None => "OP less stem position before and after.",
+    };
+    let figure = Figure::new("").caption(with_bars(caption, &places));
     let figure = tests.iter().fold(figure, |figure, (title, of)| {
         figure.with(Panel { title: (*title).to_owned(), ..of.loops() })
     });
-    let places = places(&tests.map(|(title, of)| (title, of.signature)));
     places.into_iter().fold(figure, Figure::with)
 }
 

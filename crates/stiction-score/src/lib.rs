@@ -20,5 +20,5 @@ pub mod planned_tests;
 pub mod scoreboard;
 pub mod suite;
 
-pub use planned_tests::{TestTrial, TestTrialOptions, TestedLoops};
+pub use planned_tests::{BANDS, TestTrial, TestTrialOptions, TestedLoops};
 pub use stiction_figure::Error;

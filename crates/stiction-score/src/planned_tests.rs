@@ -72,7 +72,12 @@ pub struct TestTrial {
     pub noticed: Share,
     /// Recordings of operation in which a test is found by mistake.
     pub imagined: Share,
+    /// Valves that stick, by the probability of the test: between two of [`BANDS`], from the lowest.
+    pub sticking_by_probability: Vec<Share>,
 }
+
+/// The ends of the bands of probability of [`TestTrial::sticking_by_probability`].
+pub const BANDS: [f64; 9] = [0.0, 0.02, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0];
 
 /// The loops of a trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,6 +123,34 @@ impl TestTrial {
         options: TestTrialOptions,
         done: impl Fn() + Sync,
     ) -> Result<Self> {
+        Ok(Self::of(&Self::all(seed, n, options, done)?))
+    }
+
+    /// The reading of each test that began, and whether its valve sticks.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn readings(
+        seed: u64,
+        n: u64,
+        options: TestTrialOptions,
+        done: impl Fn() + Sync,
+    ) -> Result<Vec<(bool, TestReading)>> {
+        let read = |one| match one {
+            One::Tested { tested, read, .. } if tested.carried.turns > 0 => {
+                read.map(|read| (tested.valve.sticks, *read))
+            }
+            _ => None,
+        };
+        Ok(Self::all(seed, n, options, done)?.into_iter().filter_map(read).collect())
+    }
+
+    fn all(
+        seed: u64,
+        n: u64,
+        options: TestTrialOptions,
+        done: impl Fn() + Sync,
+    ) -> Result<Vec<One>> {
         let one = |index: u64| -> Result<One> {
             let mut draw = Draw::of(&[seed, index, 35]);
             let one = match options.loops {
@@ -138,8 +171,7 @@ impl TestTrial {
             done();
             one
         };
-        let all: Vec<One> = (0..n).into_par_iter().map(one).collect::<Result<_>>()?;
-        Ok(Self::of(&all))
+        (0..n).into_par_iter().map(one).collect()
     }
 
     fn of(all: &[One]) -> Self {
@@ -196,6 +228,11 @@ impl TestTrial {
             (!all.is_empty()).then(|| [0.5, 0.9].map(|share| quantile(&all, share)))
         };
         let manual = |tested: &Tested| tested.carried.manual_s[0];
+        let within = |ends: &[f64]| {
+            let inside = |p: f64| ends[0] <= p && (p < ends[1] || ends[1] == 1.0);
+            let of = began.iter().filter(|(.., read)| read.is_some_and(|r| inside(r.probability)));
+            Share::of(&of.collect::<Vec<_>>(), |(_, tested, _)| tested.valve.sticks)
+        };
         Self {
             planned: Share { k: tested.len(), n: asked.count() },
             began: Share { k: began.len(), n: tested.len() },
@@ -225,6 +262,7 @@ impl TestTrial {
             expected_s: two(&|tested| tested.plan.expected_s),
             noticed: share(&|tested| tested.noticed),
             imagined: Share::of(&tested, |(_, tested, _)| tested.imagined),
+            sticking_by_probability: BANDS.windows(2).map(within).collect(),
         }
     }
 }

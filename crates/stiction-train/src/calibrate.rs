@@ -36,9 +36,11 @@ fn log_loss(map: &Calibration, margins: &[f64], truth: &[bool]) -> f64 {
 /// Beta calibration by Newton's method on the log loss, with slopes of at least 0: a negative slope is set to 0 and
 /// the rest fitted again.
 pub fn beta(margins: &[f64], truth: &[bool]) -> Calibration {
+    let row = |margin: &f64| [-softplus(-margin), softplus(*margin), 1.0];
+    let rows: Vec<[f64; 3]> = margins.iter().map(row).collect();
     let mut free = [true; 3];
     loop {
-        let at = newton(margins, truth, free);
+        let at = logistic(&rows, truth, [1.0, 1.0, 0.0], free);
         match (0..2).filter(|k| at[*k] < 0.0).min_by(|j, k| at[*j].total_cmp(&at[*k])) {
             Some(k) => free[k] = false,
             None => return Calibration::Beta { a: at[0], b: at[1], c: at[2] },
@@ -46,10 +48,10 @@ pub fn beta(margins: &[f64], truth: &[bool]) -> Calibration {
     }
 }
 
-fn newton(margins: &[f64], truth: &[bool], free: [bool; 3]) -> [f64; 3] {
-    // A small regularisation to the identity keeps slopes finite if one class is missing.
+/// Logistic regression of the truth on rows of three, by Newton's method. A coefficient that is not free is 0. A small
+/// regularisation to `aim` keeps the others finite if one class is missing.
+pub fn logistic(rows: &[[f64; 3]], truth: &[bool], aim: [f64; 3], free: [bool; 3]) -> [f64; 3] {
     const PULL: f64 = 1e-3;
-    let aim = [1.0, 1.0, 0.0];
     let mut at = [0, 1, 2].map(|k| if free[k] { aim[k] } else { 0.0 });
     for _ in 0..50 {
         let mut g = [0.0; 3];
@@ -58,8 +60,7 @@ fn newton(margins: &[f64], truth: &[bool], free: [bool; 3]) -> [f64; 3] {
             g[k] = PULL * (at[k] - aim[k]);
             h[k][k] = PULL;
         }
-        for (margin, truth) in margins.iter().zip(truth) {
-            let x = [-softplus(-margin), softplus(*margin), 1.0];
+        for (x, truth) in rows.iter().zip(truth) {
             let p = sigmoid((0..3).map(|k| at[k] * x[k]).sum());
             for j in 0..3 {
                 g[j] += (p - f64::from(*truth)) * x[j];

@@ -24,6 +24,7 @@ mod matrix_file;
 mod measure;
 mod members;
 mod mistakes;
+mod planned_tests;
 mod random;
 mod reference;
 mod signals;
@@ -117,6 +118,8 @@ enum Experiment {
         #[arg(long)]
         pool: bool,
     },
+    /// Test N loops, and print the calibration of valve tests
+    Tests,
 }
 
 fn main() -> Result<()> {
@@ -133,6 +136,14 @@ fn main() -> Result<()> {
             valves::gather(folder, source, args.seed, args.n, progress)?;
         }
         return valves::pool(folder, source, args.seed);
+    }
+    if matches!(args.experiment, Some(Experiment::Tests)) {
+        let done = std::sync::atomic::AtomicU64::new(0);
+        let all = args.n + args.n / 3;
+        return planned_tests::fit(args.seed, args.n, || {
+            let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            tell_progress(args.seed, done, all, "loops");
+        });
     }
     let mut test = gather(&args, fresh, members)?;
     let mut train = gather(&args, args.seed, args.n)?;
@@ -204,7 +215,7 @@ fn main() -> Result<()> {
             }
             print!("{card}");
         }
-        (Some(Experiment::Valves { .. }), _) | (None, None) => {
+        (Some(Experiment::Valves { .. } | Experiment::Tests), _) | (None, None) => {
             unreachable!("clap asks for --output")
         }
     }

@@ -6,7 +6,7 @@ use anyhow::Result;
 use schemars::JsonSchema;
 use serde::Serialize;
 use stiction::population::{Operator, Trend};
-use stiction::score::{TestTrial, TestTrialOptions, TestedLoops};
+use stiction::score::{BANDS, TestTrial, TestTrialOptions, TestedLoops};
 use stiction_report::report::Table;
 use stiction_report::words;
 
@@ -76,6 +76,16 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
         row(table, "the same loops", "whose PV leaves it without a test", trial.beyond_anyway);
     let table = row(table, "tests", "found without sheet and mode", trial.noticed);
     let table = row(table, "recordings of operation", "mistaken for a test", trial.imagined);
+    let bands = trial.sticking_by_probability.iter().zip(BANDS.windows(2));
+    let table = bands.fold(table, |table, (share, ends)| {
+        let [from, to] = [ends[0], ends[1]].map(|p| words::rough(100.0 * p));
+        row(
+            table,
+            &format!("tests with p(sticks) from {from} to {to} %"),
+            "whose valve sticks",
+            *share,
+        )
+    });
     let number = |value: Option<f64>, unit: &str| {
         value.map_or("-".to_owned(), |value| format!("{}{unit}", words::rough(value)))
     };

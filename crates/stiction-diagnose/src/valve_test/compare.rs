@@ -261,6 +261,7 @@ mod tests {
             class,
             probability: 0.5,
             by_test: 0.5,
+            log_odds: 0.0,
             by_operation: None,
             dead_band_elsewhere: 0.0,
             s,

@@ -9,6 +9,7 @@
 //! * `stems` calculates how far each valve would move with each turn.
 //! * `explain` calculates how well a valve explains the answers. `weigh` finds the likely valves.
 //! * `curve` straightens the characteristic that a staircase shows.
+//! * `probability` joins the evidence of a test with that of operation, and calibrates it.
 //! * `carried` compares the test with its plan. `compare` shows what a repair changed.
 //! * `behind` decides whether a dead band is in the valve or downstream of the process.
 //! * [`signature()`] reads a slow ramp of the OP over the stroke, where the position is recorded.
@@ -27,6 +28,7 @@ mod explain;
 mod plan;
 mod plan_comparison;
 mod position;
+mod probability;
 mod ramps;
 mod read;
 mod short;

@@ -6,11 +6,14 @@ use super::explain::Seen;
 use super::plan::{TestPlan, rises};
 use super::plan_comparison::{self, PlanComparison, same_loop};
 use super::position::{PositionReading, position};
+use super::probability::{joined, log_odds, of_test};
 use super::weigh::{Manual, SMALL, Weighed, weigh};
-use crate::diagnose::{Detectors, DiagnoseOptions, Diagnosis, VerdictClass, diagnose};
+use crate::diagnose::{
+    Detectors, DiagnoseOptions, Diagnosis, Grade, PROBABLY_FINE_UP_TO, PROBABLY_FROM, VerdictClass,
+    diagnose,
+};
 use crate::estimate::Estimate;
 use crate::finding::Abstention;
-use crate::fusion::{logit, sigmoid};
 use crate::recording::{ByHand, Grid, GridOptions, KnownBy, Recording, Segment};
 use crate::series::{max, median, min, noise_std, quantile, span, std};
 use crate::spoken::{percent, rough, time};
@@ -59,6 +62,9 @@ pub struct TestReading {
     pub by_test: f64,
     /// Probability that the valve sticks, from the recording before the test; `None` if it gives none.
     pub by_operation: Option<f64>,
+    /// The log-odds of the test before calibration.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub log_odds: f64,
     /// Probability of a dead band downstream of the valve, in the process, a linkage or the transmitter.
     pub dead_band_elsewhere: f64,
     /// Stick band plus dead band, percent of span, with its 90 % interval, if the valve sticks.
@@ -98,10 +104,21 @@ pub struct TestReading {
 }
 
 impl TestReading {
-    /// The class in words; a dead band that seems to be downstream of the valve has a word of its own.
+    /// The class in words. Without a decision it is the grade of a clear probability, and a dead band that seems to be
+    /// downstream of the valve has a word of its own.
     pub fn word(&self) -> &'static str {
-        let elsewhere = self.class == VerdictClass::CannotTell && self.dead_band_elsewhere > 0.5;
-        if elsewhere { "dead band elsewhere" } else { self.class.name() }
+        match self.probability {
+            _ if self.class != VerdictClass::CannotTell => self.class.name(),
+            _ if self.is_elsewhere() => "dead band elsewhere",
+            p if p >= PROBABLY_FROM => Grade::ProbablySticks.name(),
+            p if p <= PROBABLY_FINE_UP_TO => Grade::ProbablyFine.name(),
+            _ => self.class.name(),
+        }
+    }
+
+    /// Whether a dead band downstream of the valve explains the answers better than one in the valve.
+    pub fn is_elsewhere(&self) -> bool {
+        self.class == VerdictClass::CannotTell && self.dead_band_elsewhere > 0.5
     }
 
     /// The signal with the answers: `PV` or `stem`.
@@ -115,12 +132,14 @@ impl TestReading {
     }
 }
 
-/// Least probability of a dead band in the valve, as a share of that downstream of it: a test hardly separates them.
-const SHARED: f64 = 0.1;
-/// Lowest probability for `sticks`.
-const SURE: f64 = 0.95;
-/// Required agreement of the PV with a valve: correlation, and length of the expected answers in standard deviations.
-const FITS: f64 = 0.65;
+/// Lowest probability for `sticks`, as in operation, and for `does not respond`.
+const STICKS: f64 = 0.9;
+const DEAD: f64 = 0.8;
+/// `does not stick` requires a lower probability. The limit of S is the promise, and S below it may not be 0.
+const CLEARS: f64 = 0.5;
+/// `does not stick` requires a lower probability that the PV answers no turn.
+const NO_ANSWER: f64 = 0.05;
+/// Required agreement of the PV with a valve that follows: correlation, and length of the expected answers in standard deviations.
 const FITS_HEALTHY: f64 = 0.5;
 const STRONG: f64 = 5.0;
 /// Clear answers required for `sticks`.
@@ -438,12 +457,7 @@ fn drawn(spells: &[Manual], by_position: bool) -> f64 {
     0.5 * median(&off.collect::<Vec<_>>())
 }
 
-/// Log-odds of a probability, limited to finite values.
-fn odds(p: f64) -> f64 {
-    logit(p.clamp(1e-6, 1.0 - 1e-6))
-}
-
-/// The verdict from test and operation. Their log-odds add, but neither accuses nor clears against the test.
+/// The verdict from test and operation, which neither accuses nor clears against the test.
 fn conclude(
     weighed: &Weighed,
     operation: &Operation,
@@ -451,10 +465,8 @@ fn conclude(
     by_position: bool,
     at_rest: bool,
 ) -> TestReading {
-    // What looks like a dead band downstream may be one in the valve.
-    let at_least = |p: f64| p.max(SHARED * weighed.elsewhere);
-    let probability =
-        at_least(sigmoid(odds(weighed.sticks) + operation.probability.map_or(0.0, odds)));
+    let log_odds = log_odds(weighed);
+    let (by_test, probability) = (of_test(log_odds), joined(log_odds, operation.probability));
     let (sticking, following) = (weighed.sticking_seen, weighed.following_seen);
     let turns = || spells.iter().flat_map(|spell| spell.turns.windows(2));
     let travel = turns().map(|two| (two[1].1 - two[0].1).abs()).fold(0.0, f64::max);
@@ -473,7 +485,7 @@ fn conclude(
         && following.clear == 0
         && following.fits < 0.5 * FITS_HEALTHY
         && travel > 0.5 * operation.op_range
-        && probability > 0.3
+        && probability >= DEAD
         && moves;
     // Without operation nothing asks for a smaller limit.
     let limit = match operation.op_range > 0.0 {
@@ -483,13 +495,11 @@ fn conclude(
     let class = match () {
         () if silent && !by_position || still => VerdictClass::DoesNotRespond,
         // Operation does not decide against the test, which is the better witness.
-        () if probability >= SURE && weighed.sticks > 0.5 && explains(sticking) => {
-            VerdictClass::Sticks
-        }
-        () if probability < 0.5
-            && weighed.sticks < 0.5
+        () if probability >= STICKS && by_test > 0.5 && is_clear(sticking) => VerdictClass::Sticks,
+        () if probability < CLEARS
+            && by_test < CLEARS
             && weighed.elsewhere < 0.1
-            && weighed.silent < 1.0 - SURE
+            && weighed.silent < NO_ANSWER
             && weighed.s_below.is_some_and(|below| below < limit)
             && following.strength > STRONG
             && following.fits > FITS_HEALTHY =>
@@ -512,7 +522,8 @@ fn conclude(
     TestReading {
         class,
         probability,
-        by_test: at_least(weighed.sticks),
+        by_test,
+        log_odds,
         by_operation: operation.probability,
         dead_band_elsewhere: weighed.elsewhere,
         s: (sticks && !weighed.open).then_some(s),
@@ -520,7 +531,7 @@ fn conclude(
         // A limit would contradict a valve that probably sticks.
         s_below: weighed
             .s_below
-            .filter(|below| *below < TOLD_UP_TO && probability < 0.5 && !still)
+            .filter(|below| *below < TOLD_UP_TO && probability < CLEARS && !still)
             .map(|below| below.max(SMALL)),
         response_s: None,
         known_by: KnownBy::Output,
@@ -537,9 +548,9 @@ fn conclude(
     }
 }
 
-/// Whether the PV agrees with a sticking valve in at least two clear answers.
-fn explains(seen: Seen) -> bool {
-    seen.clear >= CLEAR && seen.fits > FITS && seen.strength > STRONG
+/// Whether at least two answers are clear.
+fn is_clear(seen: Seen) -> bool {
+    seen.clear >= CLEAR && seen.strength > STRONG
 }
 
 /// Factor by which the interval of S is wider than the one from the likelihoods.
