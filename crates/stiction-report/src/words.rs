@@ -98,6 +98,7 @@ fn verdict_alone(diagnosis: &Diagnosis) -> String {
              fast, shut off, or without power or air, or the position transmitter may be dead."
                 .to_owned()
         }
+        (class, Basis::ValveTest) => by_test(diagnosis, class),
         (VerdictClass::DoesNotRespond, _) => no_response(diagnosis),
         (VerdictClass::CannotTell, _) => cannot_tell(diagnosis),
         (_, Basis::OpAlone) => op_alone(diagnosis),
@@ -123,6 +124,30 @@ fn verdict_alone(diagnosis: &Diagnosis) -> String {
             };
             join([says, cause])
         }
+    }
+}
+
+/// The verdict by the valve test in the recording, and the operation before it.
+fn by_test(diagnosis: &Diagnosis, class: VerdictClass) -> String {
+    let sure =
+        diagnosis.verdict.probability.map_or(String::new(), |p| format!(" ({})", percent(p)));
+    match class {
+        VerdictClass::Sticks => join([
+            format!("The valve test in this recording shows that the valve sticks{sure}."),
+            band(diagnosis),
+        ]),
+        VerdictClass::DoesNotRespond => {
+            "The valve did not respond to the turns of the test in this recording. It may be stuck fast, shut off, or without \
+             power or air."
+                .to_owned()
+        }
+        VerdictClass::DoesNotStick | VerdictClass::CannotTell => join([
+            format!(
+                "The valve test in this recording shows that the valve does not stick (probability of sticking{}",
+                sure.replacen(" (", " ", 1)
+            ) + ".",
+            limit(diagnosis),
+        ]),
     }
 }
 

@@ -197,10 +197,19 @@ fn what_cannot_be_planned_or_read_is_reported() {
     assert!(refused.contains("the key \"plan\" is missing"), "{refused}");
     let limits = ["test", "plan", &sample("FIC101-sticky.csv"), "--pv-low", "9", "--pv-high", "3"];
     refuses(&folder, &limits, "the lower limit of the PV is not below");
-    // A recording that holds a test says so.
-    let words = run(&folder, &["diagnose", &tested, "--json"]).json();
-    let notes = words["loops"][0]["notes"].to_string();
-    assert!(notes.contains("this recording contains a valve test"), "{notes}");
+    // The test in a recording gives its verdict.
+    let found = run(&folder, &["diagnose", &tested, "--json"]).json()["loops"][0].clone();
+    let verdict = &found["verdict"];
+    assert_eq!((&verdict["class"], &verdict["basis"]), (&"sticks".into(), &"valve test".into()));
+    let s = |end: &str| found["stiction"]["S"][end].as_f64().unwrap();
+    assert!(s("low") < 3.24 && 3.24 < s("high") && verdict["confirm"].is_null(), "{verdict}");
+    let notes = found["notes"].to_string();
+    assert!(notes.contains("the verdict is from the valve test in this recording"), "{notes}");
+    let words = run(&folder, &["diagnose", &tested, "--report", "report.html"]);
+    assert!(words.code == 0, "{}", words.err);
+    let page = read(&folder, "report.html");
+    assert!(page.contains("The valve test in this recording shows that the valve sticks"));
+    assert!(!page.contains("Test the valve in manual"));
 }
 
 /// The recorded ramps of the plan in `plan.json`, as a CSV file with the columns time_s and OP, a sample a second.

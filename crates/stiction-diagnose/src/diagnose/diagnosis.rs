@@ -25,6 +25,7 @@ use crate::oscillation::Oscillation;
 use crate::recording::fitness::Fitness;
 use crate::recording::{Grid, LoopType, Masked, Modes, PlantTime, Range, Segment, Understood};
 use crate::valve::{Start, Valve};
+use crate::valve_test::TestReading;
 
 /// The diagnosis of one loop.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,6 +104,9 @@ pub struct Diagnosis {
     pub evidence: Option<Weighing>,
     /// The windows of the judged segment that were weighed one by one, in order of time.
     pub windows: Vec<Window>,
+    /// The valve test in the recording; `None` without one that can be read.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub test: Option<TestReading>,
     /// Remarks to the user by the reader of the file or another step.
     pub notes: Vec<String>,
     /// The part of a very long segment that the published methods and the oscillation read.
@@ -262,10 +266,12 @@ impl Diagnosis {
         })
     }
 
-    /// What the windows say together, if it gave the probability.
+    /// What the windows say together, if it gave the probability, or would have without a test.
     pub fn pool(&self) -> Option<&Pool> {
         let weighing = self.evidence.as_ref()?;
-        weighing.pool.as_ref().filter(|_| self.verdict.probability == Some(weighing.probability))
+        let by_test = self.verdict.basis == Basis::ValveTest;
+        let gave = self.verdict.probability == Some(weighing.probability);
+        weighing.pool.as_ref().filter(|_| by_test || gave)
     }
 
     /// Data of the detectors for plots of their evidence.

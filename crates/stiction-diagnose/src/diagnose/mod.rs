@@ -27,6 +27,7 @@ mod reasons;
 mod relation;
 pub mod repair;
 mod steps;
+mod tested;
 mod verdict;
 mod weighing;
 mod window;

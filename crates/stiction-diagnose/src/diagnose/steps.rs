@@ -14,15 +14,14 @@ use super::no_response::NoResponse;
 use super::oscillations::Oscillations;
 use super::quantify;
 use super::relation::Relation;
+use super::tested;
 use super::verdict::{Basis, Grade, Stiction, Verdict, VerdictClass};
 use super::weighing::Weighing;
 use crate::error::{Error, Result, non_negative};
 use crate::finding::{Abstention, Family, Finding};
 use crate::methods::{self, Detector, MethodId, Subject};
 use crate::recording::fitness::{self, Class, Fitness, Measure, MeasureId};
-use crate::recording::{
-    ByHand, Doubt, Grid, GridOptions, LoopType, Recording, Segment, Understood,
-};
+use crate::recording::{Doubt, Grid, GridOptions, LoopType, Recording, Segment, Understood};
 use crate::spoken::time;
 use crate::valve_test::{self, PlanOptions};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -233,6 +232,15 @@ pub fn diagnose_with_progress(
             test_due = verdict.basis != Basis::ValvePosition;
         }
     }
+    let test = tested::tested(recording, options.grid, weighed);
+    let decides = test.as_ref().filter(|_| mistaken.is_none() && by_position.is_none());
+    let by_test = decides.and_then(|test| tested::by_test(test, &verdict));
+    let gave = weighed.is_some_and(|of| verdict.probability == Some(of.probability));
+    let mut pool_counts = true;
+    if let Some(by_test) = by_test {
+        (verdict, stiction) = by_test;
+        (test_due, pool_counts) = (false, gave);
+    }
     if !options.evidence {
         findings.iter_mut().for_each(|finding| finding.looked_at = None);
     }
@@ -240,9 +248,10 @@ pub fn diagnose_with_progress(
     let mut notes = recording.notes.clone();
     let by_windows = matches!(verdict.basis, Basis::Evidence | Basis::OpAlone);
     let gave = weighed.filter(|_| by_windows);
-    notes.extend(segment.and_then(|segment| cut(&grid, segment, gave)));
+    let of_operation = segment.filter(|_| verdict.basis != Basis::ValveTest);
+    notes.extend(of_operation.and_then(|segment| cut(&grid, segment, gave)));
     notes.extend(recent.as_ref().map(read_in_part));
-    notes.extend(ByHand::of(recording).and_then(|by_hand| note_on_test(&by_hand)));
+    notes.extend(test.as_ref().map(|test| tested::note(test, verdict.basis)));
     let relation = belonging.relation.as_ref();
     let followed = by_position.is_some() && mistaken.is_none();
     notes.extend(relation.filter(|_| followed).and_then(note_on_mistake));
@@ -268,10 +277,14 @@ pub fn diagnose_with_progress(
         stiction,
         windows,
         evidence: weighing.and_then(std::result::Result::ok),
+        test,
         notes,
         recent,
         grid,
     };
+    if !pool_counts && let Some(weighing) = &mut diagnosis.evidence {
+        weighing.pool = None;
+    }
     diagnosis.verdict.grade = Grade::of(&diagnosis, options.fine_up_to);
     if test_due {
         match valve_test::plan(&diagnosis, &PlanOptions::default()) {
@@ -347,17 +360,6 @@ fn read_in_part(recent: &Segment) -> String {
         "the methods, the oscillation, the check of the columns and a recorded position use the last {} of the segment",
         time(recent.duration())
     )
-}
-
-/// The note on a valve test in the recording, which the verdict does not use.
-fn note_on_test(by_hand: &ByHand) -> Option<String> {
-    let (turns, (from, to)) = (by_hand.turns(), by_hand.span_s());
-    by_hand.is_test().then(|| {
-        format!(
-            "this recording contains a valve test, {turns} turns of the OP by hand within {}; `stiction test read` judges it",
-            time(to - from)
-        )
-    })
 }
 
 /// The note on a mistake in the columns that does not affect a verdict from the measured position.

@@ -97,6 +97,8 @@ named! {
     pub enum Basis {
         /// The measured valve position.
         ValvePosition = "measured valve position",
+        /// A valve test in the recording, and the operation before it.
+        ValveTest = "valve test",
         /// The evidence in OP and PV, weighed by the model that was trained on simulated loops.
         Evidence = "evidence in OP and PV",
         /// The shape of the OP alone: it can be compatible with stiction, but never prove it.

@@ -11,8 +11,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc;
 use std::time::Duration;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, FINE_UP_TO, diagnose};
-use stiction_diagnose::recording::{ByHand, Channel, Modes, Recording};
-use stiction_diagnose::valve_test::{self, ReadOptions, TestReading};
+use stiction_diagnose::recording::{Channel, Modes, Recording};
 use stiction_io::join;
 
 /// The fewest periods of a window, within [`MOST_DAYS`].
@@ -92,7 +91,7 @@ impl<'a> Judge<'a> {
         let found = within(self.limit_s, move || {
             let found = judged(&recording, &options)?;
             let trace = Trace::of(&recording, start, window_s, TraceSignal::of(&found));
-            Ok((found, trace, tested(&recording)))
+            Ok((found, trace))
         });
         let Some(found) = found else {
             let error = format!(
@@ -104,15 +103,15 @@ impl<'a> Judge<'a> {
             return Judged { row: Some(row), trace: None, days: 1 };
         };
         match found {
-            Ok((found, trace, test)) => {
+            Ok((found, trace)) => {
                 let period =
                     found.oscillation().filter(|(_, o)| o.found).and_then(|(_, o)| o.period_s);
                 let days = period.map_or(1, |p| (PERIODS * p / 86_400.0).ceil() as i64);
                 let row = identity.judged(&found);
                 Judged {
                     trace,
-                    row: Some(match test {
-                        Some(test) => row.tested(&test),
+                    row: Some(match &found.test {
+                        Some(test) => row.tested(test),
                         None => row,
                     }),
                     days: days.clamp(1, MOST_DAYS),
@@ -263,13 +262,6 @@ fn within<T: Send + 'static>(
         let _ = send.send(found);
     });
     receive.recv_timeout(Duration::from_secs(limit_s.into())).ok()
-}
-
-/// The result of a valve test in the recording; none without a readable test.
-fn tested(recording: &Recording) -> Option<TestReading> {
-    ByHand::of(recording).filter(ByHand::is_test)?;
-    let options = ReadOptions::default();
-    catch_unwind(AssertUnwindSafe(|| valve_test::read(recording, &options))).ok()?.ok()
 }
 
 /// A diagnosis. A fault of the program ends this diagnosis only.

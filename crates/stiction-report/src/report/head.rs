@@ -126,16 +126,16 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
                 .to_owned()
         }
     };
+    let tested = verdict.basis == Basis::ValveTest;
     let repair = || {
         let row = prospects.and_then(|found| {
             found.actions.iter().find(|row| row.action == Remedy::Repair && row.certain())
         });
-        match row {
-            Some(row) => {
-                format!("If confirmed, repair the valve. PV swing would fall by {}.", row.fall())
-            }
-            None => "If confirmed, inspect packing, actuator and positioner.".to_owned(),
-        }
+        let what = match row {
+            Some(row) => format!("repair the valve. PV swing would fall by {}.", row.fall()),
+            None => "inspect packing, actuator and positioner.".to_owned(),
+        };
+        if tested { sentence(&what) } else { format!("If confirmed, {what}") }
     };
     let sticks = verdict.probability.unwrap_or(0.0);
     let first = verdict.alternatives.first().filter(|other| {
@@ -146,7 +146,8 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
         || first.map(|other| format!("First rule out {}.", words::cause(other.cause.name())));
     match verdict.grade {
         Grade::Sticks => {
-            let mut all = if verdict.basis == Basis::ValvePosition { vec![] } else { vec![test()] };
+            let is_measured = tested || verdict.basis == Basis::ValvePosition;
+            let mut all = if is_measured { vec![] } else { vec![test()] };
             all.push(repair());
             if unexplained {
                 all.push(

@@ -135,7 +135,9 @@ pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
         return section.paragraph(sentence(&format!("no test can be planned: {why}")));
     }
     match diagnosis.verdict.class {
-        VerdictClass::Sticks if diagnosis.verdict.basis != Basis::ValvePosition => {
+        VerdictClass::Sticks
+            if !matches!(diagnosis.verdict.basis, Basis::ValvePosition | Basis::ValveTest) =>
+        {
             let items = [
                 "Put the controller in manual and hold the OP. An oscillation caused by the valve dies out.",
                 "Step the OP by small amounts up, then down, and watch the flow or the stem. A valve that sticks \

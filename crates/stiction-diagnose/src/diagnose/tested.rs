@@ -1,0 +1,75 @@
+//! The verdict from a valve test in the recording.
+
+use super::change::present_since;
+use super::verdict::{Basis, Limit, Stiction, Verdict, VerdictClass};
+use super::weighing::Weighing;
+use crate::fusion::{COVERAGE, LIMIT};
+use crate::recording::{ByHand, GridOptions, Recording};
+use crate::spoken::{percent, time};
+use crate::valve_test::{ReadOptions, TestReading, read};
+
+/// The test in a recording; `None` without one that can be read, or if the valve changed after it.
+pub(super) fn tested(
+    recording: &Recording,
+    grid: GridOptions,
+    weighing: Option<&Weighing>,
+) -> Option<TestReading> {
+    ByHand::of(recording).filter(ByHand::is_test)?;
+    let test = read(recording, &ReadOptions { grid, ..ReadOptions::default() }).ok()?;
+    let changed = weighing.map_or(f64::NEG_INFINITY, |of| present_since(&of.changes));
+    (changed < test.to_s).then_some(test)
+}
+
+/// The verdict and the stiction from a test that decides, whose probability includes the operation before it; `None`
+/// otherwise.
+pub(super) fn by_test(test: &TestReading, operation: &Verdict) -> Option<(Verdict, Stiction)> {
+    if test.class == VerdictClass::CannotTell {
+        return None;
+    }
+    let verdict = Verdict {
+        class: test.class,
+        probability: Some(test.probability),
+        basis: Basis::ValveTest,
+        s_below: test
+            .s_below
+            .filter(|_| test.class == VerdictClass::DoesNotStick)
+            .map(|value| Limit { value, confidence: LIMIT }),
+        votes: operation.votes,
+        reasons: test.reasons.clone(),
+        ..Verdict::default()
+    };
+    let stiction = Stiction {
+        model: test
+            .s
+            .map(|_| "a valve that explains the answers to the turns of the test".to_owned()),
+        s: test.s,
+        j: test.j,
+        coverage: test.s.map(|_| COVERAGE),
+        why_not: match test.class {
+            VerdictClass::Sticks => test
+                .s
+                .is_none()
+                .then(|| "no turn of the test was large enough for an upper limit".to_owned()),
+            VerdictClass::DoesNotStick => Some("by the test, the valve does not stick".to_owned()),
+            _ => Some("a valve that does not respond never slips".to_owned()),
+        },
+        definitions: vec![],
+    };
+    Some((verdict, stiction))
+}
+
+/// The note on a valve test in the recording, given the basis of the verdict.
+pub(super) fn note(test: &TestReading, basis: Basis) -> String {
+    let turns =
+        format!("{} turns of the OP by hand within {}", test.turned, time(test.to_s - test.from_s));
+    match basis {
+        Basis::ValveTest => format!(
+            "the verdict is from the valve test in this recording, {turns}; `stiction test read` shows its answers"
+        ),
+        _ => format!(
+            "this recording contains a valve test, {turns}: {}, {}; `stiction test read` shows its answers",
+            test.word(),
+            percent(test.probability)
+        ),
+    }
+}
