@@ -56,9 +56,9 @@ use crate::bands::Bands;
 use crate::finding::Abstention;
 use crate::series::{mean, median, quantile, std};
 use crate::simd::{Kernel, LANES, Lane, Width};
-use crate::valve::lanes::{LaneValve, Laned};
-use crate::valve::{He, Model, Start, TwoPhase};
+use crate::valve::Model;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use std::hint::select_unpredictable as select;
 
 /// Number of values of S, from [`SMALLEST`] to [`LARGEST`] in equal ratios.
 pub const STEPS: usize = 9;
@@ -76,8 +76,9 @@ pub const SELDOM: f64 = 4.0;
 /// J over S, and the model.
 const SHAPES: [(f64, Model); 4] =
     [(0.1, Model::TwoPhase), (0.5, Model::TwoPhase), (1.0, Model::TwoPhase), (0.7, Model::He)];
-/// Initial positions of a stem that slips seldom, stick bands from the OP; the first for all.
-const PLACES: [f64; 5] = [0.0, -0.45, 0.45, -0.9, 0.9];
+/// Initial positions of a stem that slips less often than this, stick bands from the OP, besides the OP itself.
+const PLACES: [(f64, f64); 4] =
+    [(SELDOM, -0.45), (SELDOM, 0.45), (SELDOM - 1.0, -0.9), (SELDOM - 1.0, 0.9)];
 /// Around the valve of the largest gain: factors of its S, and J over S.
 const NEARBY_S: [f64; 4] = [0.79, 0.91, 1.09, 1.26];
 const NEARBY_J: [f64; 4] = [0.1, 0.35, 0.65, 1.0];
@@ -242,7 +243,7 @@ struct Fit {
 }
 
 /// A valve to try.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Candidate {
     /// Share of the OP's range.
     s: f64,
@@ -368,27 +369,18 @@ impl Problem {
     }
 
     fn explored(&self, op: &[f64], pv: &[f64]) -> Information {
-        let on_grid = |place: f64| -> Vec<Candidate> {
-            let of = |(j, model)| grid().map(|s| Candidate { s, j, model, place });
-            SHAPES.into_iter().flat_map(of).collect()
-        };
-        let all = on_grid(PLACES[0]);
+        let of_shape = |(j, model)| grid().map(|s| Candidate { s, j, model, place: 0.0 });
+        let all: Vec<Candidate> = SHAPES.into_iter().flat_map(of_shape).collect();
         let mut best: Vec<Option<Tried>> = self.tried(&all);
         let slips: Vec<f64> =
             best.iter().map(|tried| tried.as_ref().map_or(0.0, |tried| tried.stem.slips)).collect();
-        for (seldom, places) in
-            [(SELDOM, [PLACES[1], PLACES[2]]), (SELDOM - 1.0, [PLACES[3], PLACES[4]])]
-        {
-            let which: Vec<usize> = (0..all.len()).filter(|k| slips[*k] < seldom).collect();
-            for place in places {
-                let asked: Vec<Candidate> =
-                    which.iter().map(|k| Candidate { place, ..all[*k] }).collect();
-                for (k, tried) in which.iter().zip(self.tried(&asked)) {
-                    let sse = |of: &Option<Tried>| of.as_ref().map_or(f64::INFINITY, |t| t.fit.sse);
-                    if sse(&tried) < sse(&best[*k]) {
-                        best[*k] = tried;
-                    }
-                }
+        let which = placed(&slips, &PLACES);
+        let asked: Vec<Candidate> =
+            which.iter().map(|(k, place)| Candidate { place: *place, ..all[*k] }).collect();
+        for ((k, _), tried) in which.iter().zip(self.tried(&asked)) {
+            let sse = |of: &Option<Tried>| of.as_ref().map_or(f64::INFINITY, |t| t.fit.sse);
+            if sse(&tried) < sse(&best[*k]) {
+                best[*k] = tried;
             }
         }
         // Without a solved candidate nothing is known.
@@ -454,48 +446,22 @@ impl Problem {
 
     /// The same under another OP, whose stems may be reversed in time.
     fn stems_under(&self, asked: &[Candidate], op: &[f64], turned: bool) -> Vec<Stem> {
-        let (he, others): (Vec<usize>, Vec<usize>) =
-            (0..asked.len()).partition(|k| asked[*k].model == Model::He);
-        let of = |block: &[usize]| block.iter().map(|k| asked[*k]).collect::<Vec<Candidate>>();
-        let mut found: Vec<(usize, Stem)> = Vec::with_capacity(asked.len());
-        let mut put =
-            |block: &[usize], stems: Vec<Stem>| found.extend(block.iter().copied().zip(stems));
-        others
-            .chunks(LANES)
-            .for_each(|block| put(block, self.side_by_side::<TwoPhase>(&of(block), op, turned)));
-        he.chunks(LANES)
-            .for_each(|block| put(block, self.side_by_side::<He>(&of(block), op, turned)));
-        found.sort_by_key(|(k, _)| *k);
-        found.into_iter().map(|(_, stem)| stem).collect()
-    }
-
-    /// Up to as many as there are lanes.
-    fn side_by_side<M: Laned>(&self, block: &[Candidate], op: &[f64], turned: bool) -> Vec<Stem> {
-        let lane = |l: usize| block[l.min(block.len() - 1)];
-        let bands: Vec<Bands> = (0..LANES)
-            .filter_map(|l| Bands::from_s_j(lane(l).s, lane(l).j * lane(l).s).ok())
-            .collect();
-        // All of them are valid.
-        let Ok(bands) = <[Bands; LANES]>::try_from(bands) else { return vec![] };
-        let first = op[0];
-        let starts = std::array::from_fn(|l| Start {
-            op: first,
-            ..Start::at_rest(first + lane(l).place * bands[l].fs())
-        });
         let width = Width::widest();
-        let (mut means, slips) = width.run(Stems {
-            valves: M::Lanes::starting(&bands, starts),
-            op,
-            factor: self.factor,
-            instants: self.instants,
-        });
-        if turned {
-            means.reverse();
-        }
-        let sums = self.sums(&means);
-        let stem =
-            |(l, candidate): (usize, &Candidate)| self.stem(*candidate, slips[l], l, &sums, &means);
-        block.iter().enumerate().map(stem).collect()
+        let side_by_side = |block: &[Candidate]| -> Vec<Stem> {
+            let lanes = std::array::from_fn(|l| block[l.min(block.len() - 1)]);
+            let (factor, instants) = (self.factor, self.instants);
+            let valves = EitherLanes::starting(lanes, op[0]);
+            let (mut means, slips) = width.run(Stems { valves, op, factor, instants });
+            if turned {
+                means.reverse();
+            }
+            let sums = self.sums(&means);
+            let stem = |(l, candidate): (usize, &Candidate)| {
+                self.stem(*candidate, slips[l], l, &sums, &means)
+            };
+            block.iter().enumerate().map(stem).collect()
+        };
+        asked.chunks(LANES).flat_map(side_by_side).collect()
     }
 
     fn sums(&self, paths: &[Lane]) -> Sums {
@@ -612,6 +578,13 @@ impl Problem {
     }
 }
 
+/// Candidates that slip seldom, each with every place to try. All at once, for they fill the lanes better.
+fn placed(slips: &[f64], places: &[(f64, f64)]) -> Vec<(usize, f64)> {
+    let all = places.iter().flat_map(|place| slips.iter().enumerate().map(move |k| (k, place)));
+    let seldom = all.filter(|((_, slips), (below, _))| *slips < below);
+    seldom.map(|((k, _), (_, place))| (k, *place)).collect()
+}
+
 /// Relative ridge of normal equations.
 const RIDGE: f64 = 1e-8;
 
@@ -642,15 +615,58 @@ fn block_means(x: &[f64], factor: usize, blocks: usize) -> Vec<f64> {
     x.chunks_exact(factor).take(blocks).map(mean).collect()
 }
 
+/// Valves of both models, one a lane: He's is a two-phase valve that forgets its motion.
+#[derive(Clone, Copy)]
+struct EitherLanes {
+    fs: Lane,
+    fd: Lane,
+    position: Lane,
+    op: Lane,
+    motion: Lane,
+    /// 1 for a two-phase valve, 0 for He's.
+    remembers: Lane,
+}
+
+impl EitherLanes {
+    /// At rest at their places under this OP.
+    fn starting(valves: [Candidate; LANES], op: f64) -> Self {
+        // All of them are valid.
+        let bands = valves.map(|v| Bands::from_s_j(v.s, v.j * v.s).unwrap_or(Bands::NONE));
+        Self {
+            fs: Lane(bands.map(|b| b.fs())),
+            fd: Lane(bands.map(|b| b.fd())),
+            position: Lane::from_fn(|l| op + valves[l].place * bands[l].fs()),
+            op: Lane::splat(op),
+            motion: Lane::splat(0.0),
+            remembers: Lane(valves.map(|v| f64::from(u8::from(v.model != Model::He)))),
+        }
+    }
+
+    /// As [`LaneValve::step`](crate::valve::lanes::LaneValve::step) of either model, to the bit.
+    #[inline(always)]
+    fn step(&mut self, l: usize, op: f64) -> f64 {
+        let du = op - self.op[l];
+        let e = op - self.position[l];
+        let keeps_moving = self.motion[l] * du > 0.0;
+        let moves = keeps_moving | (e.abs() > self.fs[l]);
+        let direction = 1f64.copysign(select(keeps_moving, du, e));
+        let moved = op - direction * self.fd[l];
+        self.position[l] = select(moves, moved, self.position[l]);
+        self.motion[l] = select(moves, direction * self.remembers[l], 0.0);
+        self.op[l] = op;
+        self.position[l]
+    }
+}
+
 /// Stems under the OP: their means over blocks, and the number of slips.
-struct Stems<'a, L> {
-    valves: L,
+struct Stems<'a> {
+    valves: EitherLanes,
     op: &'a [f64],
     factor: usize,
     instants: usize,
 }
 
-impl<L: LaneValve> Kernel for Stems<'_, L> {
+impl Kernel for Stems<'_> {
     type Output = (Vec<Lane>, Lane);
     #[inline(always)]
     fn run(self) -> Self::Output {
@@ -755,7 +771,7 @@ impl Kernel for Products<'_> {
 mod tests {
     use super::*;
     use crate::closed_loop::NormalStream;
-    use crate::valve::Valve;
+    use crate::valve::{Start, TwoPhase, Valve};
 
     /// A lag behind a valve under a wandering OP, and noise.
     fn recording(s: f64, j: f64, n: usize, noise: f64) -> (Vec<f64>, Vec<f64>) {
@@ -827,14 +843,13 @@ mod tests {
         let (op, pv) = recording(2.0, 0.5, 800, 0.05);
         let range = quantile(&op, 0.995) - quantile(&op, 0.005);
         let problem = Problem::of(&op, &pv, range, 1).unwrap();
-        let bands = [Bands::from_s_j(0.2, 0.1).unwrap(); LANES];
+        let models = [Model::TwoPhase, Model::He];
+        let valves =
+            std::array::from_fn(|l| Candidate { s: 0.2, j: 0.5, model: models[l % 2], place: 0.0 });
         let all: Vec<(Vec<Lane>, Lane)> = Width::available()
             .map(|width| {
                 width.run(Stems {
-                    valves: <TwoPhase as Laned>::Lanes::starting(
-                        &bands,
-                        [Start::at_rest(0.0); LANES],
-                    ),
+                    valves: EitherLanes::starting(valves, 0.0),
                     op: &problem.op,
                     factor: 1,
                     instants: problem.instants,
@@ -842,6 +857,29 @@ mod tests {
             })
             .collect();
         assert!(all.iter().all(|each| *each == all[0]) && all[0].1[0] > 3.0);
+    }
+
+    #[test]
+    fn lanes_of_both_models_move_as_the_models() {
+        let (op, _) = recording(2.0, 0.5, 800, 0.05);
+        let models = [Model::TwoPhase, Model::He];
+        let valves: [Candidate; LANES] = std::array::from_fn(|l| Candidate {
+            s: 2.0,
+            j: l as f64 / LANES as f64,
+            model: models[l % 2],
+            place: 0.0,
+        });
+        let mut lanes = EitherLanes::starting(valves, op[0]);
+        let mut alone = valves.map(|v| {
+            let mut valve = v.model.build(Bands::from_s_j(v.s, v.j * v.s).unwrap()).unwrap();
+            valve.restart(Start::at_rest(op[0]));
+            valve
+        });
+        for u in op {
+            for (l, valve) in alone.iter_mut().enumerate() {
+                assert_eq!(lanes.step(l, u), valve.step(u), "{:?}", valves[l]);
+            }
+        }
     }
 
     #[test]

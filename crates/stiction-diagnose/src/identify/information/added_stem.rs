@@ -33,7 +33,8 @@
 //! samples, or the OP is rounded or compressed, the stem of the recorded OP differs from the real one.
 
 use super::{
-    BLOCK, Candidate, LAGS, LONGEST, Lane, Problem, STEPS, Stem, TAPS, block_means, residual,
+    BLOCK, Candidate, LAGS, LONGEST, Lane, Problem, STEPS, Stem, TAPS, block_means, placed,
+    residual,
 };
 use crate::series::{median, std};
 use crate::valve::Model;
@@ -54,7 +55,7 @@ const SHAPES: [(f64, Model); 5] = [
     (0.7, Model::He),
 ];
 /// Initial positions of a stem that slips less often than this, stick forces from the OP, besides the OP itself.
-const PLACES: [(f64, [f64; 2]); 2] = [(12.0, [-0.7, 0.7]), (6.0, [-0.35, 0.35])];
+const PLACES: [(f64, f64); 4] = [(12.0, -0.7), (12.0, 0.7), (6.0, -0.35), (6.0, 0.35)];
 /// Valves around which finer ones are tried, round by round, and their distances: ln S, J/S, initial position.
 const ROUNDS: [(usize, [f64; 3]); 5] = [
     (4, [0.16, 0.25, 0.3]),
@@ -169,18 +170,14 @@ impl Problem {
         let mut tried: Vec<WithGain<Candidate>> =
             best.iter().map(|(stem, gain)| (stem.candidate, *gain)).collect();
         let slips: Vec<f64> = best.iter().map(|(stem, _)| stem.slips).collect();
-        for (seldom, places) in PLACES {
-            let which: Vec<usize> = (0..best.len()).filter(|k| slips[*k] < seldom).collect();
-            for place in places {
-                let asked: Vec<Candidate> =
-                    which.iter().map(|k| Candidate { place, ..best[*k].0.candidate }).collect();
-                for (k, stem) in which.iter().zip(self.stems(&asked)) {
-                    let (stem, gain) = with_gain(stem);
-                    tried.push((stem.candidate, gain));
-                    if gain > best[*k].1 {
-                        best[*k] = (stem, gain);
-                    }
-                }
+        let which = placed(&slips, &PLACES);
+        let asked: Vec<Candidate> =
+            which.iter().map(|(k, place)| Candidate { place: *place, ..tried[*k].0 }).collect();
+        for ((k, _), stem) in which.iter().zip(self.stems(&asked)) {
+            let (stem, gain) = with_gain(stem);
+            tried.push((stem.candidate, gain));
+            if gain > best[*k].1 {
+                best[*k] = (stem, gain);
             }
         }
         (best, tried)
