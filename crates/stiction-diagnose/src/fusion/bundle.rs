@@ -208,8 +208,8 @@ impl TrainedModel {
     }
 
     fn read(from: &mut Reader<'_>, features: usize) -> Result<Self> {
-        let cuts = Cuts::read(from)?;
-        let trees = |from: &mut Reader<'_>| named(cuts.read_trees(from)?, features);
+        let cuts = Cuts::read(from, features)?;
+        let trees = |from: &mut Reader<'_>| cuts.read_trees(from);
         let side = |from: &mut Reader<'_>| -> Result<Side> {
             Ok(Side { reached: from.f64()?, most: from.f64()? })
         };
@@ -245,14 +245,6 @@ impl TrainedModel {
             reference: at_most_one(from.list(16, |from| read_reference(from, features))?)?,
             mismatch: at_most_one(from.list(16, mismatch)?)?,
         })
-    }
-}
-
-/// Trees that split by features that have names.
-pub(super) fn named(trees: Ensemble, features: usize) -> Result<Ensemble> {
-    match trees.features() <= features {
-        true => Ok(trees),
-        false => Err(damaged("splits by a feature without a name")),
     }
 }
 

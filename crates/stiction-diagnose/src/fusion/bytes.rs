@@ -98,7 +98,11 @@ impl<'a> Reader<'a> {
         if length > self.0.len() / smallest.max(1) {
             return Err(damaged("has a list that is longer than its remaining bytes"));
         }
-        (0..length).map(|_| each(self)).collect()
+        let mut items = Vec::with_capacity(length);
+        for _ in 0..length {
+            items.push(each(self)?);
+        }
+        Ok(items)
     }
 
     pub fn text(&mut self) -> Result<String> {

@@ -6,7 +6,7 @@
 //! each sum. A tree of 16 leaves takes 71 bytes.
 
 use super::bytes::{Reader, Writer, damaged};
-use super::trees::{Ensemble, Node};
+use super::trees::{Ensemble, Node, Step};
 use crate::error::Result;
 
 /// The thresholds of every feature, ascending.
@@ -40,13 +40,11 @@ impl Room {
     }
 
     /// The number at a place of such numbers.
+    #[inline]
     fn at(self, numbers: &[u8], place: usize) -> usize {
         match self {
             Self::Byte => usize::from(numbers[place]),
-            Self::Word => numbers[4 * place..][..4]
-                .iter()
-                .rev()
-                .fold(0, |number, byte| number << 8 | usize::from(*byte)),
+            Self::Word => u32::from_le_bytes(numbers.as_chunks().0[place]) as usize,
         }
     }
 }
@@ -71,8 +69,13 @@ impl Cuts {
         out.list(self.0.iter(), |out, cuts| out.list(cuts.iter(), |out, cut| out.f32(*cut)));
     }
 
-    pub fn read(from: &mut Reader<'_>) -> Result<Self> {
-        from.list(4, |from| from.list(4, Reader::f32)).map(Self)
+    /// Those of at most so many features.
+    pub fn read(from: &mut Reader<'_>, features: usize) -> Result<Self> {
+        let all = from.list(4, |from| from.list(4, Reader::f32))?;
+        match all.len() <= features {
+            true => Ok(Self(all)),
+            false => Err(damaged("splits by a feature without a name")),
+        }
     }
 
     fn rooms(&self) -> [Room; 2] {
@@ -129,31 +132,32 @@ impl Cuts {
             (from.part(nodes.div_ceil(8))?, from.part(splits.div_ceil(8))?);
         let [features, places] =
             [from.part(splits * of_features.bytes())?, from.part(splits * of_cuts.bytes())?];
-        if (0..nodes).filter(|k| bit(is_split, *k)).count() != splits {
+        let leaves = from.part(2 * (splits + count))?.as_chunks().0;
+        if is_split.iter().map(|byte| byte.count_ones() as usize).sum::<usize>() != splits {
             return Err(damaged("has a wrong number of splits"));
         }
-        let mut rest = 0..nodes;
-        let mut split = 0;
-        let mut node = || -> Result<Node> {
-            let k = rest.next().ok_or_else(|| damaged("has a tree without an end"))?;
-            if !bit(is_split, k) {
-                return Ok(Node::Leaf(f32::from(from.u16()? as i16) * unit));
+        let mut steps = vec![Step::leaf(0.0); nodes];
+        let mut k = 0;
+        places_of(is_split, true).try_for_each(|place| {
+            let feature = of_features.at(features, k);
+            let cuts = self.0.get(feature).ok_or_else(|| damaged("has an unknown feature"))?;
+            let threshold = cuts.get(of_cuts.at(places, k));
+            let threshold = threshold.ok_or_else(|| damaged("has an unknown threshold"))?;
+            let split = Step::split(feature as u16, *threshold, bit(missing_right, k));
+            *steps.get_mut(place).ok_or_else(|| damaged("has a split too many"))? = split;
+            k += 1;
+            Ok(())
+        })?;
+        let mut leaves = leaves.iter();
+        places_of(is_split, false).for_each(|place| {
+            if let Some((step, bytes)) = steps.get_mut(place).zip(leaves.next()) {
+                *step = Step::leaf(f32::from(i16::from_le_bytes(*bytes)) * unit);
             }
-            let feature = of_features.at(features, split);
-            let cuts =
-                self.0.get(feature).ok_or_else(|| damaged("has a feature without a name"))?;
-            let threshold = *cuts
-                .get(of_cuts.at(places, split))
-                .ok_or_else(|| damaged("has an unknown threshold"))?;
-            let missing_right = bit(missing_right, split);
-            split += 1;
-            Ok(Node::Split { feature: feature as u16, threshold, missing_right })
-        };
-        let mut trees = Ensemble::empty(base, nodes)?;
-        (0..count).try_for_each(|_| trees.push(&mut node))?;
-        match rest.is_empty() {
+        });
+        let trees = Ensemble::of_steps(base, steps)?;
+        match trees.trees() == count {
             true => Ok(trees),
-            false => Err(damaged("has a tree without an end")),
+            false => Err(damaged("has a wrong number of trees")),
         }
     }
 }
@@ -172,6 +176,19 @@ fn write_bits(out: &mut Writer, bits: impl Iterator<Item = bool>) {
     if filled > 0 {
         out.u8(byte);
     }
+}
+
+/// The places of the bits that are set, or of the others: 64 at a time, for the processor cannot predict each.
+fn places_of(bits: &[u8], set: bool) -> impl Iterator<Item = usize> {
+    bits.chunks(8).enumerate().flat_map(move |(k, bytes)| {
+        let word = bytes.iter().rev().fold(0u64, |word, byte| word << 8 | u64::from(*byte));
+        let mut left = if set { word } else { !word };
+        (0..left.count_ones()).map(move |_| {
+            let place = 64 * k + left.trailing_zeros() as usize;
+            left &= left - 1;
+            place
+        })
+    })
 }
 
 fn bit(bytes: &[u8], k: usize) -> bool {
@@ -193,7 +210,7 @@ mod tests {
         let table = out.0.len();
         cuts.write_trees(&mut out, ensemble);
         let mut from = Reader(&out.0);
-        let read = Cuts::read(&mut from).unwrap().read_trees(&mut from).unwrap();
+        let read = Cuts::read(&mut from, features).unwrap().read_trees(&mut from).unwrap();
         assert!(from.0.is_empty());
         (read, out.0.len() - table)
     }

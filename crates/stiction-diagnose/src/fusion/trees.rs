@@ -1,6 +1,7 @@
 //! Sums of trees of thresholds.
 
 use crate::error::{Error, Result};
+use std::hint::select_unpredictable as select;
 
 /// A node of a tree.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +35,7 @@ pub struct Ensemble {
 
 /// A node in eight bytes, because a verdict visits tens of thousands of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Step {
+pub(super) struct Step {
     /// Index of the feature, or [`LEAF`]; the highest bit means that missing values go right.
     feature: u16,
     /// Distance from the node to its right child.
@@ -62,57 +63,58 @@ impl Ensemble {
     /// branch, all of its right branch.
     ///
     /// # Errors
-    /// If a tree is not complete, continues after its end or has more than 65,535 nodes, a feature is
+    /// If a tree is not complete, continues after its end or branches right beyond 65,535 nodes, a feature is
     /// [`MOST_FEATURES`] or beyond, a threshold is NaN, or the base or a leaf is not finite.
     pub fn new(base: f64, trees: &[Vec<Node>]) -> Result<Self> {
-        let mut all = Self::empty(base, trees.iter().map(Vec::len).sum())?;
-        for tree in trees {
-            let mut nodes = tree.iter();
-            all.push(&mut || nodes.next().copied().ok_or_else(|| damaged("a tree has no end")))?;
-            if nodes.next().is_some() {
-                return Err(damaged("a tree continues after its end"));
-            }
-        }
-        Ok(all)
-    }
-
-    /// A sum without trees, and room for these nodes.
-    pub(super) fn empty(base: f64, nodes: usize) -> Result<Self> {
-        match base.is_finite() {
-            true => Ok(Self { base, steps: Vec::with_capacity(nodes), roots: vec![] }),
-            false => Err(damaged("the base of a sum of trees is not finite")),
+        let steps = trees.iter().flatten().map(|node| Step::of(*node)).collect::<Result<_>>()?;
+        let all = Self::of_steps(base, steps)?;
+        let starts = trees.iter().scan(0, |end, tree| {
+            *end += tree.len();
+            Some((*end - tree.len()) as u32)
+        });
+        match all.roots.iter().copied().eq(starts) {
+            true => Ok(all),
+            false => Err(damaged("a tree ends too early or too late")),
         }
     }
 
-    /// Adds a tree whose nodes `next` gives.
-    pub(super) fn push(&mut self, next: &mut impl FnMut() -> Result<Node>) -> Result<()> {
-        let root = self.steps.len();
-        // Splits whose right branch is still missing.
-        let mut open: Vec<usize> = vec![];
-        for k in 0..usize::from(u16::MAX).min(u32::MAX as usize - root) {
-            match next()? {
-                Node::Split { feature, threshold, missing_right } => {
-                    if feature >= LEAF || threshold.is_nan() {
-                        return Err(damaged("a tree splits without a feature or a number"));
-                    }
-                    let feature = feature | if missing_right { MISSING_RIGHT } else { 0 };
-                    self.steps.push(Step { feature, right: 0, value: threshold });
-                    open.push(root + k);
-                }
-                Node::Leaf(value) => {
-                    if !value.is_finite() {
-                        return Err(damaged("a leaf of a tree is not finite"));
-                    }
-                    self.steps.push(Step { feature: LEAF, right: 0, value });
-                    let Some(split) = open.pop() else {
-                        self.roots.push(root as u32);
-                        return Ok(());
-                    };
-                    self.steps[split].right = (k + 1) as u16;
-                }
+    /// The sum of a base and of trees that follow each other, each in preorder.
+    pub(super) fn of_steps(base: f64, mut steps: Vec<Step>) -> Result<Self> {
+        if !base.is_finite() || steps.len() > u32::MAX as usize {
+            return Err(damaged("a sum of trees has no base or too many nodes"));
+        }
+        // After its first entry, the splits whose right branch has not begun, `depth` of them.
+        let (mut open, mut depth) = (vec![0, 0], 0);
+        let (mut roots, mut root, mut whole) = (vec![], 0, true);
+        for place in 0..steps.len() {
+            if whole {
+                root = place;
+                roots.push(root as u32);
+            }
+            let Step { feature, value, .. } = steps[place];
+            let leaf = feature == LEAF;
+            if value.is_nan() | (leaf & value.is_infinite()) {
+                return Err(damaged("a threshold or a leaf of a tree is not a number"));
+            }
+            whole = leaf & (depth == 0);
+            if whole {
+                continue;
+            }
+            // Behind a leaf begins the right branch of the last open split. What a split gets here is overwritten.
+            // Without a branch, for the processor could not predict it.
+            let split = select(leaf, open[depth], place);
+            steps[split].right = u16::try_from(place + 1 - root)
+                .map_err(|_| damaged("a tree has too many nodes"))?;
+            open[depth + 1] = place;
+            depth = select(leaf, depth.wrapping_sub(1), depth + 1);
+            if depth + 1 == open.len() {
+                open.push(0);
             }
         }
-        Err(damaged("a tree has too many nodes"))
+        match whole {
+            true => Ok(Self { base, steps, roots }),
+            false => Err(damaged("a tree has no end")),
+        }
     }
 
     /// The mean of sums of trees; 0 for none.
@@ -192,6 +194,27 @@ impl Ensemble {
     pub fn features(&self) -> usize {
         let splits = self.steps.iter().filter(|step| step.feature != LEAF);
         splits.map(|step| usize::from(step.feature & LEAF) + 1).max().unwrap_or(0)
+    }
+}
+
+impl Step {
+    pub fn split(feature: u16, threshold: f32, missing_right: bool) -> Self {
+        let feature = feature | if missing_right { MISSING_RIGHT } else { 0 };
+        Self { feature, right: 0, value: threshold }
+    }
+
+    pub fn leaf(value: f32) -> Self {
+        Self { feature: LEAF, right: 0, value }
+    }
+
+    fn of(node: Node) -> Result<Self> {
+        match node {
+            Node::Split { feature: LEAF.., .. } => Err(damaged("a tree splits without a feature")),
+            Node::Split { feature, threshold, missing_right } => {
+                Ok(Self::split(feature, threshold, missing_right))
+            }
+            Node::Leaf(value) => Ok(Self::leaf(value)),
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The model of valves: from what the windows of a valve say together to one probability and S.
 
-use super::bundle::{named, read_shifts};
+use super::bundle::read_shifts;
 use super::bytes::{Reader, damaged};
 use super::confidence::{Confidence, Side};
 use super::decision::Decision;
@@ -125,6 +125,14 @@ fn node(from: &mut Reader<'_>) -> Result<Node> {
             missing_right: feature & 0x8000 != 0,
         },
     })
+}
+
+/// Trees that split by features that have names.
+fn named(trees: Ensemble, features: usize) -> Result<Ensemble> {
+    match trees.features() <= features {
+        true => Ok(trees),
+        false => Err(damaged("splits by a feature without a name")),
+    }
 }
 
 #[cfg(test)]
