@@ -2,6 +2,8 @@
 
 use super::Simulated;
 use super::draw::Draw;
+use super::member::{Scene, recorded};
+use stiction_diagnose::recording::Recording;
 use stiction_model::error::{Error, Result};
 use stiction_model::named;
 
@@ -134,12 +136,37 @@ impl LoopKind {
             let rule = format!("{factor} times as many samples is not between 0.1 and 10,000");
             return Err(Error::Inconsistent(rule));
         }
+        self.drawn(seed, factor, &mut |_, _| Ok(()))
+    }
+
+    /// The loop of this kind and seed, recorded without compression, averages and holds.
+    ///
+    /// # Errors
+    /// As [`simulate`](Self::simulate).
+    pub fn simulate_uncompressed(self, seed: u64) -> Result<Simulated> {
+        let mut trend = None;
+        let mut simulated = self.drawn(seed, 1.0, &mut |scene, _| {
+            let played = scene.plant.play(scene.fittings)?;
+            trend = Some(recorded(scene.design, &scene.design.historian.trend(), &played)?);
+            Ok(())
+        })?;
+        if let Some(trend) = trend {
+            let name = simulated.recording.name;
+            simulated.recording = Recording { name, ..trend };
+        }
+        Ok(simulated)
+    }
+
+    fn drawn(
+        self,
+        seed: u64,
+        factor: f64,
+        then: &mut dyn FnMut(&Scene<'_>, &Simulated) -> Result<()>,
+    ) -> Result<Simulated> {
         const DRAWS: u64 = 100;
         for redrawn in 0..DRAWS {
             let draw = &mut Draw::of(&[seed, redrawn]);
-            if let Some(mut simulated) =
-                super::member::simulate(self, draw, factor, None, &mut |_, _| Ok(()))?
-            {
+            if let Some(mut simulated) = super::member::simulate(self, draw, factor, None, then)? {
                 simulated.truth.facts.redrawn = redrawn as usize;
                 simulated.recording.name = format!("{} {seed}", self.name());
                 return Ok(simulated);

@@ -346,7 +346,7 @@ fn too_little_data_has_a_remedy_of_its_own() {
     assert_eq!(of(400, 0.0, true).unwrap(), "Choose another time, in which the OP moves.");
     let alone = of(400, 2.0, false).unwrap();
     assert!(alone.starts_with("A recording with the PV"), "{alone}");
-    assert!(alone.ends_with(", or a recorded valve position, would decide."), "{alone}");
+    assert!(alone.ends_with(", or a recorded valve position, may decide."), "{alone}");
 }
 
 #[test]
