@@ -257,7 +257,7 @@ pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature,
     let grid = Grid::of(&whole, grid).map_err(|error| Abstention(error.to_string()))?;
     let parts = |segment: &Segment| match of_pv {
         true => in_manual(recording, segment),
-        false => vec![0..segment.op.len()],
+        false => std::iter::once(0..segment.op.len()).collect(),
     };
     let parts = grid.segments.iter().flat_map(|of| parts(of).into_iter().map(move |k| (of, k)));
     let runs: Vec<(&Segment, Vec<Run>)> =
