@@ -4,7 +4,7 @@
 //! * [`layout`]: the parts of the page, and their HTML;
 //! * [`views`]: figures of the recorded signals;
 //! * [`evidence`]: a card for each method;
-//! * [`told()`]: the content as data.
+//! * [`first_screen()`]: the content as data.
 //!
 //! ```
 //! use stiction_diagnose::finding::Decision;

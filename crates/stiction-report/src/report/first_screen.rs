@@ -1,6 +1,6 @@
 //! The content of a report on a loop as data, for an interactive page.
 //!
-//! [`told`] returns the first screen in words and is fast enough to follow a pointer. [`Folds`] contains the rest,
+//! [`first_screen()`] returns the first screen in words and is fast enough to follow a pointer. [`Folds`] contains the rest,
 //! with figures that are drawn when they are shown.
 
 use super::diagnosis;
