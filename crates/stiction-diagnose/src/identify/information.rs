@@ -56,9 +56,9 @@ use crate::bands::Bands;
 use crate::finding::Abstention;
 use crate::series::{mean, median, quantile, std};
 use crate::simd::{Kernel, LANES, Lane, Width};
-use crate::valve::Model;
+use crate::valve::lanes::{LaneValve, TwoPhaseLanes};
+use crate::valve::{Model, Start};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use std::hint::select_unpredictable as select;
 
 /// Number of values of S, from [`SMALLEST`] to [`LARGEST`] in equal ratios.
 pub const STEPS: usize = 9;
@@ -450,7 +450,7 @@ impl Problem {
         let side_by_side = |block: &[Candidate]| -> Vec<Stem> {
             let lanes = std::array::from_fn(|l| block[l.min(block.len() - 1)]);
             let (factor, instants) = (self.factor, self.instants);
-            let valves = EitherLanes::starting(lanes, op[0]);
+            let valves = starting(lanes, op[0]);
             let (mut means, slips) = width.run(Stems { valves, op, factor, instants });
             if turned {
                 means.reverse();
@@ -615,52 +615,18 @@ fn block_means(x: &[f64], factor: usize, blocks: usize) -> Vec<f64> {
     x.chunks_exact(factor).take(blocks).map(mean).collect()
 }
 
-/// Valves of both models, one a lane: He's is a two-phase valve that forgets its motion.
-#[derive(Clone, Copy)]
-struct EitherLanes {
-    fs: Lane,
-    fd: Lane,
-    position: Lane,
-    op: Lane,
-    motion: Lane,
-    /// 1 for a two-phase valve, 0 for He's.
-    remembers: Lane,
-}
-
-impl EitherLanes {
-    /// At rest at their places under this OP.
-    fn starting(valves: [Candidate; LANES], op: f64) -> Self {
-        // All of them are valid.
-        let bands = valves.map(|v| Bands::from_s_j(v.s, v.j * v.s).unwrap_or(Bands::NONE));
-        Self {
-            fs: Lane(bands.map(|b| b.fs())),
-            fd: Lane(bands.map(|b| b.fd())),
-            position: Lane::from_fn(|l| op + valves[l].place * bands[l].fs()),
-            op: Lane::splat(op),
-            motion: Lane::splat(0.0),
-            remembers: Lane(valves.map(|v| f64::from(u8::from(v.model != Model::He)))),
-        }
-    }
-
-    /// As [`LaneValve::step`](crate::valve::lanes::LaneValve::step) of either model, to the bit.
-    #[inline(always)]
-    fn step(&mut self, l: usize, op: f64) -> f64 {
-        let du = op - self.op[l];
-        let e = op - self.position[l];
-        let keeps_moving = self.motion[l] * du > 0.0;
-        let moves = keeps_moving | (e.abs() > self.fs[l]);
-        let direction = 1f64.copysign(select(keeps_moving, du, e));
-        let moved = op - direction * self.fd[l];
-        self.position[l] = select(moves, moved, self.position[l]);
-        self.motion[l] = select(moves, direction * self.remembers[l], 0.0);
-        self.op[l] = op;
-        self.position[l]
-    }
+/// Valves of both models at rest at their places under this OP, one a lane.
+fn starting(valves: [Candidate; LANES], op: f64) -> TwoPhaseLanes {
+    // All of them are valid.
+    let bands = valves.map(|v| Bands::from_s_j(v.s, v.j * v.s).unwrap_or(Bands::NONE));
+    let start = |l: usize| Start { op, ..Start::at_rest(op + valves[l].place * bands[l].fs()) };
+    TwoPhaseLanes::starting(&bands, std::array::from_fn(start))
+        .with_he(valves.map(|v| v.model == Model::He))
 }
 
 /// Stems under the OP: their means over blocks, and the number of slips.
 struct Stems<'a> {
-    valves: EitherLanes,
+    valves: TwoPhaseLanes,
     op: &'a [f64],
     factor: usize,
     instants: usize,
@@ -771,7 +737,7 @@ impl Kernel for Products<'_> {
 mod tests {
     use super::*;
     use crate::closed_loop::NormalStream;
-    use crate::valve::{Start, TwoPhase, Valve};
+    use crate::valve::{TwoPhase, Valve};
 
     /// A lag behind a valve under a wandering OP, and noise.
     fn recording(s: f64, j: f64, n: usize, noise: f64) -> (Vec<f64>, Vec<f64>) {
@@ -849,7 +815,7 @@ mod tests {
         let all: Vec<(Vec<Lane>, Lane)> = Width::available()
             .map(|width| {
                 width.run(Stems {
-                    valves: EitherLanes::starting(valves, 0.0),
+                    valves: starting(valves, 0.0),
                     op: &problem.op,
                     factor: 1,
                     instants: problem.instants,
@@ -869,7 +835,7 @@ mod tests {
             model: models[l % 2],
             place: 0.0,
         });
-        let mut lanes = EitherLanes::starting(valves, op[0]);
+        let mut lanes = starting(valves, op[0]);
         let mut alone = valves.map(|v| {
             let mut valve = v.model.build(Bands::from_s_j(v.s, v.j * v.s).unwrap()).unwrap();
             valve.restart(Start::at_rest(op[0]));

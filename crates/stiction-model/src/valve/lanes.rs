@@ -24,7 +24,7 @@ pub trait LaneValve: Copy + Send {
     fn step(&mut self, l: usize, op: f64) -> f64;
 }
 
-/// [`TwoPhase`] valves, one a lane.
+/// [`TwoPhase`] valves, one a lane. Some may be [`He`]'s, which is a two-phase valve that forgets its motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TwoPhaseLanes {
     fs: Lane,
@@ -32,6 +32,16 @@ pub struct TwoPhaseLanes {
     position: Lane,
     op: Lane,
     motion: Lane,
+    /// 0 for He's valve, else 1.
+    remembers: Lane,
+}
+
+impl TwoPhaseLanes {
+    /// The same with He's valve in some lanes.
+    #[must_use]
+    pub fn with_he(self, is_he: [bool; LANES]) -> Self {
+        Self { remembers: Lane(is_he.map(|is_he| if is_he { 0.0 } else { 1.0 })), ..self }
+    }
 }
 
 impl LaneValve for TwoPhaseLanes {
@@ -42,6 +52,7 @@ impl LaneValve for TwoPhaseLanes {
             position: Lane(starts.map(|s| s.position)),
             op: Lane(starts.map(|s| s.op)),
             motion: Lane(starts.map(|s| if s.moving { s.direction.sign() } else { 0.0 })),
+            remembers: Lane::splat(1.0),
         }
     }
 
@@ -54,7 +65,7 @@ impl LaneValve for TwoPhaseLanes {
         let direction = 1f64.copysign(select(keeps_moving, du, e));
         let moved = op - direction * self.fd[l];
         self.position[l] = select(moves, moved, self.position[l]);
-        self.motion[l] = select(moves, direction, 0.0);
+        self.motion[l] = select(moves, direction * self.remembers[l], 0.0);
         self.op[l] = op;
         self.position[l]
     }
