@@ -29,9 +29,9 @@ const BORNE_OUT: (f64, f64) = (0.01, 0.99);
 /// The share of a dead band downstream of the valve that counts as one in the valve.
 const SHARED: f64 = 0.5;
 /// `a` and `b` of a test without operation before it.
-const ALONE: [f64; 2] = [0.124, 0.969];
+const ALONE: [f64; 2] = [0.135, 0.985];
 /// `a`, `b` and `c` of a test with operation before it.
-const JOINED: [f64; 3] = [0.955, 0.866, 0.638];
+const JOINED: [f64; 3] = [0.936, 0.866, 0.629];
 
 /// Log-odds `u` of a test before calibration.
 pub(super) fn log_odds(test: &Weighed) -> f64 {
