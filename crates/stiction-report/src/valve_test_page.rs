@@ -276,7 +276,9 @@ fn headline(test: &TestReading) -> String {
     let p = percent(test.probability);
     match test.class {
         Class::Sticks => format!("The valve sticks. Its S is {}.", s_in_words(test)),
-        Class::DoesNotStick => format!("The valve does not stick. Its S is {}.", s_in_words(test)),
+        Class::DoesNotStick => {
+            format!("The valve {}. Its S is {}.", test.word(), s_in_words(test))
+        }
         Class::DoesNotRespond => "The valve does not respond to the OP.".to_owned(),
         Class::CannotTell if test.is_elsewhere() => format!(
             "The test is inconclusive. A dead band downstream of the valve explains the answers better than one in the valve, whose probability is {p}."

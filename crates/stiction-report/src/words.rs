@@ -129,25 +129,25 @@ fn verdict_alone(diagnosis: &Diagnosis) -> String {
 
 /// The verdict by the valve test in the recording, and the operation before it.
 fn by_test(diagnosis: &Diagnosis, class: VerdictClass) -> String {
-    let sure =
-        diagnosis.verdict.probability.map_or(String::new(), |p| format!(" ({})", percent(p)));
+    let shows = "The valve test in this recording shows that the valve";
+    let sure = diagnosis.verdict.shown_probability().map(percent);
     match class {
-        VerdictClass::Sticks => join([
-            format!("The valve test in this recording shows that the valve sticks{sure}."),
-            band(diagnosis),
-        ]),
+        VerdictClass::Sticks => {
+            let likely = sure.map_or(String::new(), |p| format!(" ({p})"));
+            join([format!("{shows} sticks{likely}."), band(diagnosis)])
+        }
         VerdictClass::DoesNotRespond => {
             "The valve did not respond to the turns of the test in this recording. It may be stuck fast, shut off, or without \
              power or air."
                 .to_owned()
         }
-        VerdictClass::DoesNotStick | VerdictClass::CannotTell => join([
-            format!(
-                "The valve test in this recording shows that the valve does not stick (probability of sticking{}",
-                sure.replacen(" (", " ", 1)
-            ) + ".",
-            limit(diagnosis),
-        ]),
+        VerdictClass::DoesNotStick | VerdictClass::CannotTell => {
+            let left = match sure {
+                Some(p) => format!(" (probability of sticking {p})"),
+                None => " by more than the limit".to_owned(),
+            };
+            join([format!("{shows} does not stick{left}."), limit(diagnosis)])
+        }
     }
 }
 
@@ -350,13 +350,10 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
             }
         },
     };
-    // No test can be planned without a PV. Of undecided simulated loops a test decides 62 %, a position 45 %, ten cycles 24 %, and a
-    // record without compression 11 % (example `advice_followed` of the score).
+    // The likeliest to decide goes first (`docs/accuracy.md`, Advice followed). No test can be planned without a PV.
     Some(match segment.pv {
         None => sentence(&format!("{ask}, or {position}, may decide")),
-        Some(_) => sentence(&format!(
-            "a test of the valve or {position} may decide; {ask} helps less often"
-        )),
+        Some(_) => sentence(&format!("a test of the valve, {position}, or {ask} may decide")),
     })
 }
 

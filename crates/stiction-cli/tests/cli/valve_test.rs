@@ -205,6 +205,14 @@ fn what_cannot_be_planned_or_read_is_reported() {
     assert!(s("low") < 3.24 && 3.24 < s("high") && verdict["confirm"].is_null(), "{verdict}");
     let notes = found["notes"].to_string();
     assert!(notes.contains("the verdict is from the valve test in this recording"), "{notes}");
+    // Without the mode a controller may have moved the OP, so the test is only noted.
+    let whole = std::fs::read_to_string(&tested).unwrap();
+    let rows = whole.lines().map(|row| format!("{}\n", row.rsplit_once(',').unwrap().0));
+    write(&folder, "no-mode.csv", rows.collect::<String>());
+    let found = run(&folder, &["diagnose", "no-mode.csv", "--json"]).json()["loops"][0].clone();
+    assert_ne!(found["verdict"]["basis"], "valve test");
+    let notes = found["notes"].to_string();
+    assert!(notes.contains("seems to contain a valve test"), "{notes}");
     let words = run(&folder, &["diagnose", &tested, "--report", "report.html"]);
     assert!(words.code == 0, "{}", words.err);
     let page = read(&folder, "report.html");

@@ -233,7 +233,10 @@ pub fn diagnose_with_progress(
         }
     }
     let test = tested::tested(recording, options.grid, weighed);
-    let decides = test.as_ref().filter(|_| mistaken.is_none() && by_position.is_none());
+    // A position that decides goes first, because it shows the stem itself.
+    let is_open = by_position.is_none() || verdict.class == VerdictClass::CannotTell;
+    let belong = belonging.relation.as_ref().is_none_or(|relation| relation.mismatch.is_none());
+    let decides = test.as_ref().filter(|_| mistaken.is_none() && belong && is_open);
     let by_test = decides.and_then(|test| tested::by_test(test, &verdict));
     let gave = weighed.is_some_and(|of| verdict.probability == Some(of.probability));
     let mut pool_counts = true;

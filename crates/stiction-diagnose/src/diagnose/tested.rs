@@ -4,7 +4,7 @@ use super::change::present_since;
 use super::verdict::{Basis, Limit, Stiction, Verdict, VerdictClass};
 use super::weighing::Weighing;
 use crate::fusion::{COVERAGE, LIMIT};
-use crate::recording::{ByHand, GridOptions, Recording};
+use crate::recording::{ByHand, GridOptions, KnownBy, Recording};
 use crate::spoken::{percent, time};
 use crate::valve_test::{ReadOptions, TestReading, read};
 
@@ -14,16 +14,17 @@ pub(super) fn tested(
     grid: GridOptions,
     weighing: Option<&Weighing>,
 ) -> Option<TestReading> {
-    ByHand::of(recording).filter(ByHand::is_test)?;
-    let test = read(recording, &ReadOptions { grid, ..ReadOptions::default() }).ok()?;
+    let by_hand = ByHand::of(recording).filter(ByHand::is_test)?;
+    let options = ReadOptions { grid, by_hand: Some(by_hand), ..ReadOptions::default() };
+    let test = read(recording, &options).ok()?;
     let changed = weighing.map_or(f64::NEG_INFINITY, |of| present_since(&of.changes));
     (changed < test.to_s).then_some(test)
 }
 
 /// The verdict and the stiction from a test that decides, whose probability includes the operation before it; `None`
-/// otherwise.
+/// otherwise. Without a mode a controller may have moved the OP: one of 1,000 simulated recordings of operation looks like a test.
 pub(super) fn by_test(test: &TestReading, operation: &Verdict) -> Option<(Verdict, Stiction)> {
-    if test.class == VerdictClass::CannotTell {
+    if test.class == VerdictClass::CannotTell || test.known_by != KnownBy::Mode {
         return None;
     }
     let verdict = Verdict {
@@ -67,7 +68,8 @@ pub(super) fn note(test: &TestReading, basis: Basis) -> String {
             "the verdict is from the valve test in this recording, {turns}; `stiction test read` shows its answers"
         ),
         _ => format!(
-            "this recording contains a valve test, {turns}: {}, {}; `stiction test read` shows its answers",
+            "this recording {} a valve test, {turns}: {}, {}; `stiction test read` shows its answers",
+            if test.known_by == KnownBy::Mode { "contains" } else { "seems to contain" },
             test.word(),
             percent(test.probability)
         ),

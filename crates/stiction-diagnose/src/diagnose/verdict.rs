@@ -1,5 +1,6 @@
 //! The verdict on a valve, as data: conclusion, basis and reasons.
 
+use super::grade::PROBABLY_FINE_UP_TO;
 use crate::error::{Error, Result};
 use crate::finding::{Decides, Decision, Family, Finding};
 #[cfg(feature = "serde")]
@@ -68,10 +69,10 @@ named! {
 
 impl Grade {
     /// A probability of sticking beside this grade: none where the data cannot answer, or where the S with which the valve would
-    /// stick is no fault.
+    /// stick is no fault, because it is below the limit.
     pub fn shown(self, probability: Option<f64>) -> Option<f64> {
         let is_none = matches!(self, Self::CannotAnswer | Self::TooLittle);
-        probability.filter(|p| !(is_none || self.spares() && *p > 0.5))
+        probability.filter(|p| !(is_none || self.spares() && *p > PROBABLY_FINE_UP_TO))
     }
 
     /// Whether it is, or probably is, no fault of the valve.

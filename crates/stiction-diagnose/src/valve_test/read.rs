@@ -104,10 +104,13 @@ pub struct TestReading {
 }
 
 impl TestReading {
-    /// The class in words. Without a decision it is the grade of a clear probability, and a dead band that seems to be
-    /// downstream of the valve has a word of its own.
+    /// The class in words. A valve that may stick below its limit does not stick by more. Without a decision it is the grade
+    /// of a clear probability, and a dead band that seems to be downstream of the valve has a word of its own.
     pub fn word(&self) -> &'static str {
         match self.probability {
+            p if self.class == VerdictClass::DoesNotStick && p > PROBABLY_FINE_UP_TO => {
+                "does not stick by more than the limit"
+            }
             _ if self.class != VerdictClass::CannotTell => self.class.name(),
             _ if self.is_elsewhere() => "dead band elsewhere",
             p if p >= PROBABLY_FROM => Grade::ProbablySticks.name(),
@@ -821,6 +824,9 @@ mod tests {
             let reading = read(&tested(0.0, 0.0, integrates, 3), &asked()).unwrap();
             assert_eq!(reading.class, VerdictClass::DoesNotStick, "{reading:?}");
             assert!(reading.s_below.unwrap() < 2.0 && reading.s.is_none());
+            assert_eq!(reading.word(), "does not stick");
+            let doubtful = TestReading { probability: 0.4, ..reading };
+            assert_eq!(doubtful.word(), "does not stick by more than the limit");
         }
     }
 
