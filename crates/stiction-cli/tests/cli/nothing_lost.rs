@@ -162,6 +162,7 @@ fn a_recording_is_replaced_by_no_output() {
     std::fs::copy(samples().join("test/FIC106-tested.csv"), folder.join("FIC106-tested.csv"))
         .expect("a copy");
     write(&folder, "in.csv", "t,u\n0,1\n1,2\n2,3\n");
+    write(&folder, "index.csv", "loop,label,file\nFIC101,stiction,FIC101-sticky.csv\n");
     let results = ["bench", "detector", "--suite", "v1-trial", "--only", "verdict", "--json"];
     write(&folder, "results.json", run(&folder, &results).quiet_success());
     let recording = read(&folder, "FIC102-disturbed.csv");
