@@ -68,6 +68,8 @@ pub struct TestTrial {
     pub manual_of_all_s: Option<[f64; 2]>,
     /// Time in manual that the plan expects of the first test, s.
     pub expected_s: Option<[f64; 2]>,
+    /// The same for loops of which 40 response times of the process last 15 min at most.
+    pub expected_fast_s: Option<[f64; 2]>,
     /// Tests that are found without a sheet and without a mode.
     pub noticed: Share,
     /// Recordings of operation in which a test is found by mistake.
@@ -78,6 +80,10 @@ pub struct TestTrial {
 
 /// The ends of the bands of probability of [`TestTrial::sticking_by_probability`].
 pub const BANDS: [f64; 9] = [0.0, 0.02, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0];
+
+/// A quarter of an hour, s, and the response times of the process that a test takes.
+const QUARTER_S: f64 = 900.0;
+const RESPONSES: f64 = 40.0;
 
 /// The loops of a trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -223,10 +229,13 @@ impl TestTrial {
             .collect();
         let turns: Vec<f64> = began.iter().map(|(_, t, _)| t.carried.turns as f64).collect();
         let median = |x: &[f64]| (!x.is_empty()).then(|| quantile(x, 0.5));
-        let two = |of: &dyn Fn(&Tested) -> f64| {
-            let all: Vec<f64> = began.iter().map(|(_, tested, _)| of(tested)).collect();
+        let two_of = |only: &dyn Fn(&Tested) -> bool, of: &dyn Fn(&Tested) -> f64| {
+            let tests = began.iter().map(|(_, tested, _)| *tested);
+            let all: Vec<f64> = tests.filter(|tested| only(tested)).map(of).collect();
             (!all.is_empty()).then(|| [0.5, 0.9].map(|share| quantile(&all, share)))
         };
+        let two = |of: &dyn Fn(&Tested) -> f64| two_of(&|_| true, of);
+        let fast = |tested: &Tested| RESPONSES * tested.valve.response_s <= QUARTER_S;
         let manual = |tested: &Tested| tested.carried.manual_s[0];
         let within = |ends: &[f64]| {
             let inside = |p: f64| ends[0] <= p && (p < ends[1] || ends[1] == 1.0);
@@ -260,6 +269,7 @@ impl TestTrial {
             responses: two(&|tested| manual(tested) / tested.valve.response_s),
             manual_of_all_s: two(&|tested| tested.carried.manual_s.iter().sum()),
             expected_s: two(&|tested| tested.plan.expected_s),
+            expected_fast_s: two_of(&fast, &|tested| tested.plan.expected_s),
             noticed: share(&|tested| tested.noticed),
             imagined: Share::of(&tested, |(_, tested, _)| tested.imagined),
             sticking_by_probability: BANDS.windows(2).map(within).collect(),

@@ -101,6 +101,12 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     };
     let Some(expected) = trial.expected_s else { return table };
     let table = two(table, "time in manual, expected by the first plan", expected, &words::spoken);
+    let table = match trial.expected_fast_s {
+        Some(fast) => {
+            two(table, "the same if 40 responses last 15 min at most", fast, &words::spoken)
+        }
+        None => table,
+    };
     let times = [trial.manual_s, trial.manual_of_all_s, trial.responses];
     let [Some(first), Some(all), Some(responses)] = times else { return table };
     let table = two(table, "time in manual of the first test", first, &words::spoken);
