@@ -288,6 +288,9 @@ fn switches_tell_the_mode() {
     assert!(note.contains("map ignore=FIC1.MAN"), "{note}");
     let (found, _) = modes("t,op,hand\n0,50,FALSE\n1,51,TRUE\n");
     assert_eq!(found, Some(vec![Mode::Automatic, Mode::Manual]));
+    // The newest row first: a mode holds until the next in time.
+    let (found, _) = modes("t,op,mode\n2,51,MAN\n1,51,MAN\n0,50,AUTO\n");
+    assert_eq!(found, Some(vec![Mode::Automatic, Mode::Manual, Mode::Manual]));
     // What is not in automatic may be in cascade.
     let (found, note) = modes("t,FIC1.OP,FIC1.AUTO,FIC1.CAS\n0,50,0,1\n1,51,0,1\n");
     assert_eq!(found, None);

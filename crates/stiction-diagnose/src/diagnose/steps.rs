@@ -212,7 +212,7 @@ pub fn diagnose_with_progress(
     }
     let by_position = by_position.and_then(std::result::Result::ok);
     let by_position = by_position.filter(|_| verdict.basis == Basis::ValvePosition);
-    let few_slips = segment
+    let mut few_slips = segment
         .zip(weighed.filter(|_| mistaken.is_none()))
         .and_then(|(segment, weighing)| missing_slips(segment, weighing, &verdict, &fitness));
     verdict.reasons.extend(few_slips.as_ref().map(|few| few.words.clone()));
@@ -242,7 +242,7 @@ pub fn diagnose_with_progress(
     let mut pool_counts = true;
     if let Some(by_test) = by_test {
         (verdict, stiction) = by_test;
-        (test_due, pool_counts) = (false, gave);
+        (test_due, pool_counts, few_slips) = (false, gave, None);
     }
     if !options.evidence {
         findings.iter_mut().for_each(|finding| finding.looked_at = None);

@@ -8,6 +8,7 @@
 //! * `answer` estimates how far each turn moved the PV, without a valve model.
 //! * `stems` calculates how far each valve would move with each turn.
 //! * `explain` calculates how well a valve explains the answers. `weigh` finds the likely valves.
+//! * `frozen` finds a PV that stood still in the recording. `latest` finds a valve that changed between two tests.
 //! * `curve` straightens the characteristic that a staircase shows.
 //! * `probability` joins the evidence of a test with that of operation, and calibrates it.
 //! * `carried` compares the test with its plan. `compare` shows what a repair changed.
@@ -25,6 +26,8 @@ mod compare;
 mod curve;
 mod cut;
 mod explain;
+mod frozen;
+mod latest;
 mod plan;
 mod plan_comparison;
 mod position;

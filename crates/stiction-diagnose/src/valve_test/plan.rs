@@ -439,11 +439,13 @@ struct Growing {
 impl Growing {
     fn turns(&self) -> Vec<Turn> {
         // Two digits are as good as the same size.
-        let sizes = ((0.98 * self.longest / self.first).ln() / self.growth.ln()).ceil().max(0.0);
-        let sizes = 1 + sizes as i32;
+        let ratio = (self.longest / self.first).max(1.0);
+        let steps = ((0.98 * ratio).ln() / self.growth.ln()).ceil().max(0.0);
+        // Of equal ratios the last size is not nearly the one before.
+        let growth = ratio.powf(1.0 / steps.max(1.0));
         let mut turns = vec![];
-        for k in 0..sizes {
-            let half = two_digits(0.5 * (self.first * self.growth.powi(k)).min(self.longest));
+        for k in 0..=steps as i32 {
+            let half = two_digits(0.5 * (self.first * growth.powi(k)).min(self.longest));
             let hold_s = two_digits(self.hold_s * self.patience.powi(k).min(MOST_PATIENCE));
             for turn in 0..self.each {
                 let up = (turn % 2 == 0) == self.up_first;
@@ -651,6 +653,27 @@ mod tests {
         let plan = size(&known, &PlanOptions::default()).unwrap();
         let sizes: Vec<f64> = plan.grow.iter().map(|turn| 2.0 * turn.op.abs()).collect();
         assert!((min(&sizes) - 1.2).abs() < 0.05 && (max(&sizes) - 12.0).abs() < 0.5, "{sizes:?}");
+    }
+
+    #[test]
+    fn each_size_is_clearly_larger_than_the_one_before() {
+        for low in [1.3, 1.7, 2.2, 2.9, 3.6, 5.0] {
+            let growing = Growing {
+                first: 0.4,
+                longest: 2.8 * low,
+                growth: GROWTH,
+                patience: 1.2,
+                up_first: true,
+                hold_s: 30.0,
+                each: EACH,
+            };
+            let sizes: Vec<f64> =
+                growing.turns().iter().step_by(EACH).map(|turn| turn.op).collect();
+            assert!(
+                sizes.windows(2).all(|two| (1.25..1.7).contains(&(two[1] / two[0]))),
+                "{sizes:?}"
+            );
+        }
     }
 
     #[test]

@@ -3,6 +3,8 @@
 use super::curve::{Curve, unsettled};
 use super::cut::cut;
 use super::explain::Seen;
+use super::frozen::frozen;
+use super::latest::latest;
 use super::plan::{TestPlan, rises};
 use super::plan_comparison::{self, PlanComparison, same_loop};
 use super::position::{PositionReading, position};
@@ -16,7 +18,7 @@ use crate::estimate::Estimate;
 use crate::finding::Abstention;
 use crate::recording::{ByHand, Grid, GridOptions, KnownBy, Recording, Segment};
 use crate::series::{max, median, min, noise_std, quantile, span, std};
-use crate::spoken::{percent, rough, time};
+use crate::spoken::{counted, percent, rough, time};
 
 /// Inputs to the reading of a test in addition to the recording.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -145,7 +147,7 @@ const NO_ANSWER: f64 = 0.05;
 /// Required agreement of the PV with a valve that follows: correlation, and length of the expected answers in standard deviations.
 const FITS_HEALTHY: f64 = 0.5;
 const STRONG: f64 = 5.0;
-/// Clear answers required for `sticks`.
+/// Clear answers required for `sticks`; `does not stick` requires one more, because a process can be found that fits two to noise.
 const CLEAR: usize = 2;
 /// The PV does not answer if it moves less than this share of its movement in operation with the same OP range.
 const SILENT: f64 = 0.06;
@@ -177,7 +179,7 @@ struct Operation {
     probability: Option<f64>,
 }
 
-/// Reads the test in a recording.
+/// Reads the test in a recording. If the valve seems to have changed between two times in manual, only the later ones count.
 ///
 /// # Errors
 /// If it has no test, or too little of one. The message names the fault and the remedy.
@@ -188,6 +190,18 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         None => ByHand::of(recording).ok_or_else(|| Abstention(NO_TEST.to_owned()))?,
     };
     check(&by_hand)?;
+    let whole = read_as_one(recording, by_hand.clone(), true, options)?;
+    let later = latest(&whole, &by_hand, |later| read_as_one(recording, later, false, options));
+    Ok(later.unwrap_or(whole))
+}
+
+/// Reads all settings as those of one valve. `same_valve` says whether it was that of the operation before.
+fn read_as_one(
+    recording: &Recording,
+    by_hand: ByHand,
+    same_valve: bool,
+    options: &ReadOptions,
+) -> Result<TestReading, Abstention> {
     let (all_turns, part) = (by_hand.turns(), by_hand.most_varied(MOST_TURNS));
     let is_part = part.is_some();
     let by_hand = part.unwrap_or(by_hand);
@@ -220,6 +234,7 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     let of_pv = spells(&by_hand, &grid, |segment| segment.pv.as_deref());
     let spells = if by_position { of_position } else { of_pv.clone() };
     let mut operation = Operation::before(recording, from_s, options, by_position)?;
+    operation.probability = operation.probability.filter(|_| same_valve);
     if spells.is_empty() {
         return Err(Abstention(
             "the test is outside the recording or in a gap of it; give a recording that contains it"
@@ -243,7 +258,15 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
             who(by_position)
         )));
     }
-    let dead = shortest_hold(&manual);
+    if let Some(frozen) = frozen(&manual) {
+        return Err(Abstention(format!(
+            "the {} is exactly the same for {} within the test, although it has noise: it was frozen or not archived; repeat \
+             the test with a signal that is recorded throughout",
+            who(by_position),
+            time(frozen as f64 * grid.sample_time)
+        )));
+    }
+    let hold = shortest_hold(&manual);
     let own = by_position || curve.is_some();
     if curve.is_some() {
         // A PV with a characteristic answers.
@@ -261,7 +284,7 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     };
     let weighed = signs
         .iter()
-        .filter_map(|sign| weigh(&manual, *sign, dead, floor, !by_position, curve.as_ref()))
+        .filter_map(|sign| weigh(&manual, *sign, hold, floor, !by_position, curve.as_ref()))
         .max_by(|a, b| a.log.total_cmp(&b.log));
     let weighed = weighed.ok_or_else(|| Abstention(TOO_FEW.to_owned()))?;
     let mut reading = TestReading {
@@ -296,6 +319,13 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
         ));
     }
     reading.reasons.extend(cut(&spells));
+    let used: usize = spells.iter().map(|(times, _)| times.len()).sum();
+    if used < by_hand.turns() {
+        reading.reasons.push(format!(
+            "the result is without {} of the OP in a gap of the recording, or alone in a time in manual",
+            counted(by_hand.turns() - used, "setting")
+        ));
+    }
     let hasty = weighed.response.0.tau.is_finite() && unsettled(&in_manual);
     reading.advice = advice(&reading, hasty);
     let plan = options.plan.as_ref();
@@ -429,7 +459,7 @@ fn moves(spells: &[(Vec<f64>, Manual)]) -> bool {
     span(&values) > 0.0
 }
 
-/// Nearly the shortest hold, samples. A dead time is not longer if the turns were answered.
+/// Nearly the shortest hold, samples. A dead time is shorter if the turns were answered.
 fn shortest_hold(spells: &[Manual]) -> usize {
     let holds =
         spells.iter().flat_map(|spell| spell.turns.windows(2).map(|two| two[1].0 - two[0].0));
@@ -504,6 +534,7 @@ fn conclude(
             && weighed.elsewhere < 0.1
             && weighed.silent < NO_ANSWER
             && weighed.s_below.is_some_and(|below| below < limit)
+            && following.clear > CLEAR
             && following.strength > STRONG
             && following.fits > FITS_HEALTHY =>
         {
@@ -659,6 +690,12 @@ fn reasons(reading: &TestReading, weighed: &Weighed, at_rest: bool) -> Vec<Strin
             "a dead band downstream of the valve, as in the transmitter or a linkage, may explain the answers too ({})",
             percent(weighed.elsewhere)
         ));
+    } else if weighed.alike && reading.class == VerdictClass::Sticks {
+        all.push(
+            "the process is so fast that a dead band of the transmitter would give the same answers; only the position of \
+             the stem distinguishes the two"
+                .to_owned(),
+        );
     }
     if let Some(before) = reading.by_operation {
         all.push(format!(
@@ -713,7 +750,7 @@ mod tests {
     use super::*;
     use crate::bands::Bands;
     use crate::closed_loop::NormalStream;
-    use crate::recording::{Channel, Mode, Modes, Set};
+    use crate::recording::{Channel, Mode, Modes, Quality, Set};
     use crate::valve::{Model, Start, Valve};
 
     const DT: f64 = 2.0;
@@ -753,6 +790,56 @@ mod tests {
         let mut recording = Recording::regular("FIC1", DT, &op, Some(&pv), None).unwrap();
         recording.mode = Some(modes);
         recording
+    }
+
+    /// One recording of two, the second after the first.
+    fn joined(first: &Recording, second: &Recording) -> Recording {
+        let both = |of: fn(&Recording) -> &Channel| {
+            [of(first), of(second)].map(|c| &c.values[..]).concat()
+        };
+        let pv = both(|r| r.pv.as_ref().unwrap());
+        let mut joined = Recording::regular("FIC1", DT, &both(|r| &r.op), Some(&pv), None).unwrap();
+        let [mut modes, later] = [first, second].map(|r| r.mode.clone().unwrap());
+        let shift = DT * first.op.values.len() as f64;
+        modes.time.extend(later.time.iter().map(|t| t + shift));
+        modes.modes.extend(later.modes);
+        joined.mode = Some(modes);
+        joined
+    }
+
+    #[test]
+    fn a_valve_that_changed_between_two_tests_is_judged_by_the_later_one() {
+        let [sticky, good] = [tested(4.0, 1.0, false, 3), tested(0.0, 0.0, false, 4)];
+        let of = |recording: &Recording| read(recording, &ReadOptions::default()).unwrap();
+        let changed = |reading: &TestReading| {
+            reading.reasons.iter().any(|why| why.contains("the valve has changed"))
+        };
+        let repaired = of(&joined(&sticky, &good));
+        assert!(repaired.class == VerdictClass::DoesNotStick, "{:?}", repaired.reasons);
+        let worse = of(&joined(&good, &sticky));
+        assert!(changed(&worse) && worse.class == VerdictClass::Sticks, "{:?}", worse.reasons);
+        assert!(worse.s.is_some_and(|s| s.low <= 4.0 && 4.0 <= s.high), "{:?}", worse.reasons);
+        assert_eq!((worse.stops, worse.by_operation), (0, None));
+        let same = of(&joined(&sticky, &tested(4.0, 1.0, false, 5)));
+        assert!(
+            !changed(&same) && same.class == VerdictClass::Sticks && same.stops == 1,
+            "{:?}",
+            same.reasons
+        );
+    }
+
+    #[test]
+    fn settings_in_a_gap_are_counted() {
+        let mut recording = tested(4.0, 1.0, false, 3);
+        let pv = recording.pv.as_mut().unwrap();
+        pv.quality[OPERATION + 200..OPERATION + 300].fill(Quality::Bad);
+        let reading = read(&recording, &ReadOptions::default()).unwrap();
+        let why = reading.reasons.iter().find(|why| why.contains("in a gap of the recording"));
+        assert!(
+            why.is_some_and(|why| why.starts_with("the result is without 1")),
+            "{:?}",
+            reading.reasons
+        );
     }
 
     /// The same with the valve position, and a load that masks it in the PV.

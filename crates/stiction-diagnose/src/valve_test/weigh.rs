@@ -34,6 +34,9 @@ const ELSEWHERE: f64 = 0.042;
 /// is its limit.
 const NATS: f64 = 0.25;
 const MOST_NATS: f64 = 30.0;
+/// Less evidence, nats, and shorter lags, samples, distinguish nothing.
+const ALIKE: f64 = 1.0;
+const FAST: f64 = 2.5;
 /// Most samples that are used. More are averaged.
 const MOST_SAMPLES: usize = 1500;
 /// Fewest samples and turns of a time in manual.
@@ -92,6 +95,8 @@ pub(super) struct Weighed {
     pub sticks: f64,
     pub silent: f64,
     pub elsewhere: f64,
+    /// Whether the answers do not distinguish such a dead band from one in the valve.
+    pub alike: bool,
     /// S is below this with 95 % confidence, with a flat prior for ln S; `None` if the test excludes no large S.
     pub s_below: Option<f64>,
     /// Whether S may be larger than any S tried.
@@ -179,13 +184,13 @@ fn averaged(spell: &Manual, factor: usize) -> (Manual, Spell) {
     (Manual { pv: vec![], before: spell.before, turns }, looked)
 }
 
-/// Weighs all valves, with the sign of the gain, the longest dead time in samples and `floor` as the smallest standard
+/// Weighs all valves, with the sign of the gain, the shortest `hold` in samples, which no dead time reaches, and `floor` as the smallest standard
 /// deviation of the errors. `elsewhere` allows a dead band outside the valve. A `curve` adds the evidence of settled
 /// values. `None` if the data are too few.
 pub(super) fn weigh(
     spells: &[Manual],
     sign: f64,
-    longest_dead: usize,
+    hold: usize,
     floor: f64,
     elsewhere: bool,
     curve: Option<&Curve>,
@@ -194,8 +199,8 @@ pub(super) fn weigh(
     if looked.spells.is_empty() {
         return None;
     }
-    let longest_dead = longest_dead.div_ceil(looked.factor);
-    let (found, error) = answers(&looked.spells, longest_dead)?;
+    let hold = hold.div_ceil(looked.factor);
+    let (found, error) = answers(&looked.spells, hold)?;
     let variance = (error * error + floor * floor).max(f64::MIN_POSITIVE);
     let right: Vec<&Answers> = found.iter().filter(|of| looked.goes(of, sign)).collect();
     let right = if right.is_empty() { found.iter().collect() } else { right };
@@ -229,7 +234,7 @@ pub(super) fn weigh(
     let (manual, seen) = (&looked.manual, &looked.spells);
     let noise = &near.first()?.0.noise;
     let further = elsewhere
-        .then(|| apart(manual, seen, noise, &processes, longest_dead, looked.travel(), &stems))
+        .then(|| apart(manual, seen, noise, &processes, hold, looked.travel(), &stems))
         .flatten();
     // If the data do not distinguish them, a dead band downstream of the process keeps its prior probability.
     let against = further.map_or(0.0, |f| (-NATS * f / variance).clamp(-MOST_NATS, MOST_NATS));
@@ -266,6 +271,8 @@ pub(super) fn weigh(
         sticks: (1.0 - behind) * sticks,
         silent: (silent - most).exp() / whole,
         elsewhere: behind * sticks,
+        alike: elsewhere
+            && (against.abs() < ALIKE || first.process.tau + first.process.tau2 < FAST),
         s_below: excludes.then(|| LIMIT.1 * quantile(&flat, LIMIT.0)),
         open: slid > likeliest - LESS,
         sticking_seen: sticking.map_or(Seen::default(), |stem| first.seen(Some(stem))),

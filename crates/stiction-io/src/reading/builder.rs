@@ -478,7 +478,11 @@ impl<'a> Builder<'a> {
         if nothing > 0 {
             notes.push(format!("{nothing} of {} modes are not recorded", modes.len()));
         }
-        let time = source.rows.iter().map(|row| self.times.seconds[*row]).collect();
+        // Each holds until the next, so a file with the newest row first is turned round.
+        let time = source.rows.iter().map(|row| self.times.seconds[*row]);
+        let mut all: Vec<(f64, Mode)> = time.zip(modes).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (time, modes) = all.into_iter().unzip();
         Ok(Modes { time, modes })
     }
 }

@@ -91,6 +91,18 @@ impl ByHand {
         self.sets.iter().filter(|set| set.op.is_some()).count()
     }
 
+    /// The settings after the longest time in automatic between two times in manual; `None` if either side has fewer than
+    /// [`FEWEST_TURNS`].
+    pub fn after_pause(&self) -> Option<Self> {
+        let ends = self.sets.windows(2).enumerate().filter(|(_, two)| two[0].op.is_none());
+        let pause = |two: &[Set]| two[1].at_s - two[0].at_s;
+        let (end, _) = ends.max_by(|a, b| pause(a.1).total_cmp(&pause(b.1)))?;
+        let (before, after) = self.sets.split_at(end + 1);
+        let part = |sets: &[Set]| Self { sets: sets.to_vec(), known_by: self.known_by };
+        (part(before).turns() >= FEWEST_TURNS && part(after).turns() >= FEWEST_TURNS)
+            .then(|| part(after))
+    }
+
     /// The part of at most `most` consecutive settings whose turns have the most different sizes, the first of several;
     /// `None` if there are no more settings than that. The sizes of a test differ, so a test among thousands of other
     /// settings is found.
