@@ -144,7 +144,7 @@ fn side_by_side(ends: &[Found]) -> String {
         row.resize(rows[0].len(), String::new());
         rows.push(row);
     };
-    more("attracts", &|cycle| yes_no(cycle.stable));
+    more("stable", &|cycle| yes_no(cycle.stable));
     more("slips per period", &|cycle| cycle.slips.to_string());
     more("deviation remaining after a period", &left_after_a_period);
     let mut right = vec![true; rows[0].len()];
@@ -160,7 +160,7 @@ fn every(ends: &[Found]) -> String {
         "OP (%)",
         "VP (%)",
         "PV",
-        "attracts",
+        "stable",
         "slips",
         "left",
         "VP about (%)",
@@ -246,7 +246,7 @@ fn retuning_text(found: &Retuning, l: &ContinuousLoop) -> String {
     row("period", &|a| number(a.cycle.as_ref().map(|c| c.period_s), " s"));
     row("half peak-to-peak OP", &|a| number(a.cycle.as_ref().map(|c| c.half_pp.op), " %"));
     row("half peak-to-peak PV", &|a| number(a.cycle.as_ref().map(|c| c.half_pp.pv), ""));
-    row("IAE of a load step of 1 %", &|a| number(a.load_iae, " s"));
+    row("IAE of a load step of 1 %", &|a| number(a.load_iae, " PV units x s"));
     let mut out = format!(
         "\nPI tuning with the smallest swing of the PV, Ms at most {}:\n{}",
         text::number(found.ms_bound),

@@ -33,7 +33,7 @@ period                              18.0437 s            19.2292 s   +6.6 %
 half peak-to-peak OP                3.10801 %            2.97979 %   -4.1 %
 half peak-to-peak VP                2.10801 %            2.49118 %  +18.2 %
 half peak-to-peak PV                  1.99386              1.71374  -14.0 %
-attracts                                  yes                  yes
+stable                                    yes                  yes
 slips per period                            2                    2
 deviation remaining after a period     0.1173                    -
 
