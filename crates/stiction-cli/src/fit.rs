@@ -328,7 +328,7 @@ pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
         peak-to-peak value in a period, without noise. \"x present\" is the ratio to the loop as it is. Error is the \
         mean absolute control error. Load s is the settling time after a load step, - if the loop does not settle. \
         The benefit is certain if PV swing falls by more than 20 % with a probability of at least 95 %, and \
-        probable above 50 %.";
+        probable above 50 %. Below that it is not certain.";
     out += &text::paragraph(words);
     if !found.advice.is_empty() {
         out += "\nActions\n";

@@ -164,7 +164,9 @@ fn weighed(diagnosis: &Diagnosis) -> String {
         .map(|other| format!("{} ({})", other.cause.name(), words::percent(other.likelihood)))
         .collect();
     if !others.is_empty() {
-        out += &field("or else", &others.join(", "));
+        // The verdict on a cleared valve names the likeliest cause.
+        let cleared = verdict.class == VerdictClass::DoesNotStick;
+        out += &field(if cleared { "causes" } else { "or else" }, &others.join(", "));
     }
     match (&verdict.confirm, &verdict.no_test) {
         (Some(plan), _) => {

@@ -80,7 +80,7 @@ fn against(row: &Row, present: &Row) -> Vec<String> {
     }
     let worn = travel(row, present);
     if worn > WEARING {
-        said.push(format!("{} times the stem travel", factor(worn)));
+        said.push(format!("{} times the stem travel if S and J are wrong", factor(worn)));
     }
     said
 }
