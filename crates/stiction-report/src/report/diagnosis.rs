@@ -35,7 +35,7 @@ pub(super) fn report(tool: &str, ranked: &[Loop<'_>]) -> Report {
         [one] => format!("Diagnosis of {}", one.diagnosis.name),
         several => format!("Diagnosis of {} control loops", several.len()),
     };
-    let tool = format!("{tool}, results of form {}", document::VERSION);
+    let tool = format!("{tool}, format version {}", document::VERSION);
     let mut report = Report::new(title, tool).introduction(INTRODUCTION);
     for case in ranked {
         report = report.source(case.source).with(section(case));

@@ -208,8 +208,10 @@ fn row(Loop { diagnosis, source }: &Loop<'_>, path: &str, later: bool) -> Markup
     let travel = diagnosis.kpis.get("OP travel").and_then(|kpi| kpi.value);
     let s = match (diagnosis.stiction.s, verdict.s_below) {
         (Some(s), _) => Some((s.value, rough(s.value))),
-        (None, Some(limit)) => Some((limit.value, format!("<\u{a0}{}", rough(limit.value)))),
-        (None, None) => None,
+        (None, Some(limit)) if verdict.grade.spares() => {
+            Some((limit.value, format!("<\u{a0}{}", rough(limit.value))))
+        }
+        _ => None,
     };
     let said = verdict.overruled.as_ref().map(words::overruled);
     html! {

@@ -86,7 +86,7 @@ fn measured(weighing: &Weighing, class: VerdictClass) -> Block {
             words::rough(weighing.distance),
             "",
         ),
-        Fact::new("OP range", words::rough(weighing.op_range), "%"),
+        Fact::new("OP range, 0.5 to 99.5 % quantile", words::rough(weighing.op_range), "%"),
     ];
     // If an S was found, its detection limit does not matter.
     if !matches!(class, VerdictClass::Sticks | VerdictClass::DoesNotRespond) {
@@ -157,7 +157,7 @@ pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
 fn planned(section: Section, plan: &TestPlan) -> Section {
     let items = plan.instructions.clone();
     let table = Table::new(
-        "The turns of part 1, relative to u0. `stiction test plan` prints the sheet, and `stiction test read` \
+        "The turns of part 1, relative to u0. stiction test plan prints the sheet, and stiction test read \
          evaluates the test.",
     )
     .columns("#turn | #OP from u0 [%] | #longest hold");
