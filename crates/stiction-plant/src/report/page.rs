@@ -312,7 +312,7 @@ const HEADS: [Head; 17] = [
         "S, %",
         true,
         50,
-        "Stick band plus dead band, % of span. “< 3” is a detection limit: a larger S would have shown.",
+        "Stick band plus dead band, % of span. “< 3” means no stiction: an S above this limit would have shown.",
     ),
     head("J, %", true, 44, "Slip jump, % of span."),
     head("Change", false, 84, "Change in the week, with its day."),
@@ -402,7 +402,9 @@ fn row(place: usize, ranked: &Ranked<'_>, has_j: bool) -> Markup {
     let share = |value: Option<f64>| number(value.map(|v| (v, format!("{v:.0}"))));
     let s = match (row.s, row.s_below) {
         (Some(s), _) => Some((s, rough(s))),
-        (None, below) => below.map(|limit| (limit, format!("<\u{a0}{}", rough(limit)))),
+        (None, below) => below
+            .filter(|_| row.grade.is_some_and(Grade::spares))
+            .map(|limit| (limit, format!("<\u{a0}{}", rough(limit)))),
     };
     let range = row.s_low.zip(row.s_high).map(|(a, b)| format!("{} to {}", rough(a), rough(b)));
     html! {

@@ -436,6 +436,10 @@ fn ranked<'a>(
     let last = &judged[judged.len().saturating_sub(LAST)..];
     let oscillating = last.iter().filter(|row| row.oscillates == Some(true)).count();
     let health = Health::of(&of_week);
+    // Dead or unfit data are no evidence of new stiction.
+    let event = event.filter(|event| {
+        health == Health::Good || !matches!(event.change, Change::New | Change::Returned)
+    });
 
     let member = groups
         .iter()
