@@ -1,7 +1,7 @@
 // All texts of the lab. For another language, write another object of this shape.
 export const t = {
   name: "stiction lab",
-  skip: "Skip to the room",
+  skip: "Skip to the page",
   roomsLabel: "Rooms",
   rooms: {
     loop: "Valve and loop",

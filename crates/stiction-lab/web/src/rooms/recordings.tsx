@@ -222,7 +222,7 @@ function Open(props: { list: List; file: string | null; loop: string | null; onC
   const first = (id: string) => rows.find((row) => row.file.id === id)?.loop ?? null;
   return (
     <nav class="open" aria-label={w.open}>
-      <h2>{w.openCount(rows.length)}</h2>
+      <h2>{w.openCount(rows.filter(({ file }) => !file.failure).length)}</h2>
       {rows.length > SEARCHED && (
         <input
           type="search"
