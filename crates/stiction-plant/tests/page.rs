@@ -118,6 +118,8 @@ fn a_week_of_a_thousand_loops_is_ranked_and_fits_a_page() {
         changed,
         (0..1000)
             .filter(|k| matches!(k % 14, 2 | 3) && k % 5 == 0 && k % 97 != 5 && k % 97 != 11)
+            // The PV of these is frozen.
+            .filter(|k| k % 83 != 9)
             .count()
     );
 
@@ -125,7 +127,7 @@ fn a_week_of_a_thousand_loops_is_ranked_and_fits_a_page() {
     assert!(orders.iter().all(|order| order.name != name(14) && order.name != name(15)));
     let first = orders.iter().find(|order| order.name == name(28)).unwrap();
     assert!(
-        first.evidence.contains("from 7 windows") && first.test.contains("step the OP"),
+        first.evidence.contains("from 7 windows") && first.test.contains("turn the OP"),
         "{first:?}"
     );
 
