@@ -302,6 +302,39 @@ fn ordinary_percent_are_certain() {
     assert_eq!((fraction.low, fraction.high, fraction.spans), (0.0, 1.0, [1.0, 1.0]));
 }
 
+#[test]
+fn percent_between_0_and_1_are_rather_fractions() {
+    let recording = op("%", 0.43, 0.48);
+    let range = recording.op.range.unwrap();
+    assert_eq!((range.low, range.high, range.source), (0.0, 1.0, RangeSource::Estimated));
+    assert_eq!(range.spans, [1.0, 100.0]);
+    let is_noted = |recording: &Recording| {
+        recording.notes.iter().any(|note| {
+            note.contains("OP is in %, but is between 0 and 1")
+                && note.contains("op_range 0,1 ")
+                && note.ends_with("op_range 0,100")
+        })
+    };
+    assert!(is_noted(&recording), "{:?}", recording.notes);
+    let column = read("t,PV,OP [%]\n0,50,0.43\n1,51,0.44\n2,52,0.45\n");
+    assert!(is_noted(&column), "{:?}", column.notes);
+    // A valve at rest, mostly shut, or beyond 1 %.
+    for (low, high) in [(0.0, 0.0), (0.4, 0.4), (0.4, 1.1), (-0.4, 0.4)] {
+        let percent = op("%", low, high);
+        assert_eq!(percent.op.range.unwrap().high, 100.0, "{low} to {high}");
+        assert!(!is_noted(&percent), "{low} to {high}");
+    }
+    let shut = read("t,PV,OP [%]\n0,50,0\n1,51,0\n2,52,0.45\n");
+    assert_eq!(shut.op.range.unwrap().high, 100.0);
+    // A stated range wins.
+    let mut given = ReadOptions::default();
+    given.all.op_range = Some((0.0, 100.0));
+    let text = "t,PV,OP [%]\n0,50,0.43\n1,51,0.44\n2,52,0.45\n";
+    let given = parsed(text, &given).unwrap().recordings.remove(0);
+    assert_eq!(given.op.range.unwrap().source, RangeSource::Given);
+    assert!(!is_noted(&given));
+}
+
 /// A long table with these columns of qualities.
 fn long(header: &str, cells: &[&str]) -> String {
     let rows: String = (0..12)

@@ -36,6 +36,15 @@ pub fn of_valve_signal(
     }
     let values = Values::of(&channel.values);
     let guess = match (unit::of(unit), values) {
+        // Values that move within 0 to 1 are rather fractions. A signal that rests at an end shows nothing.
+        (Unit::Share(full), Some(values)) if full > 1.0 && values.move_within_one() => {
+            let sure = wording.of(Remedy::Range { signal: name, ends: Some((0.0, 1.0)) });
+            let why = format!(
+                "{name} is in {unit}, but is between 0 and 1 and is interpreted as a fraction ({sure} confirms this), of"
+            );
+            let guess = Guess::estimated((0.0, 1.0), why).or(&[(0.0, full)]);
+            Some(Guess { example: Some((0.0, full)), ..guess })
+        }
         // Values far outside contradict the unit.
         (Unit::Share(full), values)
             if values.is_none_or(|values| values.within((-full, 2.0 * full), STATED)) =>
@@ -107,11 +116,9 @@ fn unstated(name: &'static str, channel: &Channel, values: &Values) -> Unstated 
     let usable = channel.values.iter().filter(|value| value.is_finite());
     let (low, high) = (values.low, values.high);
     let between = || usable.clone().any(|value| (0.0..1.0).contains(value) && *value > 0.0);
-    let estimated =
-        |range, why: String| Guess { source: RangeSource::Estimated, ..Guess::assumed(range, why) };
     if low >= 0.0 && high <= 1.0 && between() {
         let why = format!("{name} is between 0 and 1 and is interpreted as a fraction, of");
-        let guess = estimated((0.0, 1.0), why);
+        let guess = Guess::estimated((0.0, 1.0), why);
         return Unstated::Guess(Guess { example: Some((0.0, 100.0)), ..guess });
     }
     if !(low >= -SLACK && high <= 100.0 + SLACK) {
@@ -127,7 +134,7 @@ fn unstated(name: &'static str, channel: &Channel, values: &Values) -> Unstated 
             spoken::number(low),
             spoken::number(high)
         );
-        let guess = estimated((0.0, 100.0), why).or(&fits);
+        let guess = Guess::estimated((0.0, 100.0), why).or(&fits);
         return Unstated::Guess(Guess { example: Some(*first), ..guess });
     }
     let negative = usable.clone().filter(|value| **value < 0.0).count();
@@ -135,7 +142,7 @@ fn unstated(name: &'static str, channel: &Channel, values: &Values) -> Unstated 
         let why = format!(
             "{name} is often below 0, like a deviation from its mean, and is interpreted as percent of"
         );
-        return Unstated::Guess(estimated((0.0, 100.0), why));
+        return Unstated::Guess(Guess::estimated((0.0, 100.0), why));
     }
     Unstated::Percent
 }
@@ -152,6 +159,11 @@ impl Guess {
             why,
             example: None,
         }
+    }
+
+    /// The same from the values alone.
+    fn estimated(range: (f64, f64), why: String) -> Self {
+        Self { source: RangeSource::Estimated, ..Self::assumed(range, why) }
     }
 
     /// The same with alternatives.
@@ -182,7 +194,7 @@ impl Guess {
             .chain([round])
             .filter(|each| *each != range)
             .collect();
-        let guess = Self { source: RangeSource::Estimated, ..Self::assumed(range, why) };
+        let guess = Self::estimated(range, why);
         match fits.is_empty() {
             true => Self { spans: (guess.spans.0, WIDEST * guess.spans.1), ..guess },
             false => guess.or(&others),
@@ -197,7 +209,7 @@ impl Guess {
         let master = if name == "OP" { ", as the output of a master controller" } else { "" };
         let why =
             format!("{name} is in {unit}{master}, so its span is unknown; it is estimated as");
-        let guess = Self { source: RangeSource::Estimated, ..Self::assumed(range, why) };
+        let guess = Self::estimated(range, why);
         let (span, swing) = (guess.spans.0, values.high - values.low);
         let narrowest = if is_temperature { swing } else { swing / SWING };
         let narrowest = if narrowest > 0.0 { narrowest.min(span) } else { span };

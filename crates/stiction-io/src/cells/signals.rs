@@ -67,6 +67,12 @@ impl Values {
         self.low >= low - slack && self.high <= high + slack
     }
 
+    /// Whether they move within 0 to 1 and mostly are at neither end.
+    pub fn move_within_one(&self) -> bool {
+        let inner = self.median > 0.0 && self.median < 1.0;
+        inner && self.low < self.high && self.within((0.0, 1.0), 0.0)
+    }
+
     /// The level of the values in a range: of their median, as a share of its span, or of their largest size if the
     /// range has two sides.
     fn level(&self, (low, high): (f64, f64)) -> f64 {
