@@ -335,6 +335,29 @@ fn percent_between_0_and_1_are_rather_fractions() {
     assert!(!is_noted(&given));
 }
 
+#[test]
+fn an_sp_far_from_the_pv_in_a_different_unit_is_left_out() {
+    let read = |header: &str, sp: f64| {
+        let rows = (0..20).map(|k| format!("{k},{},{sp},45.5\n", 60 + k % 3));
+        read(&format!("t,{header}\n{}", rows.collect::<String>()))
+    };
+    let apart = read("F.PV (m3/h),F.SP (l/min),F.OP", 1000.0);
+    let wanted = "the SP is in l/min, the PV in m3/h, and they are far apart";
+    let note = apart.notes.iter().find(|note| note.contains(wanted));
+    assert!(note.is_some_and(|note| note.contains("map ignore=F.SP")), "{:?}", apart.notes);
+    assert_eq!(apart.sp, None);
+    for (header, sp) in [
+        ("F.PV (m3/h),F.SP (l/min),F.OP", 61.0),
+        ("F.PV (m3/h),F.SP (m³/h),F.OP", 1000.0),
+        ("F.PV (°C),F.SP (degC),F.OP", 1000.0),
+        ("F.PV (bar),F.SP (barg),F.OP", 1000.0),
+        ("F.PV (m3/h),F.SP,F.OP", 1000.0),
+    ] {
+        assert!(read(header, sp).sp.is_some(), "{header}");
+    }
+    assert_eq!(read("F.PV (°C),F.SP (°F),F.OP", 140.0).sp, None);
+}
+
 /// A long table with these columns of qualities.
 fn long(header: &str, cells: &[&str]) -> String {
     let rows: String = (0..12)

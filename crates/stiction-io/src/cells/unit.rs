@@ -19,10 +19,9 @@ pub enum Unit {
     Quantity,
 }
 
-/// The meaning of a unit as a file writes it.
-pub fn of(text: &str) -> Unit {
-    let plain: String = text
-        .to_lowercase()
+/// A unit in lower case without spaces, raised digits and the Greek micro.
+fn plain(text: &str) -> String {
+    text.to_lowercase()
         .chars()
         .filter(|c| !c.is_whitespace())
         .map(|c| match c {
@@ -31,8 +30,22 @@ pub fn of(text: &str) -> Unit {
             'µ' | 'μ' => 'u',
             c => c,
         })
-        .collect();
-    match &*plain {
+        .collect()
+}
+
+/// Whether two texts are different units, and not one in two spellings.
+pub fn differ(a: &str, b: &str) -> bool {
+    let bare = |text| plain(text).replace("deg", "").replace('°', "");
+    match (of(a), of(b)) {
+        (Unit::None, _) | (_, Unit::None) => false,
+        (Unit::Quantity | Unit::Temperature, _) => bare(a) != bare(b),
+        (a, b) => a != b,
+    }
+}
+
+/// The meaning of a unit as a file writes it.
+pub fn of(text: &str) -> Unit {
+    match &*plain(text) {
         "" | "-" | "--" | "none" | "n/a" | "eu" | "unit" | "units" => Unit::None,
         "%" | "pct" | "pct." | "percent" | "prozent" | "perc" | "%open" | "%span" | "%auf"
         | "percentopen" | "percentofspan" | "%ofspan" | "pourcent" => Unit::Share(100.0),

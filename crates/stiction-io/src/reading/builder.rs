@@ -3,8 +3,6 @@
 use super::naming::attribute;
 use super::times::times;
 use crate::cells::number::{self, DecimalMark};
-use crate::cells::signals::Values;
-use crate::cells::unit::{self, Unit};
 use crate::cells::{mode, quality, range};
 use crate::columns::layout::content::Content;
 use crate::columns::layout::{LoopPlan, Place, Plan, Recognised};
@@ -19,7 +17,6 @@ use stiction_recording::recording::{
     Channel, Columns, LoopType, Mode, Modes, PlantTime, Quality, Range, RangeSource, Recording,
     rhythm,
 };
-use stiction_recording::spoken;
 
 /// Makes recordings from a sheet.
 pub struct Builder<'a> {
@@ -152,7 +149,7 @@ impl<'a> Builder<'a> {
         notes.append(&mut recording.notes);
         recording.mask();
 
-        notes.extend(self.sp_elsewhere(&recording));
+        notes.extend(self.doubts(&mut recording));
         let (op_range, op_note) = range::of_valve_signal(
             "OP",
             &recording.op,
@@ -186,37 +183,6 @@ impl<'a> Builder<'a> {
         };
         recording.notes = notes;
         Ok(recording)
-    }
-
-    /// A note if the SP may be in percent, unlike the PV. Either their units say so, or the SP is in 0 to 100, the PV is
-    /// not, and they are far apart.
-    fn sp_elsewhere(&self, recording: &Recording) -> Option<String> {
-        /// Least distance in swings of the PV (ours). A saturated loop has a smaller one.
-        const FAR: f64 = 3.0;
-        let (sp, pv) = (recording.sp.as_ref()?, recording.pv.as_ref()?);
-        let (values, of_pv) = (Values::of(&sp.values)?, Values::of(&pv.values)?);
-        let distance = (of_pv.low - values.high).max(values.low - of_pv.high);
-        let is_far = distance > FAR * (of_pv.high - of_pv.low) && distance > 0.0;
-        let has_range =
-            values.low >= 0.0 && values.high <= 100.0 && !of_pv.within((0.0, 100.0), 0.0);
-        let unit = |channel: &Channel| channel.unit.as_deref().map_or(Unit::None, unit::of);
-        let is_stated =
-            matches!((unit(sp), unit(pv)), (Unit::Share(_), Unit::Quantity | Unit::Temperature));
-        if !is_stated && !(is_far && has_range && (sp.unit.is_none() || sp.unit != pv.unit)) {
-            return None;
-        }
-        let shown = |values: &Values| match values.low == values.high {
-            true => spoken::number(values.low),
-            false => spoken::range(values.low, values.high),
-        };
-        let column = recording.columns.sp.as_deref().unwrap_or("SP");
-        Some(format!(
-            "the SP is {} and the PV {}, so the SP may be in percent of the PV's range; if so, convert it, or leave it out \
-             with {}",
-            shown(&values),
-            shown(&of_pv),
-            self.options.wording.of(Remedy::map("ignore", column))
-        ))
     }
 
     /// The columns of a loop.

@@ -1,6 +1,7 @@
 //! Recordings from files of any format.
 
 mod builder;
+mod doubts;
 pub mod file_per_tag;
 mod format;
 pub mod join;
