@@ -336,6 +336,23 @@ fn percent_between_0_and_1_are_rather_fractions() {
 }
 
 #[test]
+fn different_values_at_one_time_are_noted() {
+    let noted = |second: &str| {
+        let rows: String = (0..40).map(|k| format!("{k},50.{},45.5\n", k % 7)).collect();
+        let rows = rows.replace("\n20,", &format!("\n{second}\n20,"));
+        let recording = read(&format!("t,PV,OP\n{rows}"));
+        recording.notes.into_iter().find(|note| note.contains("have the same time"))
+    };
+    let note = noted("19,51,45.5").unwrap();
+    assert!(note.contains("(1 of \"PV\" from row 22 on)"), "{note}");
+    let note = noted("19,51,46\n3,52,45.5").unwrap();
+    assert!(note.contains("1 of \"OP\" from row 22 on, 2 of \"PV\" from row 23 on"), "{note}");
+    for equal in ["19,50.5,45.5", "19,,45.5", "19.5,51,45.5"] {
+        assert_eq!(noted(equal), None, "{equal}");
+    }
+}
+
+#[test]
 fn an_sp_far_from_the_pv_in_a_different_unit_is_left_out() {
     let read = |header: &str, sp: f64| {
         let rows = (0..20).map(|k| format!("{k},{},{sp},45.5\n", 60 + k % 3));

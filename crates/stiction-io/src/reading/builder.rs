@@ -34,7 +34,7 @@ pub struct Builder<'a> {
 pub(super) struct Source<'a> {
     column: &'a Column,
     /// Its name, of the column or the tag.
-    name: &'a str,
+    pub(super) name: &'a str,
     pub(super) rows: Vec<usize>,
 }
 
@@ -149,7 +149,7 @@ impl<'a> Builder<'a> {
         notes.append(&mut recording.notes);
         recording.mask();
 
-        notes.extend(self.doubts(&mut recording));
+        notes.extend(self.doubts(plan, &mut recording));
         let (op_range, op_note) = range::of_valve_signal(
             "OP",
             &recording.op,

@@ -3,14 +3,50 @@
 use super::builder::Builder;
 use crate::cells::signals::Values;
 use crate::cells::unit::{self, Unit};
+use crate::columns::layout::LoopPlan;
+use crate::columns::role::Signal;
 use crate::remedy::Remedy;
-use stiction_recording::recording::Recording;
+use stiction_recording::recording::{Channel, Recording};
 use stiction_recording::spoken;
 
 impl Builder<'_> {
     /// The notes. An SP that is certainly not in the unit of the PV is left out.
-    pub(super) fn doubts(&self, recording: &mut Recording) -> Vec<String> {
-        self.sp_elsewhere(recording).into_iter().collect()
+    pub(super) fn doubts(&self, plan: &LoopPlan, recording: &mut Recording) -> Vec<String> {
+        let first = self.repeated(plan, recording).into_iter();
+        first.chain(self.sp_elsewhere(recording)).collect()
+    }
+
+    /// The column of a sample and its row or, if rows of other signals were skipped, its time.
+    fn place(&self, plan: &LoopPlan, signal: Signal, of: &Channel, sample: usize) -> [String; 2] {
+        let source = plan.signal(signal).map(|place| self.source(place));
+        let column = source.as_ref().map_or(signal.name(), |source| source.name);
+        let rows = source.as_ref().filter(|source| source.rows.len() == of.time.len());
+        let time = || self.times.clock.show(self.times.start, of.time[sample]);
+        let row = |row| format!("row {}", self.sheet.row(row));
+        [format!("\"{column}\""), rows.map_or_else(time, |source| row(source.rows[sample]))]
+    }
+
+    /// A note on samples with the time of another sample but a different value.
+    fn repeated(&self, plan: &LoopPlan, recording: &Recording) -> Option<String> {
+        let Recording { op, pv, sp, vp, .. } = recording;
+        let [pv, sp, vp] = [pv, sp, vp].map(Option::as_ref);
+        let channels = [Some(op), pv, sp, vp].into_iter();
+        let found = channels.zip([Signal::Op, Signal::Pv, Signal::Sp, Signal::Vp]);
+        let found = found.filter_map(|(channel, signal)| {
+            let Channel { time, values, .. } = channel?;
+            let mut order: Vec<usize> =
+                (0..time.len()).filter(|k| values[*k].is_finite()).collect();
+            order.sort_by(|a, b| time[*a].total_cmp(&time[*b]));
+            let is_it = |(a, b): (usize, usize)| time[a] == time[b] && values[a] != values[b];
+            let mut found = order.windows(2).filter(|pair| is_it((pair[0], pair[1])));
+            let [column, at] = self.place(plan, signal, channel?, found.next()?[1]);
+            Some(format!("{} of {column} from {at} on", 1 + found.count()))
+        });
+        let found = found.reduce(|all, each| format!("{all}, {each}"))?;
+        Some(format!(
+            "different values have the same time ({found}), and the last in the file is used; remove the wrong rows, or \
+             correct their times"
+        ))
     }
 
     /// A note if the SP may be in percent, unlike the PV. Either their units say so, or the SP is in 0 to 100, the PV is
