@@ -353,6 +353,28 @@ fn different_values_at_one_time_are_noted() {
 }
 
 #[test]
+fn an_op_that_changes_its_scale_is_noted() {
+    let noted = |of: &dyn Fn(usize) -> f64| {
+        let rows: String = (0..300).map(|k| format!("{k},50,{}\n", of(k))).collect();
+        let notes = read(&format!("t,PV,OP\n{rows}")).notes;
+        notes.into_iter().find(|note| note.contains("its scale probably changes"))
+    };
+    let wave = |k: usize| 45.0 + 5.0 * (k as f64 * 0.1).sin();
+    let falls = noted(&|k| if k < 200 { wave(k) } else { wave(k) / 100.0 }).unwrap();
+    assert!(falls.contains("\"OP\" is between 0 and 1 on one side of row 202 and in percent"));
+    let rises = noted(&|k| if k < 100 { wave(k) / 100.0 } else { wave(k) }).unwrap();
+    assert!(rises.contains("\"OP\" is between 0 and 1 on one side of row 102 and in percent"));
+    // A valve that is shut: at once, with noise near its seat, and along a ramp. A few samples decide nothing.
+    assert_eq!(noted(&|k| if k < 200 { wave(k) } else { 0.0 }), None);
+    assert_eq!(noted(&|k| if k < 200 { wave(k) } else { 0.1 + 0.01 * (k % 5) as f64 }), None);
+    assert_eq!(
+        noted(&|k| if k < 200 { 100.0 - 0.497 * k as f64 } else { 1.0 - 0.01 * (k - 200) as f64 }),
+        None
+    );
+    assert_eq!(noted(&|k| if k < 260 { wave(k) } else { wave(k) / 100.0 }), None);
+}
+
+#[test]
 fn an_sp_far_from_the_pv_in_a_different_unit_is_left_out() {
     let read = |header: &str, sp: f64| {
         let rows = (0..20).map(|k| format!("{k},{},{sp},45.5\n", 60 + k % 3));

@@ -13,7 +13,8 @@ impl Builder<'_> {
     /// The notes. An SP that is certainly not in the unit of the PV is left out.
     pub(super) fn doubts(&self, plan: &LoopPlan, recording: &mut Recording) -> Vec<String> {
         let first = self.repeated(plan, recording).into_iter();
-        first.chain(self.sp_elsewhere(recording)).collect()
+        let scale = self.scale_of_op(plan, &recording.op);
+        first.chain(scale).chain(self.sp_elsewhere(recording)).collect()
     }
 
     /// The column of a sample and its row or, if rows of other signals were skipped, its time.
@@ -47,6 +48,36 @@ impl Builder<'_> {
             "different values have the same time ({found}), and the last in the file is used; remove the wrong rows, or \
              correct their times"
         ))
+    }
+
+    /// A note on an OP that is a fraction in one part of the file, and percent in the other.
+    fn scale_of_op(&self, plan: &LoopPlan, op: &Channel) -> Option<String> {
+        /// The fewest samples of the fraction that are not 0, because a valve may be shut for a while.
+        const FEWEST: usize = 50;
+        /// By this share of the range of the percent, the fraction may be outside and may jump at its beginning (ours).
+        const NEAR: f64 = 0.2;
+        let known = op.values.iter().enumerate().filter(|(_, value)| value.is_finite());
+        let (places, values): (Vec<usize>, Vec<f64>) = known.unzip();
+        let is_percent = |value: &f64| !(0.0..=1.0).contains(value);
+        let end = values.iter().rposition(is_percent)? + 1;
+        [end, values.iter().position(is_percent)?].into_iter().find_map(|at| {
+            let (before, after) = values.split_at(at);
+            let (fraction, percent) = if at == end { (after, before) } else { (before, after) };
+            let (small, percent) = (Values::of(fraction)?, Values::of(percent)?);
+            let [low, median, high] = [small.low, small.median, small.high].map(|v| 100.0 * v);
+            let is_near = Values { low, median, high }.within((percent.low, percent.high), NEAR);
+            let (a, b) = (values[at - 1], values[at]);
+            let jump = (a.max(b) - 100.0 * a.min(b)).abs();
+            let count = fraction.iter().filter(|value| **value != 0.0).count();
+            let continues = is_near && jump <= NEAR * (percent.high - percent.low);
+            let [column, place] = self.place(plan, Signal::Op, op, places[at]);
+            (continues && low < high && count >= FEWEST).then(|| {
+                format!(
+                    "{column} is between 0 and 1 on one side of {place} and in percent on the other, so its scale \
+                     probably changes there; convert one part, or diagnose the parts as two files"
+                )
+            })
+        })
     }
 
     /// A note if the SP may be in percent, unlike the PV. Either their units say so, or the SP is in 0 to 100, the PV is
