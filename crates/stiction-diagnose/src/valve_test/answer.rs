@@ -62,14 +62,14 @@ impl Process {
         answer
     }
 
-    /// All processes to try, with dead times below `hold` samples. With one of a hold each answer would be that to the next turn.
-    fn grid(hold: usize) -> Vec<Place> {
+    /// All processes to try, with dead times up to `longest` samples.
+    fn grid(longest: usize) -> Vec<Place> {
         let lags = |tau: f64| match () {
             () if tau.is_infinite() => TAU2_OF_INTEGRATOR.to_vec(),
             () if tau == 0.0 => vec![0.0],
             () => TAU2.map(|part| part * tau).to_vec(),
         };
-        let dead = || DEAD.into_iter().filter(|d| *d < hold.max(3)).enumerate();
+        let dead = || DEAD.into_iter().filter(|d| *d <= longest.max(2)).enumerate();
         let mut all = vec![];
         for (i, tau) in TAU.into_iter().enumerate() {
             for (j, tau2) in lags(tau).into_iter().enumerate() {
@@ -278,10 +278,9 @@ fn normal(spell: &Spell, step: &[f64], noise: &Noise) -> (DMatrix<f64>, DVector<
 /// Number of best processes whose neighbours are tried.
 const BEST: usize = 4;
 
-/// The answers for all processes tried whose dead time is below `hold` samples, the likeliest first, and the standard deviation
-/// of the prediction error.
-pub(super) fn answers(spells: &[Spell], hold: usize) -> Option<(Vec<Answers>, f64)> {
-    let grid = Process::grid(hold);
+/// The answers for all processes tried, the likeliest first, and the standard deviation of the prediction error.
+pub(super) fn answers(spells: &[Spell], longest_dead: usize) -> Option<(Vec<Answers>, f64)> {
+    let grid = Process::grid(longest_dead);
     let (first, others): (Vec<Place>, Vec<Place>) = grid.into_iter().partition(Place::is_first);
     let start: Vec<Vec<f64>> =
         spells.iter().map(|spell| crate::series::detrended(&spell.pv)).collect();
@@ -325,14 +324,6 @@ pub(super) fn answers(spells: &[Spell], hold: usize) -> Option<(Vec<Answers>, f6
 mod tests {
     use super::*;
     use crate::closed_loop::NormalStream;
-
-    #[test]
-    fn a_dead_time_is_shorter_than_a_hold() {
-        for hold in [0, 2, 3, 12, 40, 41] {
-            let longest = Process::grid(hold).iter().map(|of| of.process.dead).max().unwrap();
-            assert!(longest < hold.max(3), "{hold} {longest}");
-        }
-    }
 
     #[test]
     fn normal_equations_are_those_of_a_column_for_each_turn() {

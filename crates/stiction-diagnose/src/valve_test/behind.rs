@@ -28,7 +28,7 @@ pub(super) fn apart(
     spells: &[Spell],
     noise: &Noise,
     processes: &[Process],
-    hold: usize,
+    longest_dead: usize,
     travel: f64,
     stems: &[Stem],
 ) -> Option<f64> {
@@ -52,7 +52,7 @@ pub(super) fn apart(
     let own = processes.iter().copied();
     let others = TAU.iter().flat_map(|tau| DEAD.map(|dead| Process { tau: *tau, tau2: 0.0, dead }));
     let all: Vec<Process> =
-        own.chain(others.filter(|process| process.dead < hold.max(3))).collect();
+        own.chain(others.filter(|process| process.dead <= longest_dead.max(2))).collect();
     let mut valve = f64::INFINITY;
     for process in &all {
         let step = process.step(longest);

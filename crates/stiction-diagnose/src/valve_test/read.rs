@@ -266,7 +266,7 @@ fn read_as_one(
             time(frozen as f64 * grid.sample_time)
         )));
     }
-    let hold = shortest_hold(&manual);
+    let dead = longest_dead(&manual);
     let own = by_position || curve.is_some();
     if curve.is_some() {
         // A PV with a characteristic answers.
@@ -284,7 +284,7 @@ fn read_as_one(
     };
     let weighed = signs
         .iter()
-        .filter_map(|sign| weigh(&manual, *sign, hold, floor, !by_position, curve.as_ref()))
+        .filter_map(|sign| weigh(&manual, *sign, dead, floor, !by_position, curve.as_ref()))
         .max_by(|a, b| a.log.total_cmp(&b.log));
     let weighed = weighed.ok_or_else(|| Abstention(TOO_FEW.to_owned()))?;
     let mut reading = TestReading {
@@ -459,13 +459,14 @@ fn moves(spells: &[(Vec<f64>, Manual)]) -> bool {
     span(&values) > 0.0
 }
 
-/// Nearly the shortest hold, samples. A dead time is shorter if the turns were answered.
-fn shortest_hold(spells: &[Manual]) -> usize {
+/// The longest dead time if the turns were answered, samples: nearly the shortest hold, and less than the usual one.
+fn longest_dead(spells: &[Manual]) -> usize {
     let holds =
         spells.iter().flat_map(|spell| spell.turns.windows(2).map(|two| two[1].0 - two[0].0));
     let mut holds: Vec<usize> = holds.collect();
     holds.sort_unstable();
-    holds.get(holds.len() / 12).copied().unwrap_or(0)
+    let at = |k: usize| holds.get(k).copied().unwrap_or(0);
+    at(holds.len() / 12).min(at(holds.len() / 2).saturating_sub(1))
 }
 
 /// The uncertainty from a historian that interpolates between archived samples; 0 if it archives all.
@@ -826,6 +827,20 @@ mod tests {
             "{:?}",
             same.reasons
         );
+    }
+
+    /// With a dead time of a hold each answer would be that to the next turn.
+    #[test]
+    fn a_dead_time_is_shorter_than_equal_holds() {
+        let of = |holds: &[usize]| {
+            let starts = holds.iter().scan(0, |at, hold| {
+                *at += hold;
+                Some((*at, 0.0))
+            });
+            longest_dead(&[Manual { pv: vec![], before: 0.0, turns: starts.collect() }])
+        };
+        assert_eq!((of(&[]), of(&[40; 20])), (0, 39));
+        assert_eq!(of(&[40, 3, 40, 40, 40, 40, 40]), 3);
     }
 
     #[test]

@@ -184,13 +184,13 @@ fn averaged(spell: &Manual, factor: usize) -> (Manual, Spell) {
     (Manual { pv: vec![], before: spell.before, turns }, looked)
 }
 
-/// Weighs all valves, with the sign of the gain, the shortest `hold` in samples, which no dead time reaches, and `floor` as the smallest standard
+/// Weighs all valves, with the sign of the gain, the longest dead time in samples and `floor` as the smallest standard
 /// deviation of the errors. `elsewhere` allows a dead band outside the valve. A `curve` adds the evidence of settled
 /// values. `None` if the data are too few.
 pub(super) fn weigh(
     spells: &[Manual],
     sign: f64,
-    hold: usize,
+    longest_dead: usize,
     floor: f64,
     elsewhere: bool,
     curve: Option<&Curve>,
@@ -199,8 +199,8 @@ pub(super) fn weigh(
     if looked.spells.is_empty() {
         return None;
     }
-    let hold = hold.div_ceil(looked.factor);
-    let (found, error) = answers(&looked.spells, hold)?;
+    let longest_dead = longest_dead / looked.factor;
+    let (found, error) = answers(&looked.spells, longest_dead)?;
     let variance = (error * error + floor * floor).max(f64::MIN_POSITIVE);
     let right: Vec<&Answers> = found.iter().filter(|of| looked.goes(of, sign)).collect();
     let right = if right.is_empty() { found.iter().collect() } else { right };
@@ -234,7 +234,7 @@ pub(super) fn weigh(
     let (manual, seen) = (&looked.manual, &looked.spells);
     let noise = &near.first()?.0.noise;
     let further = elsewhere
-        .then(|| apart(manual, seen, noise, &processes, hold, looked.travel(), &stems))
+        .then(|| apart(manual, seen, noise, &processes, longest_dead, looked.travel(), &stems))
         .flatten();
     // If the data do not distinguish them, a dead band downstream of the process keeps its prior probability.
     let against = further.map_or(0.0, |f| (-NATS * f / variance).clamp(-MOST_NATS, MOST_NATS));
