@@ -423,6 +423,9 @@ const INNER: f64 = 0.5;
 /// Share of the allowed range reserved at each end.
 const BACK: f64 = 0.15;
 
+/// The last but one size, as a share of the largest, is less than this.
+const NEARLY: f64 = 0.87;
+
 /// The first part: turns of each size from the first to the largest.
 struct Growing {
     first: f64,
@@ -438,14 +441,13 @@ struct Growing {
 
 impl Growing {
     fn turns(&self) -> Vec<Turn> {
-        // Two digits are as good as the same size.
-        let ratio = (self.longest / self.first).max(1.0);
-        let steps = ((0.98 * ratio).ln() / self.growth.ln()).ceil().max(0.0);
-        // Of equal ratios the last size is not nearly the one before.
-        let growth = ratio.powf(1.0 / steps.max(1.0));
+        // The last size is not nearly the one before.
+        let steps = ((NEARLY * self.longest / self.first).ln() / self.growth.ln()).ceil().max(0.0);
+        let steps = steps as i32;
         let mut turns = vec![];
-        for k in 0..=steps as i32 {
-            let half = two_digits(0.5 * (self.first * growth.powi(k)).min(self.longest));
+        for k in 0..=steps {
+            let size = if k < steps { self.first * self.growth.powi(k) } else { self.longest };
+            let half = two_digits(0.5 * size);
             let hold_s = two_digits(self.hold_s * self.patience.powi(k).min(MOST_PATIENCE));
             for turn in 0..self.each {
                 let up = (turn % 2 == 0) == self.up_first;
@@ -670,7 +672,7 @@ mod tests {
             let sizes: Vec<f64> =
                 growing.turns().iter().step_by(EACH).map(|turn| turn.op).collect();
             assert!(
-                sizes.windows(2).all(|two| (1.25..1.7).contains(&(two[1] / two[0]))),
+                sizes.windows(2).all(|two| (1.14..1.9).contains(&(two[1] / two[0]))),
                 "{sizes:?}"
             );
         }
