@@ -251,7 +251,7 @@ fn text(valve: &Valve) -> String {
     for change in &combined.changes {
         out += &field("change", &change.words(moment));
     }
-    out += &field("drift", combined.trend.trim_start_matches("Drift of S: "));
+    out += &field("drift", &combined.trend);
     if let Some(repair) = &valve.repair {
         out += &field("repair", &format!("at {}: {}", moment(repair.time), repair.words));
     }

@@ -134,6 +134,11 @@ pub fn unparted(seconds: f64) -> String {
     time(seconds).replace(' ', "\u{a0}").replace('-', "\u{2212}")
 }
 
+/// How often: `once`, `3 times`.
+pub fn times(count: usize) -> String {
+    if count == 1 { "once".to_owned() } else { format!("{count} times") }
+}
+
 /// A cardinal and its noun: `1 sample`, `3 samples`.
 pub fn counted(number: usize, noun: &str) -> String {
     format!("{number} {noun}{}", if number == 1 { "" } else { "s" })

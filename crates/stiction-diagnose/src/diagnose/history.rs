@@ -247,8 +247,10 @@ fn drift(observations: &[Observation]) -> (Option<Drift>, String) {
         .filter_map(|o| Some((o.time / DAY, o.s.filter(|s| s.value > 0.0)?)))
         .collect();
     if known.len() < FEWEST_FOR_DRIFT {
-        let why =
-            format!("Drift of S: needs {FEWEST_FOR_DRIFT} windows with an S, has {}.", known.len());
+        let why = format!(
+            "The drift of S needs {FEWEST_FOR_DRIFT} windows with an S, and has {}.",
+            known.len()
+        );
         return (None, why);
     }
     let days: Vec<f64> = known.iter().map(|(t, _)| t - known[0].0).collect();
@@ -260,7 +262,10 @@ fn drift(observations: &[Observation]) -> (Option<Drift>, String) {
     let weights: Vec<f64> = known.iter().map(|(_, s)| weight(s)).collect();
     let line = weighted_trend(&days, &logarithms, &weights);
     let Some((line, robust)) = line.zip(theil_sen(&days, &logarithms)) else {
-        return (None, "Drift of S: unknown, because all windows have the same time.".to_owned());
+        return (
+            None,
+            "The drift of S is unknown, because all windows have the same time.".to_owned(),
+        );
     };
     let robust_p_value = mann_kendall(&logarithms);
     let drift = Drift {

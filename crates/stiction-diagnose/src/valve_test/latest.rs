@@ -22,8 +22,8 @@ pub(super) fn latest(
         return None;
     }
     later.reasons.push(format!(
-        "with the turns before the longest time in automatic the result would be \"{}\", so the valve has changed; only the \
-         turns since then count",
+        "with the turns before the longest time in automatic the result would be \"{}\", so the valve seems to have changed; \
+         only the turns since then count",
         whole.word()
     ));
     Some(later)

@@ -12,7 +12,7 @@ use super::plan::TestPlan;
 use super::read::Step;
 use super::weigh::Manual;
 use crate::series::{max, min};
-use crate::spoken::{counted, range, rough, time};
+use crate::spoken::{counted, range, rough, time, times};
 
 /// A size of the plan and its turns in the test.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -335,10 +335,6 @@ fn end(of: &PlanComparison, plan: &TestPlan) -> Option<String> {
             plan.ends_after
         )
     })
-}
-
-pub(super) fn times(count: usize) -> String {
-    if count == 1 { "once".to_owned() } else { format!("{count} times") }
 }
 
 /// Whether two names belong to the same loop. A recording often has the name of its file, so a word may follow the tag

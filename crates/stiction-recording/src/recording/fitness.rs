@@ -6,7 +6,7 @@
 
 use super::{Channel, Grid, Masked, Quality, Recording, Segment};
 use crate::series::{max, mean, min, quantile, span, variance};
-use crate::spoken::{counted, set};
+use crate::spoken::{counted, set, times};
 use stiction_model::named;
 
 named! {
@@ -457,10 +457,9 @@ fn set_point(pv: &[f64], sp: &[f64]) -> Measure {
     let joint = pv.iter().zip(sp).map(|(p, s)| (p - of_pv) * (s - of_sp)).sum::<f64>();
     let scale = variance(pv) * variance(sp) * (pv.len() as f64).powi(2);
     let share = if changes > 0 && scale > 0.0 { 100.0 * joint * joint / scale } else { 0.0 };
-    let times = if changes == 1 { "once".to_owned() } else { format!("{changes} times") };
     SET_POINT.measure(
         Some(share),
-        format!("the set point changes {times} and explains {share:.1} % of the PV"),
+        format!("the set point changes {} and explains {share:.1} % of the PV", times(changes)),
     )
 }
 
