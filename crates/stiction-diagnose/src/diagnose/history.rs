@@ -490,7 +490,7 @@ mod tests {
         assert!(history.trend.contains("does not drift significantly"));
         let few = combine(&flat[..4]).unwrap();
         assert_eq!(few.drift, None);
-        assert!(few.trend.contains("needs 5 windows with an S, has 4"), "{}", few.trend);
+        assert!(few.trend.contains("needs 5 windows with an S, and has 4"), "{}", few.trend);
         let same: Vec<Observation> =
             flat.iter().map(|o| Observation { time: 0.0, ..o.clone() }).collect();
         assert_eq!(combine(&same).unwrap().drift, None);

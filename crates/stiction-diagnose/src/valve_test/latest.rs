@@ -21,11 +21,12 @@ pub(super) fn latest(
     if !contradicts(&later, whole) {
         return None;
     }
-    later.reasons.push(format!(
+    let why = format!(
         "with the turns before the longest time in automatic the result would be \"{}\", so the valve seems to have changed; \
          only the turns since then count",
         whole.word()
-    ));
+    );
+    later.reasons.insert(0, why);
     Some(later)
 }
 
