@@ -22,6 +22,7 @@ use super::weighing::mean_log_odds;
 use crate::error::{Result, finite, non_negative, require};
 use crate::fusion::{Estimate, Pool, Valves};
 use crate::series::{mann_kendall, theil_sen, weighted_trend};
+use crate::spoken::counted;
 use std::collections::BTreeMap;
 
 /// Smallest half-width of an interval of S, relative to S; ours.
@@ -247,11 +248,11 @@ fn drift(observations: &[Observation]) -> (Option<Drift>, String) {
         .filter_map(|o| Some((o.time / DAY, o.s.filter(|s| s.value > 0.0)?)))
         .collect();
     if known.len() < FEWEST_FOR_DRIFT {
-        let why = format!(
-            "The drift of S needs {FEWEST_FOR_DRIFT} windows with an S, and has {}.",
-            known.len()
+        let windows = counted(known.len(), "window");
+        return (
+            None,
+            format!("S is known in {windows}, and a drift needs at least {FEWEST_FOR_DRIFT}."),
         );
-        return (None, why);
     }
     let days: Vec<f64> = known.iter().map(|(t, _)| t - known[0].0).collect();
     let logarithms: Vec<f64> = known.iter().map(|(_, s)| s.value.ln()).collect();
@@ -490,7 +491,11 @@ mod tests {
         assert!(history.trend.contains("does not drift significantly"));
         let few = combine(&flat[..4]).unwrap();
         assert_eq!(few.drift, None);
-        assert!(few.trend.contains("needs 5 windows with an S, and has 4"), "{}", few.trend);
+        assert!(
+            few.trend.contains("S is known in 4 windows, and a drift needs at least 5."),
+            "{}",
+            few.trend
+        );
         let same: Vec<Observation> =
             flat.iter().map(|o| Observation { time: 0.0, ..o.clone() }).collect();
         assert_eq!(combine(&same).unwrap().drift, None);
