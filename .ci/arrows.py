@@ -104,7 +104,7 @@ def used_rooms(text):
 
 def main():
     """Check all crates."""
-    folders = {name(path.parent.name): path.parent for path in ROOT.glob("crates/*/Cargo.toml")}
+    folders = {name(path.parent.name): path.parent for path in [*ROOT.glob("crates/*/Cargo.toml"), *ROOT.glob("addons/*/Cargo.toml")]}
     for crate, folder in folders.items():
         if crate not in CRATES:
             errors.append(f"{folder.relative_to(ROOT)}: .ci/arrows.py does not list it")

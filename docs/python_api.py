@@ -22,7 +22,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "python" / "stiction"
-COMPILED = ROOT / "crates" / "stiction-python" / "src"
+COMPILED = ROOT / "addons" / "stiction-python" / "src"
 PAGE = ROOT / "docs" / "python-api.md"
 CLASSES = PACKAGE / "_document.py"
 STUB = PACKAGE / "_core.pyi"

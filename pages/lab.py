@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, BrowserContext, Page
 
 ROOT = Path(__file__).resolve().parent.parent
 CHROMIUM = "/usr/bin/chromium"
-AXE = ROOT / "crates/stiction-lab/web/node_modules/axe-core/axe.min.js"
+AXE = ROOT / "addons/stiction-lab/web/node_modules/axe-core/axe.min.js"
 WIDE = {"width": 1300, "height": 1000}
 PHONE = {"width": 390, "height": 844}
 PROJECTOR = {"width": 1920, "height": 1080}

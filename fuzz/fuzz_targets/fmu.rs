@@ -1,12 +1,12 @@
 //! Any sequence of calls into the FMU library: nothing crashes, and what is refused is logged. The bytes
-//! are calls as `crates/stiction-fmu/tests/sequences.rs` draws them too.
+//! are calls as `addons/stiction-fmu/tests/sequences.rs` draws them too.
 #![no_main]
 
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 
-#[path = "../../crates/stiction-fmu/tests/common/mod.rs"]
+#[path = "../../addons/stiction-fmu/tests/common/mod.rs"]
 mod common;
 
 use common::{Unpacked, calls};

@@ -158,7 +158,7 @@ def test_plain_sentences_and_citations_pass(prose):
     [
         ("crates/stiction-cli/src/bench/planned_tests.rs", False),
         ("crates/stiction-cli/src/valve_test.rs", False),
-        ("crates/stiction-plant/src/store/tests.rs", True),
+        ("addons/stiction-plant/src/store/tests.rs", True),
         ("python/tests/test_ci.py", True),
     ],
 )

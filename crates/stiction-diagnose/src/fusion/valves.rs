@@ -22,7 +22,7 @@ const MAGIC: [u8; 8] = *b"VALVES 1";
 /// The model of a window errs in the next window of the same valve as in the last. So repetition is not worth what
 /// independent windows would be, and how much it is worth depends on what agrees: the log-odds, S, the features.
 /// Boosted trees (G. Ke et al., "LightGBM", NeurIPS 30, 2017; the library was used, the paper not read) were trained
-/// on the pools of simulated valves of 1 to 60 windows, `crates/stiction-train/valves/train.py`. More suspicion in
+/// on the pools of simulated valves of 1 to 60 windows, `addons/stiction-train/valves/train.py`. More suspicion in
 /// a window never lowers the probability.
 ///
 /// It needs OP and PV. `docs/accuracy.md` compares it with its windows alone on kinds of loops that it was not

@@ -58,8 +58,8 @@ fn main() {
     let sources = [
         "crates/stiction-model/src",
         "crates/stiction-model/Cargo.toml",
-        "crates/stiction-fmu/src",
-        "crates/stiction-fmu/Cargo.toml",
+        "addons/stiction-fmu/src",
+        "addons/stiction-fmu/Cargo.toml",
         "Cargo.toml",
         "Cargo.lock",
     ]

@@ -83,7 +83,7 @@ fn compiled(platform: &Platform) -> Result<Vec<u8>, String> {
     if let Ok(bytes) = std::fs::read(&kept) {
         return Ok(bytes);
     }
-    if !root.join("crates/stiction-fmu/Cargo.toml").is_file() {
+    if !root.join("addons/stiction-fmu/Cargo.toml").is_file() {
         return Err(format!("its sources are no longer in {}", root.display()));
     }
     let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());

@@ -1,6 +1,6 @@
 //! The tests of `stiction-score`, in one program: linking is what takes long.
 
 mod fit;
-#[path = "../../stiction-report/tests/html/mod.rs"]
+#[path = "../../../crates/stiction-report/tests/html/mod.rs"]
 mod html;
 mod scoreboard;

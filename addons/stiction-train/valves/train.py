@@ -1,6 +1,6 @@
 """Trains the model of valves on the pools that `stiction-train valves` writes, and measures it on valves that it has not seen.
 
-    python crates/stiction-train/valves/train.py target/valves crates/stiction-diagnose/model
+    python addons/stiction-train/valves/train.py target/valves crates/stiction-diagnose/model
 
 reads `valves.pools`, `valves.pools.csv`, `valves.columns.csv` and `valves.confidence.csv` in the first folder (and `invented.*`, if
 they are there, to measure only), and writes `valves.bin` and its card `VALVES.md` into the second.
@@ -391,7 +391,7 @@ def main() -> int:
 
     card = (
         f"# The model of valves: {name}\n\n"
-        f"Trained by `crates/stiction-train/train.sh` with LightGBM {lightgbm.__version__}; {len(content):,} bytes, {len(names)} features. "
+        f"Trained by `addons/stiction-train/train.sh` with LightGBM {lightgbm.__version__}; {len(content):,} bytes, {len(names)} features. "
         f"{valves.whole.sum()} simulated valves, {(valves.known & valves.whole).sum()} of them healthy or visibly at fault, with records of 1 to 64 "
         f"usual lengths; of each its whole record and parts of it. "
         f"The tables are of the {valves.several.sum()} of these with two windows or more, by models without the fold of each. A single window "

@@ -34,7 +34,7 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
          of boosted trees, their calibration, the shifts of their intervals, the detection limit, and a \
          description of the training loops. `net.bin` holds the nets that read the raw signals; their output is \
          part of the evidence. Both were trained only on simulated loops and have seen no real recording. \
-         `crates/stiction-train/train.sh` runs the training, and its last step writes this card.\n"
+         `addons/stiction-train/train.sh` runs the training, and its last step writes this card.\n"
     )?;
     writeln!(out, "| | |\n|---|---|")?;
     writeln!(out, "| command | `{}` |", from.command)?;

@@ -1,4 +1,4 @@
-//! Compiles the library of every FMU from the sources in `crates/stiction-fmu`. The build script of a release does
+//! Compiles the library of every FMU from the sources in `addons/stiction-fmu`. The build script of a release does
 //! it, or a light build at the first export, so this file only uses the standard library.
 //!
 //! The bytes do not depend on the machine: its paths are replaced.
@@ -33,7 +33,7 @@ impl Compiler<'_> {
             // Only as a library for C: together with one for Rust it would not be optimised as a whole.
             .args(["rustc", "--profile", "dist", "--lib", "--crate-type", "cdylib", "--locked"])
             .args(["--config", "profile.dist.strip=true", "--target", target, "--manifest-path"])
-            .arg(self.root.join("crates/stiction-fmu/Cargo.toml"))
+            .arg(self.root.join("addons/stiction-fmu/Cargo.toml"))
             .arg("--target-dir")
             .arg(self.folder)
             .env("CARGO_ENCODED_RUSTFLAGS", self.flags(target)?)

@@ -25,7 +25,7 @@ fn every_document_has_a_page() {
     for document in below("docs").iter().filter(|name| name.ends_with(".md")) {
         assert!(
             written.contains(&&**document),
-            "{document} has no line in crates/stiction-docs/src/contents.rs"
+            "{document} has no line in addons/stiction-docs/src/contents.rs"
         );
     }
 }
@@ -50,7 +50,8 @@ fn pages_have_places_of_their_own() {
 #[test]
 fn every_crate_is_listed_with_what_it_says_of_itself() {
     let list = include_str!("../../../docs/crates.md");
-    for manifest in below("crates").iter().filter(|name| name.ends_with("/Cargo.toml")) {
+    let files = [below("crates"), below("addons")].concat();
+    for manifest in files.iter().filter(|name| name.ends_with("/Cargo.toml")) {
         let text = std::fs::read_to_string(top().join(manifest)).expect("a manifest");
         let value = |key: &str| {
             let line = text.lines().find_map(|line| line.strip_prefix(&format!("{key} = \"")));
