@@ -1,11 +1,8 @@
 //! Checks of a segment before its valve is judged: do OP and PV belong together, and does the PV respond?
 
-use super::no_response::{self, Rest};
+use super::no_response::Rest;
 use super::relation::{Mismatch, Relation};
-use super::verdict::Verdict;
-use super::weighing::Weighing;
 use crate::recording::Segment;
-use crate::recording::fitness::Fitness;
 
 /// The results of the checks.
 #[derive(Debug, Clone, Default)]
@@ -27,27 +24,16 @@ impl<'a> Belonging<'a> {
         Self { segment: Some(segment), measured, relation: Some(relation), rest }
     }
 
-    /// Name of the mistake, if the verdict is that the columns are mistaken.
-    pub fn ends(&self) -> Option<&'static str> {
+    /// The mistake in the columns that ends the judgement, with its words. With a measured valve position it has to be one
+    /// of the OP.
+    pub fn mistake(&self) -> Option<(Mismatch, &str)> {
         self.segment.filter(|segment| segment.pv.is_some())?;
-        self.relation.as_ref()?.ends(self.measured).map(Mismatch::name)
+        let relation = self.relation.as_ref()?;
+        Some((relation.ends(self.measured)?, &relation.because))
     }
 
-    /// The verdict, if a check ends the judgement. A PV that does not respond goes first only if the columns belong
-    /// together. A stem that moved decides before both checks.
-    pub fn verdict(
-        &self,
-        weighing: Option<&Weighing>,
-        fitness: &Fitness,
-        not_weighed: &Verdict,
-    ) -> Option<Verdict> {
-        let segment = self.segment.filter(|segment| segment.pv.is_some())?;
-        if let Some(verdict) =
-            self.relation.as_ref().and_then(|r| r.verdict(not_weighed, self.measured))
-        {
-            return Some(verdict);
-        }
-        let (rest, step) = (self.rest.as_ref(), segment.sample_time);
-        no_response::verdict(rest, step, weighing, fitness, not_weighed)
+    /// Whether OP and PV seem to belong together.
+    pub fn belong(&self) -> bool {
+        self.relation.as_ref().is_none_or(|relation| relation.mismatch.is_none())
     }
 }

@@ -17,7 +17,7 @@
 //! The thresholds hold for loops like the simulated ones; `docs/accuracy.md` reports how accurate verdicts are.
 
 use super::reasons::{alternatives, sayings};
-use super::verdict::{Basis, HARMLESS, Limit, Verdict, VerdictClass};
+use super::verdict::{Basis, HARMLESS, Limit, Verdict, VerdictClass, Votes};
 use super::weighing::Weighing;
 use crate::fusion::{self, Cause, Decision, LIMIT, Valves};
 use crate::spoken::rough;
@@ -26,8 +26,8 @@ use crate::spoken::rough;
 /// not move at all, from any initial position.
 pub const LARGEST_LIMIT: f64 = 2.0;
 
-/// The verdict from the evidence of one or more windows; `not_weighed` is the one without it.
-pub(super) fn by_evidence(weighing: &Weighing, not_weighed: Verdict) -> Verdict {
+/// The verdict from the evidence of one or more windows, beside the votes of the methods.
+pub(super) fn by_evidence(weighing: &Weighing, votes: Votes) -> Verdict {
     let sayings = sayings(weighing);
     let ruling = Ruling::of(weighing);
     let class = ruling.class();
@@ -61,7 +61,8 @@ pub(super) fn by_evidence(weighing: &Weighing, not_weighed: Verdict) -> Verdict 
         reasons,
         contradictions,
         alternatives: alternatives(weighing, concluded),
-        ..not_weighed
+        votes,
+        ..Verdict::default()
     }
 }
 

@@ -6,7 +6,7 @@
 //! trained on simulated stuck valves.
 
 use super::reasons::{alternatives, sayings};
-use super::verdict::{Basis, DEAD_ZONE_BELOW, Verdict, VerdictClass};
+use super::verdict::{Basis, DEAD_ZONE_BELOW, Verdict, VerdictClass, Votes};
 use super::weighing::Weighing;
 use crate::fusion::Cause;
 use crate::recording::Segment;
@@ -264,10 +264,10 @@ pub(super) fn verdict(
     sample_time: f64,
     weighing: Option<&Weighing>,
     fitness: &Fitness,
-    not_weighed: &Verdict,
+    votes: Votes,
 ) -> Option<Verdict> {
     let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
-    if not_weighed.basis == Basis::ValvePosition || !unfit.all(|m| BY_ITSELF.contains(&m.id)) {
+    if !unfit.all(|m| BY_ITSELF.contains(&m.id)) {
         return None;
     }
     let likelihood = weighing.map_or(0.0, |weighing| weighing.likelihood(Cause::NoResponse));
@@ -310,7 +310,7 @@ pub(super) fn verdict(
         class: VerdictClass::DoesNotRespond,
         basis: Basis::Evidence,
         probability: weighing.map(|weighing| weighing.probability),
-        votes: not_weighed.votes,
+        votes,
         reasons,
         alternatives: weighing
             .map_or(vec![], |weighing| alternatives(weighing, Some(Cause::NoResponse))),

@@ -8,7 +8,6 @@
 
 mod law;
 
-use super::verdict::Verdict;
 use crate::recording::Segment;
 use crate::recording::fitness::levels;
 use crate::series::{max, mean, median, min, span, std};
@@ -202,20 +201,6 @@ impl Relation {
             matches!(mismatch, Mismatch::Unrelated | Mismatch::PvIsOp | Mismatch::SpAndPvExchanged)
         };
         self.mismatch.filter(|mismatch| !(measured && of_pv(mismatch)))
-    }
-
-    /// The verdict on a recording with mistaken columns, without a judgement of the valve. `None` if they seem to
-    /// belong together, or if a measured valve position needs no PV.
-    pub(super) fn verdict(&self, not_weighed: &Verdict, measured: bool) -> Option<Verdict> {
-        let mismatch = self.ends(measured)?;
-        Some(Verdict {
-            votes: not_weighed.votes,
-            reasons: vec![
-                format!("{}: {}", mismatch.name(), self.because),
-                mismatch.remedy().to_owned(),
-            ],
-            ..Verdict::default()
-        })
     }
 }
 

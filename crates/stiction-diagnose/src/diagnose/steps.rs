@@ -1,21 +1,18 @@
 //! All steps from a recording to its diagnosis.
 
 use super::belonging::Belonging;
-use super::by_evidence::Ruling;
-use super::conclude::conclude;
+use super::conclude::{Conclusion, Seen, conclude};
 use super::definitions::definitions;
 use super::diagnosis::{Diagnosis, Judged, silent};
-use super::few_slips::{FewSlips, few_slips};
 use super::fit_windows::fit_windows;
 use super::grade::FINE_UP_TO;
 use super::kpis::{KpiOptions, Kpis};
-use super::measured::{ByPosition, by_position};
+use super::measured::by_position;
 use super::no_response::NoResponse;
 use super::oscillations::Oscillations;
-use super::quantify;
 use super::relation::Relation;
 use super::tested;
-use super::verdict::{Basis, Grade, Stiction, Verdict, VerdictClass};
+use super::verdict::{Basis, Grade, VerdictClass, Votes};
 use super::weighing::Weighing;
 use crate::error::{Error, Result, non_negative};
 use crate::finding::{Abstention, Family, Finding};
@@ -186,64 +183,37 @@ pub fn diagnose_with_progress(
     check()?;
     let kpis = segment
         .map_or_else(Kpis::default, |segment| Kpis::of(recording, &grid, segment, &options.kpis));
-    let op_only = segment.is_some_and(|segment| segment.pv.is_none());
-    let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
     let doubt = doubt.and(Doubt::of(recording.vp.as_ref().and_then(|vp| vp.range)));
-    let by_position = subject.as_ref().and_then(|subject| by_position(subject, &fitness));
-    let by_position = by_position.map(|said| said.map(|said| said.in_doubt(doubt)));
-    let measured = matches!(by_position, Some(Ok(_)));
+    let position = subject.as_ref().and_then(|subject| by_position(subject, &fitness));
+    let position = position.map(|position| position.map(|position| position.in_doubt(doubt)));
+    let measured = matches!(position, Some(Ok(_)));
     let belonging = read.map_or_else(Belonging::default, |s| Belonging::of(s, measured));
-    let mut verdict = conclude(&fitness, &findings, weighed, op_only, &belonging);
-    let mistaken = belonging.ends();
-    match &by_position {
-        _ if mistaken.is_some() => {}
-        Some(Ok(said)) => {
-            // Without a PV of this loop, OP and PV decide nothing.
-            let belong = belonging.relation.as_ref().is_none_or(|r| r.mismatch.is_none());
-            let without = if belong { verdict } else { Verdict::default() };
-            verdict = said.verdict(without, weighed.map(|weighing| weighing.s));
-        }
-        Some(Err(Abstention(why))) if fitness.class != Class::Unfit => {
-            verdict
-                .contradictions
-                .push(format!("the recorded valve position cannot be used: {why}"));
-        }
-        _ => {}
-    }
-    let by_position = by_position.and_then(std::result::Result::ok);
-    let by_position = by_position.filter(|_| verdict.basis == Basis::ValvePosition);
-    let mut few_slips = segment
-        .zip(weighed.filter(|_| mistaken.is_none()))
-        .and_then(|(segment, weighing)| missing_slips(segment, weighing, &verdict, &fitness));
-    verdict.reasons.extend(few_slips.as_ref().map(|few| few.words.clone()));
-    let mut stiction = match mistaken {
-        Some(mistake) => not_known(mistake),
-        None => how_much(by_position.as_ref(), weighing.as_ref(), &verdict, op_only),
-    };
-    let mut test_due = false;
-    if let Some(subject) = &subject {
-        // A value with its interval replaces the limit.
-        verdict.s_below = verdict.s_below.filter(|_| stiction.s.is_none());
-        // A valve that does not stick has no values of stiction.
-        let answers =
-            mistaken.is_none() && (by_position.is_some() || fitness.class != Class::Unfit);
-        if verdict.class != VerdictClass::DoesNotStick && answers {
-            stiction.definitions = definitions(subject, &findings, stiction.s.map(|s| s.value));
-            test_due = verdict.basis != Basis::ValvePosition;
-        }
-    }
+    let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
     let test = tested::tested(recording, options.grid, weighed);
-    // A position that decides goes first, because it shows the stem itself.
-    let is_open = by_position.is_none() || verdict.class == VerdictClass::CannotTell;
-    let belong = belonging.relation.as_ref().is_none_or(|relation| relation.mismatch.is_none());
-    let decides = test.as_ref().filter(|_| mistaken.is_none() && belong && is_open);
-    let by_test = decides.and_then(|test| tested::by_test(test, &verdict));
-    let gave = weighed.is_some_and(|of| verdict.probability == Some(of.probability));
-    let mut pool_counts = true;
-    if let Some(by_test) = by_test {
-        (verdict, stiction) = by_test;
-        (test_due, pool_counts, few_slips) = (false, gave, None);
+    let seen = Seen {
+        fitness: &fitness,
+        votes: Votes::of(&findings),
+        segment,
+        weighing: weighing.as_ref(),
+        belonging: &belonging,
+        position: position.as_ref(),
+        test: test.as_ref(),
+    };
+    let Conclusion { verdict, mut stiction, few_slips } = conclude(&seen);
+    let by_test = verdict.basis == Basis::ValveTest;
+    let by_position = verdict.basis == Basis::ValvePosition;
+    let mistaken = belonging.mistake().is_some();
+    // A valve that does not stick has no values of stiction, and a test has its own.
+    let is_open = verdict.class != VerdictClass::DoesNotStick
+        && !(by_test || mistaken)
+        && (by_position || fitness.class != Class::Unfit);
+    if let Some(subject) = subject.as_ref().filter(|_| is_open) {
+        stiction.definitions = definitions(subject, &findings, stiction.s.map(|s| s.value));
     }
+    let test_due = subject.is_some() && is_open && !by_position;
+    // Beside a test the windows count only if they would give the verdict without it.
+    let operation = || conclude(&Seen { test: None, ..seen }).verdict.probability;
+    let pool_counts = !by_test || weighed.is_some_and(|of| operation() == Some(of.probability));
     if !options.evidence {
         findings.iter_mut().for_each(|finding| finding.looked_at = None);
     }
@@ -251,13 +221,12 @@ pub fn diagnose_with_progress(
     let mut notes = recording.notes.clone();
     let by_windows = matches!(verdict.basis, Basis::Evidence | Basis::OpAlone);
     let gave = weighed.filter(|_| by_windows);
-    let of_operation = segment.filter(|_| verdict.basis != Basis::ValveTest);
+    let of_operation = segment.filter(|_| !by_test);
     notes.extend(of_operation.and_then(|segment| cut(&grid, segment, gave)));
     notes.extend(recent.as_ref().map(read_in_part));
     notes.extend(test.as_ref().map(|test| tested::note(test, verdict.basis)));
     let relation = belonging.relation.as_ref();
-    let followed = by_position.is_some() && mistaken.is_none();
-    notes.extend(relation.filter(|_| followed).and_then(note_on_mistake));
+    notes.extend(relation.filter(|_| by_position && !mistaken).and_then(note_on_mistake));
     let mut diagnosis = Diagnosis {
         name: recording.name.clone(),
         loop_type,
@@ -312,25 +281,6 @@ fn findings(asked: &Detectors, subject: Option<&Subject<'_>>, stops: Stops<'_>) 
     asked.iter().take_while(|_| !stops()).map(|detector| said(&**detector)).collect()
 }
 
-/// The amount of stiction, from the measured position or else from the evidence.
-fn how_much(
-    by_position: Option<&ByPosition>,
-    weighing: Option<&std::result::Result<Weighing, Abstention>>,
-    verdict: &Verdict,
-    op_only: bool,
-) -> Stiction {
-    match (by_position, weighing) {
-        (Some(said), _) => said.stiction.clone(),
-        (None, Some(Ok(weighing))) => quantify::estimated(weighing, verdict, op_only),
-        (None, Some(Err(Abstention(why)))) => not_known(why),
-        (None, None) => Stiction::default(),
-    }
-}
-
-fn not_known(why: &str) -> Stiction {
-    Stiction { why_not: Some(why.to_owned()), ..Stiction::default() }
-}
-
 /// The note on the segments that are judged, if there are several: those of the windows that gave the verdict, or else
 /// the longest.
 fn cut(grid: &Grid, longest: &Segment, windows: Option<&Weighing>) -> Option<String> {
@@ -371,30 +321,6 @@ fn note_on_mistake(relation: &Relation) -> Option<String> {
     Some(format!(
         "{mismatch}: {because}; the verdict follows the measured valve position, which needs no PV"
     ))
-}
-
-/// The slips that a verdict lacks, if the evidence is undecided only because it is too little, or the data are unfit
-/// only because of too few cycles.
-fn missing_slips(
-    segment: &Segment,
-    weighing: &Weighing,
-    verdict: &Verdict,
-    fitness: &Fitness,
-) -> Option<FewSlips> {
-    if segment.pv.is_none() || verdict.class != VerdictClass::CannotTell {
-        return None;
-    }
-    let too_little = match verdict.basis {
-        Basis::Evidence => Ruling::of(weighing) == Ruling::Open,
-        Basis::None => {
-            let mut unfit = fitness.measures.iter().filter(|m| m.class == Class::Unfit);
-            fitness.class == Class::Unfit && unfit.all(|m| m.id == MeasureId::Cycles)
-        }
-        _ => false,
-    };
-    // Of a valve that changed, the windows before are no record of its present state.
-    let record_s = if weighing.changes.is_empty() { segment.duration() } else { 0.0 };
-    few_slips(weighing, record_s.max(weighing.covered())).filter(|_| too_little)
 }
 
 /// The reason without a segment to judge.

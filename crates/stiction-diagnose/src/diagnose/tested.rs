@@ -1,7 +1,7 @@
 //! The verdict from a valve test in the recording.
 
 use super::change::present_since;
-use super::verdict::{Basis, Limit, Stiction, Verdict, VerdictClass};
+use super::verdict::{Basis, Limit, Stiction, Verdict, VerdictClass, Votes};
 use super::weighing::Weighing;
 use crate::fusion::{COVERAGE, LIMIT};
 use crate::recording::{ByHand, GridOptions, KnownBy, Recording};
@@ -21,42 +21,43 @@ pub(super) fn tested(
     (changed < test.to_s).then_some(test)
 }
 
-/// The verdict and the stiction from a test that decides, whose probability includes the operation before it; `None`
-/// otherwise. Without a mode a controller may have moved the OP: one of 1,000 simulated recordings of operation looks like a test.
-pub(super) fn by_test(test: &TestReading, operation: &Verdict) -> Option<(Verdict, Stiction)> {
+/// The verdict from a test that decides, whose probability includes the operation before it; `None` otherwise. Without a mode a
+/// controller may have moved the OP: one of 1,000 simulated recordings of operation looks like a test.
+pub(super) fn by_test(test: &TestReading, votes: Votes) -> Option<Verdict> {
     if test.class == VerdictClass::CannotTell || test.known_by != KnownBy::Mode {
         return None;
     }
-    let verdict = Verdict {
+    let cleared = test.class == VerdictClass::DoesNotStick;
+    Some(Verdict {
         class: test.class,
         probability: Some(test.probability),
         basis: Basis::ValveTest,
-        s_below: test
-            .s_below
-            .filter(|_| test.class == VerdictClass::DoesNotStick)
-            .map(|value| Limit { value, confidence: LIMIT }),
-        votes: operation.votes,
+        s_below: test.s_below.filter(|_| cleared).map(|value| Limit { value, confidence: LIMIT }),
+        votes,
         reasons: test.reasons.clone(),
         ..Verdict::default()
+    })
+}
+
+/// The amount of stiction from a test that decides.
+pub(super) fn stiction(test: &TestReading) -> Stiction {
+    let why_not = match test.class {
+        VerdictClass::Sticks => {
+            test.s.is_none().then_some("no turn of the test was large enough for an upper limit")
+        }
+        VerdictClass::DoesNotStick => Some("by the test, the valve does not stick"),
+        _ => Some("a valve that does not respond never slips"),
     };
-    let stiction = Stiction {
+    Stiction {
         model: test
             .s
             .map(|_| "a valve that explains the answers to the turns of the test".to_owned()),
         s: test.s,
         j: test.j,
         coverage: test.s.map(|_| COVERAGE),
-        why_not: match test.class {
-            VerdictClass::Sticks => test
-                .s
-                .is_none()
-                .then(|| "no turn of the test was large enough for an upper limit".to_owned()),
-            VerdictClass::DoesNotStick => Some("by the test, the valve does not stick".to_owned()),
-            _ => Some("a valve that does not respond never slips".to_owned()),
-        },
+        why_not: why_not.map(str::to_owned),
         definitions: vec![],
-    };
-    Some((verdict, stiction))
+    }
 }
 
 /// The note on a valve test in the recording, given the basis of the verdict.
