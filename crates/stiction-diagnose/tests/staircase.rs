@@ -21,6 +21,9 @@ pub const CHARACTERISTICS: [Characteristic; 3] = [
 const SETTLED: (f64, f64) = (4.0, 8.0);
 const HURRIED: (f64, f64) = (0.5, 3.0);
 
+/// Size of a bump in steps of a staircase.
+const BUMP: f64 = 3.0;
+
 /// A test of the valve: its truth and its recording in manual.
 struct Staircase {
     /// S and J, percent; `None` if it follows.
@@ -33,12 +36,21 @@ pub fn uniform(draw: &mut NormalStream, from: f64, to: f64) -> f64 {
     from + (to - from) * (0.5 + draw.draw() / 5.0).clamp(0.0, 1.0)
 }
 
+/// Shape of a test.
+#[derive(Clone, Copy)]
+enum Shape {
+    /// Equal steps up and back down, so many times.
+    Stairs(usize),
+    /// One large step up and back, so many times.
+    Bump(usize),
+}
+
 /// Holds are in time constants of the process, with eight samples more.
 fn staircase(
     seed: u64,
     of: fn(f64) -> f64,
     sticks: bool,
-    cycles: usize,
+    shape: Shape,
     holds: (f64, f64),
 ) -> Staircase {
     let mut draw = NormalStream::new(seed);
@@ -48,13 +60,23 @@ fn staircase(
     let (size, tau) = (uniform(d, 3.0, 8.0), uniform(d, 0.0, 20f64.ln()).exp());
     let hold = (uniform(d, holds.0, holds.1) * tau + 8.0).round() as usize;
     let low = uniform(d, 20.0, 35.0);
-    let rungs = (40.0 / size) as i32;
-    let up = (0..rungs).map(|k| low + size * f64::from(k));
-    let down = (0..rungs).rev().map(|k| low + size * f64::from(k + 1));
-    let once: Vec<f64> = up.chain(down).collect();
+    let (once, cycles) = match shape {
+        Shape::Stairs(cycles) => {
+            let rungs = (40.0 / size) as i32;
+            let up = (0..rungs).map(|k| low + size * f64::from(k));
+            let down = (0..rungs).rev().map(|k| low + size * f64::from(k + 1));
+            (up.chain(down).collect(), cycles)
+        }
+        Shape::Bump(times) => (vec![low, low + BUMP * size], times),
+    };
     let levels = once.iter().cycle().take(cycles * once.len()).chain([&low]);
     let mut valve = TwoPhase::new(Bands::from_s_j(s, j).unwrap());
-    valve.restart(Start::at_rest(low));
+    let mut start = Start::at_rest(low);
+    if let Shape::Bump(_) = shape {
+        // The last move before the test is unknown.
+        start.position += 0.5 * (s - j) * uniform(d, -1.0, 1.0);
+    }
+    valve.restart(start);
     // Noise and wandering, as shares of the answer to a step in the middle.
     let answer = (of(low + 20.0 + 0.5 * size) - of(low + 20.0 - 0.5 * size)).abs();
     let noise = answer * uniform(d, 0.003, 0.05);
@@ -100,13 +122,13 @@ struct Counts {
 impl Counts {
     fn of(
         characteristic: fn(f64) -> f64,
-        cycles: usize,
+        shape: Shape,
         holds: (f64, f64),
         seeds: std::ops::Range<u64>,
     ) -> Self {
         let mut counts = Self::default();
         for seed in seeds {
-            let test = staircase(seed, characteristic, seed.is_multiple_of(2), cycles, holds);
+            let test = staircase(seed, characteristic, seed.is_multiple_of(2), shape, holds);
             let without = Recording { mode: None, ..test.recording.clone() };
             counts.tests += 1;
             counts.found += usize::from(ByHand::of(&without).is_some());
@@ -132,7 +154,7 @@ fn staircases_are_read_with_any_characteristic() {
     let n = std::env::var("STICTION_TESTS").map_or(16, |n| n.parse().unwrap());
     let mut sums = [0; 6];
     for ((name, of), cycles) in CHARACTERISTICS.into_iter().flat_map(|of| [(of, 1), (of, 2)]) {
-        let counts = Counts::of(of, cycles, SETTLED, 400_000..400_000 + n);
+        let counts = Counts::of(of, Shape::Stairs(cycles), SETTLED, 400_000..400_000 + n);
         let (tests, decided, given) = (counts.tests, counts.decided, counts.errors.len());
         println!(
             "{name}, up and down {cycles}: decided {decided} of {tests}, right {}; healthy accused {}; found without a mode {}; S \
@@ -155,11 +177,30 @@ fn staircases_are_read_with_any_characteristic() {
     assert!(10 * found >= 9 * tests && 4 * held >= 3 * given, "{sums:?}");
 }
 
+/// After each turn of one size the stem moves by the size less S, and the gain is not known: only turns of other sizes
+/// distinguish a sticking valve from a smaller gain.
+#[test]
+fn bumps_of_one_size_decide_nothing_and_ask_for_smaller_turns() {
+    for ((_, of), times) in CHARACTERISTICS.into_iter().flat_map(|of| [(of, 1), (of, 3)]) {
+        for seed in 600_000..600_008 {
+            let sticks = seed.is_multiple_of(2);
+            let test = staircase(seed, of, sticks, Shape::Bump(times), SETTLED);
+            let reading = read(&test.recording, &ReadOptions::default()).unwrap();
+            assert_eq!(reading.class, VerdictClass::CannotTell, "{seed} {times}");
+            let advice = reading.advice.unwrap();
+            assert!(advice.contains("smaller turns") || advice.contains("larger"), "{advice}");
+            if let (Some((s, _)), Some(limit)) = (test.bands, reading.s_below) {
+                assert!(s <= limit, "{seed} {times}: {s} {limit}");
+            }
+        }
+    }
+}
+
 #[test]
 fn hurried_staircases_accuse_no_healthy_valve() {
     let n = std::env::var("STICTION_TESTS").map_or(16, |n| n.parse().unwrap());
     for (name, of) in CHARACTERISTICS {
-        let counts = Counts::of(of, 1, HURRIED, 500_000..500_000 + n);
+        let counts = Counts::of(of, Shape::Stairs(1), HURRIED, 500_000..500_000 + n);
         let Counts { tests, decided, right, accused, .. } = counts;
         println!(
             "{name}, hurried: decided {decided} of {tests}, right {right}; healthy accused {accused}"
