@@ -174,3 +174,32 @@ def test_each_language_is_read_with_the_line_of_its_text(prose):
     assert list(prose.rust('const POLICY: &str = "default-src none; img-src self";')) == []
     assert list(prose.python('run("() => { document.title = 1; go(); }")')) == []
     assert list(prose.pages('<p>Some plain text</p>\n<i title="a title">')) == [(1, "Some plain text"), (2, "a title")]
+
+
+@pytest.fixture
+def claims():
+    return script("claims")
+
+
+def test_a_figure_needs_a_source(claims):
+    page = "# A\n\nIt finds 47 of 100 valves. The interval is a 90 % interval.\n\n| a | b |\n|---|---|\n| c | 5 % |\n"
+    faults = list(claims.unsourced("a.md", page, []))
+    assert [fault.split(":")[1] for fault in faults] == ["3", "7"]
+    assert list(claims.unsourced("a.md", page, [{"says": "finds 47 of 100"}, {"says": "| a | b |"}])) == []
+    [gone] = claims.unsourced("a.md", "Nothing.", [{"says": "finds 47 of 100"}])
+    assert "is not there" in gone
+    assert list(claims.commandless("a.md", "# A\n\n## B\n\nIt takes 5 s.\n")) != []
+    assert list(claims.commandless("a.md", "# A\n\n## B\n\nIt takes 5 s.\n\n```sh\nstiction bench\n```\n")) == []
+
+
+def test_a_source_that_says_otherwise_is_reported(claims):
+    def why(program=None, **claim):
+        return claims.contradicted("a.md", {"says": "x", **claim}, program)
+
+    assert why(file="README.md", has="# stiction") is None
+    assert "lacks" in why(file="README.md", has="not in it")
+    assert "lacks" in why(file="no.md", has="a")
+    assert why(measured="2026-11-29, commit 4cc20762") is None and why(given=True) is None
+    assert "needs" in why(measured="lately") and "needs" in why()
+    assert why("/bin/echo", run="stiction a 5 % b", prints="a ... b") is None
+    assert "prints no" in why("/bin/echo", run="stiction 5 %", prints="6 %")
