@@ -256,7 +256,7 @@ export const t = {
     table: {
       title: "Class view",
       about: "Paste the lines of your students: name and code, one line each. The table stays on this machine and is not stored, so save it before you close the page.",
-      honest: "The codes detect typos. They are no proof against cheating: answers and source are open to everyone.",
+      honest: "The codes detect typos. They do not prevent cheating, because answers and source are open to everyone.",
       lines: "Lines",
       example: "Ada Lovelace, 04053-8HWQT",
       read: "Make the table",
@@ -486,7 +486,7 @@ export const t = {
     },
     changes: {
       none: "No significant change this week.",
-      hint: "New: sticks, and did not before. Returned: sticks again. Worse or better: S grew or shrank. Gone: no longer shows stiction.",
+      hint: "New: sticks, and did not before. Returned: sticks again. Worse or better: S grew or shrank. Gone: probably stuck before, and has at most 50 % now.",
       since: (day: string) => `since ${day}`,
       from: (before: string, now: string) => `${before} before, ${now} now`,
     },
