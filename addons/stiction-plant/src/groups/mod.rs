@@ -18,7 +18,7 @@ use coherence::threshold;
 use pairs::{Edge, Pair, Swings, all_pairs, span};
 use realfft::num_complex::Complex;
 use std::collections::{BTreeMap, BTreeSet};
-use stiction_diagnose::spoken;
+use stiction_diagnose::spoken::{self, counted};
 
 /// Loops that swing together, and the candidates for the source.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
@@ -294,7 +294,7 @@ impl Context<'_> {
             let reaches = names.iter().filter(|other| above(other).contains(name)).count();
             if reaches > 0 && own.is_empty() {
                 score += VOTE;
-                reasons.push(format!("It is upstream of {reaches} of the group."));
+                reasons.push(format!("It is upstream of {}.", counted(reaches, "other loop")));
             }
             let coherence = *shared;
             let name = name.clone();

@@ -5,7 +5,7 @@ use crate::day;
 use crate::groups::{Group, Source};
 use crate::report::action::Action;
 use crate::report::health::Health;
-use crate::report::orders::{Order, capital, to_do};
+use crate::report::orders::{Order, WorkOrder, capital, to_do};
 use crate::report::ranking::{FULL, LoopRow, Ranked, Ranking};
 use crate::report::treemap::{AreaTile, LoopTile, NOWHERE, Tile, map};
 use crate::store::window::ENGINE_VERSION;
@@ -106,7 +106,7 @@ fn changed(ranking: &Ranking<'_>) -> Markup {
                     p { (changed.len() - LINES) " more are in the list below." }
                 }
             }
-            p.soft { "New: sticks, and did not before. Returned: sticks again. Still sticks: after a repair. Worse, better: S grew, shrank. Gone: no longer shows stiction." }
+            p.soft { "New: sticks, and did not before. Returned: sticks again. Still sticks: after a repair. Worse, better: S grew, shrank. Gone: probably stuck before, and has at most 50 % now." }
         }
     }
 }
@@ -271,14 +271,16 @@ fn tree(ranking: &Ranking<'_>) -> Markup {
     html! {
         details.tree open[areas.len() <= 12] {
             summary { (ranking.plant) ", " (site.words()) }
-            ul data-chips role="group" aria-label="Areas and units" {
-                @for (area, (count, units)) in &areas {
-                    li {
-                        (button(area, area, *count))
-                        @if !units.is_empty() {
-                            details {
-                                summary { (counted(units.len(), "unit")) }
-                                @for (unit, count) in units { (button(&format!("{area}/{unit}"), unit, *count)) }
+            div data-chips role="group" aria-label="Areas and units" {
+                ul {
+                    @for (area, (count, units)) in &areas {
+                        li {
+                            (button(area, area, *count))
+                            @if !units.is_empty() {
+                                details {
+                                    summary { (counted(units.len(), "unit")) }
+                                    @for (unit, count) in units { (button(&format!("{area}/{unit}"), unit, *count)) }
+                                }
                             }
                         }
                     }
@@ -322,7 +324,12 @@ const HEADS: [Head; 17] = [
         88,
         "Line: probability from 0 to 100 %. Dots: S from 0 to its largest value. Upright lines: repairs.",
     ),
-    head("S drift, %/week", true, 112, "Growth of S a week, % of S. Bold: significant."),
+    head(
+        "S drift, % of S/week",
+        true,
+        112,
+        "Growth of S a week, % of S. Bold: significant, with the day on which S reaches 10 %.",
+    ),
     head("In auto, %", true, 44, "Share of the time in automatic (service factor)."),
     head("OP at limit, %", true, 50, "Share of the time with the OP at a limit."),
     head("OP travel, %/h", true, 56, "OP travel, up and down, an hour."),
@@ -350,7 +357,7 @@ fn table(ranking: &Ranking<'_>) -> Markup {
     let heads = shown(ranking);
     let has_j = heads.len() == HEADS.len();
     html! {
-        div.rows {
+        div.rows tabindex="0" role="region" aria-label="Loops" {
             table.loops data-sortable {
                 colgroup {
                     @for head in &heads {
@@ -416,7 +423,7 @@ fn row(place: usize, ranked: &Ranked<'_>, has_j: bool) -> Markup {
                 small { (area) @if let Some(unit) = &row.unit { " · " (unit) } }
             }
             td data-value=(row.action as usize) { b.{ "tile " (row.action.letter()) } { (row.action.letter()) } " " (row.action.name()) }
-            td.number title=(format!("{} × {} × {}", rough(row.weight), rough(row.severity), rough(row.likelihood()))) { (rough(row.priority)) }
+            td.number title=(format!("{} × {} × {}", rough(row.weight), rough(row.severity), rough(row.likelihood()))) { (if row.priority < 0.01 { "0".to_owned() } else { rough(row.priority) }) }
             (verdict(row))
             (number(row.grade.and_then(|grade| grade.shown(row.probability)).map(|p| (p, percent(p).replace("more than ", ">\u{a0}").replace("less than ", "<\u{a0}").replace(" %", "")))))
             @match s {
@@ -433,7 +440,7 @@ fn row(place: usize, ranked: &Ranked<'_>, has_j: bool) -> Markup {
             (share(row.auto_share)) (share(row.at_limit_share)) (cell(row.travel_per_hour)) (cell(row.reversals_per_hour))
             td { @if let Some(cause) = row.alternative { (cause.name()) } }
             @match row.period_s {
-                Some(period) => td data-value=(short(period)) { (spoken(period)) },
+                Some(period) => td.whole data-value=(short(period)) { (spoken(period)) },
                 None => td { "–" },
             }
             td { (notes(row)) }
@@ -476,7 +483,10 @@ fn short(value: f64) -> String {
 
 fn drift(row: &LoopRow) -> Markup {
     let Some(drift) = row.drift else { return html! { td.number { "–" } } };
-    let text = format!("{}{}", if drift > 0.0 { "+" } else { "" }, rough(drift));
+    let text = match drift.abs() {
+        ..0.1 => "0".to_owned(),
+        _ => format!("{}{}", if drift > 0.0 { "+" } else { "" }, rough(drift)),
+    };
     let told = row.drift_p.map(|p| {
         let ends = row.drift_low.zip(row.drift_high);
         let ends =
@@ -573,6 +583,9 @@ fn spark(ranked: &Ranked<'_>) -> String {
     svg + "</svg>"
 }
 
+/// Candidates for the source of a group that are listed first.
+const CANDIDATES: usize = 3;
+
 fn together(groups: &[Group], ranking: &Ranking<'_>) -> Markup {
     let link = |name: &str| {
         let place = ranking.loops.iter().position(|ranked| ranked.row.name == name);
@@ -591,10 +604,19 @@ fn together(groups: &[Group], ranking: &Ranking<'_>) -> Markup {
                     @match group.source {
                         Source::NotRecorded => p { "The source is not among the recorded loops." },
                         Source::Candidates => {
-                            p { "Candidates for the source, the likeliest first:" }
                             @let mut ranked: Vec<_> = group.members.iter().filter(|m| m.candidate_rank.is_some()).collect();
                             @let () = ranked.sort_by_key(|member| member.candidate_rank);
-                            ol { @for member in ranked { li { (link(&member.name)) ": " (member.reasons.join(" ")) } } }
+                            @let (first, rest) = ranked.split_at(ranked.len().min(CANDIDATES));
+                            p { "Candidates for the source, by probability, wave shape and the loops upstream:" }
+                            ol { @for member in first { li { (link(&member.name)) ": " (member.reasons.join(" ")) } } }
+                            @if !rest.is_empty() {
+                                details {
+                                    summary { (counted(rest.len(), "less likely candidate")) }
+                                    ol start=(CANDIDATES + 1) {
+                                        @for member in rest { li { (link(&member.name)) ": " (member.reasons.join(" ")) } }
+                                    }
+                                }
+                            }
                         },
                     }
                     @if !group.reasons.is_empty() { p.soft { (group.reasons.join(" ")) } }
@@ -633,7 +655,7 @@ fn line(order: &Order) -> Markup {
     html! {
         li {
             b { (linked(&order.name, order.page.as_ref())) }
-            " " (capital(&order.finding)) "." span.soft { " Priority " (rough(order.priority)) ", " (order.status.name()) "." }
+            " " (capital(&order.finding)) "." span.soft { " Priority " (WorkOrder::from(order).priority) " of 4, " (order.status.name()) "." }
             details {
                 summary { "Action, evidence and test" }
                 p { (order.action) "." }

@@ -337,6 +337,9 @@ struct Valve {
     event: Option<Event>,
 }
 
+/// The probability of sticking up to which stiction is gone.
+const GONE_UP_TO: f64 = 0.5;
+
 impl Valve {
     /// By windows up to the end of the week; `first` is its first day, `begin` is when a day begins.
     fn of(
@@ -362,9 +365,10 @@ impl Valve {
         let history = combined(&now);
         // The change must agree with the verdict on the week.
         let accused = history.as_ref().is_some_and(|history| history.grade.accuses());
+        let probability = history.as_ref().and_then(|history| history.probability);
         let event = event.copied().filter(|event| match event.change {
             Change::New | Change::Returned => accused,
-            Change::Gone => !accused,
+            Change::Gone => !accused && probability.is_none_or(|p| p <= GONE_UP_TO),
             _ => true,
         });
         let event = event.or_else(|| {

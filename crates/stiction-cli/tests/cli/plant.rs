@@ -250,12 +250,26 @@ fn a_test_confirms_an_order_and_closes_one() {
     assert_eq!(closed["status"], "closed");
     starts(closed, "finding", "the valve does not stick, by a test on 2026-03-04, S below 0.");
     assert_eq!(all.last().unwrap()["loop"], "FIC207", "what is closed stands at the end");
-    // An open order has the plan in short, and its sheet beside the page.
-    let open = of("status", "open");
-    starts(open, "test", "in manual, turn the OP up and down by 3, ");
-    let sheet = format!("north/reports/2026-W10/{}", open["sheet"].as_str().unwrap());
-    let heading = format!("<h1>Valve test of {}</h1>", open["loop"].as_str().unwrap());
-    assert!(read(&folder, &sheet).contains(&heading));
+    // Open orders have the plan in short, with its time, and the sheet beside the page has the same time.
+    let sized: Vec<_> = all.iter().filter(|order| order["sheet"].is_string()).collect();
+    assert!(!sized.is_empty(), "{orders}");
+    for order in &sized {
+        let test = order["test"].as_str().unwrap();
+        let (expected, rest) = test
+            .strip_prefix("in manual for some ")
+            .and_then(|rest| rest.split_once(", "))
+            .unwrap();
+        let (most, rest) = rest.split_once(" at most, turn the OP up and down by ").unwrap();
+        assert!(rest.contains(" turns each, until the PV answers; hold each for "), "{test}");
+        let sheet = format!("north/reports/2026-W10/{}", order["sheet"].as_str().unwrap());
+        let sheet = read(&folder, &sheet);
+        let heading = format!("<h1>Valve test of {}</h1>", order["loop"].as_str().unwrap());
+        assert!(sheet.contains(&heading));
+        assert!(sheet.contains(&format!("The test ends after {most} in manual.")), "{test}");
+        let takes = format!("The test takes about {expected}.");
+        assert!(sheet.contains(&takes) || expected == most, "{test}");
+    }
+    let open = sized[0];
 
     let page = read(&folder, "north/reports/2026-W10/index.html");
     for part in ["1 closed by a test", ": does not stick</small>", "-test.html\">Test sheet</a>"] {

@@ -1,6 +1,6 @@
 //! A plan in one sentence, for a work list.
 
-use super::plan::TestPlan;
+use super::plan::{TestPlan, roughly};
 use crate::spoken::{rough, time};
 
 /// The sizes and holds of a plan.
@@ -8,8 +8,10 @@ pub fn short(plan: &TestPlan) -> String {
     let sizes: Vec<String> =
         plan.grow.iter().step_by(plan.each).map(|turn| rough(2.0 * turn.op.abs())).collect();
     format!(
-        "in manual, turn the OP up and down by {} %, {} turns each, until the PV answers; hold each for {} at most; \
-         then make each size {:.0} % smaller",
+        "in manual for some {}, {} at most, turn the OP up and down by {} %, {} turns each, until the PV answers; hold each for \
+         {} at most; then make each size {:.0} % smaller",
+        roughly(plan.expected_s),
+        time(plan.total_s),
         sizes.join(", "),
         plan.each,
         holds(plan),
