@@ -516,10 +516,22 @@ impl<'a> AtWork<'a> {
         pv > high && !up && pv > self.turned_at || pv < low && up && pv < self.turned_at
     }
 
-    /// Moves the OP further in the same direction, by twice as much each time.
+    /// Whether the PV has gone far with the turn.
+    fn is_far(&self, pv: f64) -> bool {
+        let [low, high] = self.plan.inner();
+        let up = (self.held_op > self.last_op) == self.rises();
+        if up { pv > high } else { pv < low }
+    }
+
+    /// Moves the OP further in the same direction, by twice as much each time. In the second part it begins with the size to which
+    /// the PV responded, because a smaller move may not move the stem.
     fn nudge(&mut self, k: usize, pv: f64) {
         let (low, high) = (self.plan.op_low, self.plan.op_high);
-        let Some(size) = self.size() else { return };
+        let size = match self.stage {
+            Stage::Grows(_) => self.size(),
+            Stage::Shrinks(..) => Some(2.0 * self.plan.grow[self.plan.each * self.grown].op.abs()),
+        };
+        let Some(size) = size else { return };
         let sign = if self.held_op > self.last_op { 1.0 } else { -1.0 };
         let by = 0.5 * size * f64::from(1u32 << self.nudged.min(8));
         self.nudged += 1;
@@ -671,8 +683,9 @@ impl Hand for AtWork<'_> {
                     self.nudge(k, pv);
                     return Some(self.held_op);
                 }
-                let passed = self.passed(pv)
-                    && held >= (0.3 * self.hold).max(2.0 * self.site.valve.sample_time_s);
+                let least = if self.is_far(pv) { 0.0 } else { 0.3 * self.hold };
+                let passed =
+                    self.passed(pv) && held >= least.max(2.0 * self.site.valve.sample_time_s);
                 if passed || held >= self.hold {
                     self.next(pv, held);
                     let manual = self.carried.manual_s.last().copied().unwrap_or(0.0);

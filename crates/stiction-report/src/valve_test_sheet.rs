@@ -29,8 +29,11 @@ pub fn html(plan: &TestPlan, tool: &str) -> String {
     let unit = plan.pv_unit.as_deref().map_or(String::new(), |unit| format!(" ({unit})"));
     let title = format!("Valve test of {}", plan.name);
     let half = plan.grow.len().div_ceil(2);
-    let part_1: Vec<[Option<usize>; 2]> =
-        (0..half).map(|k| [k, half + k].map(|k| (k < plan.grow.len()).then_some(k))).collect();
+    let turn = |k: usize| (k < plan.grow.len()).then_some(k);
+    let of_plan = (0..half).map(|k| [turn(k), turn(half + k)]);
+    // Further turns of the size to which the PV responds.
+    let further = vec![[None, None]; plan.each.div_ceil(2)];
+    let part_1: Vec<[Option<usize>; 2]> = of_plan.chain(further).collect();
     let of_part_2 = TURNS.saturating_sub(plan.grow.len()).max(OF_PART_2);
     let part_2 = vec![[None, None]; of_part_2 / 2];
     let smaller = format!("{:.0}", 100.0 * (1.0 - plan.shrink_by));
@@ -128,11 +131,17 @@ fn page(title: &str, body: &Markup) -> String {
 /// Rows with two turns of the plan each, by their numbers; `None` for an empty row.
 fn table(label: &str, unit: &str, plan: &TestPlan, rows: &[[Option<usize>; 2]]) -> Markup {
     let pv = format!("PV at end{unit}");
-    let heads = ["Turn", "OP (%)", "Hold at most", "Time", "OP set", &pv];
+    let heads = ["Turn", "Size (%)", "OP (%)", "Hold at most", "Time", "OP set", &pv];
     let cells = |k: usize| {
         let turn = plan.grow[k];
         let sign = if turn.op < 0.0 { '−' } else { '+' };
-        [format!("{}", k + 1), format!("u0 {sign} {}", rough(turn.op.abs())), time(turn.hold_s)]
+        let half = turn.op.abs();
+        [
+            format!("{}", k + 1),
+            rough(2.0 * half),
+            format!("u0 {sign} {}", rough(half)),
+            time(turn.hold_s),
+        ]
     };
     html! {
         div.wide tabindex="0" role="region" aria-label=(label) {

@@ -637,7 +637,7 @@ fn reasons(reading: &TestReading, weighed: &Weighed, at_rest: bool) -> Vec<Strin
     let (least, most) = (rough(min(&sizes)), rough(max(&sizes)));
     let sizes = if least == most { most } else { format!("{least} to {most}") };
     let mut all = vec![format!(
-        "the OP was turned {} in {}, by {sizes} %, and the {} answered {} of these turns",
+        "the OP was turned {} within {}, by {sizes} %, and the {} answered {} of these turns",
         times(reading.turned),
         time(reading.to_s - reading.from_s),
         reading.who(),
