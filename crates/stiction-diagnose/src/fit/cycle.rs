@@ -175,14 +175,14 @@ fn sentence(cycle: &Cycle) -> String {
     let Some(recorded) = cycle.recorded else {
         return format!("Nothing oscillates in the recording. Fitted: {fitted}.");
     };
+    // The amount is that of a repair, among the prospects.
     let left = cycle.pv_swing_left.map_or(String::new(), |left| {
-        let fall = |share: f64| 100.0 * (1.0 - share);
-        let by = match [fall(left.high), fall(left.low)] {
-            ends if ends.iter().all(|end| end.abs() < 0.5) => "not change".to_owned(),
-            [least, most] if least >= 0.0 => format!("fall by {least:.0} to {most:.0} %"),
-            [least, most] => format!("change by {:+.0} to {:+.0} %", -most, -least),
+        let so = match (left.high < 0.995, left.low < 0.995) {
+            (true, _) => "would be smaller",
+            (false, true) => "might be smaller or not",
+            (false, false) => "would not be smaller",
         };
-        format!("; with a valve that follows its OP, the PV's oscillation would {by}")
+        format!("; with a valve that follows its OP, the PV swing {so}")
     });
     let so = match cycle.explained {
         Some(true) => "The valve explains the swing",

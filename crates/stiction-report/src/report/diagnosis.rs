@@ -43,7 +43,7 @@ pub(super) fn report(tool: &str, ranked: &[Loop<'_>]) -> Report {
     report
 }
 
-const INTRODUCTION: &str = "Whether the valve of a control loop sticks, from its recording in normal operation. The \
+const INTRODUCTION: &str = "Whether the valve of a control loop sticks, from its recording. The \
                             figures show the evidence of each method.";
 
 pub(super) fn section(case: &Loop<'_>) -> Section {

@@ -174,7 +174,7 @@ impl<'a> Folder<'a> {
         ];
         let later = self.later();
         html! {
-            div.rows {
+            div.rows tabindex="0" role="region" aria-label="Loops" {
                 table data-sortable {
                     thead {
                         tr {

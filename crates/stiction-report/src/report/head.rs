@@ -31,6 +31,12 @@ pub(super) fn head(
         .and_then(|judged| {
             views::head_trend(segments, judged.segment, diagnosis.slips().as_deref(), context)
         })
+        .map(|mut trend| {
+            if diagnosis.verdict.basis == Basis::ValveTest {
+                trend.caption += " The valve test is in a shaded time.";
+            }
+            trend
+        })
         .filter(drawn);
     let s = diagnosis.stiction.s.map(|s| s.value);
     let map =
@@ -126,7 +132,8 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
                 .to_owned()
         }
     };
-    let tested = verdict.basis == Basis::ValveTest;
+    // A test or a position that shows the stem needs no confirmation.
+    let is_confirmed = matches!(verdict.basis, Basis::ValveTest | Basis::ValvePosition);
     let repair = || {
         let row = prospects.and_then(|found| {
             found.actions.iter().find(|row| row.action == Remedy::Repair && row.certain())
@@ -135,7 +142,7 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
             Some(row) => format!("repair the valve. PV swing would fall by {}.", row.fall()),
             None => "inspect packing, actuator and positioner.".to_owned(),
         };
-        if tested { sentence(&what) } else { format!("If confirmed, {what}") }
+        if is_confirmed { sentence(&what) } else { format!("If confirmed, {what}") }
     };
     let sticks = verdict.probability.unwrap_or(0.0);
     let first = verdict.alternatives.first().filter(|other| {
@@ -146,8 +153,7 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
         || first.map(|other| format!("First rule out {}.", words::cause(other.cause.name())));
     match verdict.grade {
         Grade::Sticks => {
-            let is_measured = tested || verdict.basis == Basis::ValvePosition;
-            let mut all = if is_measured { vec![] } else { vec![test()] };
+            let mut all = if is_confirmed { vec![] } else { vec![test()] };
             all.push(repair());
             if unexplained {
                 all.push(
@@ -176,7 +182,17 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
                 ),
                 None => "Leave the valve alone.".to_owned(),
             };
-            vec![elsewhere().unwrap_or_else(leave)]
+            let large = || {
+                let plan = verdict.confirm.as_ref()?;
+                Some(format!(
+                    "If a large S would matter, test the valve in manual, {} at most (see The test).",
+                    spoken(plan.total_s)
+                ))
+            };
+            let undecided = verdict.grade == Grade::ProbablyFine;
+            let mut all = vec![elsewhere().unwrap_or_else(leave)];
+            all.extend(undecided.then(large).flatten());
+            all
         }
         Grade::CannotAnswer => words::what_would_answer(diagnosis).into_iter().collect(),
     }

@@ -711,7 +711,7 @@ impl Page {
         self.sortable |= table.sortable;
         let class = |column: &Column| column.number.then_some("number");
         html! {
-            div.rows {
+            div.rows tabindex="0" role="region" aria-label=(if table.caption.is_empty() { "Table" } else { &table.caption }) {
                 table data-sortable[table.sortable] {
                     @if !table.caption.is_empty() { caption { (table.caption) } }
                     thead {
