@@ -140,3 +140,109 @@ impl PartialEq for Wording {
         true
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::Mapped;
+    use crate::{ReadOptions, mode, quality, reading};
+    use std::cell::RefCell;
+
+    thread_local! {
+        static GIVEN: RefCell<Vec<Remedy>> = const { RefCell::new(vec![]) };
+    }
+
+    /// Keeps every remedy that a reader words, also in notes.
+    const KEPT: Wording = Wording(|remedy| {
+        GIVEN.with_borrow_mut(|given| given.push(remedy.clone()));
+        remedy.to_string()
+    });
+
+    /// Whether a file is read, and the remedies beside that.
+    fn read(file: &[u8], name: &str, options: ReadOptions) -> (bool, Vec<Remedy>) {
+        GIVEN.take();
+        let read = reading::parse(file, name, &ReadOptions { wording: KEPT, ..options });
+        (read.is_ok(), GIVEN.take())
+    }
+
+    /// Does what a remedy asks for, with the word of a user where it has no example. A new remedy needs a line here, and a file
+    /// below.
+    fn follow(remedy: &Remedy, user: &str) -> ReadOptions {
+        let mut options = ReadOptions::default();
+        let or_user = |example: &Option<String>| example.clone().unwrap_or_else(|| user.to_owned());
+        match remedy {
+            Remedy::Map { role, column } => {
+                options.map.push(Mapped::of(role, &or_user(column)).unwrap());
+            }
+            Remedy::SampleTime(seconds) => options.sample_time = Some(*seconds),
+            Remedy::TimeFormat(some) => {
+                options.time_format = Some(or_user(&some.first().cloned()).parse().unwrap());
+            }
+            Remedy::Date(day) => options.date = Some(or_user(day).parse().unwrap()),
+            Remedy::Zone(zone) => options.zone = Some(or_user(zone).parse().unwrap()),
+            Remedy::Part(part) => options.part = Some(part.clone()),
+            Remedy::BadText(word) => options.bad_text.push(word.clone()),
+            Remedy::DecimalMark(mark) => options.decimal_mark = Some(*mark),
+            Remedy::Mode { word, modes } => {
+                let meaning = format!("{word}={}", modes[0]);
+                options.modes.push(mode::of_option(&meaning).unwrap());
+            }
+            Remedy::Quality { word, qualities } => {
+                let meaning = format!("{word}={}", qualities[0]);
+                options.qualities.push(quality::of_option(&meaning).unwrap());
+            }
+            Remedy::Range { signal, ends } => {
+                let known = || user.split_once(',').unwrap();
+                let ends = ends.unwrap_or_else(|| {
+                    let (low, high) = known();
+                    (low.parse().unwrap(), high.parse().unwrap())
+                });
+                match *signal {
+                    "VP" => options.all.vp_range = Some(ends),
+                    _ => options.all.op_range = Some(ends),
+                }
+            }
+        }
+        options
+    }
+
+    /// A file for each remedy: with the first that it gives, it is read, and the remedy is not given again.
+    #[test]
+    fn each_remedy_helps_once_it_is_followed() {
+        let rows = |of: &dyn Fn(usize) -> String| (0..40).map(of).collect::<String>();
+        let counts = |name: &str| {
+            format!("t,PV,OP,{name}\n")
+                + &rows(&|k| format!("{k},5{},5{},{}\n", k % 9, k % 7, 9_800 + 90 * (k % 12)))
+        };
+        let sheets = format!("{}/tests/fixtures/days.xlsx", env!("CARGO_MANIFEST_DIR"));
+        // The option, the file, and what only its user knows.
+        let cases: [(&str, Vec<u8>, &str); 13] = [
+            ("map", "t,x,y\n0,50,1\n1,51,2\n".into(), "x"),
+            ("map", "t,FIC1.OP,State\n0,50,AUTO\n1,51,MAN\n".into(), ""),
+            ("sample_time", "op\n50\n51\n".into(), ""),
+            ("time_format", "time,op\n05/06/2024 00:00:00,50\n05/06/2024 00:00:01,51\n".into(), ""),
+            ("date", "time,op\n23:59:58,50\n23:59:59,51\n00:00:00,52\n".into(), ""),
+            ("zone", "time,op\n2025-03-14 06:00:00Z,50\n2025-03-14 06:00:01,51\n".into(), "UTC"),
+            ("part", std::fs::read(sheets).unwrap(), ""),
+            ("bad_text", "t,op\n0,50\n1,Foo\n2,51\n".into(), ""),
+            ("decimal_mark", "F.PV;F.OP\n30;45\n1.000;46\n33;45\n".into(), ""),
+            ("mode", "t,op,mode\n0,50,Foo\n1,51,Foo\n".into(), ""),
+            ("quality", "t,op,op quality\n0,50,192\n1,51,777\n".into(), ""),
+            ("op_range", counts("x").replace("OP,x", "x,OP").into(), "0,27648"),
+            ("vp_range", counts("VP").into(), "0,27648"),
+        ];
+        for (option, file, user) in cases {
+            let name = if option == "part" { "f.xlsx" } else { "f.csv" };
+            let (_, given) = read(&file, name, ReadOptions::default());
+            let remedy = given.iter().find(|remedy| remedy.option() == option);
+            let remedy = remedy.unwrap_or_else(|| panic!("{option} is not given, but {given:?}"));
+            let mut options = follow(remedy, user);
+            if option == "decimal_mark" {
+                // Its file has no times.
+                options.sample_time = Some(1.0);
+            }
+            let (is_read, again) = read(&file, name, options);
+            assert!(is_read && !again.contains(remedy), "{remedy}: then {again:?}");
+        }
+    }
+}
