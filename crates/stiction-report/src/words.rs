@@ -316,7 +316,7 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
     if let Some(few) = &diagnosis.few_slips {
         let step = rough(few.step);
         return Some(format!(
-            "OP steps of {step} % up and down in manual, or {position} may decide."
+            "A test of the valve or {position} may decide. OP steps of one size, {step} %, seldom decide."
         ));
     }
     let ask = match diagnosis.undecided_by() {
@@ -344,7 +344,7 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
             Some(better) => better,
             None => {
                 return Some(format!(
-                    "Use {position} or a test of the valve to decide. A longer recording rarely helps: eight times the record \
+                    "A test of the valve or {position} may decide. A longer recording rarely helps: eight times the record \
                      decided one in five undecided simulated loops."
                 ));
             }

@@ -314,7 +314,7 @@ fn advice_fits_what_is_missing() {
         words: "looks stuck; 2 slips seen, 8 needed".to_owned(),
     });
     let advice = words::what_would_answer(&diagnosis).unwrap();
-    assert!(advice.starts_with("OP steps of 4.5 % up and down in manual, or"), "{advice}");
+    assert!(advice.contains("test of the valve") && advice.contains("4.5 %, seldom"), "{advice}");
     let json = serde_json::to_value(&diagnosis).unwrap();
     assert_eq!((&json["few_slips"]["seen"], &json["few_slips"]["step"]), (&2.into(), &4.5.into()));
     // A position that was read is not asked for.

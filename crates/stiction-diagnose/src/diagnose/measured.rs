@@ -89,9 +89,9 @@ pub(super) fn concluded(judged: &Judgement, sample_time: f64) -> ByPosition {
         Behaviour::Open => {
             let wanted = match judged.moves {
                 Moves::MayBeMissed => {
-                    "to decide, record at the rate of the controller, or step the OP in manual"
+                    "a record at the rate of the controller, or steps of the OP in manual, may decide"
                 }
-                Moves::Recorded => "to decide, record longer, or step the OP in manual",
+                Moves::Recorded => "a longer record, or steps of the OP in manual, may decide",
             };
             Some(wanted.to_owned())
         }

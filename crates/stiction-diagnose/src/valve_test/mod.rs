@@ -44,6 +44,6 @@ pub(crate) use plan::{KnownLoop, PERIODS, size};
 pub use plan::{PlanOptions, TestPlan, Turn, before_test, plan};
 pub use plan_comparison::{PlanComparison, SizeComparison, same_loop};
 pub use position::{Between, PositionReading};
-pub use read::{ReadOptions, Step, TestReading, read};
+pub use read::{ReadOptions, Repetition, Step, TestReading, read};
 pub use short::short;
 pub use signature::{Place, Ramp, Signature, SignaturePlan, signature, signature_plan};

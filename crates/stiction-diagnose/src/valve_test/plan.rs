@@ -224,7 +224,7 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
     let refuse = |why: &str| Err(Abstention(why.to_owned()));
     let segment = known.segment;
     let Some(pv) = segment.pv.as_deref() else {
-        return refuse("a test needs a PV or a valve position; record one of them");
+        return refuse("the turns of a test are sized by the PV, which is not recorded; record it");
     };
     let (op, dt) = (&segment.op, segment.sample_time);
     let travel = quantile(op, 0.95) - quantile(op, 0.05);

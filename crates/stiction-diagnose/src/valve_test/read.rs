@@ -19,6 +19,7 @@ use crate::finding::Abstention;
 use crate::recording::{ByHand, Grid, GridOptions, KnownBy, Recording, Segment};
 use crate::series::{max, median, min, noise_std, quantile, span, std};
 use crate::spoken::{counted, percent, rough, time, times};
+use stiction_model::named;
 
 /// Inputs to the reading of a test in addition to the recording.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -103,6 +104,30 @@ pub struct TestReading {
     pub advice: Option<String>,
     /// The comparison with the plan, if one was given.
     pub plan: Option<PlanComparison>,
+}
+
+named! {
+    /// How to repeat an inconclusive test.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum Repetition {
+        /// The OP never reversed.
+        ThereAndBack = "The OP went in one direction only, which shows no dead band. Repeat the test, and then go back in the \
+                        same steps.",
+        /// The PV was still moving when the holds ended.
+        LongerHolds = "The holds were too short: the PV was still moving when they ended. Repeat the test, and hold each step \
+                       until the PV has settled.",
+        /// The dead band may be downstream of the valve.
+        WithPosition = "Watch the stem during the test, or record its position. If it follows the OP, check the transmitter \
+                        and the linkage.",
+        /// Hardly a turn was answered.
+        LargerTurns = "Too few turns were answered. Make larger turns, hold each longer, and record OP and PV without \
+                       compression. If the PV still does not answer, inspect the valve.",
+        /// No turn was too small to be answered.
+        SmallerTurns = "All turns were answered. Repeat the test with smaller turns until the PV no longer answers.",
+        /// Disturbances were as large as the answers.
+        CalmerTime = "Repeat the test at a calmer time, because disturbances moved the PV about as far as the turns did. Make \
+                      more turns of the answered sizes, and hold them longer.",
+    }
 }
 
 impl TestReading {
@@ -329,7 +354,7 @@ fn read_as_one(
         ));
     }
     let hasty = weighed.response.0.tau.is_finite() && unsettled(&in_manual);
-    reading.advice = advice(&reading, hasty);
+    reading.advice = advice(&reading, hasty).map(|how| how.name().to_owned());
     let plan = options.plan.as_ref();
     // The limits of a plan apply to the PV.
     let compared = plan.filter(|_| !of_pv.is_empty());
@@ -710,7 +735,8 @@ fn reasons(reading: &TestReading, weighed: &Weighed, at_rest: bool) -> Vec<Strin
     all
 }
 
-fn advice(reading: &TestReading, hasty: bool) -> Option<String> {
+/// How to repeat an inconclusive test.
+fn advice(reading: &TestReading, hasty: bool) -> Option<Repetition> {
     if reading.class != VerdictClass::CannotTell {
         return None;
     }
@@ -719,32 +745,14 @@ fn advice(reading: &TestReading, hasty: bool) -> Option<String> {
     let turned = || reading.steps.windows(2).filter(|two| two[1].travel.is_some());
     let reverses =
         turned().any(|two| two[1].op > two[0].op) && turned().any(|two| two[1].op < two[0].op);
-    let advice = match () {
-        () if !reverses => {
-            "The OP went in one direction only, which shows no dead band. Repeat the test, and then go back in the same \
-             steps."
-        }
-        () if hasty => {
-            "The holds were too short: the PV was still moving when they ended. Repeat the test, and hold each step until the \
-             PV has settled."
-        }
-        () if reading.dead_band_elsewhere > 0.3 => {
-            "Watch the stem during the test, or record its position. If it follows the OP, check the transmitter and the \
-             linkage."
-        }
-        () if seen.len() < CLEAR => {
-            "Too few turns were answered. Make larger turns, hold each longer, and record OP and PV without compression. \
-             If the PV still does not answer, inspect the valve."
-        }
-        () if unseen.is_empty() => {
-            "All turns were answered. Repeat the test with smaller turns until the PV no longer answers."
-        }
-        () => {
-            "Repeat the test at a calmer time, because disturbances moved the PV about as far as the turns did. Make more \
-             turns of the answered sizes, and hold them longer."
-        }
-    };
-    Some(advice.to_owned())
+    Some(match () {
+        () if !reverses => Repetition::ThereAndBack,
+        () if hasty => Repetition::LongerHolds,
+        () if reading.dead_band_elsewhere > 0.3 => Repetition::WithPosition,
+        () if seen.len() < CLEAR => Repetition::LargerTurns,
+        () if unseen.is_empty() => Repetition::SmallerTurns,
+        () => Repetition::CalmerTime,
+    })
 }
 
 #[cfg(test)]
