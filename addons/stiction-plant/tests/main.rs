@@ -1,5 +1,6 @@
 //! The tests of `stiction-plant`, in one program: linking is what takes long.
 
+mod advice;
 mod agree;
 mod docs;
 mod groups;

@@ -31,6 +31,9 @@ macro_rules! measures {
         }
 
         impl MeasureId {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$id,)*];
+
             /// Its name, such as `samples per cycle`.
             pub fn name(self) -> &'static str {
                 match self {
