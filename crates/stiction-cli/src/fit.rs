@@ -4,7 +4,6 @@ use crate::diagnose::ended;
 use crate::files::{In, Out};
 use crate::loops::{Diagnosed, diagnose_all, read_all};
 use crate::reading_args::Reading;
-use crate::text::number;
 use crate::{output, progress, text};
 use anyhow::{Result, bail};
 use clap::Parser;
@@ -12,12 +11,11 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 use stiction::diagnose::{Detectors, DiagnoseOptions};
-use stiction::fit::{Fit, FitOptions, Prospect, Prospects, fit};
-use stiction::fusion::Estimate;
+use stiction::fit::{Fit, FitOptions, fit};
 use stiction::recording::LoopType;
-use stiction::spoken::{rough, set};
 use stiction_io::scenario::{Scenario, System};
 use stiction_report::document::Source;
+use stiction_report::report::{Fact, fitted};
 
 /// Identify controller, process and valve from a recording, with intervals, and test whether the valve explains the
 /// recorded swing.
@@ -182,159 +180,15 @@ fn plot(path: &Out, each: &Fitted, scenario: &str) -> Result<()> {
     output::figure("--plot", path, &figure)
 }
 
-fn interval(of: &Estimate, unit: &str) -> String {
-    format!("{} {unit} ({} to {})", set(of.value), set(of.low), set(of.high))
-}
-
 fn in_words(each: &Fitted) -> String {
     let diagnosis = &each.diagnosed.diagnosis;
-    let mut out = format!("{}\n", output::name(&diagnosis.name));
-    let mut row = |name: &str, words: String| {
-        out += &text::hanging(&format!("  {name:12}"), &words, 82);
+    let rows = match &each.fit {
+        Ok(fit) => {
+            let mut rows = fitted::parts(fit, diagnosis.pv_unit.as_deref());
+            rows.push(Fact::new("explained?", fitted::explained(fit), ""));
+            rows
+        }
+        Err(why) => vec![Fact::new("not fitted", why, "")],
     };
-    let fit = match &each.fit {
-        Ok(fit) => fit,
-        Err(why) => {
-            row("not fitted", why.clone());
-            return out;
-        }
-    };
-    let unit = diagnosis.pv_unit.clone().unwrap_or_else(|| "PV".to_owned());
-    match fit.controller.known() {
-        None => row("controller", not(fit.controller.why_not())),
-        Some(c) => {
-            let mut words =
-                format!("{}, Kc {}", c.structure.name(), interval(&c.kc, &format!("%/{unit}")));
-            if let Some(ti) = &c.ti_s {
-                words += &format!(", Ti {}", interval(ti, "s"));
-            }
-            if let Some(td) = &c.td_s {
-                words += &format!(", Td {}", interval(td, "s"));
-            }
-            words += &match c.execution_s {
-                Some(every) => format!("; executes every {} s", number(every)),
-                None => "; the execution interval cannot be determined".to_owned(),
-            };
-            if let Some(sp) = &c.set_point {
-                words += &format!("; SP not recorded, assumed constant at {}", interval(sp, &unit));
-            }
-            if c.gap > 0.0 {
-                words += &format!("; gap of ±{} {unit}", number(c.gap));
-            }
-            let limits: Vec<String> =
-                [c.low, c.high].iter().flatten().map(|v| number(*v)).collect();
-            if !limits.is_empty() {
-                words += &format!("; saturates at {} %", limits.join(" and "));
-            }
-            // Rounded down, because 1 would claim too much.
-            let r2 = (c.explained * 1e5).floor() / 1e5;
-            words += &format!("; fits the OP increments with R² = {r2}");
-            row("controller", words);
-        }
-    }
-    match fit.valve.known() {
-        None => row("valve", not(fit.valve.why_not())),
-        Some(valve) if valve.follows > 0.5 => row(
-            "valve",
-            format!(
-                "probably follows its OP ({:.0} % of the fitted loops); if it sticks, S {}",
-                100.0 * valve.follows,
-                interval(&valve.s, "%")
-            ),
-        ),
-        Some(valve) => row(
-            "valve",
-            format!(
-                "{}, S {}, J {}, by {}",
-                valve.model.as_deref().unwrap_or("as measured"),
-                interval(&valve.s, "%"),
-                interval(&valve.j, "%"),
-                valve.from
-            ),
-        ),
-    }
-    match fit.process.known() {
-        None => row("process", not(fit.process.why_not())),
-        Some(p) => {
-            let mut words = p.kind.name().to_owned();
-            match (&p.gain, &p.lag_s) {
-                (None, None) => {
-                    words += &format!(
-                        ", initial slope {}",
-                        interval(&p.slope, &format!("{unit}/s per %"))
-                    );
-                }
-                (gain, lag) => {
-                    if let Some(gain) = gain {
-                        words += &format!(", gain {}", interval(gain, &format!("{unit}/%")));
-                    }
-                    if let Some(lag) = lag {
-                        words += &format!(", lag {}", interval(lag, "s"));
-                    }
-                }
-            }
-            words += &format!(", dead time {}", interval(&p.dead_time_s, "s"));
-            if let Some(jointly) = &p.jointly {
-                words += &format!("; {jointly}");
-            }
-            row("process", words);
-        }
-    }
-    match fit.cycle.known() {
-        None => row("explained?", not(fit.cycle.why_not())),
-        Some(cycle) => row("explained?", cycle.sentence.clone()),
-    }
-    out
-}
-
-fn not(why: Option<&str>) -> String {
-    format!("not identified: {}", why.unwrap_or("reason unknown"))
-}
-
-/// The effects of actions, as text.
-pub fn prospects_in_words(name: &str, found: &Prospects) -> String {
-    let head = [
-        "action",
-        "PV swing ±",
-        "x present",
-        "error",
-        "x present",
-        "travel %/h",
-        "load s",
-        "benefit",
-    ];
-    let mut rows: Vec<Vec<String>> = vec![head.map(str::to_owned).to_vec()];
-    let range = |of: &Estimate| format!("{} to {}", rough(of.low), rough(of.high));
-    for row in &found.actions {
-        rows.push(vec![
-            row.action.name().to_owned(),
-            Prospect::range(&row.pv_swing, &row.pv_swing_ratio),
-            Prospect::range(&row.pv_swing_ratio, &row.pv_swing_ratio),
-            Prospect::range(&row.error, &row.error_ratio),
-            Prospect::range(&row.error_ratio, &row.error_ratio),
-            range(&row.travel),
-            row.settling_s.as_ref().map_or("-".to_owned(), range),
-            row.benefit().to_owned(),
-        ]);
-    }
-    let mut out = format!(
-        "{}: effects of actions, on {} loops that agree with the recording\n\n{}\n",
-        output::name(name),
-        found.loops,
-        text::columns(&rows, &[false, true, true, true, true, true, true, false])
-    );
-    let words = "Ranges are 5 to 95 % points. Rows are ranked by the upper end of the control error and, if two are about \
-        equal, by effort: a setting, a compensator, a repair, a new part. PV swing is half of its \
-        peak-to-peak value in a period, without noise. \"x present\" is the ratio to the loop as it is. Error is the \
-        mean absolute control error. Load s is the settling time after a load step, - if the loop does not settle. \
-        The benefit is certain if PV swing falls by more than 20 % with a probability of at least 95 %, and \
-        probable above 50 %. Below that it is not certain.";
-    out += &text::paragraph(words);
-    if !found.advice.is_empty() {
-        out += "\nActions\n";
-    }
-    for sentence in &found.advice {
-        out += &text::hanging("- ", sentence, 94);
-    }
-    out
+    format!("{}\n{}", output::name(&diagnosis.name), text::facts(&rows))
 }

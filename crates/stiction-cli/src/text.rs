@@ -4,7 +4,7 @@ use crate::shown::name;
 use anstyle::{AnsiColor, Reset, Style};
 use std::borrow::Cow;
 use stiction::diagnose::Grade;
-use stiction_report::report::{Column, Table};
+use stiction_report::report::{Block, Column, Fact, Table};
 use unicode_width::UnicodeWidthStr;
 
 /// A number with at most four digits, as in reports but with an ASCII minus sign.
@@ -123,10 +123,35 @@ pub fn plain(table: &Table) -> String {
     let mut rows = vec![table.columns.iter().map(Column::head).collect::<Vec<_>>()];
     rows.extend(table.rows.iter().cloned());
     let right: Vec<bool> = table.columns.iter().map(|column| column.number).collect();
-    // Characters that some terminals lack.
-    (paragraph(&table.caption).trim_start().to_owned() + &columns(&rows, &right))
-        .replace(['\u{2212}', '\u{2013}'], "-")
-        .replace('\u{a0}', " ")
+    typed(&(paragraph(&table.caption).trim_start().to_owned() + &columns(&rows, &right)))
+}
+
+/// Names with values, the values in one column.
+pub fn facts(facts: &[Fact]) -> String {
+    let wide = facts.iter().map(|fact| width_of(&fact.name)).max().unwrap_or(0);
+    let row = |fact: &Fact| {
+        let value = format!("{} {}", fact.value, fact.unit);
+        hanging(&format!("  {:wide$}  ", fact.name), &value, 92 - wide)
+    };
+    typed(&facts.iter().map(row).collect::<String>())
+}
+
+/// Pieces of a report, without figures and folds.
+pub fn blocks(blocks: &[Block]) -> String {
+    let one = |block: &Block| match block {
+        Block::Heading(heading) => format!("\n{heading}\n"),
+        Block::Paragraph(text) => paragraph(text),
+        Block::List { items, .. } => items.iter().map(|item| hanging("- ", item, 94)).collect(),
+        Block::Facts(named) => facts(named),
+        Block::Table(table) => plain(table),
+        _ => String::new(),
+    };
+    typed(&blocks.iter().map(one).collect::<String>())
+}
+
+/// Text without characters that some terminals lack.
+fn typed(text: &str) -> String {
+    text.replace(['\u{2212}', '\u{2013}'], "-").replace('\u{a0}', " ")
 }
 
 #[cfg(test)]

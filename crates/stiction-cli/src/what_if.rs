@@ -3,7 +3,7 @@
 use crate::actions::{self, Head, Settings, Valve};
 use crate::diagnose::ended;
 use crate::files::{In, Out};
-use crate::fit::{Fitted, fit_all, prospects_in_words};
+use crate::fit::{Fitted, fit_all};
 use crate::loops::only;
 use crate::reading_args::Reading;
 use crate::{output, text};
@@ -19,6 +19,7 @@ use stiction::fit::ring::{Ring, ring};
 use stiction::fit::{Fit, FitOptions, Prospects, prospects};
 use stiction::what_if::{Prediction, Row, WhatIf, WhatIfOptions, what_if};
 use stiction_report::document::Source;
+use stiction_report::report::{Block, fitted};
 
 /// Compare actions for a loop whose valve sticks: repair, retuning, a compensator, or a positioner.
 ///
@@ -164,12 +165,12 @@ fn of_recording(args: &Args) -> Result<()> {
         let tool = output::TOOL;
         return output::json(&FromRecording { tool, name, source, fit, prospects, after });
     }
-    let mut out = prospects_in_words(&name, &prospects);
-    if let Some(ring) = &after {
-        out += "\nWhat came of it\n";
-        out += &text::paragraph(&ring.sentence);
+    let mut blocks = fitted::effects(&prospects);
+    if let Some(ring) = after {
+        blocks.push(Block::Heading("Effect of the action".to_owned()));
+        blocks.push(Block::Paragraph(ring.sentence));
     }
-    output::text(&out)
+    output::text(&format!("{}\n{}", output::name(&name), text::blocks(&blocks)))
 }
 
 pub fn run(args: Args) -> Result<()> {

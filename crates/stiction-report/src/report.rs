@@ -4,6 +4,7 @@
 //! * [`layout`]: the parts of the page, and their HTML;
 //! * [`views`]: figures of the recorded signals;
 //! * [`evidence`]: a card for each method;
+//! * [`fitted`]: a fitted loop in words;
 //! * [`first_screen()`]: the content as data.
 //!
 //! ```
@@ -31,7 +32,7 @@
 mod diagnosis;
 pub mod evidence;
 pub mod first_screen;
-mod fitted;
+pub mod fitted;
 pub mod folder;
 mod head;
 mod history;

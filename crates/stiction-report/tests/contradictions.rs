@@ -122,7 +122,7 @@ const RULES: [Rule; 19] = [
     ("slips of the pen", |page| page.find(|text| SHARED.is_slip(text))),
     ("no factor is absurd", |page| {
         // After the action of a row come its two factors, then other ranges.
-        let from = page.texts.iter().position(|text| text == "valve travel, %/h")? + 2;
+        let from = page.texts.iter().position(|text| text == "benefit")? + 1;
         let mut place = 0;
         page.texts[from..].iter().take_while(|text| text.len() < 40).find_map(|text| {
             place = if text.contains(" to ") { place + 1 } else { 0 };
@@ -132,11 +132,10 @@ const RULES: [Rule; 19] = [
         })
     }),
     ("no size of stiction is larger than the span", |page| {
-        let mut rows = page.texts.windows(3);
+        let mut rows = page.texts.windows(2);
         rows.find_map(|row| {
-            let of_valve = ["valve: S", "J"].contains(&row[0].as_str());
-            let mut numbers = row[2].split(" to ").filter_map(|word| word.parse::<f64>().ok());
-            (of_valve && numbers.any(|number| number > 100.0)).then(|| row.join(" "))
+            let mut numbers = row[1].split([' ', '(', ')']).filter_map(|w| w.parse::<f64>().ok());
+            (row[0] == "valve" && numbers.any(|number| number > 100.0)).then(|| row.join(" "))
         })
     }),
     ("a grade and the sentence on it agree", |page| {

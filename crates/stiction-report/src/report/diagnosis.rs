@@ -60,7 +60,7 @@ pub(super) fn section(case: &Loop<'_>) -> Section {
         .fold("Why", |inside| verdict::why(why(inside, diagnosis), diagnosis))
         .fold("The test", |inside| verdict::confirm(inside, diagnosis))
         .fold("What would it bring?", |inside| match &fitted {
-            Some(fitted) => fitted::added_to(inside, fitted),
+            Some(fitted) => fitted::added_to(inside, fitted, diagnosis.pv_unit.as_deref()),
             None => inside,
         })
         .fold("Over time", |inside| verdict::windows(inside, diagnosis))

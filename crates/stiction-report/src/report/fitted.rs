@@ -1,16 +1,25 @@
-//! Whether the fitted valve explains the recorded swing, and the effects of actions.
+//! The fitted loop in words, whether its valve explains the recorded swing, and the effects of actions.
 
-use super::layout::{Section, Table};
+use super::layout::{Block, Fact, Section, Table, number};
 use crate::words::rough;
 use stiction_diagnose::diagnose::{Diagnosis, VerdictClass};
 use stiction_diagnose::drawing::WIDTH;
 use stiction_diagnose::fit::cycle::{Predicted, Swing};
 use stiction_diagnose::fit::{Fit, FitOptions, Prospect, Prospects, fit, prospects};
 use stiction_diagnose::fusion::Estimate;
+use stiction_diagnose::spoken::set;
 use stiction_figure::figure::{Annotation, Figure, Panel, Scale, Series, colour};
 
 /// Names of the rows of the figure.
 const ROWS: &[&str] = &["", "PV swing", "OP swing", "period", ""];
+
+/// Explains the table of effects.
+const LEGEND: &str = "Ranges are 5 to 95 % points. Rows are ranked by the upper end of the control error and, if two \
+    are about equal, by effort: a setting, a compensator, a repair, a new part. PV swing is half of its peak-to-peak \
+    value in a period, without noise. \"x present\" is the ratio to the loop as it is. Error is the mean absolute \
+    control error. Load is the settling time after a load step, – if the loop does not settle. The benefit is certain \
+    if PV swing falls by more than 20 % with a probability of at least 95 %, and probable above 50 %. Below that it is \
+    not certain.";
 
 /// The fitted loop of a recording, and the effects of actions.
 pub(super) struct Fitted {
@@ -29,25 +38,22 @@ pub(super) fn of_accused(diagnosis: &Diagnosis) -> Option<Fitted> {
 }
 
 /// Adds the results of the fit.
-pub(super) fn added_to(mut section: Section, Fitted { fit, prospects }: &Fitted) -> Section {
-    section = section.heading("Does the valve explain the swing?");
-    match (fit.cycle.known(), fit.cycle.why_not()) {
-        (Some(cycle), _) => {
-            let both = cycle.recorded.as_ref().zip(cycle.predicted.as_ref());
-            let figure = both.map(|(recorded, predicted)| figure(recorded, predicted));
-            section = section.paragraph(&cycle.sentence).with_all(figure);
-        }
-        (None, why) => {
-            let why = why.unwrap_or("it was not tested");
-            section = section.paragraph(format!("Not tested: {why}."));
-        }
-    }
-    section = section.with(parts(fit));
+pub(super) fn added_to(section: Section, fitted: &Fitted, pv_unit: Option<&str>) -> Section {
+    let Fitted { fit, prospects } = fitted;
+    let both = fit.cycle.known().and_then(|c| c.recorded.as_ref().zip(c.predicted.as_ref()));
+    let caption = "The loop, identified from the recording, with 90 % intervals. S and J are the values with which \
+        this process explains the PV. The values without a process model are at the top.";
+    let table = Table::new(caption).words("part").words("identified");
+    let table = parts(fit, pv_unit)
+        .into_iter()
+        .fold(table, |table, part| table.row([part.name, part.value]));
+    let section = section
+        .heading("Does the valve explain the swing?")
+        .paragraph(explained(fit))
+        .with_all(both.map(|(recorded, predicted)| figure(recorded, predicted)))
+        .with(table);
     match prospects {
-        Ok(found) => {
-            let section = section.heading("Effects of actions").with(actions(found));
-            section.list(found.advice.clone())
-        }
+        Ok(found) => section.with_all(effects(found)),
         Err(why) => section.paragraph(format!(
             "The effects of actions are unknown: {why}. The verdict does not rest on this fit alone. Do the \
              manual test first."
@@ -55,49 +61,109 @@ pub(super) fn added_to(mut section: Section, Fitted { fit, prospects }: &Fitted)
     }
 }
 
-fn range(of: &Estimate) -> String {
-    format!("{} to {}", rough(of.low), rough(of.high))
+/// A value with its 90 % interval.
+fn interval(of: &Estimate, unit: &str) -> String {
+    let [value, low, high] = [of.value, of.low, of.high].map(|v| set(v).replace('-', "\u{2212}"));
+    format!("{value} {unit} ({low} to {high})")
 }
 
-/// The parts of the loop with their intervals.
-fn parts(fit: &Fit) -> Table {
-    let caption = "The loop, identified from the recording: best values with 90 % intervals. S and J are the values \
-        with which this process explains the PV. The values without a process model are at the top.";
-    let mut table = Table::new(caption).words("part").words("value").words("interval");
-    let mut row = |name: &str, of: &Estimate, unit: &str| {
-        let value = format!("{} {unit}", rough(of.value));
-        let cells = [name.to_owned(), value.trim_end().to_owned(), range(of)];
-        table = std::mem::take(&mut table).row(cells);
+fn not(why: Option<&str>) -> String {
+    format!("not identified: {}", why.unwrap_or("reason unknown"))
+}
+
+/// Whether the valve explains the swing, or why this is unknown.
+pub fn explained(fit: &Fit) -> String {
+    fit.cycle.known().map_or_else(|| not(fit.cycle.why_not()), |cycle| cycle.sentence.clone())
+}
+
+/// Controller, valve and process with their intervals, or why they are not identified.
+pub fn parts(fit: &Fit, pv_unit: Option<&str>) -> Vec<Fact> {
+    let unit = pv_unit.unwrap_or("PV");
+    vec![
+        Fact::new("controller", controller(fit, unit), ""),
+        Fact::new("valve", valve(fit), ""),
+        Fact::new("process", process(fit, unit), ""),
+    ]
+}
+
+fn controller(fit: &Fit, unit: &str) -> String {
+    let Some(c) = fit.controller.known() else { return not(fit.controller.why_not()) };
+    let mut words = format!("{}, Kc {}", c.structure.name(), interval(&c.kc, &format!("%/{unit}")));
+    for (name, time) in [("Ti", &c.ti_s), ("Td", &c.td_s)] {
+        words += &time.as_ref().map_or(String::new(), |t| format!(", {name} {}", interval(t, "s")));
+    }
+    words += &match c.execution_s {
+        Some(every) => format!("; executes every {} s", number(every)),
+        None => "; the execution interval cannot be determined".to_owned(),
     };
-    if let Some(c) = fit.controller.known() {
-        row(&format!("controller ({}): Kc", c.structure.name()), &c.kc, "% per PV unit");
-        c.ti_s.iter().for_each(|ti| row("Ti", ti, "s"));
-        c.td_s.iter().for_each(|td| row("Td", td, "s"));
-        c.set_point.iter().for_each(|sp| row("set point, not recorded", sp, ""));
+    if let Some(sp) = &c.set_point {
+        words += &format!("; SP not recorded, assumed constant at {}", interval(sp, unit));
     }
-    if let Some(valve) = fit.valve.known() {
-        row("valve: S", &valve.s, "%");
-        row("J", &valve.j, "%");
+    if c.gap > 0.0 {
+        words += &format!("; gap of ±{} {unit}", number(c.gap));
     }
-    if let Some(p) = fit.process.known() {
-        match &p.gain {
-            Some(gain) => row("process: gain", gain, "PV units per %"),
-            None => row("process: initial slope", &p.slope, "PV units per % and s"),
-        }
-        p.lag_s.iter().for_each(|lag| row("lag", lag, "s"));
-        row("dead time", &p.dead_time_s, "s");
+    let limits: Vec<String> = [c.low, c.high].iter().flatten().map(|v| number(*v)).collect();
+    if !limits.is_empty() {
+        words += &format!("; saturates at {} %", limits.join(" and "));
     }
-    let missing = [
-        ("controller", fit.controller.why_not()),
-        ("valve", fit.valve.why_not()),
-        ("process", fit.process.why_not()),
-    ];
-    for (name, why) in missing {
-        if let Some(why) = why {
-            table = table.row([name.to_owned(), "not identified".to_owned(), why.to_owned()]);
-        }
+    // Rounded down, because 1 would claim too much.
+    let r2 = (c.explained * 1e5).floor() / 1e5;
+    words + &format!("; fits the OP increments with R² = {r2}")
+}
+
+fn valve(fit: &Fit) -> String {
+    let Some(valve) = fit.valve.known() else { return not(fit.valve.why_not()) };
+    let s = interval(&valve.s, "%");
+    if valve.follows > 0.5 {
+        return format!(
+            "probably follows its OP ({:.0} % of the fitted loops); if it sticks, S {s}",
+            100.0 * valve.follows
+        );
     }
-    table
+    let model = valve.model.as_deref().unwrap_or("as measured");
+    format!("{model}, S {s}, J {}, by {}", interval(&valve.j, "%"), valve.from)
+}
+
+fn process(fit: &Fit, unit: &str) -> String {
+    let Some(p) = fit.process.known() else { return not(fit.process.why_not()) };
+    let gain = p.gain.as_ref().map(|gain| format!("gain {}", interval(gain, &format!("{unit}/%"))));
+    let lag = p.lag_s.as_ref().map(|lag| format!("lag {}", interval(lag, "s")));
+    let slope = || format!("initial slope {}", interval(&p.slope, &format!("{unit}/s per %")));
+    let slope = (gain.is_none() && lag.is_none()).then(slope);
+    let dead_time = format!("dead time {}", interval(&p.dead_time_s, "s"));
+    let mut words = vec![p.kind.name().to_owned()];
+    words.extend([gain, lag, slope, Some(dead_time)].into_iter().flatten());
+    let jointly = p.jointly.as_ref().map_or(String::new(), |jointly| format!("; {jointly}"));
+    words.join(", ") + &jointly
+}
+
+/// The effects of actions, and what to do.
+pub fn effects(found: &Prospects) -> Vec<Block> {
+    let caption = format!("{} loops agree with the recording.", found.loops);
+    let table = Table::new(caption).columns(
+        "action | #error, x present | #PV swing, x present | #PV swing, ± | #error | #travel [%/h] | #load [s] | benefit",
+    );
+    let range = |of: &Estimate| format!("{} to {}", rough(of.low), rough(of.high));
+    let table = found.actions.iter().fold(table, |table, row| {
+        table.row([
+            row.action.name().to_owned(),
+            Prospect::range(&row.error_ratio, &row.error_ratio),
+            Prospect::range(&row.pv_swing_ratio, &row.pv_swing_ratio),
+            Prospect::range(&row.pv_swing, &row.pv_swing_ratio),
+            Prospect::range(&row.error, &row.error_ratio),
+            range(&row.travel),
+            row.settling_s.as_ref().map_or("–".to_owned(), range),
+            row.benefit().to_owned(),
+        ])
+    });
+    let heading = |text: &str| Block::Heading(text.to_owned());
+    let mut blocks =
+        vec![heading("Effects of actions"), table.into(), Block::Paragraph(LEGEND.to_owned())];
+    if !found.advice.is_empty() {
+        let items = found.advice.clone();
+        blocks.extend([heading("Actions"), Block::List { ordered: false, items }]);
+    }
+    blocks
 }
 
 /// The predicted quantities, each relative to the recorded one.
@@ -136,26 +202,4 @@ fn figure(recorded: &Swing, predicted: &Predicted) -> Figure {
         )
         .with(panel)
         .width(WIDTH)
-}
-
-/// The effects of the actions.
-fn actions(found: &Prospects) -> Table {
-    let caption = format!(
-        "Effects of each action, on {} loops that agree with the recording. Ranges are 5 to 95 % points, ranked by \
-         the upper end of the control error. \"x present\" is the ratio to the loop as it is.",
-        found.loops
-    );
-    let table = Table::new(caption)
-        .columns("action | control error, x present | PV swing, x present | PV swing, ± | valve travel, %/h | \
-             benefit");
-    found.actions.iter().fold(table, |table, row| {
-        table.row([
-            row.action.name().to_owned(),
-            Prospect::range(&row.error_ratio, &row.error_ratio),
-            Prospect::range(&row.pv_swing_ratio, &row.pv_swing_ratio),
-            Prospect::range(&row.pv_swing, &row.pv_swing_ratio),
-            range(&row.travel),
-            row.benefit().to_owned(),
-        ])
-    })
 }
