@@ -5,17 +5,16 @@ use crate::files::{In, Out};
 use crate::loops::{Diagnosed, diagnose_all, find_all};
 use crate::output::{self, Sheet};
 use crate::reading_args::Reading;
-use crate::text::{coloured, columns, field, number};
+use crate::text::{self, coloured, field, number};
 use anyhow::{Result, anyhow, bail};
 use clap::Parser;
-use std::fmt::Write;
-use stiction::diagnose::{DiagnoseOptions, Estimate, Observation, combine, repair};
+use stiction::diagnose::{DiagnoseOptions, Observation, combine, repair};
 use stiction::oscillation;
 use stiction::recording::{Grid, GridOptions, PlantTime, Recording};
 use stiction::spoken;
 use stiction_io::timestamp::{Zone, instant};
 use stiction_report::document::{Point, Source, Valve, ValveHistory};
-use stiction_report::{report, words};
+use stiction_report::report::{self, history};
 
 /// The shortest default window in s, a day, so that every window includes all shifts.
 const DAY: f64 = 86_400.0;
@@ -134,7 +133,7 @@ fn show(history: &ValveHistory, args: &Args) -> Result<()> {
         return output::json_text(&history.json());
     }
     if args.csv.is_none() {
-        let texts: Vec<String> = history.valves.iter().map(text).collect();
+        let texts: Vec<String> = history.valves.iter().map(in_words).collect();
         output::text(&texts.join("\n"))?;
     }
     Ok(())
@@ -208,52 +207,20 @@ fn repair_time(text: &str, dated: bool, zone: Option<&Zone>) -> Result<f64> {
     })
 }
 
-fn interval(estimate: Option<Estimate>) -> String {
-    estimate.map_or("-".to_owned(), |e| words::interval(e).replace('\u{2212}', "-"))
-}
-
-fn text(valve: &Valve) -> String {
-    let moment = |at: f64| valve.date(at).unwrap_or_else(|| spoken::time(at));
-    let mut rows =
-        vec![["from", "duration", "verdict", "p(sticks)", "S", "J", "data"].map(str::to_owned)];
-    rows.extend(valve.windows.iter().map(|w| {
-        [
-            moment(w.from_s),
-            spoken::time(w.duration_s),
-            coloured(w.grade, w.grade.name()),
-            w.probability.map_or("-".to_owned(), words::percent),
-            interval(w.s),
-            interval(w.j),
-            w.fitness.name().to_owned(),
-        ]
-    }));
-    let mut out = String::new();
-    // Writing to a string cannot fail.
+fn in_words(valve: &Valve) -> String {
     let files = match &valve.sources[..] {
         [one] => output::name(&one.file).into_owned(),
         several => format!("{} files", several.len()),
     };
     let windows = spoken::counted(valve.windows.len(), "window");
-    let _ = writeln!(out, "{}  {files}, {windows}\n", output::name(&valve.name));
-    out += &columns(&rows, &[!valve.dated, true, false, true, false, false, false]);
+    let grade = valve.combined.grade;
+    let grade = coloured(grade, &grade.name().to_uppercase());
+    let mut out = format!("{}  {files}, {windows}\n\n", output::name(&valve.name));
+    out += &text::plain(&history::windows(valve));
     out.push('\n');
-    let combined = &valve.combined;
-    let sure = combined.probability.map_or(String::new(), |p| format!(" ({})", words::percent(p)));
-    let together = format!(
-        "{}{sure}; {} of {}{} {}",
-        coloured(combined.grade, &combined.grade.name().to_uppercase()),
-        combined.decided,
-        spoken::counted(combined.observations, "window"),
-        valve.since(),
-        if combined.decided == 1 || combined.observations == 1 { "counts" } else { "count" }
-    );
-    out += &field("together", &together);
-    for change in &combined.changes {
-        out += &field("change", &change.words(moment));
-    }
-    out += &field("drift", &combined.trend);
-    if let Some(repair) = &valve.repair {
-        out += &field("repair", &format!("at {}: {}", moment(repair.time), repair.words));
+    out += &field("together", &format!("{grade}: {}", history::headline(valve)));
+    for fact in history::course(valve) {
+        out += &field(&fact.name, &fact.value);
     }
     out
 }

@@ -4,7 +4,7 @@ use crate::shown::name;
 use anstyle::{AnsiColor, Reset, Style};
 use std::borrow::Cow;
 use stiction::diagnose::Grade;
-use stiction_report::report::{Block, Column, Fact, Table};
+use stiction_report::report::{Badge, Block, Column, Fact, Table};
 use unicode_width::UnicodeWidthStr;
 
 /// A number with at most four digits, as in reports but with an ASCII minus sign.
@@ -118,10 +118,14 @@ pub fn columns(rows: &[impl AsRef<[String]>], right: &[bool]) -> String {
     out
 }
 
-/// A table of a report in columns, its caption above it.
+/// A table of a report in columns, its caption above it. Graded words have colours instead of symbols.
 pub fn plain(table: &Table) -> String {
+    let cell = |cell: &String| {
+        let grade = Grade::ALL.into_iter().find(|grade| Badge::from(*grade).text() == *cell);
+        grade.map_or_else(|| cell.clone(), |grade| coloured(grade, grade.name()))
+    };
     let mut rows = vec![table.columns.iter().map(Column::head).collect::<Vec<_>>()];
-    rows.extend(table.rows.iter().cloned());
+    rows.extend(table.rows.iter().map(|row| row.iter().map(cell).collect()));
     let right: Vec<bool> = table.columns.iter().map(|column| column.number).collect();
     typed(&(paragraph(&table.caption).trim_start().to_owned() + &columns(&rows, &right)))
 }

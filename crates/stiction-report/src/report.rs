@@ -5,6 +5,7 @@
 //! * [`views`]: figures of the recorded signals;
 //! * [`evidence`]: a card for each method;
 //! * [`fitted`]: a fitted loop in words;
+//! * [`history`]: the history of a valve;
 //! * [`first_screen()`]: the content as data.
 //!
 //! ```
@@ -35,7 +36,7 @@ pub mod first_screen;
 pub mod fitted;
 pub mod folder;
 mod head;
-mod history;
+pub mod history;
 pub mod layout;
 pub(crate) mod moment;
 mod over_time;

@@ -425,7 +425,7 @@ fn a_history_is_drawn_with_its_repair() {
     for wanted in [
         "History of FIC101",
         "the repair worked",
-        "The 12 windows since the repair",
+        "12 of 12 windows since the repair count, with",
         "repair</text>",
         "2023-11-14",
         "<svg",

@@ -152,6 +152,6 @@ fn a_valve_that_changed_is_judged_by_what_came_after() {
         let asked = [&["history"], &files[..], &["--join", "--window", "25min"]].concat();
         let text = run(&folder, &asked).quiet_success();
         assert!(text.contains("windows since the change count"), "{text}");
-        assert!(text.contains("\nchange    the valve "), "{text}");
+        assert!(text.contains("\nchange    The valve "), "{text}");
     }
 }

@@ -5,7 +5,7 @@ use super::over_time::{self, Point};
 use crate::Error;
 use crate::document::{Valve, ValveHistory};
 use crate::words::{interval, percent, sentence, spoken};
-use stiction_diagnose::diagnose::Estimate;
+use stiction_diagnose::diagnose::{Estimate, History};
 use stiction_diagnose::spoken::counted;
 
 const INTRODUCTION: &str = "Each window of the recordings is judged on its own and together with the others, to show \
@@ -35,21 +35,7 @@ pub fn history_html(history: &ValveHistory) -> Result<String, Error> {
 fn section(valve: &Valve) -> Section {
     let combined = &valve.combined;
     let mut section = Section::new(&valve.name, Badge::from(combined.grade), headline(valve));
-    for change in &combined.changes {
-        section = section.reason(sentence(&change.words(|at| moment(valve, at))));
-    }
-    section = section.reason(&combined.trend);
-    if let Some(repair) = &valve.repair {
-        section = section.reason(&repair.words);
-    }
-    section = section.fact(Fact::new("windows", valve.windows.len(), "")).fact(Fact::new(
-        "windows that count",
-        combined.decided,
-        "",
-    ));
-    if let Some(p) = combined.probability {
-        section = section.fact(Fact::new("combined probability of sticking", percent(p), ""));
-    }
+    section.facts = course(valve);
     let points: Vec<Point> = valve
         .windows
         .iter()
@@ -71,11 +57,17 @@ fn section(valve: &Valve) -> Section {
                 section.paragraph("No window has a probability or an S, so there is no figure.")
             }
         };
-    let table =
-        Table::new("").columns("from | duration | verdict | #probability | #S | #J | data | file");
-    section.with(valve.windows.iter().fold(table, |table, w| {
+    section.with(windows(valve))
+}
+
+/// The windows of a valve, a row each.
+pub fn windows(valve: &Valve) -> Table {
+    let one_file = valve.sources.len() == 1;
+    let file = if one_file { "" } else { " | file" };
+    let columns = format!("from | #duration | verdict | #probability | #S | #J | data{file}");
+    valve.windows.iter().fold(Table::new("").columns(&columns), |table, w| {
         let say = |e: Option<Estimate>| e.map_or("–".to_owned(), interval);
-        table.row([
+        let cells = [
             moment(valve, w.from_s),
             spoken(w.duration_s),
             Badge::from(w.grade).text(),
@@ -83,30 +75,38 @@ fn section(valve: &Valve) -> Section {
             say(w.s),
             say(w.j),
             w.fitness.name().to_owned(),
-            w.file.clone(),
-        ])
-    }))
+        ];
+        table.row(cells.into_iter().chain((!one_file).then(|| w.file.clone())))
+    })
 }
 
-fn headline(valve: &Valve) -> String {
-    let combined = &valve.combined;
-    let which = valve.since();
-    let n = combined.observations;
-    match combined.probability {
-        Some(p) if n == 1 => {
-            format!("The window{which} gives a probability of sticking of {}.", percent(p))
-        }
-        Some(p) => format!(
-            "The {n} windows{which} together give a probability of sticking of {}.",
+/// How many windows count, and their combined probability.
+pub fn headline(valve: &Valve) -> String {
+    let History { decided, observations, probability, .. } = valve.combined;
+    format!(
+        "{decided} of {}{} {}{}.",
+        counted(observations, "window"),
+        valve.since(),
+        if decided == 1 || observations == 1 { "counts" } else { "count" },
+        probability.map_or(String::new(), |p| format!(
+            ", with a probability of sticking of {}",
             percent(p)
-        ),
-        None => format!(
-            "{} of {}{which} can be judged. Together: {}.",
-            combined.decided,
-            counted(n, "window"),
-            combined.grade
-        ),
-    }
+        ))
+    )
+}
+
+/// Changes, drift and repair.
+pub fn course(valve: &Valve) -> Vec<Fact> {
+    let combined = &valve.combined;
+    let change = |words: String| Fact::new("change", sentence(&words), "");
+    let changes = combined.changes.iter().map(|each| each.words(|at| moment(valve, at)));
+    let mut facts: Vec<Fact> = changes.map(change).collect();
+    facts.push(Fact::new("drift", sentence(&combined.trend), ""));
+    facts.extend(valve.repair.as_ref().map(|repair| {
+        let words = format!("at {}: {}", moment(valve, repair.time), repair.words);
+        Fact::new("repair", words, "")
+    }));
+    facts
 }
 
 fn moment(valve: &Valve, at: f64) -> String {
