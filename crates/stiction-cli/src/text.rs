@@ -4,7 +4,7 @@ use crate::shown::name;
 use anstyle::{AnsiColor, Reset, Style};
 use std::borrow::Cow;
 use stiction::diagnose::Grade;
-use stiction_report::report::{Badge, Block, Column, Fact, Table};
+use stiction_report::report::{Badge, Block, Column, Fact, Section, Table};
 use unicode_width::UnicodeWidthStr;
 
 /// A number with at most four digits, as in reports but with an ASCII minus sign.
@@ -138,6 +138,18 @@ pub fn facts(facts: &[Fact]) -> String {
         hanging(&format!("  {:wide$}  ", fact.name), &value, 92 - wide)
     };
     typed(&facts.iter().map(row).collect::<String>())
+}
+
+/// A section of a report, without figures and folds.
+pub fn section(section: &Section) -> String {
+    let mut out = format!("{}: {}\n", name(&section.name), section.badge.word);
+    out += &hanging("  ", &section.headline, 94);
+    out += &facts(&section.facts);
+    out.extend(section.reasons.iter().map(|reason| hanging("  - ", reason, 92)));
+    if !section.blocks.is_empty() {
+        out.push('\n');
+    }
+    typed(&out) + &blocks(&section.blocks)
 }
 
 /// Pieces of a report, without figures and folds.

@@ -18,12 +18,11 @@ use stiction::diagnose::{Detectors, DiagnoseOptions, VerdictClass};
 use stiction::recording::{ByHand, GridOptions, KnownBy, Recording, Set};
 use stiction::spoken;
 use stiction::valve_test::{
-    Comparison, PlanComparison, PlanOptions, ReadOptions, TestPlan, TestReading, before_test,
-    compare, plan, read,
+    Comparison, PlanOptions, ReadOptions, TestPlan, TestReading, before_test, compare, plan, read,
 };
 use stiction_io::timestamp::instant;
 use stiction_report::document::Source;
-use stiction_report::{valve_test_figure, valve_test_page, valve_test_sheet, words};
+use stiction_report::{valve_test_figure, valve_test_page, valve_test_sheet};
 
 /// Plan a test that shows whether a valve sticks, and judge it.
 ///
@@ -363,7 +362,8 @@ fn was_read_alone(args: &Read, found: Found) -> Result<()> {
         let loops = [found.document()];
         return output::json(&ReadDocument { tool: output::TOOL, loops });
     }
-    output::text(&reading_in_words(&found.recording, &found.test))
+    let section = valve_test_page::in_brief(found.page());
+    output::text(&text::section(&valve_test_page::carried(section, &found.test)))
 }
 
 /// Refuses a test before the repair that began after the other one. Both have their start, s on the recording's clock.
@@ -394,46 +394,13 @@ fn was_compared(args: &Read, before: Found, after: Found) -> Result<()> {
         let (before, after) = (before.document(), after.document());
         return output::json(&CompareDocument { tool: output::TOOL, before, after, comparison });
     }
-    output::text(&comparison_in_words(&before, &after, &comparison))
-}
-
-/// Paragraphs, each with `head` before its first line.
-fn items<'a>(head: &str, texts: impl IntoIterator<Item = &'a String>) -> String {
-    texts.into_iter().map(|text| text::hanging(head, text, 96)).collect()
-}
-
-fn comparison_in_words(before: &Found, after: &Found, of: &Comparison) -> String {
-    let mut out = format!("{}: before and after the repair\n", after.recording.name);
-    out += &items("  ", &valve_test_page::caution(before.page(), after.page()));
-    out += &items("  ", &of.sentences);
-    out += &side_by_side(&valve_test_page::rows(before.page(), after.page()));
-    for (word, found) in [("before", before), ("after", after)] {
-        if let Some(carried) = &found.test.plan {
-            out += &format!("{word}: {}", comparison_with_plan(carried));
+    let mut section = valve_test_page::compared(before.page(), after.page(), &comparison);
+    for (word, test) in [("Before the repair", &before.test), ("After the repair", &after.test)] {
+        if test.plan.is_some() {
+            section = valve_test_page::carried(section.heading(word), test);
         }
     }
-    out
-}
-
-/// Rows with a name, a value before and a value after.
-fn side_by_side(rows: &[[String; 3]]) -> String {
-    let wide = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
-    let (name, old) = (wide(0).unwrap_or(0), wide(1).unwrap_or(0).max("before".len()));
-    let mut out = format!("  {:name$}  {:old$}  after\n", "", "before");
-    for [what, was, is] in rows {
-        out += &format!("  {what:name$}  {was:old$}  {is}\n").replace('\u{2212}', "-");
-    }
-    out
-}
-
-/// The comparison with the plan.
-fn comparison_with_plan(carried: &PlanComparison) -> String {
-    let head = format!(
-        "the plan has {} or more, the test has {}\n",
-        spoken::counted(carried.turns_planned, "turn"),
-        carried.turns
-    );
-    head + &items("  - ", &carried.remarks)
+    output::text(&text::section(&section))
 }
 
 /// A plan from `stiction test plan --json`.
@@ -536,31 +503,4 @@ fn sheet_of(file: &In, recording: &Recording, reading: &Reading) -> Result<ByHan
         bail!("{}: no row has a time; write when each OP was set", file.origin());
     }
     Ok(ByHand { sets, known_by: KnownBy::Sheet })
-}
-
-fn reading_in_words(recording: &Recording, test: &TestReading) -> String {
-    let mut out = format!(
-        "{}: {}, p(sticks) {}, by a test from {}\n",
-        recording.name,
-        test.word(),
-        words::percent(test.probability),
-        valve_test_page::span(recording, test)
-    );
-    let interval = |e: stiction::diagnose::Estimate| words::interval(e).replace('\u{2212}', "-");
-    if let (Some(s), Some(j)) = (test.s, test.j) {
-        out += &format!("  S {}, J {} of span\n", interval(s), interval(j));
-    }
-    if let Some(limit) = test.s_below {
-        out += &format!("  S below {} % with 95 % confidence\n", spoken::rough(limit));
-    }
-    if let Some(response) = test.response_s {
-        let who = test.who();
-        out += &format!("  the {who} responds to the OP in {}\n", spoken::time(response));
-    }
-    out += &items("  - ", &test.reasons);
-    out += &items("  ", &test.advice);
-    if let Some(carried) = &test.plan {
-        out += &format!("  {}", comparison_with_plan(carried));
-    }
-    out
 }

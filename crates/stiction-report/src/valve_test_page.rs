@@ -36,37 +36,39 @@ pub fn moment(recording: &Recording, at: f64) -> String {
 }
 
 /// Start and end of a test.
-pub fn span(recording: &Recording, test: &TestReading) -> String {
+fn span(recording: &Recording, test: &TestReading) -> String {
     format!("{} to {}", moment(recording, test.from_s), moment(recording, test.to_s))
 }
 
 /// S of a test in words, or its limit.
-pub fn s_in_words(test: &TestReading) -> String {
+fn s_in_words(test: &TestReading) -> String {
     match (test.s, test.s_below) {
         (Some(s), _) => words::interval(s),
-        (None, Some(limit)) => format!("below {} %", rough(limit)),
+        (None, Some(limit)) => format!("below {} % (95 % confidence)", rough(limit)),
         (None, None) => "not known".to_owned(),
     }
 }
 
-/// Two tests side by side: name, value before and value after of each row.
-pub fn rows(before: Tested<'_>, after: Tested<'_>) -> Vec<[String; 3]> {
-    let both =
-        |name: &str, of: &dyn Fn(Tested<'_>) -> String| [name.to_owned(), of(before), of(after)];
-    let estimate = |of: Option<Estimate>| of.map_or("–".to_owned(), words::interval);
-    vec![
-        both("recording", &|of| of.recording.name.clone()),
-        both("test", &|of| span(of.recording, of.test)),
-        both("verdict", &|of| of.test.word().to_owned()),
-        both("probability that it sticks", &|of| percent(of.test.probability)),
-        both("S", &|of| s_in_words(of.test)),
-        both("J", &|of| estimate(of.test.j)),
-        both("response time", &|of| of.test.response_s.map_or("–".to_owned(), time)),
-        both("turns", &|of| {
-            let answered = of.test.steps.iter().filter(|step| step.answered).count();
-            format!("{}, {answered} answered", of.test.turned)
-        }),
-    ]
+/// Two results side by side: the name of each value, and how to write it of one result.
+fn side_by_side<T: Copy>(
+    caption: &str,
+    [before, after]: [T; 2],
+    rows: &[(&str, &dyn Fn(T) -> String)],
+) -> Table {
+    let table = Table::new(caption).words("").words("before").words("after");
+    let row = |table: Table, (name, of): &(&str, &dyn Fn(T) -> String)| {
+        table.row([(*name).to_owned(), of(before), of(after)])
+    };
+    rows.iter().fold(table, row)
+}
+
+fn estimate(of: Option<Estimate>) -> String {
+    of.map_or("–".to_owned(), words::interval)
+}
+
+fn difference(found: &Comparison) -> Fact {
+    let d = found.difference.map_or("not known".to_owned(), |d| d.words().replace('-', "\u{2212}"));
+    Fact::new("difference of S, with its 90 % interval", d, "")
 }
 
 /// A warning if the tags of two recordings differ.
@@ -79,20 +81,56 @@ pub fn caution(before: Tested<'_>, after: Tested<'_>) -> Option<String> {
     })
 }
 
+/// The result of a test, without its figures and turns.
+pub fn in_brief(tested: Tested<'_>) -> Section {
+    let Tested { recording, test, .. } = tested;
+    let badge = Badge { word: test.word(), ..Badge::from(test.class) };
+    let mut section = Section::new(&recording.name, badge, headline(test));
+    section.facts = facts(tested);
+    section.reasons = reasons(test);
+    section
+}
+
+fn reasons(test: &TestReading) -> Vec<String> {
+    test.reasons.iter().chain(&test.advice).map(|text| sentence(text)).collect()
+}
+
 /// The page of one test.
 ///
 /// # Errors
 /// If a figure cannot be drawn. This is not expected, because signals out of range are left out.
 pub fn reading(tool: &str, tested: Tested<'_>) -> Result<String, Error> {
-    let Tested { source, recording, test } = tested;
-    let name = &recording.name;
-    let mut section = Section::new(name, Badge::from(test.class), headline(test));
-    section.facts = facts(tested);
-    section.reasons = test.reasons.iter().chain(&test.advice).map(|text| sentence(text)).collect();
-    section = drawn(section, answers(tested));
-    section = of_test(section, tested).heading("Agreed").with(agreed());
-    let report = Report::new(format!("Valve test of {name}"), tool);
-    report.source(source).with(section).html()
+    let section = drawn(in_brief(tested), answers(tested));
+    let section = of_test(section, tested).heading("Agreed").with(agreed());
+    let report = Report::new(format!("Valve test of {}", section.name), tool);
+    report.source(tested.source).with(section).html()
+}
+
+/// The comparison of two tests with a repair between them, without figures and turns.
+pub fn compared(before: Tested<'_>, after: Tested<'_>, found: &Comparison) -> Section {
+    let mut section = in_brief(after);
+    let caution = caution(before, after);
+    section.headline =
+        caution.iter().chain(&found.sentences).cloned().collect::<Vec<_>>().join(" ");
+    section.facts = vec![difference(found)];
+    section.reasons.clear();
+    section.with(side_by_side(
+        "The two tests, side by side.",
+        [before, after],
+        &[
+            ("recording", &|of| of.recording.name.clone()),
+            ("test", &|of| span(of.recording, of.test)),
+            ("verdict", &|of| of.test.word().to_owned()),
+            ("probability that it sticks", &|of| percent(of.test.probability)),
+            ("S", &|of| s_in_words(of.test)),
+            ("J", &|of| estimate(of.test.j)),
+            ("response time", &|of| of.test.response_s.map_or("–".to_owned(), time)),
+            ("turns", &|of| {
+                let answered = of.test.steps.iter().filter(|step| step.answered).count();
+                format!("{}, {answered} answered", of.test.turned)
+            }),
+        ],
+    ))
 }
 
 /// The page of two tests with a repair between them.
@@ -105,36 +143,21 @@ pub fn comparison(
     after: Tested<'_>,
     found: &Comparison,
 ) -> Result<String, Error> {
-    let name = &after.recording.name;
-    let caution = caution(before, after);
-    let headline = caution.iter().chain(&found.sentences).cloned().collect::<Vec<_>>().join(" ");
-    let mut section = Section::new(name, Badge::from(after.test.class), headline);
-    let d = found.difference.map_or("not known".to_owned(), |d| d.words().replace('-', "\u{2212}"));
-    section.facts = vec![
-        Fact::new("S before", s_in_words(before.test), ""),
-        Fact::new("S after", s_in_words(after.test), ""),
-        Fact::new("difference of S, with its 90 % interval", d, ""),
-    ];
-    let table = Table::new("The two tests, side by side.").words("").words("before").words("after");
-    section = section.with(rows(before, after).into_iter().fold(table, Table::row));
     let title = |word: &str, of: Tested<'_>| match of.recording.start {
         Some(_) => format!("{word}, {}", moment(of.recording, of.test.from_s)),
         None => word.to_owned(),
     };
     let (old, new) = (title("before", before), title("after", after));
     let tests = [(&*old, before.test), (&*new, after.test)];
-    section = drawn(
-        section,
+    let mut section = drawn(
+        compared(before, after, found),
         valve_test_figure::before_and_after(tests, unit(after.recording)).width(WIDTH),
     );
     section = section.heading("Agreed").with(agreed());
     for (word, one) in [("Before the repair", before), ("After the repair", after)] {
-        section = section.heading(word);
-        let reasons = one.test.reasons.iter().chain(&one.test.advice);
-        let items = reasons.map(|text| sentence(text)).collect();
-        section = of_test(section.list(items), one);
+        section = of_test(section.heading(word).list(reasons(one.test)), one);
     }
-    let report = Report::new(format!("Valve of {name} before and after a repair"), tool);
+    let report = Report::new(format!("Valve of {} before and after a repair", section.name), tool);
     report.source(before.source).source(after.source).with(section).html()
 }
 
@@ -151,7 +174,7 @@ pub struct Signed<'a> {
 
 impl<'a> Signed<'a> {
     /// Start and end of the ramps.
-    pub fn span(self) -> String {
+    fn span(self) -> String {
         let of = self.signature;
         format!("{} to {}", moment(self.recording, of.from_s), moment(self.recording, of.to_s))
     }
@@ -159,6 +182,19 @@ impl<'a> Signed<'a> {
     /// The recorded OP and VP of the ramps.
     pub fn ramped(self) -> Ramped<'a> {
         Ramped::of(self.recording, self.signature)
+    }
+
+    /// The result, without its figure.
+    pub fn in_brief(self) -> Section {
+        let badge = Badge::from(self.signature.class);
+        let mut section = Section::new(&self.recording.name, badge, self.headline());
+        section.facts = self.facts();
+        section.reasons = self.reasons();
+        section
+    }
+
+    fn reasons(self) -> Vec<String> {
+        self.signature.reasons.iter().map(|text| sentence(text)).collect()
     }
 
     fn facts(self) -> Vec<Fact> {
@@ -203,15 +239,34 @@ impl<'a> Signed<'a> {
 /// # Errors
 /// As for [`reading()`].
 pub fn signature(tool: &str, of: Signed<'_>) -> Result<String, Error> {
-    let name = &of.recording.name;
-    let mut section = Section::new(name, Badge::from(of.signature.class), of.headline());
-    section.facts = of.facts();
-    section.reasons = of.signature.reasons.iter().map(|text| sentence(text)).collect();
     let figure = valve_test_figure::signature("", &of.ramped()).width(WIDTH);
-    section = drawn(section, Figure { title: String::new(), ..figure });
-    section = section.heading("Agreed").with(agreed());
-    let report = Report::new(format!("Valve signature of {name}"), tool);
+    let section = drawn(of.in_brief(), Figure { title: String::new(), ..figure });
+    let section = section.heading("Agreed").with(agreed());
+    let report = Report::new(format!("Valve signature of {}", section.name), tool);
     report.source(of.source).with(section).html()
+}
+
+/// The comparison of two signatures with a repair between them, without figures.
+pub fn compared_signatures(both: [Signed<'_>; 2], found: &Comparison) -> Section {
+    let mut section = both[1].in_brief();
+    section.headline = found.sentences.join(" ");
+    section.facts = vec![difference(found)];
+    section.reasons.clear();
+    section.with(side_by_side(
+        "The two signatures, side by side.",
+        both,
+        &[
+            ("recording", &|of| of.recording.name.clone()),
+            ("ramps", &|of| of.span()),
+            ("verdict", &|of| of.signature.class.name().to_owned()),
+            ("S", &|of| estimate(of.signature.s)),
+            ("J", &|of| estimate(of.signature.j)),
+            ("binds between", &|of| {
+                let words = |[from, to]: [f64; 2]| format!("{} and {} %", rough(from), rough(to));
+                of.signature.binds.map_or("–".to_owned(), words)
+            }),
+        ],
+    ))
 }
 
 /// The page of two signatures with a repair between them.
@@ -223,40 +278,15 @@ pub fn signatures(
     [before, after]: [Signed<'_>; 2],
     found: &Comparison,
 ) -> Result<String, Error> {
-    let name = &after.recording.name;
-    let badge = Badge::from(after.signature.class);
-    let mut section = Section::new(name, badge, found.sentences.join(" "));
-    section.facts = after.facts();
-    let table = Table::new("The two signatures, side by side.");
-    let table = table.words("").words("before").words("after");
-    let rows = signature_rows(before, after).into_iter().fold(table, Table::row);
     let both = [before.ramped(), after.ramped()];
     let figure = valve_test_figure::signatures([("before", &both[0]), ("after", &both[1])]);
-    section = drawn(section.with(rows), figure.width(WIDTH)).heading("Agreed").with(agreed());
+    let section = drawn(compared_signatures([before, after], found), figure.width(WIDTH));
+    let mut section = section.heading("Agreed").with(agreed());
     for (word, one) in [("Before the repair", before), ("After the repair", after)] {
-        let items = one.signature.reasons.iter().map(|text| sentence(text)).collect();
-        section = section.heading(word).list(items);
+        section = section.heading(word).list(one.reasons());
     }
-    let report = Report::new(format!("Valve of {name} before and after a repair"), tool);
+    let report = Report::new(format!("Valve of {} before and after a repair", section.name), tool);
     report.source(before.source).source(after.source).with(section).html()
-}
-
-/// Two signatures side by side: name, value before and value after of each row.
-pub fn signature_rows(before: Signed<'_>, after: Signed<'_>) -> Vec<[String; 3]> {
-    let both =
-        |name: &str, of: &dyn Fn(Signed<'_>) -> String| [name.to_owned(), of(before), of(after)];
-    let estimate = |of: Option<Estimate>| of.map_or("–".to_owned(), words::interval);
-    vec![
-        both("recording", &|of| of.recording.name.clone()),
-        both("ramps", &|of| of.span()),
-        both("verdict", &|of| of.signature.class.name().to_owned()),
-        both("S", &|of| estimate(of.signature.s)),
-        both("J", &|of| estimate(of.signature.j)),
-        both("binds between", &|of| {
-            let words = |[from, to]: [f64; 2]| format!("{} and {} %", rough(from), rough(to));
-            of.signature.binds.map_or("–".to_owned(), words)
-        }),
-    ]
 }
 
 /// Width of a figure that fits a phone, px.
@@ -302,15 +332,20 @@ fn facts(of: Tested<'_>) -> Vec<Fact> {
     all
 }
 
+/// Adds the comparison of a test with its plan, if it has one.
+pub fn carried(section: Section, test: &TestReading) -> Section {
+    match &test.plan {
+        Some(carried) => section.with(planned(carried)).list(carried.remarks.clone()),
+        None => section,
+    }
+}
+
 /// The trend, the comparison with the plan, and the turns of a test.
 fn of_test(mut section: Section, of: Tested<'_>) -> Section {
     if let Some(figure) = trend(of) {
         section = drawn(section, figure);
     }
-    if let Some(carried) = &of.test.plan {
-        section = section.with(planned(carried)).list(carried.remarks.clone());
-    }
-    section.with(turns(of))
+    carried(section, of.test).with(turns(of))
 }
 
 /// A figure that cannot be drawn is left out.

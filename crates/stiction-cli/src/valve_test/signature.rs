@@ -1,6 +1,6 @@
 //! The signature of a valve: `stiction test plan --signature`, and `stiction test read` of slow ramps.
 
-use super::{Plan, Read, in_order, items, one_loop, side_by_side};
+use super::{Plan, Read, in_order, one_loop};
 use crate::{output, text};
 use anyhow::{Result, anyhow, bail};
 use schemars::JsonSchema;
@@ -13,7 +13,7 @@ use stiction::valve_test::{
     Comparison, Signature, SignaturePlan, compare, signature, signature_plan,
 };
 use stiction_report::document::Source;
-use stiction_report::{valve_test_figure, valve_test_page, valve_test_sheet, words};
+use stiction_report::{valve_test_figure, valve_test_page, valve_test_sheet};
 
 /// The output of `stiction test plan --signature --json`.
 #[derive(Serialize, JsonSchema)]
@@ -156,7 +156,7 @@ fn was_read_alone(args: &Read, found: Signed) -> Result<()> {
         let loops = [found.document()];
         return output::json(&ReadDocument { tool: output::TOOL, loops });
     }
-    output::text(&in_words(&found))
+    output::text(&text::section(&page.in_brief()))
 }
 
 fn was_compared(args: &Read, before: Signed, after: Signed) -> Result<()> {
@@ -173,24 +173,6 @@ fn was_compared(args: &Read, before: Signed, after: Signed) -> Result<()> {
         let (before, after) = (before.document(), after.document());
         return output::json(&CompareDocument { tool: output::TOOL, before, after, comparison });
     }
-    let mut out = format!("{}: before and after the repair\n", after.recording.name);
-    out += &items("  ", &comparison.sentences);
-    out += &side_by_side(&valve_test_page::signature_rows(pages[0], pages[1]));
-    output::text(&out)
-}
-
-fn in_words(found: &Signed) -> String {
-    let of = &found.signature;
-    let mut out = format!(
-        "{}: {}, by a signature from {}\n",
-        found.recording.name,
-        of.class.name(),
-        found.page().span()
-    );
-    let estimate = |of: stiction::diagnose::Estimate| words::interval(of).replace('\u{2212}', "-");
-    if let Some(s) = of.s {
-        let jump = of.j.map_or(String::new(), |j| format!(", J {}", estimate(j)));
-        out += &format!("  S {}{jump} of span\n", estimate(s));
-    }
-    out + &items("  - ", &of.reasons)
+    let section = valve_test_page::compared_signatures(pages, &comparison);
+    output::text(&text::section(&section))
 }
