@@ -157,7 +157,12 @@ pub fn blocks(blocks: &[Block]) -> String {
     let one = |block: &Block| match block {
         Block::Heading(heading) => format!("\n{heading}\n"),
         Block::Paragraph(text) => paragraph(text),
-        Block::List { items, .. } => items.iter().map(|item| hanging("- ", item, 94)).collect(),
+        Block::List { ordered, items } => (1..)
+            .zip(items)
+            .map(|(k, item)| {
+                hanging(&if *ordered { format!("{k}. ") } else { "- ".into() }, item, 93)
+            })
+            .collect(),
         Block::Facts(named) => facts(named),
         Block::Table(table) => plain(table),
         _ => String::new(),

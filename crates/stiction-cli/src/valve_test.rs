@@ -16,13 +16,12 @@ use signature::Signed;
 use std::process::ExitCode;
 use stiction::diagnose::{Detectors, DiagnoseOptions, VerdictClass};
 use stiction::recording::{ByHand, GridOptions, KnownBy, Recording, Set};
-use stiction::spoken;
 use stiction::valve_test::{
     Comparison, PlanOptions, ReadOptions, TestPlan, TestReading, before_test, compare, plan, read,
 };
 use stiction_io::timestamp::instant;
 use stiction_report::document::Source;
-use stiction_report::{valve_test_figure, valve_test_page, valve_test_sheet};
+use stiction_report::{report, valve_test_figure, valve_test_page, valve_test_sheet};
 
 /// Plan a test that shows whether a valve sticks, and judge it.
 ///
@@ -270,26 +269,7 @@ fn planned(args: &Plan) -> Result<()> {
     if output::given(&args.csv, || valve_test_sheet::csv(&plan))? {
         return Ok(());
     }
-    output::text(&plan_in_words(head, &plan))
-}
-
-fn plan_in_words(head: &str, plan: &TestPlan) -> String {
-    let mut out = format!("{}: {head}\n", plan.name);
-    for (k, text) in plan.instructions.iter().enumerate() {
-        out += &text::hanging(&format!("{}. ", k + 1), text, 96);
-    }
-    out += "turns of part 1\n";
-    for same in plan.grow.chunks(plan.each.max(1)) {
-        let of: Vec<String> = same
-            .iter()
-            .map(|turn| {
-                let sign = if turn.op < 0.0 { '-' } else { '+' };
-                format!("u0 {sign} {:<5}", spoken::rough(turn.op.abs()))
-            })
-            .collect();
-        out += &format!("  {}  hold {} at most\n", of.join("  "), spoken::time(same[0].hold_s));
-    }
-    out
+    output::text(&format!("{}: {head}\n{}", plan.name, text::blocks(&report::plan(&plan))))
 }
 
 /// A recording with its test.

@@ -50,4 +50,5 @@ pub use folder::{Folder, Heading};
 pub use history::history_html;
 pub use layout::{Badge, Block, Card, Column, Fact, Report, Section, Table, Tone};
 pub use small_trend::{Small, small_trend};
+pub use verdict::plan;
 pub use views::Context;

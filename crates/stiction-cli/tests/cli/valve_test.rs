@@ -18,7 +18,7 @@ fn a_test_is_planned_and_read() {
     write(&folder, "FIC106-tested.csv", operation);
     let plan = ["test", "plan", "FIC106-tested.csv", "--sheet", "sheet.html"];
     let words = run(&folder, &plan).quiet_success();
-    for part in ["Put the controller in manual", "The PV rises when the OP rises", "u0 + 0.2"] {
+    for part in ["Put the controller in manual", "The PV rises when the OP rises", "+0.2, -0.2"] {
         assert!(words.contains(part), "{part}: {words}");
     }
     assert!(words.lines().all(|line| line.chars().count() <= 100), "{words}");

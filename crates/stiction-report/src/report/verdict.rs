@@ -129,7 +129,9 @@ fn bar(share: f64) -> String {
 /// The confirming test, or the reason why there is none, else general advice.
 pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
     if let Some(plan) = &diagnosis.verdict.confirm {
-        return planned(section, plan);
+        return section.with_all(self::plan(plan)).paragraph(
+            "stiction test plan prints the sheet, and stiction test read evaluates the test.",
+        );
     }
     if let Some(why) = &diagnosis.verdict.no_test {
         return section.paragraph(sentence(&format!("no test can be planned: {why}")));
@@ -154,18 +156,19 @@ pub(super) fn confirm(section: Section, diagnosis: &Diagnosis) -> Section {
 }
 
 /// The sheet of a test, without the fields for handwriting.
-fn planned(section: Section, plan: &TestPlan) -> Section {
-    let items = plan.instructions.clone();
-    let table = Table::new(
-        "The turns of part 1, relative to u0. stiction test plan prints the sheet, and stiction test read \
-         evaluates the test.",
-    )
-    .columns("#turn | #OP from u0 [%] | #longest hold");
-    let table = (1..).zip(&plan.grow).fold(table, |table, (k, turn)| {
-        let sign = if turn.op < 0.0 { '\u{2212}' } else { '+' };
-        table.row([format!("{k}"), format!("{sign}{}", rough(turn.op.abs())), spoken(turn.hold_s)])
+pub fn plan(plan: &TestPlan) -> Vec<Block> {
+    let table = Table::new("The turns of part 1, relative to u0.")
+        .columns("#turns | #OP from u0 [%] | #longest hold");
+    let sizes = (1..).step_by(plan.each.max(1)).zip(plan.grow.chunks(plan.each.max(1)));
+    let table = sizes.fold(table, |table, (first, same)| {
+        let signed =
+            |op: f64| format!("{}{}", if op < 0.0 { '\u{2212}' } else { '+' }, rough(op.abs()));
+        let of: Vec<String> = same.iter().map(|turn| signed(turn.op)).collect();
+        let last = first + same.len() - 1;
+        let turns = if last > first { format!("{first} to {last}") } else { first.to_string() };
+        table.row([turns, of.join(", "), spoken(same[0].hold_s)])
     });
-    section.with(Block::List { ordered: true, items }).with(table)
+    vec![Block::List { ordered: true, items: plan.instructions.clone() }, table.into()]
 }
 
 /// S and J with their intervals, beside competing definitions.
