@@ -2,18 +2,18 @@
 
 use super::Diagnosed;
 use crate::output::{Sheet, name};
-use crate::text::{coloured, columns, field, number};
+use crate::text::{self, coloured, columns, field, number};
 use anyhow::Result;
 use std::fmt::Write;
-use stiction::diagnose::{Basis, Diagnosis, Estimate, Fault, Grade, VerdictClass, Votes};
+use stiction::diagnose::{Basis, Diagnosis, Fault, Grade, Votes};
 use stiction::finding::{Decision, Finding};
-use stiction::recording::fitness::{Class, MeasureId};
 use stiction::spoken;
 use stiction_report::document::Loop;
+use stiction_report::report::first_screen;
 use stiction_report::table::{COLUMNS, Cells};
 use stiction_report::words;
 
-/// Number of reasons of each kind on a screen.
+/// Number of texts of each kind on a screen.
 const REASONS: usize = 3;
 
 /// Mark of an S whose range of the OP is guessed.
@@ -22,53 +22,67 @@ const GUESSED: &str = "*";
 /// One loop on one screen.
 pub fn one(loop_: &Diagnosed) -> String {
     let Diagnosed { source, diagnosis } = loop_;
-    let mut out = String::new();
-    // Writing to a string cannot fail.
-    let _ = writeln!(
-        out,
-        "{} ({})  {}",
+    let screen = first_screen(&loop_.found());
+    let mut out = format!(
+        "{} ({})  {}\n",
         name(&diagnosis.name),
         diagnosis.loop_type.name(),
         name(&source.file)
     );
-    out += &field("verdict", &verdict(diagnosis));
-    if let Some(said) = &diagnosis.verdict.overruled {
-        out += &field("override", &words::overruled(said));
+    let grade = coloured(diagnosis.verdict.grade, &screen.badge.word.to_uppercase());
+    let basis = match diagnosis.verdict.basis {
+        Basis::None => String::new(),
+        basis => format!(" Basis: {}.", basis.name()),
+    };
+    out += &field("verdict", &format!("{grade}: {}{basis}", screen.headline));
+    if let Some(overruled) = &screen.overruled {
+        out += &field("override", overruled);
     }
     if lacks_pv(diagnosis) {
         out += &field("", "It rests on the OP alone, because no PV was read.");
     }
-    out += &weighed(diagnosis);
+    for side in &screen.sides {
+        out += &field("", &side.heading);
+        out += &listed("", &side.reasons);
+    }
+    if let Some(silence) = diagnosis.silence() {
+        let check = |fault: &Fault| format!("{}: {}", fault.name(), fault.check());
+        out += &listed("may be", &Fault::behind(silence).iter().map(check).collect::<Vec<_>>());
+    }
+    let causes: Vec<String> =
+        screen.causes.iter().map(|each| format!("{} ({})", each.cause, each.likelihood)).collect();
+    if !causes.is_empty() {
+        out += &field("causes", &causes.join(", "));
+    }
+    out += &listed("actions", &screen.actions);
+    if let Some(advice) = words::what_would_answer(diagnosis)
+        && !screen.actions.contains(&advice)
+    {
+        out += &field("needed", &advice);
+    }
     out += &field("data", &data(diagnosis));
-    for reason in diagnosis.fitness.reasons.iter().take(REASONS) {
-        out += &field("", &format!("- {reason}"));
-    }
-    let caveat = diagnosis
-        .fitness
-        .measures
-        .iter()
-        .any(|measure| measure.id == MeasureId::MaskedValues && measure.class != Class::Fit);
-    if let Some(masked) = diagnosis.masked_words().filter(|_| !caveat) {
-        out += &field("", &format!("- {masked} masked: no measurement"));
-    }
-    let more = diagnosis.fitness.reasons.len().saturating_sub(REASONS);
-    if more > 0 {
-        out += &field("", &format!("- and {more} more, in the report"));
-    }
-    out += &field("cycle", &cycle(diagnosis));
-    if let Some(stiction) = stiction(diagnosis) {
-        out += &field("stiction", &stiction);
-    }
+    out += &listed("", &screen.remarks);
     for note in &diagnosis.notes {
         out += &field("note", note);
     }
+    out += &text::facts(&screen.facts);
     out += "\n";
     out += &methods(&diagnosis.findings);
     out += "\n";
     out += &key_figures(diagnosis);
     // The beginning has scrolled off the screen.
-    let _ = writeln!(out, "\n{}", line(diagnosis));
-    out
+    out + &format!("\n{}\n", line(diagnosis))
+}
+
+/// The first of some texts, as a list.
+fn listed(name: &str, texts: &[String]) -> String {
+    let first = texts.iter().take(REASONS).enumerate();
+    let more = texts.len().saturating_sub(REASONS);
+    let more = (more > 0).then(|| field("", &format!("- and {more} more, in the report")));
+    first
+        .map(|(k, text)| field(if k == 0 { name } else { "" }, &format!("- {text}")))
+        .chain(more)
+        .collect()
 }
 
 /// One line per loop, worst first.
@@ -122,77 +136,10 @@ fn ranked(loops: &[Diagnosed]) -> Vec<&Diagnosed> {
     ranked
 }
 
-fn verdict(diagnosis: &Diagnosis) -> String {
-    let verdict = &diagnosis.verdict;
-    let basis = match verdict.basis {
-        Basis::None => String::new(),
-        basis => format!(" Basis: {}.", basis.name()),
-    };
-    let grade = coloured(verdict.grade, &verdict.grade.name().to_uppercase());
-    format!("{grade}: {}{basis}", words::verdict(diagnosis))
-}
-
-/// Evidence for and against the verdict, other possible causes, and how to confirm it.
-fn weighed(diagnosis: &Diagnosis) -> String {
-    let verdict = &diagnosis.verdict;
-    let mut out = String::new();
-    let mut list = |name: &str, texts: &[String]| {
-        for (k, text) in texts.iter().take(REASONS).enumerate() {
-            out += &field(if k == 0 { name } else { "" }, &format!("- {text}"));
-        }
-        if texts.len() > REASONS {
-            out += &field("", &format!("- and {} more, in the report", texts.len() - REASONS));
-        }
-    };
-    match verdict.basis {
-        // The verdict names the mistake, and "needed" says what to do about it.
-        _ if diagnosis.mistaken().is_some() => {}
-        _ if verdict.class == VerdictClass::CannotTell => list("why", &verdict.reasons),
-        _ => list("because", &verdict.reasons),
-    }
-    list("but", &verdict.contradictions);
-    if let Some(silence) = diagnosis.silence() {
-        for (k, fault) in Fault::behind(silence).iter().enumerate() {
-            let text = format!("- {}: {}", fault.name(), fault.check());
-            out += &field(if k == 0 { "may be" } else { "" }, &text);
-        }
-    }
-    let others: Vec<String> = verdict
-        .alternatives
-        .iter()
-        .take(REASONS)
-        .map(|other| format!("{} ({})", other.cause.name(), words::percent(other.likelihood)))
-        .collect();
-    if !others.is_empty() {
-        // The verdict on a cleared valve names the likeliest cause.
-        let cleared = verdict.class == VerdictClass::DoesNotStick;
-        out += &field(if cleared { "causes" } else { "or else" }, &others.join(", "));
-    }
-    match (&verdict.confirm, &verdict.no_test) {
-        (Some(plan), _) => {
-            out += &field(
-                "confirm",
-                &format!("{}; stiction test plan prints the sheet", plan.summary),
-            );
-        }
-        (None, Some(why)) => out += &field("confirm", &format!("No test can be planned: {why}.")),
-        (None, None) => {}
-    }
-    if let Some(advice) = words::what_would_answer(diagnosis) {
-        out += &field("needed", &advice);
-    }
-    out
-}
-
 fn data(diagnosis: &Diagnosis) -> String {
-    let class = match diagnosis.fitness.class {
-        Class::Fit => "fit",
-        Class::Caveats => "fit with caveats",
-        Class::Unfit => "unfit",
-    };
-    let Some(segment) = diagnosis.segment() else { return class.to_owned() };
+    let Some(segment) = diagnosis.segment() else { return "no segment to analyse".to_owned() };
     format!(
-        "{class}; {} samples of {}, {}{}",
+        "{} samples of {}, {}{}",
         segment.len(),
         spoken::time(segment.sample_time),
         spoken::time(segment.duration()),
@@ -201,30 +148,6 @@ fn data(diagnosis: &Diagnosis) -> String {
             n => format!(", the longest of {n} segments"),
         }
     )
-}
-
-fn cycle(diagnosis: &Diagnosis) -> String {
-    let Some((signal, oscillation)) = diagnosis.oscillation() else {
-        return "no segment to analyse".to_owned();
-    };
-    let (true, Some(period)) = (oscillation.found, oscillation.period_s) else {
-        return format!("the {signal} does not oscillate clearly");
-    };
-    let by = oscillation.amplitude.map_or(String::new(), |by| format!(" by ±{}", words::rough(by)));
-    let cycles = oscillation.cycles.map_or(String::new(), |n| format!(", {n:.0} times"));
-    format!("the {signal} swings{by} every {}{cycles}", spoken::time(period))
-}
-
-fn stiction(diagnosis: &Diagnosis) -> Option<String> {
-    let stiction = &diagnosis.stiction;
-    let say = |name: &str, estimate: Option<Estimate>| {
-        estimate.map(|e| format!("{name} = {}", words::interval(e)))
-    };
-    let parts: Vec<String> =
-        [say("S", stiction.s), say("J", stiction.j)].into_iter().flatten().collect();
-    let by = stiction.model.as_ref().map_or(String::new(), |model| format!(", by {model}"));
-    let of = words::guessed_range(diagnosis).map_or(String::new(), |of| format!(", {of}"));
-    (!parts.is_empty()).then(|| format!("{}{of}{by}", parts.join(", ")))
 }
 
 fn methods(findings: &[Finding]) -> String {
@@ -387,7 +310,9 @@ pub fn csv(loops: &[Loop<'_>]) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction::diagnose::{Alternative, Cause, DiagnoseOptions, Override, Verdict, diagnose};
+    use stiction::diagnose::{
+        Alternative, Cause, DiagnoseOptions, Override, Verdict, VerdictClass, diagnose,
+    };
     use stiction::recording::Recording;
     use stiction::valve_test::{PlanOptions, plan};
     use stiction_report::document::Source;
@@ -408,10 +333,10 @@ mod tests {
         ("basis", Ok("Basis: evidence in OP and PV"), Ok("evidence in OP and PV")),
         ("S_below", Err("is in the words on a cleared valve"), Err("is in the words, too")),
         ("votes", Err("every method has a line"), Ok("families of methods that find stiction")),
-        ("reasons", Ok("because - spoken for"), Ok("Spoken for.")),
-        ("contradictions", Ok("but - spoken against"), Ok("Spoken against.")),
-        ("alternatives", Ok("or else saturation"), Ok("Looks saturated.")),
-        ("confirm", Ok("confirm in manual, turns of the OP"), Ok("Put the controller in manual.")),
+        ("reasons", Ok("Evidence for no response - Spoken for."), Ok("Spoken for.")),
+        ("contradictions", Ok("against no response - Spoken against."), Ok("Spoken against.")),
+        ("alternatives", Ok("causes saturation"), Ok("Looks saturated.")),
+        ("confirm", Err("is one of the actions"), Ok("Put the controller in manual.")),
         ("no_test", Err("stands in the place of a test"), Err("the same")),
         ("override", Ok("override Overruled by a person"), Ok("Overruled by a person")),
     ];

@@ -44,8 +44,8 @@ fn one_loop_fits_one_screen() {
         "{text}"
     );
     for wanted in [
-        "data      fit; 2400 samples of 1 s, 40 min in all",
-        "cycle     the error swings by ±1.4 every 74 s, 32 times",
+        "data      2400 samples of 1 s, 40 min in all\n          - Data: fit",
+        "  PV swings                     ±1.4 PV units every 74 s",
         "method  ",
         "Horch's cross-correlation ",
         "undecided",

@@ -124,7 +124,10 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
     let verdict = &diagnosis.verdict;
     let test = || match (&verdict.confirm, &verdict.no_test) {
         (Some(plan), _) => {
-            format!("Test the valve in manual, {} at most (see The test).", spoken(plan.total_s))
+            let most = spoken(plan.total_s);
+            format!(
+                "Test the valve in manual, {most} at most (stiction test plan prints the sheet)."
+            )
         }
         (None, Some(why)) => format!("No test can be planned: {why}."),
         (None, None) => {
@@ -165,7 +168,7 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
         }
         Grade::ProbablySticks => vec![test(), repair()],
         Grade::DoesNotRespond => {
-            vec!["Check the possible faults (see Why).".to_owned()]
+            vec!["Check the possible faults.".to_owned()]
         }
         Grade::Unclear => {
             let due = verdict.confirm.is_some() || verdict.no_test.is_some();
