@@ -29,7 +29,7 @@ use stiction_io::summary::Summary;
 use stiction_io::{Reading, role::Role, scenario};
 use stiction_plant::overrides::{self, Date, Override, Overrides, Scope};
 use stiction_report::document::{Loop, Source};
-use stiction_report::report::{self, FirstScreen, Folds, Table, first_screen::Piece};
+use stiction_report::report::{self, FirstScreen, Fitted, Folds, Table, first_screen::Piece};
 
 /// The open files.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -300,7 +300,7 @@ fn judged(
 /// If there is no such loop, or its times make no sense.
 pub fn verdict(lab: &Lab, asked: Stretch, wanted: &Wanted) -> Answer<Judged> {
     let (source, diagnosis) = judged(lab, &asked, false, wanted)?;
-    let first_screen = report::first_screen(&Loop { source: &source, diagnosis: &diagnosis });
+    let first_screen = report::first_screen(&Loop::new(&source, &diagnosis));
     let at = |segment: &stiction_diagnose::recording::Segment| {
         let time = |sample: usize| segment.from + sample as f64 * segment.sample_time;
         diagnosis.slips().unwrap_or_default().into_iter().map(time).collect()
@@ -343,7 +343,9 @@ pub fn details(lab: &Lab, asked: More, wanted: &Wanted) -> Answer<Details> {
         Some(known) => known,
         None => {
             let (source, diagnosis) = judged(lab, &of.0, true, wanted)?;
-            let folds = Arc::new(Folds::of(&Loop { source: &source, diagnosis: &diagnosis }));
+            let fitted = Fitted::of_accused(&diagnosis);
+            let one = Loop::new(&source, &diagnosis).with_fit(&fitted);
+            let folds = Arc::new(Folds::of(&one));
             lab.recordings.keep_folds(of, Arc::clone(&folds));
             folds
         }
@@ -370,7 +372,8 @@ pub struct ReportAt {
 /// If there is no such loop, or the machine gives no random numbers.
 pub fn report(lab: &Lab, asked: Stretch, wanted: &Wanted) -> Answer<ReportAt> {
     let (source, diagnosis) = judged(lab, &asked, true, wanted)?;
-    let html = report::html(&lab.tool, &[Loop { source: &source, diagnosis: &diagnosis }])?;
+    let fitted = Fitted::of_accused(&diagnosis);
+    let html = report::html(&lab.tool, &[Loop::new(&source, &diagnosis).with_fit(&fitted)])?;
     let address = lab.recordings.reports.keep(&format!("{}.html", diagnosis.name), html)?;
     Ok(ReportAt { address })
 }

@@ -17,7 +17,7 @@ use stiction::diagnose::{
 use stiction::evidence::features;
 use stiction::recording::{GridOptions, LoopType};
 use stiction_report::document::{Document, Loop, Source};
-use stiction_report::report;
+use stiction_report::report::{self, Fitted};
 use stiction_report::table::{COLUMNS, Cells};
 
 /// Name and version of the program, as documents show them.
@@ -33,7 +33,7 @@ pub struct Diagnosed {
 
 impl Diagnosed {
     fn found(&self) -> Loop<'_> {
-        Loop { source: &self.source, diagnosis: &self.diagnosis }
+        Loop::new(&self.source, &self.diagnosis)
     }
 }
 
@@ -176,7 +176,10 @@ pub fn diagnoses_document(py: Python<'_>, diagnoses: Vec<Diagnosed>) -> PyResult
 #[pyfunction]
 pub fn diagnoses_html(py: Python<'_>, diagnoses: Vec<Diagnosed>) -> PyResult<String> {
     let html = long(py, None, move |_| {
-        report::html(TOOL, &diagnoses.iter().map(Diagnosed::found).collect::<Vec<_>>())
+        let fit = |each: &Diagnosed| Fitted::of_accused(&each.diagnosis);
+        let fits: Vec<_> = diagnoses.iter().map(fit).collect();
+        let fitted = diagnoses.iter().zip(&fits).map(|(each, fit)| each.found().with_fit(fit));
+        report::html(TOOL, &fitted.collect::<Vec<_>>())
     })?;
     html.map_err(|e| PyValueError::new_err(e.to_string()))
 }

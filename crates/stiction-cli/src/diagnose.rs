@@ -16,7 +16,7 @@ use std::process::ExitCode;
 use stiction::diagnose::{DiagnoseOptions, KpiOptions, VerdictClass};
 use stiction::recording::GridOptions;
 use stiction_report::document::{self, Document, Loop};
-use stiction_report::report;
+use stiction_report::report::{self, Fitted};
 
 /// Diagnose recorded loops: check the data, look for a limit cycle, and judge whether the valve sticks.
 ///
@@ -159,11 +159,14 @@ fn is_folder(path: &Out) -> bool {
 }
 
 /// Writes the report: a page, or a folder of pages.
-fn reported(path: &Out, found: &[Loop<'_>]) -> Result<()> {
+fn reported(path: &Out, loops: &[Loop<'_>]) -> Result<()> {
+    let fits: Vec<_> = loops.par_iter().map(|each| Fitted::of_accused(each.diagnosis)).collect();
+    let found: Vec<Loop<'_>> =
+        loops.iter().zip(&fits).map(|(each, fit)| each.with_fit(fit)).collect();
     if !is_folder(path) {
-        return output::write(Some(path), report::html(output::TOOL, found)?.as_bytes());
+        return output::write(Some(path), report::html(output::TOOL, &found)?.as_bytes());
     }
-    let folder = report::Folder::new(output::TOOL, found);
+    let folder = report::Folder::new(output::TOOL, &found);
     if path.is_file() {
         bail!(
             "--report {} is a file; name a page, which ends in .html, or a folder",

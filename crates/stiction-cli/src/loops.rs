@@ -30,7 +30,7 @@ impl Diagnosed {
 
     /// The same for documents, pages and tables.
     pub fn found(&self) -> Loop<'_> {
-        Loop { source: &self.source, diagnosis: &self.diagnosis }
+        Loop::new(&self.source, &self.diagnosis)
     }
 }
 

@@ -4,6 +4,7 @@
 //! is generated from the same types ([`schema`]). Within one [`VERSION`], fields are added but never renamed or
 //! removed.
 
+use crate::report::fitted::Fitted;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::cmp::Ordering;
@@ -35,6 +36,9 @@ pub struct Loop<'a> {
     /// The diagnosis.
     #[serde(flatten)]
     pub diagnosis: &'a Diagnosis,
+    /// The fitted loop, which only reports show.
+    #[serde(skip)]
+    pub fitted: Option<&'a Fitted>,
 }
 
 /// The source of a recording.
@@ -46,7 +50,18 @@ pub struct Source {
     pub sha256: String,
 }
 
-impl Loop<'_> {
+impl<'a> Loop<'a> {
+    /// A diagnosis without a fitted loop.
+    pub fn new(source: &'a Source, diagnosis: &'a Diagnosis) -> Self {
+        Self { source, diagnosis, fitted: None }
+    }
+
+    /// The same with its fitted loop.
+    #[must_use]
+    pub fn with_fit(self, fitted: &'a Option<Fitted>) -> Self {
+        Self { fitted: fitted.as_ref(), ..self }
+    }
+
     /// The order in which loops are listed: by [`Diagnosis::rank`], worst first, then by name and file.
     pub fn in_rank(&self, other: &Self) -> Ordering {
         let (a, b) = (self.diagnosis, other.diagnosis);

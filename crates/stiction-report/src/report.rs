@@ -46,6 +46,7 @@ pub mod views;
 
 pub use diagnosis::html;
 pub use first_screen::{FirstScreen, Folds, first_screen};
+pub use fitted::Fitted;
 pub use folder::{Folder, Heading};
 pub use history::history_html;
 pub use layout::{Badge, Block, Card, Column, Fact, Report, Section, Table, Tone};

@@ -18,7 +18,7 @@ use stiction_io::ReadOptions;
 use stiction_io::reading::read;
 use stiction_population::member;
 use stiction_report::document::{Loop, Point, Source, Valve, ValveHistory};
-use stiction_report::report::{history_html, html};
+use stiction_report::report::{Fitted, history_html, html};
 use stiction_report::valve_test_page::{self, Signed, Tested};
 
 /// Rules that are shared with other tests.
@@ -70,7 +70,8 @@ struct Page {
 impl Page {
     fn of(name: String, diagnosis: Diagnosis) -> Self {
         let source = Source { file: format!("{name}.csv"), sha256: String::new() };
-        let page = html("tool", &[Loop { source: &source, diagnosis: &diagnosis }]).unwrap();
+        let fitted = Fitted::of_accused(&diagnosis);
+        let page = html("tool", &[Loop::new(&source, &diagnosis).with_fit(&fitted)]).unwrap();
         let texts = texts(&page);
         Self { name, diagnosis, texts }
     }

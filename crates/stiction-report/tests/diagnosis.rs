@@ -67,7 +67,7 @@ fn source(file: &str) -> Source {
 /// The report on some loops that nobody overruled.
 fn page(loops: &[(&Diagnosis, &Source)]) -> std::result::Result<String, stiction_report::Error> {
     let cases: Vec<Loop<'_>> =
-        loops.iter().map(|(diagnosis, source)| Loop { diagnosis, source }).collect();
+        loops.iter().map(|(diagnosis, source)| Loop::new(source, diagnosis)).collect();
     report::html("stiction 9", &cases)
 }
 
@@ -251,8 +251,7 @@ fn an_index_of_a_thousand_loops_is_light() {
         })
         .collect();
     let source = source("export of march.parquet");
-    let found: Vec<Loop<'_>> =
-        many.iter().map(|diagnosis| Loop { diagnosis, source: &source }).collect();
+    let found: Vec<Loop<'_>> = many.iter().map(|diagnosis| Loop::new(&source, diagnosis)).collect();
     let folder = report::Folder::new("tool", &found);
     let index = folder.index();
     assert_eq!(folder.len(), 1_000);

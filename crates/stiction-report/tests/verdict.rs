@@ -162,8 +162,8 @@ fn every_class_and_basis_has_its_words() {
         assert!(text.starts_with(&expected), "{class:?} {basis:?}: {text}");
         let open = class == CannotTell || basis == OpAlone;
         assert_eq!(words::what_would_answer(&diagnosis).is_some(), open, "{class:?} {basis:?}");
-        let case = Loop { diagnosis: &diagnosis, source: &source() };
-        let html = report::html("tool", &[case]).unwrap();
+        let source = source();
+        let html = report::html("tool", &[Loop::new(&source, &diagnosis)]).unwrap();
         well_formed(&html);
     }
     diagnosis.verdict = full().verdict;
@@ -176,8 +176,8 @@ fn every_class_and_basis_has_its_words() {
 fn a_report_tells_all_that_a_model_can_say() {
     let mut diagnosis = full();
     diagnosis.verdict.overruled = Some(person());
-    let case = Loop { diagnosis: &diagnosis, source: &source() };
-    let html = report::html("tool", &[case]).unwrap();
+    let source = source();
+    let html = report::html("tool", &[Loop::new(&source, &diagnosis)]).unwrap();
     well_formed(&html);
     page("verdict.html", &html);
     let mut rest = html.as_str();
@@ -212,8 +212,8 @@ fn a_report_tells_all_that_a_model_can_say() {
 fn the_document_carries_all_of_it() {
     let mut diagnosis = full();
     diagnosis.verdict.overruled = Some(person());
-    let (source, diagnosis) = (&source(), &diagnosis);
-    let document = Document::new("t", vec![Loop { source, diagnosis }]);
+    let source = source();
+    let document = Document::new("t", vec![Loop::new(&source, &diagnosis)]);
     let json: serde_json::Value = serde_json::from_str(&document.json()).unwrap();
     let found = &json["loops"][0];
     assert_eq!(found["verdict"]["class"], "sticks", "the computed verdict is not replaced");
@@ -265,8 +265,8 @@ fn what_does_not_respond_has_its_faults() {
     assert_eq!((&told["decides"], &told["rest"]["error"]), (&true.into(), &40.0.into()));
     assert_eq!(told["rest"]["to_s"], 7200.0);
     assert_eq!(told["faults"].as_array().unwrap().len(), 4);
-    let case = Loop { diagnosis: &diagnosis, source: &source() };
-    let html = report::html("tool", &[case]).unwrap();
+    let source = source();
+    let html = report::html("tool", &[Loop::new(&source, &diagnosis)]).unwrap();
     well_formed(&html);
     for wanted in ["Possible faults", "air or signal lost", "measure air supply and current"] {
         assert!(html.contains(wanted), "{wanted}");

@@ -7,7 +7,7 @@ use std::ops::Deref;
 #[cfg(feature = "report")]
 use stiction_report::{
     document::{Document, Loop, Source},
-    report::html,
+    report::{Fitted, html},
 };
 
 /// The [`Diagnosis`] of one loop of a file, whose fields can be read directly, and the file.
@@ -66,7 +66,7 @@ impl<'a> Report<'a> {
 
     fn loops(&self) -> Vec<Loop<'_>> {
         let loops = self.found.iter().zip(&self.sources);
-        loops.map(|(found, source)| Loop { source, diagnosis: &found.diagnosis }).collect()
+        loops.map(|(found, source)| Loop::new(source, &found.diagnosis)).collect()
     }
 
     /// The page, as HTML that needs no other file and no network.
@@ -74,7 +74,10 @@ impl<'a> Report<'a> {
     /// # Errors
     /// If a figure cannot be drawn, which is not expected.
     pub fn html(&self) -> Result<String, stiction_report::Error> {
-        html(TOOL, &self.loops())
+        let loops = self.loops();
+        let fits: Vec<_> = loops.iter().map(|each| Fitted::of_accused(each.diagnosis)).collect();
+        let fitted = loops.iter().zip(&fits).map(|(each, fit)| each.with_fit(fit));
+        html(TOOL, &fitted.collect::<Vec<_>>())
     }
 
     /// What `stiction diagnose --json` prints of these loops.

@@ -49,8 +49,8 @@ use stiction_diagnose::finding::Abstention;
 use stiction_diagnose::recording::Recording;
 use stiction_diagnose::valve_test::{self, PlanOptions, TestPlan};
 use stiction_report::document::{Loop, Source, json};
-use stiction_report::report::Folder;
 use stiction_report::report::folder::plain;
+use stiction_report::report::{Fitted, Folder};
 use stiction_report::sheet::Sheet;
 use stiction_report::valve_test_sheet;
 
@@ -545,7 +545,8 @@ fn loop_pages(
     let day = day::date(day::of(window.window_start as f64, &plant.zone));
     let file = format!("all files of {day} together");
     let source = Source { file, sha256: window.input_fingerprint.clone() };
-    let one = Loop { diagnosis: &diagnosis, source: &source };
+    let fitted = Fitted::of_accused(&diagnosis);
+    let one = Loop::new(&source, &diagnosis).with_fit(&fitted);
     let plan = planned(&diagnosis);
     let row =
         LoopRow { plan: plan.as_ref().err().map(|why| orders::impossible(&why.0)), ..row.clone() };

@@ -11,7 +11,7 @@ use stiction::recording::Recording;
 use stiction::scoreboard::{Scored, Truth};
 use stiction::series::median;
 use stiction_report::document::{Loop, Source};
-use stiction_report::report;
+use stiction_report::report::{self, Fitted};
 
 /// A loop with its truth.
 pub struct Known {
@@ -109,8 +109,9 @@ fn one(known: Known, place: usize, plan: &Plan<'_>) -> Result<One> {
     let report = match plan.reports {
         Some(folder) => {
             let name = report::folder::file_name(place, &diagnosis.name);
-            let html =
-                report::html(output::TOOL, &[Loop { diagnosis: &diagnosis, source: &source }])?;
+            let fitted = Fitted::of_accused(&diagnosis);
+            let one = Loop::new(&source, &diagnosis).with_fit(&fitted);
+            let html = report::html(output::TOOL, &[one])?;
             output::write(Some(&folder.inside(&name)?), html.as_bytes())?;
             Some(name)
         }

@@ -15,7 +15,7 @@ use stiction_io::reading::parse;
 use stiction_io::scenario::Scenario;
 use stiction_report::document::{Loop, Source};
 use stiction_report::report::views::{head_map, trends};
-use stiction_report::report::{self, Badge, Context, Small, small_trend};
+use stiction_report::report::{self, Badge, Context, Fitted, Small, small_trend};
 use stiction_report::words::{interval, percent, rough, verdict};
 
 /// Width of the trends on a card, px.
@@ -86,7 +86,7 @@ impl Shown {
 
     /// The same for tables and reports.
     pub fn found(&self) -> Loop<'_> {
-        Loop { source: &self.source, diagnosis: &self.diagnosis }
+        Loop::new(&self.source, &self.diagnosis)
     }
 
     fn badge(&self) -> Markup {
@@ -254,7 +254,8 @@ impl Shown {
     /// Its data, its report and its figures.
     pub fn files(&self) -> Result<Vec<File>> {
         let [_, data, page] = self.names();
-        let report = report::html(output::TOOL, &[self.found()])?;
+        let fitted = Fitted::of_accused(&self.diagnosis);
+        let report = report::html(output::TOOL, &[self.found().with_fit(&fitted)])?;
         let mut files = vec![File::new(data, &*self.csv), File::new(page, report)];
         for (name, figure) in self.figures() {
             files.push(File::new(format!("gallery/{}-{name}.svg", self.case.tag), figure.svg()?));

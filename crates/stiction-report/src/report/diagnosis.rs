@@ -47,19 +47,18 @@ const INTRODUCTION: &str = "Whether the valve of a control loop sticks, from its
                             figures show the evidence of each method.";
 
 pub(super) fn section(case: &Loop<'_>) -> Section {
-    let Loop { diagnosis, source } = *case;
+    let Loop { diagnosis, source, fitted } = *case;
     let badge = Badge::from(diagnosis.verdict.grade);
     let mut section = Section::new(&diagnosis.name, badge, words::verdict(diagnosis));
     let overruled = diagnosis.verdict.overruled.as_ref();
     section.reasons = overruled.map(words::overruled).into_iter().collect();
-    let fitted = fitted::of_accused(diagnosis);
     let context = Context::of(diagnosis);
-    section.head = Some(head::head(diagnosis, source, &context, fitted.as_ref()));
+    section.head = Some(head::head(diagnosis, source, &context, fitted));
 
     section = section
         .fold("Why", |inside| verdict::why(why(inside, diagnosis), diagnosis))
         .fold("The test", |inside| verdict::confirm(inside, diagnosis))
-        .fold("What would it bring?", |inside| match &fitted {
+        .fold("What would it bring?", |inside| match fitted {
             Some(fitted) => fitted::added_to(inside, fitted, diagnosis.pv_unit.as_deref()),
             None => inside,
         })

@@ -56,9 +56,9 @@ pub struct Side {
     pub reasons: Vec<String>,
 }
 
-/// The first screen of a loop. The effects of actions are left to the [folds](Folds), because they need a fit.
+/// The first screen of a loop. The effects of actions need its fit.
 pub fn first_screen(case: &Loop<'_>) -> FirstScreen {
-    let Loop { diagnosis, source } = *case;
+    let Loop { diagnosis, source, fitted } = *case;
     let causes = head::causes(diagnosis)
         .into_iter()
         .map(|(cause, likelihood)| Likely { cause, likelihood: words::percent(likelihood) });
@@ -73,7 +73,7 @@ pub fn first_screen(case: &Loop<'_>) -> FirstScreen {
         probability: diagnosis.verdict.shown_probability().map(words::percent),
         line: head::line(diagnosis, source),
         facts: head::facts(diagnosis),
-        actions: head::actions(diagnosis, None),
+        actions: head::actions(diagnosis, fitted),
         causes: causes.collect(),
         sides: sides.collect(),
         remarks: head::remarks(diagnosis),

@@ -22,19 +22,24 @@ const LEGEND: &str = "Ranges are 5 to 95 % points. Rows are ranked by the upper 
     not certain.";
 
 /// The fitted loop of a recording, and the effects of actions.
-pub(super) struct Fitted {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// The fitted loop.
     pub fit: Fit,
+    /// The effects of actions, or why they are unknown.
     pub prospects: Result<Prospects, String>,
 }
 
-/// The fitted loop of an accused valve. Other valves need none.
-pub(super) fn of_accused(diagnosis: &Diagnosis) -> Option<Fitted> {
-    if diagnosis.verdict.class != VerdictClass::Sticks {
-        return None;
+impl Fitted {
+    /// Fits the loop of an accused valve, for its report. Other valves need no fit.
+    pub fn of_accused(diagnosis: &Diagnosis) -> Option<Self> {
+        if diagnosis.verdict.class != VerdictClass::Sticks {
+            return None;
+        }
+        let fit = fit(diagnosis, &FitOptions::default()).ok()?;
+        let prospects = prospects(&fit);
+        Some(Self { fit, prospects })
     }
-    let fit = fit(diagnosis, &FitOptions::default()).ok()?;
-    let prospects = prospects(&fit);
-    Some(Fitted { fit, prospects })
 }
 
 /// Adds the results of the fit.

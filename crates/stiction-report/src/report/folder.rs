@@ -194,7 +194,7 @@ impl<'a> Folder<'a> {
     }
 }
 
-fn row(Loop { diagnosis, source }: &Loop<'_>, path: &str, later: bool) -> Markup {
+fn row(Loop { diagnosis, source, .. }: &Loop<'_>, path: &str, later: bool) -> Markup {
     let verdict = &diagnosis.verdict;
     let data = match diagnosis.fitness.class {
         Class::Fit => "fit",
