@@ -182,7 +182,7 @@ fn staircases_are_read_with_any_characteristic() {
 #[test]
 fn bumps_of_one_size_decide_nothing_and_ask_for_smaller_turns() {
     for ((_, of), times) in CHARACTERISTICS.into_iter().flat_map(|of| [(of, 1), (of, 3)]) {
-        for seed in 600_000..600_008 {
+        for seed in 600_000..600_008_u64 {
             let sticks = seed.is_multiple_of(2);
             let test = staircase(seed, of, sticks, Shape::Bump(times), SETTLED);
             let reading = read(&test.recording, &ReadOptions::default()).unwrap();

@@ -2,8 +2,8 @@
 //!
 //! Waiting for more slips does not help. Of 156 such records of the population, 29 (19 %) were decided by the record in which
 //! eight slips would occur at the same rate (2026-11-28), and of 41 others 14 by eight times the record (example
-//! `record_longer` of the population). Steps of one size hardly help more: of twelve records (sticky loops from seed 500 on) they
-//! decided three, the planned test eleven (2026-11-29). So the advice is the test.
+//! `record_longer` of the population). Steps of one size hardly help more: of eleven loops (sticky, from seed 500 on) they
+//! decided three, the planned test all (2026-11-29). So the advice is the test.
 
 use super::weighing::Weighing;
 use crate::evidence::Evidence;

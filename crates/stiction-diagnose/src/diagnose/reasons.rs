@@ -144,7 +144,7 @@ fn because(cause: Cause, evidence: &Evidence) -> String {
     };
     match cause {
         Cause::StickingValve => {
-            "test the valve with small steps of the OP in manual: a sticking valve responds late and with a jump"
+            "small steps of the OP in manual may show it: a sticking valve responds late and with a jump"
                 .to_owned()
         }
         Cause::NoResponse => {

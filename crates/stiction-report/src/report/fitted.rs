@@ -60,8 +60,8 @@ pub(super) fn added_to(section: Section, fitted: &Fitted, pv_unit: Option<&str>)
     match prospects {
         Ok(found) => section.with_all(effects(found)),
         Err(why) => section.paragraph(format!(
-            "The effects of actions are unknown: {why}. The verdict does not rest on this fit alone. Do the \
-             manual test first."
+            "The effects of actions are unknown: {why}. The verdict does not rest on this \
+             fit."
         )),
     }
 }

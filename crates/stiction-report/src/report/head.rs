@@ -188,7 +188,7 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
             let large = || {
                 let plan = verdict.confirm.as_ref()?;
                 Some(format!(
-                    "If a large S would matter, test the valve in manual, {} at most (see The test).",
+                    "If a large S would matter, test the valve in manual, {} at most.",
                     spoken(plan.total_s)
                 ))
             };
