@@ -526,6 +526,9 @@ fn disturbance(fit: &Fit, draw: &Draw, seconds: f64) -> Option<Signal> {
     Some(Signal::Samples((0..samples).map(at).collect()))
 }
 
+/// What comes before a repair.
+const FIRST: &str = "Unless a valve test has shown that it sticks, do one first.";
+
 fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
     let find = |remedy: Remedy| actions.iter().find(|row| row.action == remedy);
     let mut all = vec![];
@@ -538,32 +541,28 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
         );
     }
     match find(Remedy::Repair) {
-        Some(repair) if repair.certain() => all.push(format!(
-            "Repair the valve: PV swing would fall by {}.",
-            repair.fall()
-        )),
+        Some(repair) if repair.certain() => {
+            all.push(format!("Repair the valve: PV swing would fall by {}.", repair.fall()))
+        }
         Some(repair) if repair.probable() => all.push(format!(
-            "Repairing the valve would probably help: PV swing would fall by {}. Do the manual test first.",
+            "Repairing the valve would probably help: PV swing would fall by {}. {FIRST}",
             repair.fall()
         )),
-        Some(_) => all.push(
-            "This recording does not show whether a repair would help. Do the manual test first."
-                .to_owned(),
-        ),
+        Some(_) => {
+            all.push(format!("This recording does not show whether a repair would help. {FIRST}"))
+        }
         None => {}
     }
-    if let Some(retune) = find(Remedy::Retune)
+    // A setting whose benefit is not expected stands in the table only.
+    if let Some(retune) = find(Remedy::Retune).filter(|row| row.certain() || row.probable())
         && let Some(tuning) = &retune.tuning
     {
-        let said = if retune.certain() {
-            format!("PV swing would fall by {}", retune.fall())
-        } else if retune.probable() {
-            "PV swing would probably fall".to_owned()
-        } else {
-            "the cycle is not expected to end while the valve sticks".to_owned()
+        let benefit = match retune.certain() {
+            true => format!("PV swing would fall by {}", retune.fall()),
+            false => "PV swing would probably fall".to_owned(),
         };
         all.push(format!(
-            "Retune to Kc {} and Ti {} s ({}, Ms {} to {}): {said}.",
+            "Retune to Kc {} and Ti {} s ({}, Ms {} to {}): {benefit}.",
             set(tuning.kc),
             set(tuning.ti),
             tuning.rule,
