@@ -434,7 +434,15 @@ fn ranked<'a>(
         let all = numbers(of);
         (!all.is_empty()).then(|| mean(&all))
     };
-    let s = estimate(now.iter().filter_map(|seen| seen.s).collect());
+    // Where S drifts, each window's is carried to the last one's time.
+    let end = now.iter().map(|seen| seen.time).fold(f64::NEG_INFINITY, f64::max);
+    let per_day = drift.filter(|drift| drift.significant).map_or(0.0, |drift| drift.per_day);
+    let carried = |seen: &Observation| {
+        let by = (per_day * (end - seen.time) / 86_400.0).exp();
+        let s = seen.s?;
+        Some(Estimate { value: by * s.value, low: by * s.low, high: by * s.high })
+    };
+    let s = estimate(now.iter().filter_map(carried).collect());
     let j = estimate(now.iter().filter_map(|seen| seen.j).collect());
     let alternative = alternative(&judged);
     let last = &judged[judged.len().saturating_sub(LAST)..];
