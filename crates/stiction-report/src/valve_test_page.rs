@@ -7,12 +7,11 @@ use crate::report::views::{self, Context};
 use crate::valve_test_figure::{self, Ramped};
 use crate::words::{self, percent, rough, sentence};
 use stiction_diagnose::diagnose::Estimate;
-use stiction_diagnose::recording::{Grid, GridOptions, Recording};
+use stiction_diagnose::recording::Recording;
 use stiction_diagnose::spoken::{counted, time};
 use stiction_diagnose::valve_test::{
     Comparison, PlanComparison, Signature, TestReading, same_loop,
 };
-use stiction_figure::figure::instant;
 use stiction_figure::{Annotation, Figure};
 
 /// A test with its recording.
@@ -28,11 +27,21 @@ pub struct Tested<'a> {
 
 /// A time on the recording's clock as a date in plant time, or as elapsed time if there is no date.
 pub fn moment(recording: &Recording, at: f64) -> String {
-    let date = recording.start.and_then(|start| {
-        let plant = &recording.plant_time;
-        instant(plant.shows(start + at), &plant.name)
-    });
-    date.unwrap_or_else(|| time(at))
+    at_moment(&context(recording), at)
+}
+
+fn at_moment(context: &Context<'_>, at: f64) -> String {
+    context.date(at).unwrap_or_else(|| time(at))
+}
+
+fn context(recording: &Recording) -> Context<'_> {
+    Context {
+        start: recording.start,
+        plant_time: Some(&recording.plant_time),
+        pv_unit: recording.pv.as_ref().and_then(|pv| pv.unit.as_deref()),
+        modes: recording.mode.as_ref(),
+        period_s: None,
+    }
 }
 
 /// Start and end of a test.
@@ -100,8 +109,9 @@ fn reasons(test: &TestReading) -> Vec<String> {
 /// # Errors
 /// If a figure cannot be drawn. This is not expected, because signals out of range are left out.
 pub fn reading(tool: &str, tested: Tested<'_>) -> Result<String, Error> {
-    let section = drawn(in_brief(tested), answers(tested));
-    let section = of_test(section, tested).heading("Agreed").with(agreed());
+    let context = context(tested.recording);
+    let section = drawn(in_brief(tested), answers(tested.test, &context));
+    let section = of_test(section, tested.test, &context).heading("Agreed").with(agreed());
     let report = Report::new(format!("Valve test of {}", section.name), tool);
     report.source(tested.source).with(section).html()
 }
@@ -151,11 +161,12 @@ pub fn comparison(
     let tests = [(&*old, before.test), (&*new, after.test)];
     let mut section = drawn(
         compared(before, after, found),
-        valve_test_figure::before_and_after(tests, unit(after.recording)).width(WIDTH),
+        valve_test_figure::before_and_after(tests, context(after.recording).pv_unit).width(WIDTH),
     );
     section = section.heading("Agreed").with(agreed());
     for (word, one) in [("Before the repair", before), ("After the repair", after)] {
-        section = of_test(section.heading(word).list(reasons(one.test)), one);
+        section = section.heading(word).list(reasons(one.test));
+        section = of_test(section, one.test, &context(one.recording));
     }
     let report = Report::new(format!("Valve of {} before and after a repair", section.name), tool);
     report.source(before.source).source(after.source).with(section).html()
@@ -292,13 +303,10 @@ pub fn signatures(
 /// Width of a figure that fits a phone, px.
 const WIDTH: f64 = 560.0;
 
-fn answers(of: Tested<'_>) -> Figure {
-    let figure = valve_test_figure::figure("", unit(of.recording), of.test).width(WIDTH);
+/// The answers to the turns.
+pub(crate) fn answers(test: &TestReading, context: &Context<'_>) -> Figure {
+    let figure = valve_test_figure::figure("", context.pv_unit, test).width(WIDTH);
     Figure { title: String::new(), ..figure }
-}
-
-fn unit(recording: &Recording) -> Option<&str> {
-    recording.pv.as_ref().and_then(|pv| pv.unit.as_deref())
 }
 
 fn headline(test: &TestReading) -> String {
@@ -341,11 +349,11 @@ pub fn carried(section: Section, test: &TestReading) -> Section {
 }
 
 /// The trend, the comparison with the plan, and the turns of a test.
-fn of_test(mut section: Section, of: Tested<'_>) -> Section {
-    if let Some(figure) = trend(of) {
+pub(crate) fn of_test(mut section: Section, test: &TestReading, context: &Context<'_>) -> Section {
+    if let Some(figure) = trend(test, context) {
         section = drawn(section, figure);
     }
-    carried(section, of.test).with(turns(of))
+    carried(section, test).with(turns(test, context))
 }
 
 /// A figure that cannot be drawn is left out.
@@ -353,23 +361,14 @@ fn drawn(section: Section, figure: Figure) -> Section {
     if figure.check().is_ok() { section.with(figure) } else { section }
 }
 
-/// The whole recording, with the test marked.
-fn trend(of: Tested<'_>) -> Option<Figure> {
-    let whole = Recording { mode: None, ..of.recording.clone() };
-    let grid = Grid::of(&whole, &GridOptions::default()).ok()?;
-    let context = Context {
-        start: of.recording.start,
-        plant_time: Some(&of.recording.plant_time),
-        pv_unit: unit(of.recording),
-        modes: of.recording.mode.as_ref(),
-        period_s: None,
-    };
-    let last = grid.segments.iter().rfind(|segment| !segment.is_empty())?;
+/// The test and the time around it.
+fn trend(test: &TestReading, context: &Context<'_>) -> Option<Figure> {
+    let last = test.recorded.iter().rfind(|segment| !segment.is_empty())?;
     let axis = context.time_axis(last.from + last.duration());
-    let mut figure = views::trends(&grid.segments, 0, &context)?;
-    let test = Annotation::x_band(axis.at(of.test.from_s), axis.at(of.test.to_s), "test");
+    let mut figure = views::trends(&test.recorded, 0, context)?;
+    let band = Annotation::x_band(axis.at(test.from_s), axis.at(test.to_s), "test");
     let panels = std::mem::take(&mut figure.panels).into_iter();
-    figure.panels = panels.map(|panel| panel.note(test.clone())).collect();
+    figure.panels = panels.map(|panel| panel.note(band.clone())).collect();
     Some(figure)
 }
 
@@ -397,24 +396,34 @@ fn planned(carried: &PlanComparison) -> Table {
     })
 }
 
-fn turns(of: Tested<'_>) -> Table {
-    let unit = of.test.unit(unit(of.recording));
+fn turns(test: &TestReading, context: &Context<'_>) -> Table {
+    let unit = test.unit(context.pv_unit);
     let caption =
-        format!("The turns, with the answer of the {} and its standard deviation.", of.test.who());
+        format!("The turns, with the answer of the {} and its standard deviation.", test.who());
     let table = Table::new(caption)
         .columns("#turn | set at | #OP [%] | #turned by [%]")
         .numbers("answer", unit)
         .numbers("deviation", unit)
         .words("answered");
-    (1..).zip(&of.test.steps).fold(table, |table, (k, step)| {
+    let least = test.steps.iter().filter_map(|step| step.error).fold(f64::INFINITY, f64::min);
+    // All answers have the digits that show the least deviation to a tenth.
+    let digits = match least > 0.0 && least < 1.0 {
+        true => (1.0 - least.log10().floor()).clamp(0.0, 9.0) as usize,
+        false => 1,
+    };
+    (1..).zip(&test.steps).fold(table, |table, (k, step)| {
         let or = |value: Option<f64>| value.map_or("–".to_owned(), rough);
+        let fixed = |value: Option<f64>| match value {
+            Some(value) => format!("{value:.digits$}").replace('-', "\u{2212}"),
+            None => "–".to_owned(),
+        };
         table.row([
             format!("{k}"),
-            moment(of.recording, step.at_s),
+            at_moment(context, step.at_s),
             format!("{:.2}", step.op),
             or(step.travel),
-            or(step.answer),
-            or(step.error),
+            fixed(step.answer),
+            fixed(step.error),
             if step.answered { "yes" } else { "no" }.to_owned(),
         ])
     })

@@ -99,7 +99,7 @@ export const t = {
     maps: { bands: "S and J", tuning: "Kc and Ti" },
     mapLabel: "PV swing over two settings. The dot marks the present settings. Drag it, or use the sliders.",
     noCycle: "no cycle",
-    mapScale: "PV ±, exact",
+    mapScale: "PV ±, units of the PV, exact",
   },
   share: {
     open: "Share, export",

@@ -177,6 +177,11 @@ impl Diagnosis {
         Masked::words(&self.masked)
     }
 
+    /// The valve test on which the verdict rests; `None` if it rests on something else.
+    pub fn deciding_test(&self) -> Option<&TestReading> {
+        self.test.as_ref().filter(|_| self.verdict.basis == Basis::ValveTest)
+    }
+
     /// The segment that was judged.
     pub fn segment(&self) -> Option<&Segment> {
         self.grid.segments.get(self.judged.as_ref()?.segment)

@@ -3,6 +3,7 @@
 use super::time_axis::TimeAxis;
 use crate::recording::{Modes, PlantTime, Segment};
 use crate::series::{centred, periodogram, span};
+use stiction_figure::figure::instant;
 
 /// Information about a loop beside its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -20,6 +21,13 @@ pub struct Context<'a> {
 }
 
 impl Context<'_> {
+    /// A time on the recording's clock as date and time of the plant, if known.
+    pub fn date(&self, at: f64) -> Option<String> {
+        let utc = PlantTime::default();
+        let clock = self.plant_time.unwrap_or(&utc);
+        instant(clock.shows(self.start? + at), &clock.name)
+    }
+
     /// The axis of a recording that ends after `longest` s.
     pub fn time_axis(&self, longest: f64) -> TimeAxis {
         match self.plant_time {

@@ -279,6 +279,7 @@ mod tests {
             reasons: vec![],
             advice: None,
             plan: None,
+            recorded: vec![],
         }
     }
 

@@ -104,6 +104,9 @@ pub struct TestReading {
     pub advice: Option<String>,
     /// The comparison with the plan, if one was given.
     pub plan: Option<PlanComparison>,
+    /// What was recorded during the test, with a tenth of its duration before and after it.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub recorded: Vec<Segment>,
 }
 
 named! {
@@ -322,6 +325,7 @@ fn read_as_one(
         position: by_position.then(|| position(&manual, grid.sample_time)).flatten(),
         steps: steps(&spells, &weighed, straighten),
         turned: manual.iter().map(turned).sum(),
+        recorded: around(&grid, from_s, to_s),
         ..conclude(&weighed, &operation, &manual, by_position, at_rest)
     };
     let step_s = grid.sample_time * weighed.response.1 as f64;
@@ -393,6 +397,17 @@ fn check(by_hand: &ByHand) -> Result<(), Abstention> {
         )),
         None => Ok(()),
     }
+}
+
+/// The segments of a grid from a tenth of a duration before it to a tenth after it.
+fn around(grid: &Grid, from_s: f64, to_s: f64) -> Vec<Segment> {
+    let margin = 0.1 * (to_s - from_s);
+    let part = |segment: &Segment| {
+        let at = |t: f64| ((t - segment.from) / segment.sample_time).ceil().max(0.0) as usize;
+        let from = at(from_s - margin);
+        segment.part(from, at(to_s + margin).saturating_sub(from))
+    };
+    grid.segments.iter().map(part).filter(|segment| !segment.is_empty()).collect()
 }
 
 /// Valid range of an OP, percent.
@@ -606,6 +621,7 @@ fn conclude(
         reasons: vec![],
         advice: None,
         plan: None,
+        recorded: vec![],
     }
 }
 

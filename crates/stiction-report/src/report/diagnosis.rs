@@ -7,6 +7,7 @@ use super::views::{self, Context};
 use super::{fitted, head, verdict};
 use crate::Error;
 use crate::document::{self, Loop, Source};
+use crate::valve_test_page;
 use crate::words::{self, sentence, spoken};
 use stiction_diagnose::diagnose::{Diagnosis, Estimate};
 use stiction_diagnose::finding::{Decision, Finding};
@@ -57,7 +58,10 @@ pub(super) fn section(case: &Loop<'_>) -> Section {
 
     section = section
         .fold("Why", |inside| verdict::why(why(inside, diagnosis), diagnosis))
-        .fold("The test", |inside| verdict::confirm(inside, diagnosis))
+        .fold("The test", |inside| match diagnosis.deciding_test() {
+            Some(test) => valve_test_page::of_test(inside, test, &context),
+            None => verdict::confirm(inside, diagnosis),
+        })
         .fold("What would it bring?", |inside| match fitted {
             Some(fitted) => fitted::added_to(inside, fitted, diagnosis.pv_unit.as_deref()),
             None => inside,

@@ -32,21 +32,26 @@ pub(super) fn head(
             views::head_trend(segments, judged.segment, diagnosis.slips().as_deref(), context)
         })
         .map(|mut trend| {
-            if diagnosis.verdict.basis == Basis::ValveTest {
-                trend.caption += " The valve test is in a shaded time.";
+            if diagnosis.deciding_test().is_some() {
+                trend.caption += " The valve test is in a shaded time (see The test).";
             }
             trend
         })
         .filter(drawn);
     let s = diagnosis.stiction.s.map(|s| s.value);
-    let map =
-        diagnosis.segment().and_then(|segment| views::head_map(segment, s, context).filter(drawn));
+    // The answers of a test that decides are its evidence.
+    let map = match diagnosis.deciding_test() {
+        Some(test) => Some(views::head_answers(test, context)),
+        None => diagnosis.segment().and_then(|segment| views::head_map(segment, s, context)),
+    };
+    let map = map.filter(drawn);
     Head {
         line: line(diagnosis, source),
         probability: diagnosis.verdict.shown_probability(),
         facts: facts(diagnosis),
         actions: actions(diagnosis, fitted),
         lines: lines(diagnosis),
+        lines_are_means: diagnosis.windows.len() > 1,
         causes: causes(diagnosis),
         remarks: remarks(diagnosis),
         cycle: trend.as_ref().and_then(|_| views::cycle_on_axis(segments, context)),
@@ -58,7 +63,10 @@ pub(super) fn head(
 /// Type, time, sample time and file.
 pub(super) fn line(diagnosis: &Diagnosis, source: &Source) -> String {
     let mut parts = vec![diagnosis.loop_type.name().to_owned()];
-    if let Some(segment) = diagnosis.segment() {
+    if let Some(test) = diagnosis.deciding_test() {
+        let [from, to] = [test.from_s, test.to_s].map(|at| super::moment::moment(diagnosis, at));
+        parts.push(format!("valve test from {from} to {to}"));
+    } else if let Some(segment) = diagnosis.segment() {
         let (mut from, mut to) = (segment.from, segment.from + segment.duration());
         let judged_s = diagnosis.judged_s().unwrap_or(to - from);
         if judged_s > to - from {

@@ -73,6 +73,8 @@ pub struct Head {
     pub actions: Vec<String>,
     /// Lines of evidence, with the probability of sticking by each alone.
     pub lines: Vec<(String, f64)>,
+    /// Whether these are means of several windows, which together may say more than each.
+    pub lines_are_means: bool,
     /// Other possible causes, with the likelihood of each.
     pub causes: Vec<(String, f64)>,
     /// Remarks on the data.
@@ -632,7 +634,10 @@ impl Page {
                     div.beside {
                         @if let Some(map) = &head.map { (self.figure(map)?) }
                         div {
-                            (likelihoods("Sticking, by each line of evidence alone", &head.lines))
+                            (likelihoods(match head.lines_are_means {
+                                true => "Sticking, by each line of evidence alone in a window (mean)",
+                                false => "Sticking, by each line of evidence alone",
+                            }, &head.lines))
                             (likelihoods("Other possible causes", &head.causes))
                             ul.remarks { (listed(&head.remarks)) }
                         }

@@ -2,12 +2,11 @@
 
 use crate::words::spoken;
 use stiction_diagnose::diagnose::Diagnosis;
-use stiction_figure::figure::instant;
+use stiction_diagnose::drawing::Context;
 
 /// The date and time of the plant at `at` s after the recording's zero, if known.
 pub(super) fn date(diagnosis: &Diagnosis, at: f64) -> Option<String> {
-    let clock = &diagnosis.plant_time;
-    instant(clock.shows(diagnosis.start? + at), &clock.name)
+    Context::of(diagnosis).date(at)
 }
 
 /// A time on the recording's clock as a date, if known.

@@ -6,6 +6,7 @@
 use std::f64::consts::TAU;
 
 use super::layout::number;
+use crate::valve_test_page;
 use crate::words::spoken;
 use stiction_diagnose::drawing::{TimeAxis, WIDTH, histogram};
 use stiction_diagnose::methods::{Ellipse, ErrorSource, Subject, bicoherence::Bicoherence};
@@ -15,6 +16,7 @@ use stiction_diagnose::series::{
     Periodogram, autocorrelation, cross_correlation, detrended, mean, periodogram, span, std,
     zero_crossings,
 };
+use stiction_diagnose::valve_test::TestReading;
 use stiction_figure::figure::{
     Along, Annotation, Figure, Legend, Panel, Scale, Series, Span, Strip, colour,
 };
@@ -203,6 +205,15 @@ pub fn head_map(segment: &Segment, s: Option<f64>, context: &Context<'_>) -> Opt
     }
     (figure.width, figure.panel_height) = (HEAD_MAP_WIDTH, None);
     Some(figure)
+}
+
+/// The answers of a valve test for the first screen.
+pub(super) fn head_answers(test: &TestReading, context: &Context<'_>) -> Figure {
+    let mut figure = valve_test_page::answers(test, context);
+    for panel in &mut figure.panels {
+        panel.height = Some(2.0 * HEAD_HEIGHT - 40.0);
+    }
+    figure.width(HEAD_MAP_WIDTH)
 }
 
 /// The modes between two times.
