@@ -398,7 +398,7 @@ def main() -> int:
         f"keeps the probability of the model of a window.\n\n"
         f"A valve is accused from {accuse:.2f} and cleared up to {clear:.2f}. Log-odds beyond those of 0.90 are compressed so that 0.98 is "
         f"reported at {sides[0][0]:.1f} against a fault and at {sides[1][0]:.1f} for one, from where decisions on left-out families "
-        f"({len(left)}) are right in 96 %, and no earlier than for a window alone.\n\n## Accuracy by number of windows\n\n" + lengths(valves, p, accuse, clear)
+        f"({len(left)}) are right in 96 % or more, and no earlier than for a window alone.\n\n## Accuracy by number of windows\n\n" + lengths(valves, p, accuse, clear)
         + "\n## Calibration\n\n" + calibration(valves, p)
         + "\n## S\n\n" + of_s(valves, quantiles, shifts, p, accuse)
         + "\n## Longer records\n\nOf valves that the first part of their record left undecided, those that more of it decided.\n\n"

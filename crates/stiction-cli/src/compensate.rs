@@ -41,7 +41,8 @@ pub struct Args {
     /// J assumed for choosing parameters, percent of span [default: J of the valve]
     #[arg(long = "J", value_name = "PERCENT", allow_negative_numbers = true)]
     j: Option<f64>,
-    /// Time at which the compensators are switched on, s [default: after ten cycles]
+    /// Time at which the compensators are switched on, s [default: after ten cycles, or ten settling times of the process
+    /// if that is longer]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     at: Option<f64>,
     /// Print the results as JSON

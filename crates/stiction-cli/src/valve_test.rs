@@ -118,7 +118,8 @@ struct Plan {
     /// The highest PV that the process tolerates, in PV units
     #[arg(long, value_name = "PV", requires = "pv_low", allow_negative_numbers = true)]
     pv_high: Option<f64>,
-    /// The longest time in manual, such as 15min [default: 20min, or 40 holds of the first turn if that is longer]
+    /// The longest time in manual, such as 15min [default: 20min, or 40 holds of the first turn if that is longer, and at
+    /// most 8h]
     #[arg(long, value_name = "DURATION", value_parser = a_duration)]
     time: Option<f64>,
     /// The completed sheet of an inconclusive test in the recording: a CSV file with the columns time and op
