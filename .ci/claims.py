@@ -14,7 +14,8 @@ text of the page and one of
 In `prints` and `has`, `...` stands for any text. `says` may be the head of a table, and then stands for all of its rows.
 
 Pages whose figures stand in tables of measurements (`MEASURED`) name a command in each section instead, or the source file with
-these figures.
+these figures. The tables of the models' cards (`CARDS`) are output of the training. The entries of `--help` are for the help of all
+commands, which is read if a binary is given, without its examples.
 """
 
 import functools
@@ -28,7 +29,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 CLAIMS = ROOT / "docs" / "claims.toml"
-PAGES = ["README.md", "python/README.md", "docs/*.md", "samples/*.md"]
+# Cards of models.
+CARDS = {"crates/stiction-diagnose/model/README.md", "crates/stiction-diagnose/model/VALVES.md"}
+PAGES = ["README.md", "python/README.md", "docs/*.md", "samples/*.md", "paper/*.md", *sorted(CARDS)]
+HELP = "--help"
 # Pages of measurements.
 MEASURED = {"docs/accuracy.md", "docs/population.md", "BENCHMARKS.md"}
 # Written by a program, or not about the program.
@@ -38,6 +42,8 @@ WORD = r"(?:one|two|three|four|five|six|seven|eight|nine|ten|twelve|twenty)"
 FIGURE = re.compile(
     rf"{NUMBER} ?%|{NUMBER} of (?:the )?{NUMBER}|{NUMBER} (?:ns|µs|ms|s|min|h|kB|MB|GB|times)\b"
     rf"|\b{WORD} (?:in|of) (?:a |the )?(?:hundred|{WORD}|{NUMBER})\b"
+    # A default value that a help text has by hand. Those of the parser stand alone.
+    r"|(?<=\S )\[default: [^\]]*(?<!\w)\d"
 )
 # The confidence of an interval or of a limit, which every page repeats.
 CONFIDENCE = re.compile(r"9[05] %[ -](?:intervals?|confidence)|\bwith 95 % confidence|\(9[05] %\)")
@@ -75,6 +81,12 @@ def pages() -> list[str]:
     return [name for name in listed.stdout.split() if name not in LEFT_OUT | MEASURED]
 
 
+def text_of(page: str) -> str:
+    """A page, or the prose of a card, with as many lines."""
+    text = (ROOT / page).read_text()
+    return re.sub(r"^\|.*", "", text, flags=re.M) if page in CARDS else text
+
+
 def unsourced(page: str, text: str, claims: list[dict]) -> Iterator[str]:
     """The figures of a page without an entry, and the entries whose text the page has no longer."""
     says = [claim["says"] for claim in claims]
@@ -98,6 +110,21 @@ def output(command: str, program: str) -> str:
     """What a command prints."""
     run = subprocess.run(f'stiction() {{ {shlex.quote(program)} "$@"; }}; {command}', shell=True, cwd=ROOT, capture_output=True, text=True)
     return run.stdout + run.stderr
+
+
+def helps(program: str, *command: str) -> Iterator[str]:
+    """The help of a command and of its subcommands, without examples."""
+    text = output(shlex.join(["stiction", *command, HELP]), program)
+    yield re.sub(r"^Examples?:\n(?:(?: .*)?\n)*", "", text, flags=re.M)
+    listed = re.search(r"^Commands:\n(.*?)\n\n", text, re.S | re.M)
+    for name in re.findall(r"^  ([\w-]+)", listed[1] if listed else "", re.M):
+        if name != "help":
+            yield from helps(program, *command, name)
+
+
+def help_of(program: str) -> str:
+    """The help of all commands, with each block once, as many share options."""
+    return "\n\n".join(dict.fromkeys(block for text in helps(program) for block in re.split(r"\n\s*\n", text)))
 
 
 def contradicted(page: str, claim: dict, program: str | None) -> str | None:
@@ -132,7 +159,10 @@ def main() -> int:
     claims = tomllib.loads(CLAIMS.read_text())
     faults = []
     for page in pages():
-        faults += unsourced(page, (ROOT / page).read_text(), claims.pop(page, []))
+        faults += unsourced(page, text_of(page), claims.pop(page, []))
+    of_help = claims.pop(HELP, [])
+    if program is not None:
+        faults += unsourced(HELP, help_of(program), of_help)
     for page in MEASURED:
         faults += commandless(page, (ROOT / page).read_text())
     faults += [f"docs/claims.toml: there is no page {page}" for page in claims]

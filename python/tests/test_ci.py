@@ -192,6 +192,25 @@ def test_a_figure_needs_a_source(claims):
     assert list(claims.commandless("a.md", "# A\n\n## B\n\nIt takes 5 s.\n\n```sh\nstiction bench\n```\n")) == []
 
 
+def test_a_figure_in_a_help_needs_a_source(claims, tmp_path):
+    program = tmp_path / "program"
+    helps = {
+        "--help": "It helps.\n\nCommands:\n  find  Find\n  help  Print\n\nOptions:",
+        "find": "Finds 47 of 100.\n\n  --n <N>  Number [default: 3]\n\n  --m <M>\n\n  [default: 4]\n\nExamples:\n  find 5 %\n",
+    }
+    program.write_text("#!/bin/sh\ncase $1 in\n" + "".join(f"{name}) echo '{text}';;\n" for name, text in helps.items()) + "esac\n")
+    program.chmod(0o755)
+    text = claims.help_of(str(program))
+    assert [fault.split(": ", 2)[2] for fault in claims.unsourced("--help", text, [])] == ["Finds 47 of 100.", "--n <N> Number [default: 3]"]
+    assert list(claims.unsourced("--help", text, [{"says": "47 of 100"}, {"says": "[default: 3]"}])) == []
+
+
+def test_a_figure_in_the_prose_of_a_card_needs_a_source(claims):
+    for card in claims.CARDS:
+        faults = list(claims.unsourced(card, claims.text_of(card), []))
+        assert faults and not any(": | " in fault for fault in faults)
+
+
 def test_a_source_that_says_otherwise_is_reported(claims):
     def why(program=None, **claim):
         return claims.contradicted("a.md", {"says": "x", **claim}, program)
