@@ -11,6 +11,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 MARKED = re.compile(r"(<!-- (stiction [^\n]*?) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
+# A table with a column for each kind of loop, which is too wide for a page.
+TOO_WIDE = re.compile(r"Share of the loops called sticking\.[^\n]*\n\n(?:\|[^\n]*\n)+\n?")
 
 
 def main() -> None:
@@ -26,7 +28,8 @@ def main() -> None:
             print(f"kept as it was: {run.stderr.strip()}", file=sys.stderr)
             return begin + old + end
         # What is not made for a page stands as it is on the screen.
-        shown = run.stdout.strip() if "--markdown" in command else f"```text\n{run.stdout.strip()}\n```"
+        narrow = TOO_WIDE.sub("", run.stdout).strip()
+        shown = narrow if "--markdown" in command else f"```text\n{narrow}\n```"
         return f"{begin}\n```sh\n{command}\n```\n\n{shown}\n\n{end}"
 
     for document in [Path(name) for name in sys.argv[2:]] or sorted(ROOT.glob("docs/**/*.md")):

@@ -152,6 +152,7 @@ pub const CONTENTS: &[Section] = &[
         about: "How often it is right, with targets that were missed.",
         pages: &[
             written!("accuracy.html", "Accuracy", "docs/accuracy.md"),
+            written!("every-method.html", "Every method", "docs/every-method.md"),
             written!("scoreboard.html", "The scoreboard", "docs/scoreboard.md"),
             written!("benchmark.html", "The benchmark of detectors", "docs/benchmark.md"),
             written!(
