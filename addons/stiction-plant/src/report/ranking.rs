@@ -72,7 +72,7 @@ columns! {
     "grade" [""] grade: Option<Grade>;
     /// Probability that the valve sticks, from all windows on which the verdict rests.
     "probability" [""] probability: Option<f64>;
-    /// Stick band plus dead band, of span.
+    /// Stick band plus dead band, of span; at the end of the week where it drifts.
     "S" ["%"] s: Option<f64>;
     /// Low end of its interval.
     "S_low" ["%"] s_low: Option<f64>;
