@@ -127,11 +127,12 @@ def compensate(
     S, J : float, optional
         S and J assumed for choosing parameters, percent of span; by default those of the valve.
     at_s : float, optional
-        Time at which it is switched on, s; by default after ten cycles.
+        Time at which it is switched on, s; by default after ten cycles, or ten settling times of the
+        process if that is longer.
     settle_s : float, optional
-        Settling time before the measurement, s; by default ten cycles.
+        Settling time before the measurement, s; by default that time, too.
     window_s : float, optional
-        Duration of the measurement, s; by default ten cycles.
+        Duration of the measurement, s; by default that time, too.
 
     Raises
     ------
@@ -319,7 +320,8 @@ def compare_compensators(
     S, J : float, optional
         S and J assumed for the valve, percent of span; by default those of the valve.
     at_s : float, optional
-        Time at which they are switched on, s; by default after ten cycles.
+        Time at which they are switched on, s; by default after ten cycles, or ten settling times of the
+        process if that is longer.
     progress : callable, optional
         Called with the number of finished simulations whenever it has grown: six for each compensator, and two for the loop as it
         is.

@@ -200,9 +200,9 @@ struct Init {
 
 /// Exit codes of a scan and of a check.
 const EXIT_CODES: &str = "Exit codes:
-  0  all recordings were read, and everything new was judged
-  2  some files or loops could not be read, each with a message, and everything else was judged; or
-     nothing could be done, and a single message says why
+  0  all recordings were read, and a scan has judged everything new
+  2  some files or loops could not be read, each with a message, and a scan has judged the others;
+     or nothing could be done, and a single message says why
 
 A table without an OP and without times, such as a list of tags, is not a recording. A note lists it.";
 
