@@ -13,7 +13,7 @@ use super::answer::{Noise, Process, Spell};
 use super::stems::{PLACES, SLID, Stem};
 use super::weigh::Manual;
 use crate::valve::{Play, Start, Valve};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix2, Vector2};
 
 /// First lags and dead times to try for a dead band downstream of the process, samples, and its widths as a share of
 /// the largest turn.
@@ -33,50 +33,54 @@ pub(super) fn apart(
     stems: &[Stem],
 ) -> Option<f64> {
     let longest = spells.iter().map(|spell| spell.pv.len()).max()?;
-    let white: Vec<Vec<f64>> = spells.iter().map(|spell| noise.whitened(&spell.pv)).collect();
+    let white: Vec<White> =
+        spells.iter().map(|spell| White::of(&spell.pv, noise)).collect::<Option<_>>()?;
     let left = |paths: &[Vec<f64>]| -> Option<f64> { left_with(paths, &white, noise) };
-    let of_turns =
-        |by: &dyn Fn(&Manual) -> Option<Vec<f64>>, step: &[f64]| -> Option<Vec<Vec<f64>>> {
-            kept.iter()
-                .zip(spells)
-                .map(|(manual, spell)| {
-                    let moves = by(manual)?;
-                    let mut path = vec![0.0; spell.pv.len()];
-                    for (at, m) in spell.turns.iter().zip(moves) {
-                        path[*at..].iter_mut().zip(step).for_each(|(y, h)| *y += m * h);
-                    }
-                    Some(path)
-                })
-                .collect()
-        };
+    let paths_of = |moves: &[Vec<f64>], step: &[f64]| -> Vec<Vec<f64>> {
+        let each = moves.iter().zip(spells);
+        each.map(|(moves, spell)| {
+            let mut path = vec![0.0; spell.pv.len()];
+            for (at, m) in spell.turns.iter().zip(moves) {
+                path[*at..].iter_mut().zip(step).for_each(|(y, h)| *y += m * h);
+            }
+            path
+        })
+        .collect()
+    };
     let own = processes.iter().copied();
     let others = TAU.iter().flat_map(|tau| DEAD.map(|dead| Process { tau: *tau, tau2: 0.0, dead }));
     let all: Vec<Process> =
         own.chain(others.filter(|process| process.dead <= longest_dead.max(2))).collect();
+    let moves_of = |(stem, place): (&Stem, &f64)| -> Option<Vec<Vec<f64>>> {
+        let of_spell = |spell: &Manual| {
+            let op: Vec<f64> = spell.turns.iter().map(|(_, op)| *op).collect();
+            stem.moves(spell.before, &op, *place)
+        };
+        kept.iter().map(of_spell).collect()
+    };
+    let places = || PLACES[..3].iter().chain(&SLID);
+    let stems = stems.iter().flat_map(|stem| places().map(move |place| (stem, place)));
+    let mut moves = stems.map(moves_of).collect::<Option<Vec<_>>>()?;
+    moves.dedup();
     let mut valve = f64::INFINITY;
     for process in &all {
         let step = process.step(longest);
-        for stem in stems {
-            for place in PLACES[..3].iter().chain(&SLID) {
-                let moves = |spell: &Manual| {
-                    let op: Vec<f64> = spell.turns.iter().map(|(_, op)| *op).collect();
-                    stem.moves(spell.before, &op, *place)
-                };
-                if let Some(sum) = left(&of_turns(&moves, &step)?) {
-                    valve = valve.min(sum);
-                }
+        for moves in &moves {
+            if let Some(sum) = left(&paths_of(moves, &step)) {
+                valve = valve.min(sum);
             }
         }
     }
     let mut behind = f64::INFINITY;
-    let travels = |spell: &Manual| -> Option<Vec<f64>> {
+    let travels = |spell: &Manual| -> Vec<f64> {
         let op = std::iter::once(spell.before).chain(spell.turns.iter().map(|(_, op)| *op));
         let op: Vec<f64> = op.collect();
-        Some(op.windows(2).map(|two| two[1] - two[0]).collect())
+        op.windows(2).map(|two| two[1] - two[0]).collect()
     };
+    let travels: Vec<Vec<f64>> = kept.iter().map(travels).collect();
     for process in all {
         let step = process.step(longest);
-        let paths = of_turns(&travels, &step)?;
+        let paths = paths_of(&travels, &step);
         let swing = |path: &Vec<f64>| crate::series::span(path);
         let widest = paths.iter().map(swing).fold(0.0, f64::max);
         for width in WIDTHS {
@@ -98,33 +102,54 @@ fn behind_play(input: &[f64], width: f64) -> Option<Vec<f64>> {
     Some(input.iter().map(|x| play.step(*x)).collect())
 }
 
+/// The whitened PV of a spell, beside a level and a slope.
+struct White {
+    pv: Vec<f64>,
+    level: Vec<f64>,
+    slope: Vec<f64>,
+    /// Inverse of the products of level and slope with each other.
+    inverse: Matrix2<f64>,
+    /// Their products with the PV, and its own.
+    of_pv: Vector2<f64>,
+    square: f64,
+}
+
+impl White {
+    /// `None` if level and slope are the same, as in a very short spell.
+    fn of(pv: &[f64], noise: &Noise) -> Option<Self> {
+        let (n, from) = (pv.len(), noise.order());
+        let pv = noise.whitened(pv);
+        let level = noise.whitened(&vec![1.0; n]);
+        let slope = noise.whitened(&(0..n).map(|k| k as f64 / n as f64).collect::<Vec<_>>());
+        let (mut gram, mut of_pv, mut square) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
+        for k in from..n {
+            let row = Vector2::new(level[k], slope[k]);
+            gram += row * row.transpose();
+            of_pv += row * pv[k];
+            square += pv[k] * pv[k];
+        }
+        let inverse = gram.try_inverse()?;
+        Some(Self { pv, level, slope, inverse, of_pv, square })
+    }
+}
+
 /// The residual sum of squares of the PV with a level and slope for each spell and one gain for all.
-fn left_with(paths: &[Vec<f64>], white: &[Vec<f64>], noise: &Noise) -> Option<f64> {
-    let from = noise.order();
+fn left_with(paths: &[Vec<f64>], white: &[White], noise: &Noise) -> Option<f64> {
     let (mut square, mut across, mut nothing) = (0.0, 0.0, 0.0);
     for (path, white) in paths.iter().zip(white) {
         let path = noise.whitened(path);
-        let n = path.len();
-        let (level, slope) = (
-            noise.whitened(&vec![1.0; n]),
-            noise.whitened(&(0..n).map(|k| k as f64 / n as f64).collect::<Vec<_>>()),
-        );
-        let mut gram = Matrix3::zeros();
-        let (mut y, mut all) = (Vector3::zeros(), 0.0);
-        for k in from..n {
-            let row = Vector3::new(path[k], level[k], slope[k]);
-            gram += row * row.transpose();
-            y += row * white[k];
-            all += white[k] * white[k];
+        let (mut own, mut y, mut level, mut slope) = (0.0, 0.0, 0.0, 0.0);
+        for k in noise.order()..path.len() {
+            own += path[k] * path[k];
+            y += path[k] * white.pv[k];
+            level += white.level[k] * path[k];
+            slope += white.slope[k] * path[k];
         }
         // Level and slope are eliminated.
-        let beside = gram.fixed_view::<2, 2>(1, 1).into_owned();
-        let inverse = beside.try_inverse()?;
-        let (g, v) =
-            (gram.fixed_view::<2, 1>(1, 0).into_owned(), y.fixed_rows::<2>(1).into_owned());
-        square += gram[(0, 0)] - g.dot(&(inverse * g));
-        across += y[0] - g.dot(&(inverse * v));
-        nothing += all - v.dot(&(inverse * v));
+        let (beside, v) = (Vector2::new(level, slope), white.of_pv);
+        square += own - beside.dot(&(white.inverse * beside));
+        across += y - beside.dot(&(white.inverse * v));
+        nothing += white.square - v.dot(&(white.inverse * v));
     }
     (square > 0.0).then(|| nothing - across * across / square)
 }

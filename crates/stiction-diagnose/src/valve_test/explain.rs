@@ -12,6 +12,7 @@ use super::stems::{PLACES, SLID, Stem};
 use super::weigh::{Manual, log_mean};
 use crate::series::max;
 use nalgebra::{Cholesky, DMatrix, DVector};
+use stiction_model::simd::{Kernel, Lane, Width};
 
 /// Relative change of the gain from turn to turn, of a process and of a recorded position.
 pub(super) const UNEVEN: f64 = 0.15;
@@ -131,26 +132,25 @@ impl<'a> Problem<'a> {
     fn placed_at(&self, stem: Option<Stem>, places: &[f64], over: fn(&[f64]) -> f64) -> (f64, f64) {
         let moves: Vec<Vec<Vec<f64>>> =
             self.spells.iter().map(|spell| self.moves(spell, stem, places)).collect();
-        let of_gain = |gain: &f64| -> f64 {
-            let each = self.answered.iter().zip(&moves);
-            each.map(|(answered, moves)| {
-                let logs: Vec<f64> = moves.iter().map(|m| answered.density(m, *gain)).collect();
-                over(&logs)
-            })
-            .sum()
+        let better = |best: (f64, f64), gains: &[f64]| {
+            let mut logs = vec![0.0; gains.len()];
+            for (answered, moves) in self.answered.iter().zip(&moves) {
+                let of_gain =
+                    |gain: &f64| moves.iter().map(|m| (&m[..], *gain)).collect::<Vec<_>>();
+                let all = answered.densities(&gains.iter().flat_map(of_gain).collect::<Vec<_>>());
+                let places = moves.len();
+                for (k, log) in logs.iter_mut().enumerate() {
+                    *log += over(&all[k * places..(k + 1) * places]);
+                }
+            }
+            let each = gains.iter().copied().zip(logs);
+            each.fold(best, |a, b| if b.1 > a.1 { b } else { a })
         };
         // The best constant gain and multiples of it. Small gains are needed if the PV does not answer.
         let gain = self.gain(&moves);
-        let coarse = GAINS.map(|by| gain * by).map(|gain| (gain, of_gain(&gain)));
-        let mut best =
-            coarse.into_iter().fold((0.0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a });
-        for by in [1.12f64, 1.06] {
-            for gain in [best.0 / by, best.0 * by] {
-                let log = of_gain(&gain);
-                if log > best.1 {
-                    best = (gain, log);
-                }
-            }
+        let mut best = better((0.0, f64::NEG_INFINITY), &GAINS.map(|by| gain * by));
+        for by in [1.12, 1.06] {
+            best = better(best, &[best.0 / by, best.0 * by]);
         }
         (self.log + best.1, best.0)
     }
@@ -180,11 +180,11 @@ impl<'a> Problem<'a> {
         let (_, gain) = self.likelihood(stem);
         let (mut clear, mut together, mut own, mut other) = (0, 0.0, 0.0, 0.0);
         for (answered, spell) in self.answered.iter().zip(self.spells) {
-            let best = self
-                .moves(spell, stem, &PLACES)
-                .into_iter()
-                .max_by(|a, b| answered.density(a, gain).total_cmp(&answered.density(b, gain)));
-            for (i, m) in best.iter().flat_map(|m| &m[1..]).enumerate() {
+            let moves = self.moves(spell, stem, &PLACES);
+            let logs =
+                answered.densities(&moves.iter().map(|m| (&m[..], gain)).collect::<Vec<_>>());
+            let best = moves.iter().zip(logs).max_by(|a, b| a.1.total_cmp(&b.1));
+            for (i, m) in best.iter().flat_map(|(m, _)| &m[1..]).enumerate() {
                 let (expected, (found, sd)) = (gain * m, answered.turn(i));
                 let ratio = found / expected;
                 let far = expected.abs() > 2.5 * sd && found.abs() > 2.5 * sd;
@@ -238,7 +238,7 @@ impl<'a> Problem<'a> {
     pub fn silence(&self) -> f64 {
         let still = |answered: &Answered| {
             let turns: usize = answered.0.iter().map(|piece| piece.found.len()).sum();
-            answered.density(&vec![0.0; turns + 1], 0.0)
+            answered.densities(&[(&vec![0.0; turns + 1], 0.0)])[0]
         };
         self.log + self.answered.iter().map(still).sum::<f64>()
     }
@@ -252,9 +252,16 @@ impl Answered {
         (piece.found[i], piece.covariance[(i, i)].sqrt())
     }
 
-    /// Log-density of the answers for these moves of the stem, which include the first turn.
-    fn density(&self, moves: &[f64], gain: f64) -> f64 {
-        self.0.iter().map(|piece| piece.density(piece.of(moves), gain)).sum()
+    /// Log-density of the answers for each case: moves of the stem, which include the first turn, and a gain.
+    fn densities(&self, cases: &[(&[f64], f64)]) -> Vec<f64> {
+        let mut all = vec![0.0; cases.len()];
+        for piece in &self.0 {
+            for (logs, cases) in all.chunks_mut(CASES).zip(cases.chunks(CASES)) {
+                let of = Width::widest().run(Densities { piece, cases });
+                logs.iter_mut().zip(of).for_each(|(log, of)| *log += of);
+            }
+        }
+        all
     }
 }
 
@@ -263,18 +270,69 @@ impl Piece {
     fn of<'a>(&self, moves: &'a [f64]) -> &'a [f64] {
         &moves[1 + self.from..1 + self.from + self.found.len()]
     }
+}
 
-    /// Log-density of its answers for these moves of the stem, up to a constant: a multivariate Student's t.
-    fn density(&self, moves: &[f64], gain: f64) -> f64 {
-        let (mut apart, mut spread) = (self.found.clone(), self.covariance.clone());
-        for (i, m) in moves.iter().enumerate() {
-            apart[i] -= gain * m;
-            spread[(i, i)] += (self.uneven * gain * m).powi(2);
+/// Number of cases whose densities are computed together.
+const CASES: usize = 8;
+
+/// The log-densities of the answers of a piece for some cases, up to a constant: a multivariate Student's t.
+struct Densities<'a> {
+    piece: &'a Piece,
+    /// At most [`CASES`].
+    cases: &'a [(&'a [f64], f64)],
+}
+
+impl Kernel for Densities<'_> {
+    type Output = [f64; CASES];
+
+    #[inline(always)]
+    fn run(self) -> [f64; CASES] {
+        type Lanes = Lane<CASES>;
+        let Self { piece, cases } = self;
+        let n = piece.found.len();
+        // The rows of the Cholesky factor L up to its diagonal, and the deviations d, of which L^-1 d is computed.
+        let mut rows = [[Lanes::splat(0.0); PIECE]; PIECE];
+        let mut apart = [Lanes::splat(0.0); PIECE];
+        for i in 0..n {
+            for j in 0..=i {
+                rows[i][j] = Lanes::splat(piece.covariance[(i, j)]);
+            }
+            apart[i] = Lanes::splat(piece.found[i]);
+            for (l, (moves, gain)) in cases.iter().enumerate() {
+                let expected = gain * piece.of(moves)[i];
+                apart[i][l] -= expected;
+                rows[i][i][l] += (piece.uneven * expected).powi(2);
+            }
         }
-        let Some(factor) = Cholesky::new(spread) else { return f64::NEG_INFINITY };
-        let q = apart.dot(&factor.solve(&apart));
-        let n = apart.len() as f64;
-        -factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()
-            - 0.5 * (FREEDOM + n) * (q / FREEDOM).ln_1p()
+        let (mut logs, mut squares) = (Lanes::splat(0.0), Lanes::splat(0.0));
+        for i in 0..n {
+            let (above, below) = rows.split_at_mut(i);
+            let row = &mut below[0];
+            for j in 0..i {
+                let mut sum = row[j];
+                for k in 0..j {
+                    sum.subtract_product(&row[k], &above[j][k]);
+                }
+                row[j] = Lanes::from_fn(|l| sum[l] / above[j][j][l]);
+            }
+            let (mut square, mut deviation) = (row[i], apart[i]);
+            for k in 0..i {
+                square.subtract_product(&row[k], &row[k]);
+                deviation.subtract_product(&row[k], &apart[k]);
+            }
+            // Not a number where the covariance is not positive definite.
+            row[i] = Lanes::from_fn(|l| square[l].sqrt());
+            apart[i] = Lanes::from_fn(|l| deviation[l] / row[i][l]);
+            let own = apart[i];
+            squares.add_product(&own, &own);
+            for l in 0..CASES {
+                logs[l] -= row[i][l].ln();
+            }
+        }
+        let freedom = 0.5 * (FREEDOM + n as f64);
+        std::array::from_fn(|l| {
+            let log = logs[l] - freedom * (squares[l] / FREEDOM).ln_1p();
+            if log.is_finite() { log } else { f64::NEG_INFINITY }
+        })
     }
 }
