@@ -272,10 +272,10 @@ struct DetectorArgs {
     /// Let the index name recordings outside its folder
     #[arg(long, requires = "labels")]
     allow_outside: bool,
-    /// Name of the program in results [default: its command]
+    /// Name of your detector, shown in the results [default: its command]
     #[arg(long, value_name = "NAME", requires = "command")]
     name: Option<String>,
-    /// Version of the program in results
+    /// Version of your detector, shown in the results
     #[arg(long, value_name = "VERSION", requires = "command")]
     detector_version: Option<String>,
     /// Time for an answer, s

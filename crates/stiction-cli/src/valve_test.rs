@@ -157,7 +157,7 @@ struct Read {
     /// The completed sheet: a CSV file with the columns time and op
     #[arg(long, value_name = "DONE.csv")]
     done: Option<In>,
-    /// The recording of a test before a repair, for a comparison
+    /// The recording of the test before the repair, to compare with this one
     #[arg(long, value_name = "BEFORE")]
     before: Option<In>,
     /// The plan of the test before the repair

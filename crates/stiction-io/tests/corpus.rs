@@ -538,7 +538,7 @@ pub const CASES: &[Case] = &[
     refused!("time-gap-endless.csv", "row 4, column \"t\": \"1e308\", interpreted as seconds"),
     refused!(
         "sample-time-in-days.csv",
-        "interpreted as seconds, would be 12 µs, as days 1 s: if this is right, give sample_time 1"
+        "is unusual; give sample_time 1 if it means 1 s (in days), or sample_time"
     ),
     case!("sample-time-in-days.csv", "sample_time = 1", Ok("f op 0:50 1:51"), &[]),
     refused!("sample-time-tiny.csv", "given as 1e-308 s, which no recording has"),

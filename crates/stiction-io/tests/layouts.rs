@@ -116,7 +116,7 @@ fn empty_cells_may_be_rows_of_other_signals() {
     );
     assert_eq!((pv.time[1], one.op.time[1], pv.usable_share()), (1.0, 1.2, 1.0));
     assert_eq!(one.mode.as_ref().unwrap().modes, [Mode::Automatic]);
-    let note = "empty cells of \"FIC1.OP\", \"FIC1.PV\", \"FIC1.SP\" are no missing samples";
+    let note = "empty cells of \"FIC1.OP\", \"FIC1.PV\", \"FIC1.SP\" do not count as missing";
     assert!(said(&reading).contains(note), "{}", said(&reading));
     // Two rates in one table.
     let reading = read(&rates);
@@ -126,7 +126,7 @@ fn empty_cells_may_be_rows_of_other_signals() {
     let reading = read(&lost);
     let pv = reading.recordings[0].pv.as_ref().unwrap();
     assert_eq!(pv.quality.iter().filter(|quality| **quality == Quality::Missing).count(), 7);
-    assert!(!said(&reading).contains("no missing samples"), "{}", said(&reading));
+    assert!(!said(&reading).contains("not count as missing"), "{}", said(&reading));
 }
 
 #[test]

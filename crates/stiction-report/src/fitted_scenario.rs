@@ -131,9 +131,9 @@ fn write_process(
     let mut line = |text: String| out.line(text);
     let which = match nearest {
         true => {
-            "among the values that explain the PV with that valve, those nearest to the recorded swing"
+            "the values nearest to the recorded swing, among those that explain the PV with this valve"
         }
-        false => "the likeliest values that explain the PV with that valve",
+        false => "the likeliest values that explain the PV with this valve",
     };
     line(format!("\n[process]  # {which}"));
     if lag_s.is_finite() {

@@ -486,7 +486,7 @@ export const t = {
     },
     changes: {
       none: "No significant change this week.",
-      hint: "New: sticks, and did not before. Returned: sticks again. Worse or better: S grew or shrank. Gone: probably stuck before, and has at most 50 % now.",
+      hint: "New: sticks, and did not before. Returned: sticks again. Worse or better: S grew or shrank. Gone: probably stuck before, and the probability is now at most 50 %.",
       since: (day: string) => `since ${day}`,
       from: (before: string, now: string) => `${before} before, ${now} now`,
     },

@@ -118,8 +118,8 @@ impl Overrides {
                 continue;
             };
             let message = format!(
-                "[override]: contradicts the one in line {other}, of {} for {}; remove one, or give them days that \
-                 do not overlap",
+                "[override]: contradicts the override in line {other} on loop {}, for {}; remove one, or give \
+                 them days that do not overlap",
                 one.loop_name,
                 one.scope_in_words()
             );
@@ -408,7 +408,7 @@ mod tests {
             (&format!("{head}{file}tag = \"B\"\n"), "line 7: unknown key \"override.tag\""),
             (
                 &twice,
-                "line 1: [override]: contradicts the one in line 7, of A for this recording, a.csv",
+                "line 1: [override]: contradicts the override in line 7 on loop A, for this recording, a.csv",
             ),
             ("override = 3\n", "line 1"),
             ("[[override]\n", "line 1"),

@@ -106,7 +106,7 @@ fn changed(ranking: &Ranking<'_>) -> Markup {
                     p { (changed.len() - LINES) " more are in the list below." }
                 }
             }
-            p.soft { "New: sticks, and did not before. Returned: sticks again. Still sticks: after a repair. Worse, better: S grew, shrank. Gone: probably stuck before, and has at most 50 % now." }
+            p.soft { "New: sticks, and did not before. Returned: sticks again. Still sticks: after a repair. Worse, better: S grew, shrank. Gone: probably stuck before, and the probability is now at most 50 %." }
         }
     }
 }

@@ -29,8 +29,8 @@ pub fn markdown(suite: &Suite, asked: &[KnownLoop], tool: &str) -> String {
          J. Do not give it to a detector.\n\
          * `SHA256SUMS`: the SHA-256 of each file, as `sha256sum -c` reads it.\n\n\
          No recording of a real plant is included. The loops may be used for any purpose under the licences of the \
-         program, MIT or Apache 2.0. Their distributions are judgement, not statistics of plants. They are described in \
-         `docs/population.md` of the project.\n\n## Parts\n\n"
+         program, MIT or Apache 2.0. Their distributions were chosen by judgement, not from statistics of plants. \
+         `docs/population.md` of the project describes them.\n\n## Parts\n\n"
     );
     let table = Table::new("").words("part").numbers("loops", "").words("content");
     let parts = suite.parts().iter().fold(table, |table, (part, n)| {

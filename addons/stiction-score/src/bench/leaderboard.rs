@@ -173,9 +173,9 @@ pub fn nats(results: &Results) -> Option<Table> {
     let bands = &results.entries.first()?.measures.nats;
     let table = Table::new(of_drawn(
         results,
-        "Sticking loops of the population by the information gain of an observer who knows the stem, in nats, masked ones \
-         too. The observer's recall at 1 % false alarms is the ceiling. A detector has two columns: calls, and recall at \
-         its own threshold with 1 % false alarms.",
+        "Sticking loops of the population, masked ones included, by the information gain in nats of an observer who \
+         knows the stem. The observer's recall at 1 % false alarms is the ceiling. Each detector has two columns: the \
+         share that it calls sticking, and its recall at its own threshold with 1 % false alarms.",
     ))
     .columns("nats from | below | #loops | #observer");
     let shown = drawn(results);

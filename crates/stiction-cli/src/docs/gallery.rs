@@ -330,7 +330,7 @@ pub fn page(shown: &[Shown]) -> Page {
         "# Twelve loops\n\n\
          Some of these valves stick, and other loops only look as if theirs did. Each loop was simulated, so the \
          truth is known. It was written to a file like that of a plant, and diagnosed from that file. Of these {} \
-         verdicts {} are right, {} clears a valve whose true S is below the detection limit, {} leave the answer \
+         verdicts, {} are right, {} clears a valve whose true S is below the detection limit, {} leave the answer \
          open, and {} are wrong. The loops were chosen to show easy and difficult cases. The page \
          [accuracy](accuracy.html) counts correct verdicts on thousands of loops.\n\n\
          A card shows the last six periods, PV in green and OP in blue. Its percentage is the probability that the \

@@ -253,9 +253,12 @@ fn retuning_text(found: &Retuning, l: &ContinuousLoop) -> String {
         text::columns(&rows, &[false, true, true])
     );
     let mut said = match (&found.best.cycle, found.pv_ratio) {
-        (None, Some(_)) => "Retuned, the loop does not cycle".to_owned(),
+        (None, Some(_)) => "With this tuning, the loop does not cycle".to_owned(),
         (_, Some(ratio)) => {
-            format!("Retuned, the PV swing is {} times the present one", text::number(ratio))
+            format!(
+                "With this tuning, the PV swing is {} times the present one",
+                text::number(ratio)
+            )
         }
         (_, None) => "The loop does not cycle at present".to_owned(),
     };
@@ -263,14 +266,14 @@ fn retuning_text(found: &Retuning, l: &ContinuousLoop) -> String {
         said +=
             &format!("; the IAE of a load step is {} times the present one", text::number(ratio));
     }
-    said += &format!(". {} tunings were within the bound", found.robust_tunings);
+    said += &format!(". {} tunings were within the bound of Ms", found.robust_tunings);
     if found.unjudged_tunings > 0 {
         said += &format!("; for {} the cycle could not be determined", found.unjudged_tunings);
     }
     said.push('.');
     if found.at_edge {
         said += " The best tuning lies at the limit of the search, a fifth to five times the present Kc and Ti. \
-            There may be a better one beyond.";
+            A better one may lie outside these limits.";
     }
     if l.controller.gains().2 != 0.0 {
         said += " The derivative action was dropped.";

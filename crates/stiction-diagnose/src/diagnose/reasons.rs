@@ -182,7 +182,7 @@ fn because(cause: Cause, evidence: &Evidence) -> String {
             share("pv_still").map_or("often".to_owned(), |of| format!("in {of} of the samples"))
         ),
         Cause::Saturation => format!(
-            "the OP rests at its limits{}: it cannot give the demanded flow",
+            "the OP is at its limits{}, so the valve cannot give the demanded flow",
             share("op_at_limit").map_or(String::new(), |of| format!(" for {of} of the time"))
         ),
         Cause::SetPointChanges => match (share("sp_moves"), share("sp_explains")) {

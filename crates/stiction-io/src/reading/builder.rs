@@ -107,8 +107,8 @@ impl<'a> Builder<'a> {
         let is_sparse = !sparse.is_empty();
         if is_sparse {
             notes.push(format!(
-                "empty cells of {} are no missing samples, because its rhythm shows that they are rows of other \
-                 signals, or that only changes are stored",
+                "empty cells of {} do not count as missing samples, because the spacing of the values shows that the \
+                 rows belong to other signals, or that the file stores only changes",
                 list(&sparse)
             ));
         }

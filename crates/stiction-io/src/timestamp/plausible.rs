@@ -449,16 +449,15 @@ pub fn check_sample_time(
     }
     let other = [86_400.0, 3600.0, 60.0, 1e-3, 1e-6].map(|unit| (unit, seconds * unit));
     let other = other.into_iter().find(|(_, seconds)| USUAL.contains(seconds));
-    let mut readings = format!("interpreted as seconds, would be {}", span(seconds));
-    if let Some((unit, other)) = other {
+    let in_other = other.map_or(String::new(), |(unit, other)| {
         let remedy = wording.of(Remedy::SampleTime(rounded(other)));
-        readings +=
-            &format!(", as {} {}: if this is right, give {remedy}", unit_name(unit), span(other));
-    }
+        format!("{remedy} if it means {} (in {}), or ", span(other), unit_name(unit))
+    });
     wrong(format!(
-        "the sample time in the file, {}, {readings}; if it is right, give {}",
+        "the sample time in the file, {}, is unusual; give {in_other}{} if it means {} (in seconds)",
         digits(seconds),
-        wording.of(Remedy::SampleTime(seconds))
+        wording.of(Remedy::SampleTime(seconds)),
+        span(seconds)
     ))
 }
 

@@ -11,7 +11,7 @@ pub(in crate::methods) fn draw(
     found: &DamarlaRegressionResult,
 ) -> Option<Figure> {
     let lead = format!(
-        "Windows of {} samples; shaded where the OP's slope is at least {} times the PV's, both in standard \
+        "In the shaded windows of {} samples, the OP's slope is at least {} times the PV's slope, both in standard \
          deviations",
         found.window,
         number(found.eta)

@@ -12,7 +12,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &DamarlaTestResult) -> 
         SteadinessTest::ReverseArrangements => "level",
     };
     let lead = format!(
-        "Windows of {} samples; shaded where the PV's {what} is steady and the OP's is not",
+        "In the shaded windows of {} samples, the PV's {what} is steady and the OP's is not",
         found.window
     );
     marked(scene, &lead, &found.marked, found.window)
