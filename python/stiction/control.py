@@ -192,7 +192,7 @@ class ValveDescribingFunction(control.DescribingFunctionNonlinearity):  # type: 
         self._valve = Valve(S, J, model=text("model", model))
 
     def __call__(self, op: Any) -> float:
-        """Follow the OP by one sample."""
+        """Return the valve position (VP) for one new sample of the OP."""
         return self._valve.step(float(np.squeeze(op)))
 
     def describing_function(self, amplitude: npt.ArrayLike) -> Any:

@@ -186,7 +186,7 @@ def detect(
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If there is no such method, or a signal has a different length or not finite.
+        If there is no such method, the signals differ in length, or one is not finite.
 
     Examples
     --------
@@ -228,7 +228,7 @@ def detect_all(
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If a signal has a different length or not finite.
+        If the signals differ in length, or one is not finite.
     """
     found = _core.detect_stiction(None, _signals(op, pv, sp, vp, sample_time, period_s, loop_type))
     return {each["name"]: result_of(Finding, each) for each in found}
@@ -263,7 +263,7 @@ def method_evidence(
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If there is no such method, or a signal has a different length or not finite.
+        If there is no such method, the signals differ in length, or one is not finite.
 
     Examples
     --------

@@ -78,7 +78,7 @@ def evidence(op: Samples, pv: Samples | None = None, sp: Samples | None = None, 
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If a signal has a different length or is not finite, or there is nothing to measure.
+        If the signals differ in length, one is not finite, or there is nothing to measure.
 
     Examples
     --------

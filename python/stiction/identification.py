@@ -258,7 +258,7 @@ def fit_hammerstein(
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If a signal has a different length, is not finite or does not move, if there is no period, or too few samples.
+        If the signals differ in length, one is not finite or does not move, there is no period, or there are too few samples.
 
     Examples
     --------
@@ -290,7 +290,7 @@ class ValveFit(Result):
     j_over_s: float = about("J as a share of S.")
     delay: int = about("Delay, samples.")
     mse: float = about("Mean square residual of one-step prediction, variances of the PV.")
-    gain: float = about("Logarithm of the ratio of squared residuals, of a valve that follows to this one.")
+    gain: float = about("Logarithm of the ratio of squared residuals: a valve that follows the OP over this valve.")
     information: float = about("The same by Schwarz's criterion.")
     jump_gain: float = about("Gain from the slip jump; near 0, J is not identified.")
     width: float = about("Logarithm of the ratio of the largest to the smallest S that explain the PV almost as well.")
@@ -300,14 +300,14 @@ class ValveFit(Result):
 
 @result
 class ValveEvidence(Result):
-    """How much better a sticking valve explains the PV than a valve that follows, with controls.
+    """How much better a sticking valve explains the PV than a valve that follows the OP, with controls.
 
     All gains are logarithms of ratios of squared residuals. 0 means no evidence.
     """
 
     samples: int = about("Number of predicted samples.")
     op_span: float = about("Span of the OP without its slow part, standard deviations of the OP.")
-    linear_mse: float = about("Mean square residual with a valve that follows, variances of the PV.")
+    linear_mse: float = about("Mean square residual with a valve that follows the OP, variances of the PV.")
     two_phase: ValveFit
     he: ValveFit = about("With a two-phase valve, and with a valve of He et al. (2007).")
     best: str = about("The model that predicts better.")
@@ -326,14 +326,14 @@ class ValveEvidence(Result):
 
 @documented
 def weigh_valve(op: Samples, pv: Samples, *, sample_time: float, period_s: float | None = None) -> ValveEvidence:
-    """Compare a sticking valve before a linear process with a valve that follows.
+    """Compare a sticking valve before a linear process with a valve that follows the OP.
 
     Raises
     ------
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If a signal has a different length, is not finite or does not move, if there is no period, or too few samples.
+        If the signals differ in length, one is not finite or does not move, there is no period, or there are too few samples.
 
     Examples
     --------

@@ -40,7 +40,7 @@ class OwnValve(ABC):
 
     @abstractmethod
     def step(self, op: float) -> float:
-        """Follow the OP by one sample.
+        """Return the valve position (VP) for one new sample of the OP.
 
         Parameters
         ----------

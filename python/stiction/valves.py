@@ -96,7 +96,7 @@ def valve(
     lag_s : float, default 0
         Time constant of a first-order lag of the stem, s.
     sample_time : float, optional
-        Time between samples, s; needed only with `lag_s` and `rest_tolerance`.
+        Time between samples, s; needed only with `lag_s` or `rest_tolerance`.
 
     Returns
     -------

@@ -193,7 +193,7 @@ fn valve_fit<'py>(py: Python<'py>, fit: &ValveFit) -> PyResult<Bound<'py, PyDict
     ))
 }
 
-/// Compares a sticking valve with a valve that follows.
+/// Compares a sticking valve with a valve that follows the OP.
 #[pyfunction]
 pub fn weigh_hammerstein<'py>(
     py: Python<'py>,

@@ -334,7 +334,7 @@ impl StemValve {
         self.valve.sample_time_s()
     }
 
-    /// Follow the OP by one sample.
+    /// Return the valve position (VP) for one new sample of the OP.
     ///
     /// Parameters
     /// ----------

@@ -41,7 +41,7 @@ const STRIDE: usize = 1 << 20;
 /// lag_s : float, default 0
 ///     Time constant of a first-order lag of the stem, s.
 /// sample_time : float, optional
-///     Time between samples, s; needed only with `lag_s` and `rest_tolerance`.
+///     Time between samples, s; needed only with `lag_s` or `rest_tolerance`.
 ///
 /// Raises
 /// ------
@@ -157,7 +157,7 @@ impl Valve {
         self.assembly.position()
     }
 
-    /// Follow the OP by one sample.
+    /// Return the valve position (VP) for one new sample of the OP.
     ///
     /// Parameters
     /// ----------

@@ -17,6 +17,9 @@ def redacted(url: str) -> str:
 
 
 def refuse_password(url: str, variable: str) -> None:
-    """Refuse an address with a password. One with a slash is no part of the host any more, so the text is searched."""
+    """Refuse an address with a password.
+
+    The whole text is searched, because a slash in the password would end the host part of a parsed address.
+    """
     if redacted(url) != url:
         raise Refused(f"the address holds a password; give it in the environment as {variable}")

@@ -279,7 +279,7 @@ def _is_journal(path: Path) -> bool:
 
 
 def _read_head(path: Path) -> tuple[list[str], int]:
-    """The tags of a journal, and the place of its first record; no tags if its head was cut."""
+    """Return the tags of a journal and the offset of its first record. There are no tags if the head is incomplete."""
     with open(path, "rb") as file:
         length = int.from_bytes(file.read(8), "little")
         head = file.read(length) if length <= 1 << 28 else b""

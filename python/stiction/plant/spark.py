@@ -155,7 +155,7 @@ def probe(spark: Any) -> None:
         answers = of_each.distinct().collect()
     except Exception as error:
         first = next((line for line in str(error).splitlines() if "Error" in line), str(error).partition("\n")[0])
-        raise RuntimeError(f"the executors cannot run Python with Arrow, give them pyarrow and NumPy: {first}") from error
+        raise RuntimeError(f"the executors cannot run Python with Arrow: {first}; install pyarrow and NumPy on them") from error
     for answer in answers:
         if answer.problem:
             words = f"executor {answer.host} cannot use the wheel ({answer.problem})"
@@ -532,8 +532,8 @@ def scan(
     settings : str or path, optional
         The text of a ``plant.toml``, or the path of its folder. By default the zone is UTC and everything is recognised.
     known : pyspark.sql.DataFrame, optional
-        Rows of earlier scans. With a column ``run``, the last run counts. Windows among them with the same samples and settings
-        are not judged again.
+        Rows of earlier scans. If they have a column ``run``, the last run of each window counts. Windows among them with the
+        same samples and settings are not judged again.
 
     Returns
     -------
@@ -633,8 +633,8 @@ def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None)
     Parameters
     ----------
     rows : pyspark.sql.DataFrame
-        Rows with their traces, as returned by `scan`. With a column ``run``, the last run counts. The plant's store must already
-        contain them.
+        Rows with their traces, as returned by `scan`. If they have a column ``run``, the last run of each window counts. The
+        plant's store must already contain them.
 
     Returns
     -------
