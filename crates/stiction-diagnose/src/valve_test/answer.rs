@@ -123,9 +123,9 @@ impl Noise {
 
     /// The signal minus its prediction from the past. The signal is 0 before its first sample.
     pub fn whitened(&self, x: &[f64]) -> Vec<f64> {
-        let past = |k: usize| {
-            let lags = (1..).zip(&self.0).take_while(|(lag, _)| *lag <= k);
-            lags.map(|(lag, a)| a * x[k - lag]).sum::<f64>()
+        let past = |k: usize| -> f64 {
+            let latest = &x[k.saturating_sub(self.0.len())..k];
+            self.0.iter().zip(latest.iter().rev()).map(|(a, x)| a * x).sum()
         };
         (0..x.len()).map(|k| x[k] - past(k)).collect()
     }
@@ -229,12 +229,16 @@ fn normal(spell: &Spell, step: &[f64], noise: &Noise) -> (DMatrix<f64>, DVector<
     let mut gram = DMatrix::zeros(columns, columns);
     let mut products = DVector::zeros(columns);
     for (i, at) in spell.turns.iter().enumerate() {
-        for k in from.max(*at)..n {
-            let x = step[k - at];
-            products[i] += x * white[k];
-            gram[(i, turns)] += x * keep;
-            gram[(i, turns + 1)] += x * slope_at(k);
+        let first = from.max(*at).min(n);
+        let (mut product, mut level, mut slope) = (0.0, 0.0, 0.0);
+        for ((k, white), x) in (first..n).zip(&white[first..]).zip(&step[first - at.min(&first)..])
+        {
+            product += x * white;
+            level += x * keep;
+            slope += x * slope_at(k);
         }
+        products[i] = product;
+        (gram[(i, turns)], gram[(i, turns + 1)]) = (level, slope);
     }
     // All turns have the same response, so the product of two is a sum that depends only on the time between them. Of
     // pairs with the same time, the earlier one needs more of the same sum.

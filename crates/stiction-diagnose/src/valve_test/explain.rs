@@ -290,30 +290,34 @@ impl Kernel for Densities<'_> {
         type Lanes = Lane<CASES>;
         let Self { piece, cases } = self;
         let n = piece.found.len();
-        // The rows of the Cholesky factor L up to its diagonal, and the deviations d, of which L^-1 d is computed.
-        let mut rows = [[Lanes::splat(0.0); PIECE]; PIECE];
+        // The rows of the Cholesky factor L, each up to its diagonal, and the deviations d, of which L^-1 d is computed.
+        let mut rows = [Lanes::splat(0.0); PIECE * (PIECE + 1) / 2];
         let mut apart = [Lanes::splat(0.0); PIECE];
         for i in 0..n {
-            for j in 0..=i {
-                rows[i][j] = Lanes::splat(piece.covariance[(i, j)]);
+            let row = &mut rows[i * (i + 1) / 2..][..=i];
+            for (j, each) in row.iter_mut().enumerate() {
+                *each = Lanes::splat(piece.covariance[(i, j)]);
             }
             apart[i] = Lanes::splat(piece.found[i]);
             for (l, (moves, gain)) in cases.iter().enumerate() {
                 let expected = gain * piece.of(moves)[i];
                 apart[i][l] -= expected;
-                rows[i][i][l] += (piece.uneven * expected).powi(2);
+                row[i][l] += (piece.uneven * expected).powi(2);
             }
         }
-        let (mut logs, mut squares) = (Lanes::splat(0.0), Lanes::splat(0.0));
+        // The diagonal is divided by this, so that its product has no unit.
+        let unit = piece.covariance[(0, 0)].sqrt();
+        let (mut product, mut squares) = (Lanes::splat(1.0), Lanes::splat(0.0));
         for i in 0..n {
-            let (above, below) = rows.split_at_mut(i);
-            let row = &mut below[0];
+            let (above, below) = rows.split_at_mut(i * (i + 1) / 2);
+            let row = &mut below[..=i];
             for j in 0..i {
+                let other = &above[j * (j + 1) / 2..][..=j];
                 let mut sum = row[j];
                 for k in 0..j {
-                    sum.subtract_product(&row[k], &above[j][k]);
+                    sum.subtract_product(&row[k], &other[k]);
                 }
-                row[j] = Lanes::from_fn(|l| sum[l] / above[j][j][l]);
+                row[j] = Lanes::from_fn(|l| sum[l] / other[j][l]);
             }
             let (mut square, mut deviation) = (row[i], apart[i]);
             for k in 0..i {
@@ -323,15 +327,14 @@ impl Kernel for Densities<'_> {
             // Not a number where the covariance is not positive definite.
             row[i] = Lanes::from_fn(|l| square[l].sqrt());
             apart[i] = Lanes::from_fn(|l| deviation[l] / row[i][l]);
+            product = Lanes::from_fn(|l| product[l] * (row[i][l] / unit));
             let own = apart[i];
             squares.add_product(&own, &own);
-            for l in 0..CASES {
-                logs[l] -= row[i][l].ln();
-            }
         }
         let freedom = 0.5 * (FREEDOM + n as f64);
         std::array::from_fn(|l| {
-            let log = logs[l] - freedom * (squares[l] / FREEDOM).ln_1p();
+            let log =
+                -product[l].ln() - n as f64 * unit.ln() - freedom * (squares[l] / FREEDOM).ln_1p();
             if log.is_finite() { log } else { f64::NEG_INFINITY }
         })
     }
