@@ -10,6 +10,7 @@
 //! filtered until the noise is white. Then least squares gives the a_i and their covariance. A valve changes only the
 //! a_i, so they hold all information of the test about the valve.
 
+use crate::numeric::least_squares::dot;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// A time in manual: its PV, and the samples at which the OP was turned.
@@ -177,15 +178,15 @@ pub(super) struct Answers {
 }
 
 impl Answers {
-    /// The answers of the spells, given a process and a noise model.
-    fn of(spells: &[Spell], process: Process, noise: &Noise) -> Option<Self> {
-        let longest = spells.iter().map(|spell| spell.pv.len()).max()?;
+    /// The answers of the spells, given a process and a noise model, with which they are whitened.
+    fn of(spells: &[White<'_>], process: Process, noise: &Noise) -> Option<Self> {
+        let longest = spells.iter().map(|white| white.pv.len()).max()?;
         let step = noise.whitened(&process.step(longest));
         let mut all = vec![];
         let mut left = 0.0;
-        for spell in spells {
-            let (gram, products, square) = normal(spell, &step, noise);
-            let of_turns = spell.turns.len();
+        for white in spells {
+            let (gram, products, square) = white.normal(&step);
+            let of_turns = white.turns.len();
             let factor = Cholesky::new(gram.clone())?;
             let found = factor.solve(&products);
             left += (square - found.dot(&products)).max(0.0);
@@ -216,67 +217,79 @@ impl Answers {
     }
 }
 
-/// Normal equations of a spell, with a column for each turn, then level and slope; and the sum of squares of the PV.
-fn normal(spell: &Spell, step: &[f64], noise: &Noise) -> (DMatrix<f64>, DVector<f64>, f64) {
-    let n = spell.pv.len();
-    let from = noise.0.len();
-    let keep = 1.0 - noise.0.iter().sum::<f64>();
-    let slip: f64 = (1..).zip(&noise.0).map(|(lag, a)| f64::from(lag) * a).sum();
-    let white = noise.whitened(&spell.pv);
-    let turns = spell.turns.len();
-    let columns = turns + BESIDE;
-    let slope_at = |k: usize| (keep * (k as f64 - 0.5 * n as f64) + slip) / n as f64;
-    let mut gram = DMatrix::zeros(columns, columns);
-    let mut products = DVector::zeros(columns);
-    for (i, at) in spell.turns.iter().enumerate() {
-        let first = from.max(*at).min(n);
-        let (mut product, mut level, mut slope) = (0.0, 0.0, 0.0);
-        for ((k, white), x) in (first..n).zip(&white[first..]).zip(&step[first - at.min(&first)..])
-        {
-            product += x * white;
-            level += x * keep;
-            slope += x * slope_at(k);
-        }
-        products[i] = product;
-        (gram[(i, turns)], gram[(i, turns + 1)]) = (level, slope);
-    }
-    // All turns have the same response, so the product of two is a sum that depends only on the time between them. Of
-    // pairs with the same time, the earlier one needs more of the same sum.
-    let mut pairs = vec![];
-    for (j, later) in spell.turns.iter().enumerate() {
-        for (i, at) in spell.turns[..=j].iter().enumerate() {
-            pairs.push((later - at, from.saturating_sub(*later), n - later, i, j));
-        }
-    }
-    pairs.sort_unstable();
-    for same in pairs.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        let (lag, mut since, mut sum) = (same[0].0, same[0].1, 0.0);
-        for (_, _, until, i, j) in same {
-            while since < *until {
-                sum += step[since + lag] * step[since];
-                since += 1;
+/// A spell, whitened by a noise model, with what does not depend on the process.
+struct White<'a> {
+    turns: &'a [usize],
+    pv: Vec<f64>,
+    /// First sample that is predicted.
+    from: usize,
+    /// Level and slope, whitened, by sample.
+    level: f64,
+    slope: Vec<f64>,
+    /// Pairs of turns, sorted: samples between them, the first sample after the later one that counts, their number, and the
+    /// indices of the earlier and the later one.
+    pairs: Vec<(usize, usize, usize, usize, usize)>,
+}
+
+impl<'a> White<'a> {
+    fn of(spell: &'a Spell, noise: &Noise) -> Self {
+        let (n, from) = (spell.pv.len(), noise.0.len());
+        let level = 1.0 - noise.0.iter().sum::<f64>();
+        let slip: f64 = (1..).zip(&noise.0).map(|(lag, a)| f64::from(lag) * a).sum();
+        let slope = (0..n).map(|k| (level * (k as f64 - 0.5 * n as f64) + slip) / n as f64);
+        let mut pairs = vec![];
+        for (j, later) in spell.turns.iter().enumerate() {
+            for (i, at) in spell.turns[..=j].iter().enumerate() {
+                pairs.push((later - at, from.saturating_sub(*later), n - later, i, j));
             }
-            gram[(*i, *j)] = sum;
         }
+        pairs.sort_unstable();
+        let (pv, slope) = (noise.whitened(&spell.pv), slope.collect());
+        Self { turns: &spell.turns, pv, from, level, slope, pairs }
     }
-    let mut square = 0.0;
-    for k in from..n {
-        let (y, slope) = (white[k], slope_at(k));
-        square += y * y;
-        products[turns] += keep * y;
-        products[turns + 1] += slope * y;
-        gram[(turns, turns)] += keep * keep;
-        gram[(turns, turns + 1)] += keep * slope;
-        gram[(turns + 1, turns + 1)] += slope * slope;
-    }
-    for i in 0..columns {
-        for j in 0..i {
-            gram[(i, j)] = gram[(j, i)];
+
+    /// The normal equations for a whitened step response, with a column for each turn, then level and slope; and the sum of
+    /// squares of the PV.
+    fn normal(&self, step: &[f64]) -> (DMatrix<f64>, DVector<f64>, f64) {
+        let (n, turns, level) = (self.pv.len(), self.turns.len(), self.level);
+        let columns = turns + BESIDE;
+        let mut gram = DMatrix::zeros(columns, columns);
+        let mut products = DVector::zeros(columns);
+        for (i, at) in self.turns.iter().enumerate() {
+            let first = self.from.max(*at).min(n);
+            let step = &step[first - at.min(&first)..][..n - first];
+            products[i] = dot(step, &self.pv[first..]);
+            gram[(i, turns)] = level * step.iter().sum::<f64>();
+            gram[(i, turns + 1)] = dot(step, &self.slope[first..]);
         }
-        // A small ridge keeps the matrix regular if a column is 0.
-        gram[(i, i)] += 1e-9 * gram[(i, i)] + 1e-12;
+        // All turns have the same response, so the product of two is a sum that depends only on the time between them. Of
+        // pairs with the same time, the earlier one needs more of the same sum.
+        for same in self.pairs.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let (lag, mut since, mut sum) = (same[0].0, same[0].1, 0.0);
+            for (_, _, until, i, j) in same {
+                if since < *until {
+                    sum += dot(&step[since + lag..until + lag], &step[since..*until]);
+                    since = *until;
+                }
+                gram[(*i, *j)] = sum;
+            }
+        }
+        let from = self.from.min(n);
+        let (pv, slope) = (&self.pv[from..], &self.slope[from..]);
+        products[turns] = level * pv.iter().sum::<f64>();
+        products[turns + 1] = dot(slope, pv);
+        gram[(turns, turns)] = level * level * pv.len() as f64;
+        gram[(turns, turns + 1)] = level * slope.iter().sum::<f64>();
+        gram[(turns + 1, turns + 1)] = dot(slope, slope);
+        for i in 0..columns {
+            for j in 0..i {
+                gram[(i, j)] = gram[(j, i)];
+            }
+            // A small ridge keeps the matrix regular if a column is 0.
+            gram[(i, i)] += 1e-9 * gram[(i, i)] + 1e-12;
+        }
+        (gram, products, dot(pv, pv))
     }
-    (gram, products, square)
 }
 
 /// Number of best processes whose neighbours are tried.
@@ -291,7 +304,8 @@ pub(super) fn answers(spells: &[Spell], longest_dead: usize) -> Option<(Vec<Answ
     let mut noise = Noise::of(&start);
     let mut all: Vec<(Place, Answers)> = vec![];
     let tried = |places: &[Place], noise: &Noise| -> Vec<(Place, Answers)> {
-        let of = |place: &Place| Some((*place, Answers::of(spells, place.process, noise)?));
+        let white: Vec<White<'_>> = spells.iter().map(|spell| White::of(spell, noise)).collect();
+        let of = |place: &Place| Some((*place, Answers::of(&white, place.process, noise)?));
         places.iter().filter_map(of).collect()
     };
     let sort = |all: &mut Vec<(Place, Answers)>| {
@@ -338,7 +352,7 @@ mod tests {
             let noise = Noise((1..=noise).map(|lag| 0.5 / f64::from(lag)).collect());
             let step = noise.whitened(&process.step(100));
             let spell = Spell { pv: pv.clone(), turns };
-            let (gram, products, square) = normal(&spell, &step, &noise);
+            let (gram, products, square) = White::of(&spell, &noise).normal(&step);
             let whole = |x: Vec<f64>| noise.whitened(&x)[noise.order()..].to_vec();
             let n = pv.len();
             let mut columns: Vec<Vec<f64>> = spell

@@ -12,6 +12,7 @@
 use super::answer::{Noise, Process, Spell};
 use super::stems::{PLACES, SLID, Stem};
 use super::weigh::Manual;
+use crate::numeric::least_squares::dot;
 use crate::valve::{Play, Start, Valve};
 use nalgebra::{Matrix2, Vector2};
 
@@ -121,13 +122,9 @@ impl White {
         let pv = noise.whitened(pv);
         let level = noise.whitened(&vec![1.0; n]);
         let slope = noise.whitened(&(0..n).map(|k| k as f64 / n as f64).collect::<Vec<_>>());
-        let (mut gram, mut of_pv, mut square) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
-        for k in from..n {
-            let row = Vector2::new(level[k], slope[k]);
-            gram += row * row.transpose();
-            of_pv += row * pv[k];
-            square += pv[k] * pv[k];
-        }
+        let [y, c, b] = [&pv, &level, &slope].map(|x| &x[from.min(n)..]);
+        let gram = Matrix2::new(dot(c, c), dot(c, b), dot(c, b), dot(b, b));
+        let (of_pv, square) = (Vector2::new(dot(c, y), dot(b, y)), dot(y, y));
         let inverse = gram.try_inverse()?;
         Some(Self { pv, level, slope, inverse, of_pv, square })
     }
@@ -138,17 +135,12 @@ fn left_with(paths: &[Vec<f64>], white: &[White], noise: &Noise) -> Option<f64> 
     let (mut square, mut across, mut nothing) = (0.0, 0.0, 0.0);
     for (path, white) in paths.iter().zip(white) {
         let path = noise.whitened(path);
-        let (mut own, mut y, mut level, mut slope) = (0.0, 0.0, 0.0, 0.0);
-        for k in noise.order()..path.len() {
-            own += path[k] * path[k];
-            y += path[k] * white.pv[k];
-            level += white.level[k] * path[k];
-            slope += white.slope[k] * path[k];
-        }
+        let path = &path[noise.order().min(path.len())..];
+        let of = |other: &[f64]| dot(path, &other[other.len() - path.len()..]);
         // Level and slope are eliminated.
-        let (beside, v) = (Vector2::new(level, slope), white.of_pv);
-        square += own - beside.dot(&(white.inverse * beside));
-        across += y - beside.dot(&(white.inverse * v));
+        let (beside, v) = (Vector2::new(of(&white.level), of(&white.slope)), white.of_pv);
+        square += dot(path, path) - beside.dot(&(white.inverse * beside));
+        across += of(&white.pv) - beside.dot(&(white.inverse * v));
         nothing += white.square - v.dot(&(white.inverse * v));
     }
     (square > 0.0).then(|| nothing - across * across / square)
