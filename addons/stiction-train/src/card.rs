@@ -78,7 +78,7 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
             out += &mistakes::table((mistaken, &of_mistaken), (data, &weighed))?;
         }
         if let Some(families) = &learned.families {
-            let said = "Each family of loops was left out of the training of smaller models in turn, which \
+            let said = "Each family of loops in turn was left out of the training of smaller models, which \
                 then judged it. A family of one class is completed by loops of the other class, weighted to \
                 the population's shares. Brackets give 95 % intervals and plain counts. The columns \
                 \"reported\" and \"stretched\" use values found on the other families.";
@@ -93,8 +93,8 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
          healthy loops are upper ends of one-sided 90 % intervals.\n\n{}",
         learned.choice.table()
     )?;
-    writeln!(out, "## Main features\n\nShares of the gain of all splits, OP and PV.\n")?;
-    writeln!(out, "| fault | | median of S | |\n|---|---|---|---|")?;
+    let share = "The table gives each feature's share of the gain of all splits, for OP and PV.";
+    writeln!(out, "## Main features\n\n{share}\n\n| fault | | median of S | |\n|---|---|---|---|")?;
     let ranked = |gains: &[f64]| {
         let mut ranked: Vec<(f64, &str)> =
             gains.iter().zip(&bundle.features).map(|(gain, name)| (*gain, &name[..])).collect();

@@ -391,21 +391,22 @@ def main() -> int:
 
     card = (
         f"# The model of valves: {name}\n\n"
-        f"Trained by `addons/stiction-train/train.sh` with LightGBM {lightgbm.__version__}; {len(content):,} bytes, {len(names)} features. "
-        f"{valves.whole.sum()} simulated valves, {(valves.known & valves.whole).sum()} of them healthy or visibly at fault, with records of 1 to 64 "
-        f"usual lengths; of each its whole record and parts of it. "
-        f"The tables are of the {valves.several.sum()} of these with two windows or more, by models without the fold of each. A single window "
-        f"keeps the probability of the model of a window.\n\n"
+        f"`addons/stiction-train/train.sh` trained this model with LightGBM {lightgbm.__version__}. It has {len(content):,} bytes and {len(names)} "
+        f"features. The training has {valves.whole.sum()} simulated valves, {(valves.known & valves.whole).sum()} of them healthy or visibly at "
+        f"fault, with records of 1 to 64 usual lengths. It uses the whole record of each valve and parts of it. The tables cover the "
+        f"{valves.several.sum()} of these valves with two windows or more, each judged by a model trained without its fold. A single window "
+        f"keeps the probability of the single-window model.\n\n"
         f"A valve is accused from {accuse:.2f} and cleared up to {clear:.2f}. Log-odds beyond those of 0.90 are compressed so that 0.98 is "
-        f"reported at {sides[0][0]:.1f} against a fault and at {sides[1][0]:.1f} for one, from where decisions on left-out families "
-        f"({len(left)}) are right in 96 % or more, and no earlier than for a window alone.\n\n## Accuracy by number of windows\n\n" + lengths(valves, p, accuse, clear)
+        f"reported at {sides[0][0]:.1f} against a fault and at {sides[1][0]:.1f} for one. From there on, decisions on left-out families ({len(left)}) "
+        f"are right in 96 % or more. These bounds are never below those for a single window.\n\n## Accuracy by number of windows\n\n" + lengths(valves, p, accuse, clear)
         + "\n## Calibration\n\n" + calibration(valves, p)
         + "\n## S\n\n" + of_s(valves, quantiles, shifts, p, accuse)
-        + "\n## Longer records\n\nOf valves that the first part of their record left undecided, those that more of it decided.\n\n"
+        + "\n## Longer records\n\nThe table counts valves that the first part of their record left undecided, and those of them that more of the record "
+        + "decided.\n\n"
         + longer(valves, p, accuse, clear)
     )  # fmt: skip
     if families:
-        card += "\n## Families left out in turn\n\nBy smaller models.\n\n" + HEAD
+        card += "\n## Families left out in turn\n\nSmaller models, trained without each family, judged it.\n\n" + HEAD
         for (family, *_), (of, truth) in zip(left, families):
             card += line(family, truth, of, accuse, clear)
     if (asked.folder / "invented.pools").exists():
