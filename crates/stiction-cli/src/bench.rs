@@ -66,7 +66,7 @@ enum Task {
         /// Number of members
         #[arg(value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
         loops: u64,
-        /// Add loops until there are this many of each kind [default: one for twenty members]
+        /// Add loops until there are this many of each kind [default: a twentieth of N]
         #[arg(long, value_name = "M", value_parser = clap::value_parser!(u64).range(0..=100_000))]
         per_kind: Option<u64>,
         #[command(flatten)]
@@ -74,7 +74,7 @@ enum Task {
         #[command(flatten)]
         measuring: Measuring,
     },
-    /// Measure on kinds of loops that the verdict was not trained on, half of them healthy
+    /// Measure on kinds of loops on which the verdict was not trained, half of them healthy
     #[command(after_help = "Examples:
   stiction bench invented 300 --only verdict
   stiction bench invented 300 --set first --only verdict")]
@@ -82,7 +82,8 @@ enum Task {
         /// Number of loops of each kind
         #[arg(value_name = "N", value_parser = clap::value_parser!(u64).range(2..=100_000))]
         loops: u64,
-        /// The set of these kinds; the first belongs to an earlier training, the third was devised after the present one
+        /// The set of these kinds; the first belongs to an earlier training, the third is newer than the present
+        /// training
         #[arg(long, value_enum, value_name = "SET", default_value = "second")]
         set: InventedSet,
         #[command(flatten)]
@@ -127,7 +128,7 @@ enum Task {
         /// Number of networks of coupled loops
         #[arg(value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
         networks: u64,
-        /// Days recorded of each network
+        /// Number of recorded days of each network
         #[arg(long, value_name = "DAYS", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=31))]
         days: u32,
         #[command(flatten)]
@@ -146,7 +147,7 @@ enum Task {
         /// The loops to test
         #[arg(long, value_enum, default_value = "population")]
         loops: Loops,
-        /// Vary the holds from 50 to 150 % of their length, and skip or resize one of five reversals
+        /// Vary the holds from 50 to 150 % of their length, and skip or resize one reversal in five
         #[arg(long)]
         careless: bool,
         /// Record the test with the loop's own historian and its compression
@@ -159,7 +160,7 @@ enum Task {
     },
     /// Measure a program of your own, or the verdict and the methods, on a suite or on labelled recordings
     ///
-    /// The program reads a recording as JSON in each line of its standard input, and writes an answer as JSON in a line.
+    /// The program reads one recording as JSON from each line of standard input, and answers with one line of JSON.
     /// Without any answer the exit code is 2. Without a program, the verdict and the methods answer the same loops.
     #[command(after_help = "Examples:
   stiction bench detector 'python3 mine.py' --suite v1-trial
@@ -229,7 +230,7 @@ fn shared(table: Table, of: &str, those: &str, is: Share) -> Table {
 
 #[derive(clap::Args)]
 struct Seed {
-    /// Seed of the simulated loops; on seed 1, which it was trained on, the verdict is better than on fresh loops
+    /// Seed of the simulated loops; the verdict was trained on seed 1, so it is better there than on new loops
     #[arg(long, default_value_t = 101, value_name = "SEED")]
     seed: u64,
 }
@@ -263,7 +264,7 @@ struct DetectorArgs {
     /// The suite: v1, v1-trial or v1-training
     #[arg(long, value_name = "SUITE", default_value = "v1", conflicts_with = "labels")]
     suite: String,
-    /// Measure on the hidden half of the suite, by the passphrase in STICTION_BENCH_PASSPHRASE
+    /// Measure on the hidden half of the suite, with the passphrase in STICTION_BENCH_PASSPHRASE
     #[arg(long, conflicts_with = "labels")]
     hidden: bool,
     /// Index of labelled recordings, as for `stiction bench labels`
@@ -284,7 +285,7 @@ struct DetectorArgs {
     /// Additional time for the first answer after a start, s
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds, requires = "command")]
     startup: f64,
-    /// Run the program so many times side by side [default: one for each core]
+    /// Number of copies of the program that run in parallel [default: one for each core]
     #[arg(long, value_name = "N", requires = "command", value_parser = clap::value_parser!(u32).range(1..=1024))]
     processes: Option<u32>,
     #[command(flatten)]
@@ -321,9 +322,9 @@ impl InventedSet {
 /// The loops whose valves are tested.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Loops {
-    /// Those of the simulated population
+    /// Loops of the simulated population
     Population,
-    /// The kinds that the verdict was not trained on
+    /// The kinds on which the verdict was not trained
     Invented,
     /// Ordinary loops whose valve is a physical stem
     PhysicalStems,

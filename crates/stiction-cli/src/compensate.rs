@@ -16,7 +16,7 @@ use stiction::what_if::{self, knowledge};
 /// Put compensators between the controller and the sticking valve of a loop, and measure their effect.
 ///
 /// The parameters of each method follow from S, J and the loop. Each method runs through a window without changes, a
-/// set-point step and a load step. Each is also tried with S and J wrong by half, and with noise.
+/// set-point step and a load step. Each method is also tried with S and J wrong by half, and with noise.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction compensate paper/closed-loop
@@ -48,7 +48,7 @@ pub struct Args {
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
-    /// Draw to this .svg or .png file: the run before and after for one method, else error and travel
+    /// Draw to this .svg or .png file: for one method the run before and after, otherwise error and travel of all
     #[arg(long, value_name = "FILE")]
     plot: Option<Out>,
     /// Write every method and case to this CSV file; - is standard output

@@ -21,13 +21,13 @@ use stiction_report::report::{self, Fitted};
 /// Diagnose recorded loops: check the data, look for a limit cycle, and judge whether the valve sticks.
 ///
 /// Reads SP, PV, OP and, where recorded, valve position and mode from CSV, Parquet, Excel or MATLAB files. `stiction
-/// inspect` shows how the files are interpreted. All segments in automatic of each loop are judged together.
-/// The probability covers only sticking that the recording can show. An S below the detection limit is not seen.
-/// Recordings of one tag with dates are joined across files. A person's verdict, kept by `stiction override`, is shown
-/// beside the computed one.
+/// inspect` shows how the files are interpreted. All segments in automatic of each loop are judged together. The
+/// probability covers only sticking that the recording can show. An S below the detection limit cannot be seen. Dated
+/// recordings of one tag are joined across files. A person's verdict, kept by `stiction override`, is shown beside the
+/// computed one.
 ///
-/// Exit code 0: all files were diagnosed. Exit code 1: all were, and a loop is of a class that --fail-on names. Exit
-/// code 2: some could not be diagnosed, and the messages say why.
+/// Exit code 0: all files were diagnosed. Exit code 1: all files were diagnosed, and a loop is of a class that
+/// --fail-on names. Exit code 2: some files could not be diagnosed, and the messages say why.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction diagnose samples/FIC101-sticky.csv --report report.html
@@ -52,8 +52,8 @@ pub struct Args {
     /// Dead time of the loop, in s, for the Harris index
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     dead_time: Option<f64>,
-    /// Write the report to this .html file, one self-contained page. Any other name is a folder: it gets a page for
-    /// each loop, and index.html with a table to sort and search
+    /// Write the report to this .html file, one self-contained page. Any other name is a folder, for a page per loop
+    /// and index.html with a table to sort and search
     #[arg(long, value_name = "OUT.html|FOLDER")]
     report: Option<Out>,
     /// Open the report in the browser
@@ -66,7 +66,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "schema"])]
     csv: Option<Out>,
     /// End with exit code 1 if a loop is of this class: sticks, does-not-stick, does-not-respond or cannot-tell;
-    /// several with commas or given several times. Overrides take precedence over the verdict
+    /// separate several with commas or give the option several times. Overrides take precedence over the verdict
     #[arg(long, value_name = "CLASS", value_delimiter = ',', value_parser = VerdictClass::by_name)]
     fail_on: Vec<VerdictClass>,
     /// Print only one line per loop

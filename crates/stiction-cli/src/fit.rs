@@ -21,9 +21,9 @@ use stiction_report::report::{Fact, fitted};
 /// recorded swing.
 ///
 /// Compares the recorded swing with the limit cycle of the fitted loop, and with the swing that would remain with a
-/// valve that follows. If the cycle agrees, or little swing would remain, a sticking valve explains the swing.
-/// Otherwise something else makes the loop swing. Parts that cannot be identified are listed with the reason. -o
-/// writes the loop as a scenario for simulate, limit-cycle, compensate, what-if and fmu.
+/// valve that follows its OP. If the cycle agrees, or little swing would remain, a sticking valve explains the swing.
+/// Otherwise something else makes the loop swing. Parts that cannot be identified are listed with the reason. -o writes
+/// the loop as a scenario for simulate, limit-cycle, compensate, what-if and fmu.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction fit samples/FIC101-sticky.csv
@@ -42,7 +42,7 @@ pub struct Args {
     /// Draw the recording and the fitted loop to this .svg or .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<Out>,
-    /// Number of loops to draw from the possible ones
+    /// Number of loops to draw from all possible loops
     #[arg(long, default_value_t = FitOptions::default().draws, value_name = "N")]
     draws: usize,
     /// Seed of the drawn loops

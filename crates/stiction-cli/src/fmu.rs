@@ -12,10 +12,10 @@ use stiction_fmu_export::{Library, PLATFORMS, Platform, of_scenario, write};
 
 /// Export a sticking valve, a physical stem or a whole loop as a functional mock-up unit (FMU).
 ///
-/// Simulink, OpenModelica, Dymola, FMPy and others import it without a compiler. --variables lists the variables.
+/// Simulink, OpenModelica, Dymola, FMPy and others import the FMU without a compiler. --variables lists the variables.
 /// docs/fmu.md shows the import step by step and explains the communication step. The page documentation/index.html
-/// inside the FMU shows a picture, the equations and an example. Valves and loops are for co-simulation, stems also
-/// for model exchange. The same model and --date give the same bytes.
+/// inside the FMU shows a picture, the equations and an example. Valves and loops are for co-simulation, stems also for
+/// model exchange. The same model and --date give the same bytes.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction fmu --model two-phase --S 5 --J 3 -o valve.fmu
@@ -26,13 +26,13 @@ pub struct Args {
     /// List the models, and the platforms whose libraries an FMU contains
     #[arg(long)]
     list: bool,
-    /// Closed loop, as the name of a built-in scenario or a TOML file
+    /// Closed loop: the name of a built-in scenario, or a TOML file
     #[arg(conflicts_with_all = ["model", "stem"])]
     scenario: Option<String>,
-    /// Data-driven valve, as the name of its model
+    /// Data-driven valve: the name of its model
     #[arg(long, value_name = "NAME", conflicts_with = "stem")]
     model: Option<String>,
-    /// Physical stem, as the name of its friction law or parameter set
+    /// Physical stem: the name of its friction law or parameter set
     #[arg(long, value_name = "NAME")]
     stem: Option<String>,
     /// Stick band plus dead band, percent of span

@@ -21,11 +21,11 @@ const DAY: f64 = 86_400.0;
 /// Minimum number of periods in a default window. From ten periods on, the data have no caveat.
 const CYCLES: f64 = 10.0;
 
-/// Show the history of valves: each window, the combination of all, drift, and before and after a repair.
+/// Show the history of valves: each window, all windows combined, drift, and the effect of a repair.
 ///
-/// Recordings of one tag belong together, in any number of files. Files without tags need --join. Each recording is
-/// cut into windows of a day, or of ten periods of its oscillation if that is longer. A recording shorter than one
-/// and a half windows stays whole. Every window is diagnosed on its own, then all are combined. With --repair only
+/// Recordings of one tag belong together, in any number of files. Files without tags need --join. Each recording is cut
+/// into windows of a day, or of ten periods of its oscillation if that is longer. A recording shorter than one and a
+/// half windows stays whole. Every window is diagnosed on its own, then the results are combined. With --repair only
 /// the windows after the repair are combined.
 #[derive(Parser)]
 #[command(after_help = "Examples:
@@ -45,8 +45,8 @@ pub struct Args {
     /// Length of a window, such as 8h, 90min, 2d or 3600 (s)
     #[arg(long, value_name = "DURATION", value_parser = a_duration)]
     window: Option<f64>,
-    /// Compare before and after this time, such as 2026-03-01T08:00 in the zone of --zone or UTC; for recordings
-    /// without dates, a time in s
+    /// Compare the windows before and after this time, such as 2026-03-01T08:00 in the zone of --zone or UTC; for
+    /// recordings without dates, a time in s
     #[arg(long, value_name = "TIME")]
     repair: Option<String>,
     /// Write a self-contained HTML report to this file

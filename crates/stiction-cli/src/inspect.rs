@@ -17,9 +17,9 @@ use stiction_io::{ReadOptions, Reading};
 
 /// Show how files of recordings are interpreted: columns, units, ranges, zone, samples, repairs.
 ///
-/// A table for each loop shows its columns as signals, with unit, values and range, and what was left out or repaired.
-/// A second table lists the reason for the role of every column. Correct what is wrong with options, or for many files
-/// with a mapping file. --write-map writes one with everything that was found.
+/// A table for each loop shows its columns as signals, with unit, values and range, and the data left out or repaired.
+/// A second table lists the reason for the role of every column. Correct mistakes with options, or for many files with
+/// a mapping file. --write-map writes such a file with everything that was found.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction inspect FIC101.csv
@@ -28,7 +28,7 @@ use stiction_io::{ReadOptions, Reading};
   stiction inspect export.csv --write-map export.toml
   stiction inspect week.csv --mapping plant.toml --json
 
-A mapping file, each line of which --map can give too, as in --map zone=Europe/Berlin --map FIC101.pv_range=0,120:
+A mapping file. --map can give each of its lines too, as in --map zone=Europe/Berlin --map FIC101.pv_range=0,120:
   zone = \"Europe/Berlin\"
   pattern = \"{loop}.{signal}\"       # how tags are built
   bad_text = [\"Kaputt\"]
@@ -54,7 +54,7 @@ pub struct Args {
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
-    /// Write a mapping file that reads FILE in the same way without any guess; correct its lines and give it to --mapping
+    /// Write a mapping file that interprets FILE in the same way without guesses; correct it and give it to --mapping
     #[arg(long, value_name = "TOML")]
     write_map: Option<Out>,
     #[command(flatten)]

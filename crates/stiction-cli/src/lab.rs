@@ -11,11 +11,11 @@ use std::sync::Arc;
 use stiction_lab::paper::{Paper, PaperFigure};
 use stiction_lab::{Options, bind};
 
-/// Open the lab in the browser, to try out valves and loops, open recordings, or look after a plant.
+/// Open the lab in the browser, to try out valves and loops, open recordings, or monitor a plant.
 ///
-/// This program serves the page until Ctrl-C, on this machine and only for its browser. Nothing leaves the machine.
-/// The first line printed is the address, with the token that gives access. Recordings are never changed. Mappings,
-/// overrides and the notes of a plant are written to the same places as by the other commands.
+/// Until Ctrl-C, this program serves the page only to the browser of this machine. Nothing leaves the machine. The
+/// first line printed is the address, with the token that gives access. Recordings are never changed. The lab writes
+/// mappings, overrides and the notes of a plant to the same files as the other commands.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction lab
@@ -31,11 +31,11 @@ pub struct Args {
     #[arg(long, value_name = "PLANT")]
     // Read and written under the guard of the store, so not a file of a run.
     plant: Option<String>,
-    /// The port to listen on; 0 for any free one [default: 8642, so that bookmarks last, or any free one if it is in
-    /// use]
+    /// The port to listen on; 0 for any free one [default: 8642, so that bookmarks stay valid, or any free one if 8642
+    /// is in use]
     #[arg(long)]
     port: Option<u16>,
-    /// Print only the address, and open no browser
+    /// Print the address without opening a browser
     #[arg(long)]
     no_open: bool,
     /// The address to listen on. Connections from other machines are not encrypted, and anyone with the token has

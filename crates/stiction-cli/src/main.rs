@@ -47,8 +47,8 @@ use std::process::ExitCode;
 /// Diagnose and simulate sticking control valves: recorded loops, valve models, simulated loops, and the paper's
 /// figures.
 ///
-/// Exit codes: 0, success; 1, it found a result that --fail-on or --fail names, or watch --status found no collector;
-/// 2, failure, and the message says why.
+/// Exit code 0: success. Exit code 1: a result that --fail-on or --fail names, or no collector for watch --status. Exit
+/// code 2: failure, and the message says why.
 #[derive(Parser)]
 #[command(name = "stiction", version = VERSION, max_term_width = 100, subcommand_required = true)]
 #[command(arg_required_else_help = true)]

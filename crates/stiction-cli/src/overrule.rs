@@ -11,12 +11,11 @@ use std::path::{Path, PathBuf};
 use stiction::diagnose::VerdictClass;
 use stiction_plant::overrides::{self, Date, FILE_NAME, Override, Overrides, Scope};
 
-/// Keep a person's verdict on a valve, to show it beside the computed one.
+/// Store a person's verdict on a valve, to show it beside the computed one.
 ///
-/// It is kept in stiction-overrides.toml in the folder of the recording, a file that can be read and edited by hand.
-/// By default it holds only for this loop in this file with its present content. With --all-recordings it holds for
-/// the tag in all files of the folder, and then needs --until. The computed verdict is never replaced. Both are
-/// shown.
+/// The override is kept in stiction-overrides.toml in the folder of the recording, which you can edit by hand. By
+/// default it holds only for this loop in this file with its present content. With --all-recordings it holds for the
+/// tag in all files of the folder, and needs --until. It never replaces the computed verdict. Both are shown.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction override FIC101.csv --verdict \"does not stick\" --reason \"new packing, stroked\" \\
@@ -42,10 +41,10 @@ pub struct Args {
     /// The name of the person [default: the user of this system]
     #[arg(long, value_name = "NAME", value_parser = not_empty)]
     by: Option<String>,
-    /// The first day on which it holds, UTC, such as 2026-03-01
+    /// The first day on which the override holds, UTC, such as 2026-03-01
     #[arg(long, value_name = "DATE")]
     from: Option<Date>,
-    /// The last day on which it holds, UTC
+    /// The last day on which the override holds, UTC
     #[arg(long, value_name = "DATE")]
     until: Option<Date>,
     /// The day of the entry, instead of today

@@ -25,8 +25,8 @@ use stiction_plant::{ScanOptions, day, demo, propose, scan, summary};
 
 /// Judge all loops of a plant, day by day, and keep the results.
 ///
-/// A plant is a folder with plant.toml, which names its data. Every loop is judged for every day. The results are
-/// kept as Parquet in .stiction beside it, so that the next scan judges only new data.
+/// A plant is a folder with plant.toml, which names its data. Every loop is judged for every day. The results are kept
+/// as Parquet in .stiction beside plant.toml, so that the next scan judges only new data.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction plant demo --loops 8 --days 2 -o north
@@ -49,7 +49,7 @@ pub struct Args {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Propose plant.toml for files or folders of data, with doubts as comments
+    /// Propose plant.toml for files or folders of data, with open questions as comments
     Init(Init),
     /// Read plant.toml and all data without judging them, and list loops, days and problems
     #[command(after_help = EXIT_CODES)]
@@ -73,11 +73,11 @@ enum Task {
     Orders(Orders),
     /// Enter a person's verdict on a valve, which is shown beside the computed one and decides the action
     Override(Override),
-    /// Enter a note about a loop, a repair of its valve, or a placed order
+    /// Enter a note about a loop, a repair of its valve, or a placed work order
     Note(Note),
     /// Remove a loop from the work list until a day
     Snooze(Snooze),
-    /// Write a plant with known truth to try this out: plant.toml, data, truth.csv
+    /// Write a simulated plant with known truth, for a trial: plant.toml, data, truth.csv
     Demo(Demo),
 }
 
@@ -132,7 +132,7 @@ struct Override {
     /// The reason, in words
     #[arg(long)]
     reason: String,
-    /// The last day on which it holds
+    /// The last day on which the override holds
     #[arg(long, value_name = "DAY", value_parser = day::parse)]
     until: Option<i64>,
     #[command(flatten)]
@@ -150,7 +150,7 @@ struct Note {
     tag: String,
     /// The text of the note
     text: String,
-    /// The valve was repaired on that day, so earlier data no longer count
+    /// The valve was repaired on the day of the entry, so earlier data no longer count
     #[arg(long)]
     repair: bool,
     /// A work order was placed
@@ -190,7 +190,7 @@ struct By {
 
 #[derive(Parser)]
 struct Init {
-    /// Files or folders of CSV, Parquet, Excel or MATLAB, or the address of a server or database
+    /// CSV, Parquet, Excel or MATLAB files, folders of them, or the address of a server or database
     #[arg(required = true, value_name = "DATA")]
     data: Vec<String>,
     /// Options for an address, which "python -m stiction.live init --help" lists
@@ -233,7 +233,7 @@ struct Scan {
     /// Judge everything again, not only new data
     #[arg(long)]
     again: bool,
-    /// Longest time for a window of a loop, which is then a row with an error [default: time_limit_s in plant.toml, or 300]
+    /// Longest time for a window, after which its row is an error [default: time_limit_s in plant.toml, or 300]
     #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(1..))]
     time_limit: Option<u32>,
     /// Print the results as JSON

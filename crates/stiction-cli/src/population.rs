@@ -11,8 +11,8 @@ use stiction_io::whole::WholeFile;
 
 /// Simulate a population of loops with known truth, to train or to test a method.
 ///
-/// Writes a folder with a recording per loop, loop-NUMBER.csv, with the columns t, sp, pv, op. In the folder, truth.csv
-/// has a row per loop with its kind, S, J and all other drawn properties. index.csv is for stiction bench labels.
+/// Writes a folder with a recording per loop, loop-NUMBER.csv, with the columns t, sp, pv, op. The file truth.csv has a
+/// row per loop with its kind, S, J and all other drawn properties. The file index.csv is for stiction bench labels.
 /// docs/population.md explains the properties. The same seed gives the same files on every machine.
 #[derive(Parser)]
 #[command(after_help = "Examples:
@@ -32,7 +32,7 @@ pub struct Args {
     /// Simulate only loops of this kind, such as "sticky valve", with the seeds from SEED on
     #[arg(long, value_name = "NAME")]
     kind: Option<String>,
-    /// Write the valve position too; this gives the answer away to methods that use it
+    /// Write the valve position too, which reveals the answer to methods that use it
     #[arg(long)]
     vp: bool,
 }

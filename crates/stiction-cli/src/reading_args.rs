@@ -16,8 +16,8 @@ use stiction_io::{ReadOptions, Remedy, Wording, mode, quality};
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Interpretation of the files")]
 pub struct Reading {
-    /// Set the role of a column or tag: op, pv, sp, vp, mode, time, date, tag, value, quality, op_quality and so on,
-    /// or ignore; FIC101.op is a role in one loop. Or set a key of a mapping file, such as op_range=4,20,
+    /// Set the role of a column or tag: op, pv, sp, vp, mode, time, date, tag, value, quality, op_quality and so on, or
+    /// ignore. FIC101.op is a role in one loop. Or set a key of a mapping file, such as op_range=4,20,
     /// FIC101.op_range=4,20, modes.16=auto, quality.0=good or type=level. May be given several times
     #[arg(long, value_name = "KEY=VALUE")]
     map: Vec<ReadOptions>,
@@ -68,7 +68,7 @@ pub struct Reading {
     #[arg(long = "quality", value_name = "WORD=QUALITY", value_parser = quality::of_option,
           allow_hyphen_values = true)]
     qualities: Vec<(String, Quality)>,
-    /// A number that is no measurement, such as -1; may be given several times. -9999 and others like it are
+    /// A number that is no measurement, such as -1; may be given several times. -9999 and similar numbers are
     /// recognised
     #[arg(long, value_name = "NUMBER", value_parser = finite, allow_hyphen_values = true)]
     bad_value: Vec<f64>,

@@ -13,11 +13,11 @@ use stiction::fusion::shift::{Shift, shifts};
 use stiction::recording::{Grid, GridOptions, Recording};
 use stiction::spoken;
 
-/// Compare recordings with the simulated loops that the verdict was trained on, without any label.
+/// Compare recordings, without labels, with the simulated loops on which the verdict was trained.
 ///
-/// For every feature of the evidence, shows the rank of the recorded values among the simulated ones. 0.5 means
-/// alike. Near 0 or 1 the recordings are unlike all simulated loops, and verdicts on them are less reliable than
-/// stated. The largest differences come first.
+/// For every feature of the evidence, the table shows the rank of the recorded values among the simulated ones. At 0.5
+/// they are alike. Near 0 or 1 the recordings are unlike all simulated loops, and verdicts on them are less reliable
+/// than stated. The largest differences come first.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction shift plant/*.csv

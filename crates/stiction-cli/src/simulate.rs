@@ -15,7 +15,7 @@ use stiction_io::table::{self, Cells};
 
 /// Simulate a scenario: a valve on a test signal, a control loop, or a cascade.
 ///
-/// The CSV has the columns t, sp, pv, op, vp, and mode if the scenario has spells in manual. Signals that a scenario
+/// The CSV has the columns t, sp, pv, op, vp, and mode if the scenario has periods in manual. Signals that a scenario
 /// lacks stay empty. Without an output option, a summary is printed.
 #[derive(Parser)]
 #[command(after_help = "Examples:

@@ -14,7 +14,7 @@ use stiction::stem::{
 };
 use stiction_io::table;
 
-/// Move a physical valve with mass, spring, air pressure and friction.
+/// Simulate a physical valve with mass, spring, air pressure and friction.
 ///
 /// The signal is the controller output in percent, interpolated linearly, and sets the air pressure. Writes CSV with
 /// the columns t, op, pressure_pa, vp (percent of stroke), position_m, velocity_m_per_s and friction_n.
@@ -51,7 +51,7 @@ pub struct Args {
     /// Half the peak-to-peak value of the signal, percent
     #[arg(long, default_value_t = 50.0, value_name = "PERCENT", allow_negative_numbers = true)]
     amplitude: f64,
-    /// Period of the signal, s; it begins at its lowest point
+    /// Period of the signal, s; the signal begins at its lowest point
     #[arg(long, default_value_t = 200.0, value_name = "S", allow_negative_numbers = true)]
     period: f64,
     /// Duration of the signal, s [default: two periods]
@@ -60,7 +60,7 @@ pub struct Args {
     /// Time between samples, s
     #[arg(long, default_value_t = 0.1, value_name = "S", allow_negative_numbers = true)]
     sample_time: f64,
-    /// Position at the beginning, percent of stroke [default: balance of spring and pressure]
+    /// Initial position, percent of stroke [default: balance of spring and pressure]
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     start: Option<f64>,
     /// File to write [default: standard output, unless --json]

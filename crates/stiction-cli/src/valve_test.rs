@@ -23,10 +23,10 @@ use stiction_io::timestamp::instant;
 use stiction_report::document::Source;
 use stiction_report::{report, valve_test_figure, valve_test_page, valve_test_sheet};
 
-/// Plan a test that shows whether a valve sticks, and judge it.
+/// Plan a test that shows whether a valve sticks, and evaluate it.
 ///
 /// In normal operation, stiction and a wandering load can look alike. In a test the operator moves the OP by hand, and
-/// the valve has to follow. `plan` sizes the test for the loop and prints the sheet. `read` finds the test in a
+/// a valve in good order follows. `plan` sizes the test for the loop and prints the sheet. `read` finds the test in a
 /// recording and judges the valve.
 #[derive(Parser)]
 #[command(after_help = "Examples:
@@ -46,10 +46,10 @@ enum Task {
     /// Size a test for a loop from a recording of its operation
     ///
     /// The sheet shows how far to turn the OP, how long to hold it, which PV change is an answer, and when to stop.
-    /// Without limits for the PV, the test stays within the recorded range, widened by a quarter of it on either side. If
-    /// the recording contains a test that cannot tell, the plan is for the next test. It begins at the size that the PV
-    /// answered, and has more turns of each size. With --signature, the plan is a slow ramp of the OP over the stroke and
-    /// back. It needs a recorded valve position (VP) and a process that tolerates the whole range.
+    /// Without limits for the PV, the test stays within the recorded PV range, widened by a quarter on either side. If
+    /// the recording contains an inconclusive test, the plan is for the next test. This begins at the size that the PV
+    /// answered, and has more turns of each size. With --signature, the plan is a slow ramp of the OP over the stroke
+    /// and back. The ramp needs a recorded valve position (VP) and a process that tolerates it.
     #[command(after_help = "Examples:
   stiction test plan FIC101.csv --sheet sheet.html
   stiction test plan FIC101.csv --signature --op-low 20 --op-high 80 --sheet sheet.html
@@ -66,7 +66,7 @@ enum Task {
   stiction test read FIC101-after.csv --before FIC101-before.csv --report repair.html
 
 A completed sheet is a CSV file with the columns time and op. They are the time of each OP setting,
-in the clock of the recording, and the new OP, in percent. A row without op marks the return to
+by the clock of the recording, and the new OP, in percent. A row without op marks the return to
 automatic. Other columns are ignored.")]
     Read(Read),
 }
@@ -125,7 +125,7 @@ struct Plan {
     /// The completed sheet of an inconclusive test in the recording: a CSV file with the columns time and op
     #[arg(long, value_name = "DONE.csv")]
     done: Option<In>,
-    /// Plan a signature instead: a slow ramp of the OP over the stroke and back, with the valve position recorded
+    /// Plan a signature instead: a slow ramp of the OP over the stroke and back, with recorded valve position
     #[arg(long, conflicts_with_all = ["pv_low", "pv_high", "time", "done", "rises", "falls"])]
     signature: bool,
     /// The lowest OP of a signature, percent

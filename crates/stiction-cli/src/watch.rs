@@ -7,10 +7,10 @@ use clap::Parser;
 use std::ffi::OsString;
 use std::process::{Command, ExitCode, Stdio};
 
-/// Collect a plant's values from an OPC UA server, read-only, and judge them hour by hour.
+/// Collect a plant's values from an OPC UA server, read-only, and judge the loops hour by hour.
 ///
-/// Events are lines of JSON on standard output, and the log is on standard error. It needs Python with the package
-/// stiction[live]. "python -m stiction.live watch --help" lists all options.
+/// The command prints events as lines of JSON on standard output, and its log on standard error. It needs Python with
+/// the package stiction[live]. "python -m stiction.live watch --help" lists all options.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction watch --make-certificate -C north

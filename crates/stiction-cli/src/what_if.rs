@@ -23,8 +23,8 @@ use stiction_report::report::{Block, fitted};
 
 /// Compare actions for a loop whose valve sticks: repair, retuning, a compensator, or a positioner.
 ///
-/// Every action is simulated, with S and J right and wrong, and ranked by the mean control error in the worst case. The
-/// output also has a recommendation, its assumptions, and the manual test that confirms stiction first.
+/// Every action is simulated, with correct and wrong S and J, and ranked by the mean control error in the worst case.
+/// The output also has a recommendation, its assumptions, and the manual test that first confirms stiction.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction what-if paper/closed-loop --plot actions.png
@@ -32,7 +32,7 @@ use stiction_report::report::{Block, fitted};
   stiction what-if samples/FIC101-sticky.csv
   stiction what-if before.csv --after after.csv --action repair")]
 pub struct Args {
-    /// Name of a built-in scenario, a TOML file, or a recording (CSV, Parquet, Excel, MATLAB); a single control loop
+    /// Name of a built-in scenario, a TOML file, or a recording (CSV, Parquet, Excel, MATLAB) of a single control loop
     #[arg(value_name = "SCENARIO|FILE")]
     scenario: String,
     /// Loop of a recording with several loops
@@ -41,8 +41,8 @@ pub struct Args {
     /// Recording of the same loop after an action; SCENARIO|FILE must be a recording, too
     #[arg(long, value_name = "FILE")]
     after: Option<In>,
-    /// The action before --after, one of nothing, repair, retune, repair-and-retune, positioner, or the name of a
-    /// compensator [default: repair]
+    /// The action before the recording of --after, one of nothing, repair, retune, repair-and-retune, positioner, or
+    /// the name of a compensator [default: repair]
     #[arg(long, value_name = "ACTION", requires = "after", value_parser = Remedy::by_name)]
     action: Option<Remedy>,
     /// Change a key of the scenario, such as valve.S=4; may be given several times

@@ -20,7 +20,7 @@ use stiction_report::sheet::Sheet;
 
 #[derive(Subcommand)]
 pub enum Task {
-    /// Write a suite of loops: recordings, truth apart, datasheet, and SHA-256 of the files
+    /// Write a suite of loops: recordings, separate truth, datasheet, and SHA-256 of the files
     ///
     /// Recordings are lines of JSON, as `stiction bench detector` sends them. The same suite has the same bytes on every machine. With
     /// --hidden, the seeds are derived from the passphrase in the variable STICTION_BENCH_PASSPHRASE, so that an
@@ -32,23 +32,23 @@ pub enum Task {
     Suite(SuiteArgs),
     /// Compare results as one page: leaderboard, curves, differences, loops to look at
     ///
-    /// Results are what stiction bench detector prints with --json. All must be about the same loops.
+    /// Results are what stiction bench detector prints with --json. All results must be for the same loops.
     #[command(after_help = "Examples:
   stiction bench report mine.json theirs.json -o page.html
   stiction bench report mine.json theirs.json --markdown")]
     Report(ReportArgs),
     /// Check submitted results: loops, answers, their SHA-256, and the measures
     ///
-    /// The measures are computed again from the answers. Taken on trust are what the results say about themselves: tool,
-    /// name, version, command and times of the detector. For the hidden half of a suite, the variable
-    /// STICTION_BENCH_PASSPHRASE must hold its passphrase. Exit code 2: something is wrong, and the message lists it.
+    /// The measures are computed again from the answers. The command takes on trust the tool, and the name, version,
+    /// command and times of the detector. For the hidden half of a suite, the variable STICTION_BENCH_PASSPHRASE must
+    /// hold its passphrase. Exit code 2: a check failed, and the message lists the faults.
     #[command(after_help = "Examples:
   stiction bench verify mine.json")]
     Verify(VerifyArgs),
     /// Answer recordings from standard input, as a program for `stiction bench detector`
     ///
-    /// Reads a recording as JSON in each line and writes an answer as JSON. It is the reference for a program of your
-    /// own.
+    /// Reads one recording as JSON from each line and writes one line of JSON with its answer. It is the reference for
+    /// a program of your own.
     #[command(after_help = "Examples:
   stiction bench answer < suite/recordings.jsonl > answers.jsonl
   stiction bench detector 'stiction bench answer --method horch' --suite v1-trial")]

@@ -13,8 +13,8 @@ use stiction::valve::Model;
 
 /// Predict the limit cycle of a loop with a sticking valve, exactly and by describing function.
 ///
-/// The loop is a scenario or given by flags. The prediction holds in continuous time, at the last set point and load,
-/// without noise and far from the limits of the OP. If the loop does not cycle, this is reported with the reason.
+/// The loop is a scenario, or flags describe it. The prediction holds in continuous time, at the last set point and
+/// load, without noise and far from the limits of the OP. If the loop does not cycle, the command reports the reason.
 /// docs/limit-cycles.md explains the numbers.
 #[derive(Parser)]
 #[command(after_help = "Examples:
@@ -37,7 +37,7 @@ pub struct Args {
     /// Use only the describing function; with --exact, both are used, as by default
     #[arg(long)]
     describing_function: bool,
-    /// Show every cycle found, also those that do not attract, and other final states of the loop
+    /// Show every cycle found, even unstable ones, and other final states of the loop
     #[arg(long)]
     pub all: bool,
     /// Map the cycles over two of S, J, J/S, Kc, Ti, Kp, theta, tau, theta/tau, each as
@@ -56,7 +56,7 @@ pub struct Args {
     /// Draw the loop's frequency response and -1/N(X) of its valve to this file, .svg or .png
     #[arg(long, value_name = "FILE")]
     pub nyquist: Option<Out>,
-    /// Compute the change of the cycle in percent per percent of each parameter
+    /// Show the change of the cycle in percent per percent of each parameter
     #[arg(long)]
     pub sensitivity: bool,
     /// Find the robust PI tuning with the smallest swing of the PV, and its cost
@@ -95,7 +95,7 @@ pub struct Flags {
     /// Integral time, s [default: no integral action]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     ti: Option<f64>,
-    /// Derivative time, s; its filter has a tenth of it as time constant
+    /// Derivative time, s; the time constant of its filter is a tenth of this
     #[arg(long, value_name = "S", requires = "ti", allow_negative_numbers = true)]
     td: Option<f64>,
     /// Name of the valve model [default: two-phase]

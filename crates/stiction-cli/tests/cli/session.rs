@@ -31,7 +31,7 @@ fn every_command_has_help_with_an_example_and_stands_in_the_readme() {
             assert!(example.contains(&format!("stiction {name} ")), "{help}");
         }
     }
-    assert!(run(&folder, &["--help"]).quiet_success().contains("Exit codes: 0"));
+    assert!(run(&folder, &["--help"]).quiet_success().contains("Exit code 0"));
 }
 
 #[test]
