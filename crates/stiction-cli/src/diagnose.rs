@@ -46,7 +46,7 @@ pub struct Args {
     /// Treat all files as recordings of one loop, one after the other; gaps between them remain gaps
     #[arg(long)]
     join: bool,
-    /// Resample the recording to this step, in s, instead of its most frequent one
+    /// Resample the recording to this step, in s, instead of its most frequent step
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     grid: Option<f64>,
     /// Dead time of the loop, in s, for the Harris index

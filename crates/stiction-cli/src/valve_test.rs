@@ -169,13 +169,13 @@ struct Read {
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
-    /// Draw turns against answers to this file, .svg or .png
+    /// Draw the PV answers over the OP turns to this file, .svg or .png
     #[arg(long, value_name = "FILE")]
     plot: Option<Out>,
     /// Write a page for your records to this file, in HTML
     #[arg(long, value_name = "OUT.html")]
     report: Option<Out>,
-    /// Exit with 1 if the valve sticks or does not respond
+    /// End with exit code 1 if the valve sticks or does not respond
     #[arg(long)]
     fail: bool,
     #[command(flatten)]

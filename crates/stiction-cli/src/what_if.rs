@@ -35,7 +35,7 @@ pub struct Args {
     /// Name of a built-in scenario, a TOML file, or a recording (CSV, Parquet, Excel, MATLAB) of a single control loop
     #[arg(value_name = "SCENARIO|FILE")]
     scenario: String,
-    /// Loop of a recording with several loops
+    /// The loop to use, if the recording has several
     #[arg(long = "loop", value_name = "TAG")]
     of_loop: Option<String>,
     /// Recording of the same loop after an action; SCENARIO|FILE must be a recording, too
