@@ -263,7 +263,7 @@ fn bad_parameters_are_refused() {
         (corrected(Correction { zone: -1.0, ..correction }), "zone of the correction is -1"),
         (SixMove { moves: Moves { reach: f64::NAN, ..moves }, correction }.start(), "reach"),
         (supervised(0.0, 0.0, 1.0, 0.0), "wakes the compensator is 0"),
-        (supervised(1.0, 2.0, 1.0, 0.0), "must rest at no more"),
+        (supervised(1.0, 2.0, 1.0, 0.0), "must not exceed that at which it wakes"),
         (supervised(1.0, 0.5, -1.0, 0.0), "dwell"),
         (supervised(1.0, 0.5, 1.0, f64::NAN), "filter time"),
     ];

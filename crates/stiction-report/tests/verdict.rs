@@ -311,7 +311,7 @@ fn advice_fits_what_is_missing() {
         seen: 2,
         needed: 8,
         step: 4.5,
-        words: "looks stuck; 2 slips seen, 8 needed".to_owned(),
+        words: "looks stuck, with 2 slips of the 8 needed".to_owned(),
     });
     let advice = words::what_would_answer(&diagnosis).unwrap();
     assert!(advice.contains("test of the valve") && advice.contains("4.5 %, seldom"), "{advice}");

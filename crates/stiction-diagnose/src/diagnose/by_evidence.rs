@@ -42,7 +42,7 @@ pub(super) fn by_evidence(weighing: &Weighing, votes: Votes) -> Verdict {
     }
     reasons.extend(ruling.sentence(weighing));
     if reasons.is_empty() {
-        reasons.push("all lines of evidence together decide, none of them alone".to_owned());
+        reasons.push("no line of evidence decides alone, but all together do".to_owned());
     }
     let concluded = match class {
         VerdictClass::DoesNotStick => None,
@@ -153,7 +153,7 @@ impl Ruling {
             Self::Harmless => "too little to be a fault",
             Self::Sticks => "sticks",
             Self::Clears => "does not stick",
-            Self::Blind => "no limit that means something",
+            Self::Blind => "no meaningful limit",
             Self::Open => "probability between",
         }
     }
@@ -230,8 +230,8 @@ impl Ruling {
                         rough(weighing.op_range)
                     ),
                     None => format!(
-                        "stiction of any size would be masked here, because disturbances move the PV more than the OP \
-                     does ({} % of travel). Record faster, or step the OP in manual",
+                        "stiction of any size would be masked here, because disturbances move the PV more than the \
+                         OP travel of {} % does. Record faster, or step the OP in manual",
                         rough(weighing.op_range)
                     ),
                 }

@@ -40,8 +40,8 @@ pub fn definitions(subject: &Subject<'_>, findings: &[Finding], s: Option<f64>) 
             name: "apparent stiction",
             value: ellipse.as_ref().map(|(in_units, _)| in_units.op_width()),
             unit: "%",
-            meaning: "width along the OP, through its centre, of the ellipse of OP and PV around the dominant \
-                      period (Choudhury, Shah and Thornhill 2004). Dead time and lag widen it",
+            meaning: "width of the ellipse of OP and PV around the dominant period, along the OP through its centre \
+                      (Choudhury, Shah and Thornhill 2004). Dead time and lag widen it",
         },
         Definition {
             name: "ellipse width",
@@ -57,7 +57,7 @@ pub fn definitions(subject: &Subject<'_>, findings: &[Finding], s: Option<f64>) 
                 short / long
             }),
             unit: "",
-            meaning: "shorter over longer axis of that ellipse, OP and PV each in standard deviations. It is a \
+            meaning: "shorter over longer axis of the ellipse of OP and PV, each in standard deviations. It is a \
                       ratio, not OP travel",
         },
         Definition {

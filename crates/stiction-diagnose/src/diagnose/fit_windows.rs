@@ -59,7 +59,7 @@ pub(super) fn fit_windows(
         class: if k < n { Class::Caveats } else { Class::Fit },
         reason: match k == n {
             true => format!("all {n} windows are fit"),
-            false => format!("{k} of {n} windows are fit, only they are judged"),
+            false => format!("{k} of {n} windows are fit, and only these are judged"),
         },
     });
     (judged, Fitness::of(measures))

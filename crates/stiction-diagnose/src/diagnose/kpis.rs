@@ -46,7 +46,7 @@ const AR_ORDER: usize = 30;
 /// A noise band is this many standard deviations to either side, which 99.7 % of Gaussian noise keeps.
 const NOISE_BAND: f64 = 3.0;
 
-const NO_PV: &str = "there is no PV";
+const NO_PV: &str = "the PV is not recorded";
 
 impl Kpis {
     /// The key figures of a segment; those of the PV have no value without a PV.
@@ -134,13 +134,13 @@ impl Kpis {
             "OP travel",
             op.windows(2).map(|w| (w[1] - w[0]).abs()).sum::<f64>() / hours,
             "%/h",
-            "OP travel, up and down, an hour; it wears the valve",
+            "OP travel per hour, up and down; it wears the valve",
         );
         self.value(
             "OP reversals",
             reversals(op, band) as f64 / hours,
             "1/h",
-            "OP reversals larger than its noise, an hour",
+            "OP reversals per hour that exceed the OP noise",
         );
         self.value(
             "OP noise band",
@@ -170,14 +170,14 @@ impl Kpis {
         let absolute = |e: &[f64]| e.iter().map(|v| v.abs()).sum::<f64>() / e.len() as f64;
         // Without an SP the mean of the PV replaces it, and the offset is unknown.
         let offset = match (pv, &segment.sp) {
-            (Some(_), None) => Err("there is no SP"),
+            (Some(_), None) => Err("the SP is not recorded"),
             _ => e(&mean),
         };
         self.add("error mean", offset, "PV", "mean of SP less PV: the remaining offset");
         self.add("error std", e(&std), "PV", "standard deviation of the control error");
         self.add("error skewness", e(&skewness), "", "0 if positive and negative errors are alike");
         if segment.sp.is_none() && pv.is_some() {
-            let note = "there is no SP; the mean of the PV replaces it";
+            let note = "the SP is not recorded; the mean of the PV replaces it";
             self.numbers
                 .iter_mut()
                 .filter(|k| k.name.starts_with("error") && k.value.is_some())
@@ -192,7 +192,7 @@ impl Kpis {
             "IAE",
             e(&|e| 3600.0 * absolute(e)),
             "PV s/h",
-            "integral of the absolute control error, an hour",
+            "integral of the absolute control error per hour",
         );
         let spread = |pv: &[f64]| 200.0 * std(pv);
         self.add(
@@ -216,7 +216,7 @@ impl Kpis {
             "set-point crossings",
             e(&|e| zero_crossings(e).len() as f64 / hours),
             "1/h",
-            "how often the PV crosses the set point, an hour",
+            "how often per hour the PV crosses the set point",
         );
         self.add(
             "PV noise band",
@@ -246,9 +246,9 @@ impl Kpis {
         let delay = dead_time
             .filter(|t| *t >= 0.0 && t.is_finite())
             .map_or(1, |t| ((t / sample_time).round() as usize).max(1));
-        let index = error
-            .ok_or(NO_PV)
-            .and_then(|e| harris_index(e, delay).ok_or("the error does not move, or is too short"));
+        let index = error.ok_or(NO_PV).and_then(|e| {
+            harris_index(e, delay).ok_or("the control error is constant or too short")
+        });
         self.add(
             "Harris index",
             index,

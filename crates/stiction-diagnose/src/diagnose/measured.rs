@@ -103,8 +103,8 @@ pub(super) fn concluded(judged: &Judgement, sample_time: f64) -> ByPosition {
     let sticks = class == VerdictClass::Sticks && !is_wide;
     let why_not = match judged.behaviour {
         Behaviour::Sticks if is_wide => Some(format!(
-            "S is between {} and {} % ({:.0} % interval), too wide for a number, because the controller may have acted between two \
-             samples; record at its rate",
+            "S is between {} and {} % ({:.0} % interval), too wide for a number, because the controller may have \
+             acted between two samples; record at the controller's rate",
             rough(judged.s.low),
             rough(judged.s.high),
             100.0 * COVERAGE
@@ -153,7 +153,7 @@ impl ByPosition {
             }
             VerdictClass::DoesNotRespond if accuse => {
                 let mut verdict = without;
-                let failed = |first| format!("{first}: its transmitter seems to have failed");
+                let failed = |first| format!("{first}, so its transmitter seems to have failed");
                 verdict.contradictions.extend(first.map(failed));
                 return verdict;
             }

@@ -62,7 +62,7 @@ impl Fault {
                 "the stem moves and other measurements of the line respond, but the transmitter's own display does \
                  not"
             }
-            Self::HistorianStopped => "the control room's display moves where the record does not",
+            Self::HistorianStopped => "the control room's display moves while the record does not",
             Self::BypassOrHandwheel => {
                 "the stem moves, or is held by hand, and the flow stays constant; check the bypass and the hand \
                  wheel"
@@ -293,7 +293,7 @@ pub(super) fn verdict(
     let mut reasons = vec![match rest {
         Some(rest) => rest.sentence(sample_time),
         None => format!(
-            "the OP travels and the PV moves without relation to it: the evidence gives {}",
+            "the OP travels, but the PV moves without relation to the OP (by the evidence, {})",
             percent(likelihood)
         ),
     }];

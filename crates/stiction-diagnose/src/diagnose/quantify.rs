@@ -12,7 +12,7 @@ pub fn estimated(weighing: &Weighing, verdict: &Verdict, op_only: bool) -> Stict
     let why_not = |why: String| Stiction { why_not: Some(why), ..Stiction::default() };
     match verdict.class {
         VerdictClass::DoesNotStick => {
-            return why_not("the evidence clears the valve".to_owned());
+            return why_not("by the evidence, the valve does not stick".to_owned());
         }
         VerdictClass::DoesNotRespond => {
             return why_not("a valve that does not respond never slips".to_owned());

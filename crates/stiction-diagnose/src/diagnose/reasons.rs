@@ -144,7 +144,7 @@ fn because(cause: Cause, evidence: &Evidence) -> String {
     };
     match cause {
         Cause::StickingValve => {
-            "small steps of the OP in manual may show it: a sticking valve responds late and with a jump"
+            "small OP steps in manual may show stiction: a sticking valve responds late and with a jump"
                 .to_owned()
         }
         Cause::NoResponse => {
@@ -158,7 +158,7 @@ fn because(cause: Cause, evidence: &Evidence) -> String {
                 .to_owned()
         }
         Cause::ExternalOscillation => {
-            "it would continue with the controller in manual; find a loop nearby with the same period"
+            "an external oscillation continues in manual; find a loop nearby with the same period"
                 .to_owned()
         }
         Cause::ExternalWave => {
@@ -177,7 +177,7 @@ fn because(cause: Cause, evidence: &Evidence) -> String {
                 .to_owned()
         }
         Cause::Quantisation => format!(
-            "the PV rests {}: a coarse transmitter or historian makes steps without any valve; record with a finer \
+            "the PV rests {}: a coarse transmitter or historian causes this without stiction; record with a finer \
              resolution",
             share("pv_still").map_or("often".to_owned(), |of| format!("in {of} of the samples"))
         ),
@@ -192,12 +192,12 @@ fn because(cause: Cause, evidence: &Evidence) -> String {
             _ => "the set point is not recorded and may have moved: export it".to_owned(),
         },
         Cause::ProcessNonlinearity => {
-            "a process gain that changes along the wave bends it without any friction: compare small and large \
+            "a process gain that changes along the wave distorts the wave without friction: compare small and large \
              steps, up and down"
                 .to_owned()
         }
         Cause::NormalOperation => {
-            "the loop may only reject ordinary disturbances".to_owned()
+            "the controller may simply reject ordinary disturbances".to_owned()
         }
     }
 }

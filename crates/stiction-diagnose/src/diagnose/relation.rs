@@ -317,7 +317,7 @@ fn misplaced(op: &[f64], pv: &[f64], sp: &[f64]) -> Option<(Mismatch, String)> {
     let off = |x: &[f64]| mean(x) - mean(sp);
     if is_at(op, sp) && is_far(pv, sp) {
         let because = format!(
-            "the column of the OP stays at the set point (mean distance {}), that of the PV never meets it ({})",
+            "the column of the OP stays at the set point (mean distance {}), and that of the PV never meets it ({})",
             rough(off(op)),
             rough(off(pv))
         );
@@ -335,7 +335,7 @@ fn misplaced(op: &[f64], pv: &[f64], sp: &[f64]) -> Option<(Mismatch, String)> {
     let steps = share(pv);
     if steps < 0.05 && share(sp) > 0.5 && share(op) > 0.5 && is_at(sp, pv) {
         let because = format!(
-            "the column of the PV changes in {:.1} % of the samples and that of the SP, around it, in {:.0} %",
+            "the column of the PV changes in {:.1} % of the samples, and that of the SP around it in {:.0} %",
             100.0 * steps,
             100.0 * share(sp)
         );
@@ -392,7 +392,7 @@ impl Laws {
         {
             let because = format!(
                 "the values in the column of the OP are around {}, outside the range of an output in percent, and \
-                 those of the PV within 0 and 100",
+                 those of the PV are between 0 and 100",
                 rough(middle)
             );
             return Some((Mismatch::Exchanged, because));

@@ -156,8 +156,8 @@ fn words(
 ) -> String {
     if outcome == RepairOutcome::CannotTell {
         return format!(
-            "Effect of the repair: needs at least {FEWEST} windows with a probability or an S on each side, has \
-             {before} before and {after} after."
+            "The effect of the repair needs at least {FEWEST} windows with a probability or an S on each side; there \
+             are {before} before and {after} after."
         );
     }
     let say = |what: &str, c: Contrast, factor: f64, digits: usize| {

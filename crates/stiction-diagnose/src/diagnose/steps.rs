@@ -300,8 +300,8 @@ fn cut(grid: &Grid, longest: &Segment, windows: Option<&Weighing>) -> Option<Str
         weighing.present().any(|(window, _)| (segment.from..until).contains(&window.from))
     };
     Some(format!(
-        "the recording has {count} segments; the verdict uses {} of them, {:.0} % of the duration, and the methods the \
-         longest",
+        "the recording has {count} segments; the verdict uses {} of them, {:.0} % of the duration, and the methods \
+         use the longest",
         grid.segments.iter().filter(counts).count(),
         share(weighing.covered())
     ))
@@ -310,7 +310,7 @@ fn cut(grid: &Grid, longest: &Segment, windows: Option<&Weighing>) -> Option<Str
 /// The note on a segment of which some steps read the last part.
 fn read_in_part(recent: &Segment) -> String {
     format!(
-        "the methods, the oscillation, the check of the columns and a recorded position use the last {} of the segment",
+        "the methods and the checks of oscillation, columns and valve position use only the last {} of the segment",
         time(recent.duration())
     )
 }
@@ -389,7 +389,7 @@ mod tests {
         assert!(whole.recent.is_some() && last.recent.is_none());
         assert!(!whole.oscillation().unwrap().1.found);
         assert_eq!(whole.findings, last.findings);
-        let note = "the methods, the oscillation, the check of the columns and a recorded position use the last 3 d";
+        let note = "the methods and the checks of oscillation, columns and valve position use only the last 3 d";
         assert!(whole.notes.iter().any(|said| said.starts_with(note)), "{:?}", whole.notes);
         assert!(whole.windows.iter().any(|window| window.from == 0.0));
     }

@@ -66,10 +66,10 @@ pub(super) fn note(test: &TestReading, basis: Basis) -> String {
         format!("{} turns of the OP by hand within {}", test.turned, time(test.to_s - test.from_s));
     match basis {
         Basis::ValveTest => format!(
-            "the verdict is from the valve test in this recording, {turns}; stiction test read shows its answers"
+            "the verdict is from the valve test in this recording, {turns}; `stiction test read` shows its answers"
         ),
         _ => format!(
-            "this recording {} a valve test, {turns}: {}, {}; `stiction test read` shows its answers",
+            "this recording {} a valve test, {turns}, with the result {} ({}); `stiction test read` shows its answers",
             if test.known_by == KnownBy::Mode { "contains" } else { "seems to contain" },
             test.word(),
             percent(test.probability)

@@ -157,7 +157,7 @@ impl Weighing {
             }
         }
         if weighed.is_empty() {
-            return Err(why.unwrap_or(Abstention("there is nothing to weigh".to_owned())));
+            return Err(why.unwrap_or(Abstention("there is no window to evaluate".to_owned())));
         }
         let mut shares =
             own_shares(weighed.iter().map(|(window, ..)| (window.from, window.duration)));
@@ -345,7 +345,7 @@ fn strangest(bundle: &fusion::Bundle, evidence: &Evidence) -> Vec<String> {
     let words = |unlike: fusion::Unlike| {
         let fusion::Unlike { feature, value, range: (low, high), .. } = unlike;
         let meaning = meaning(feature);
-        format!("{meaning} = {value:.2}, for 99 % of the training loops {low:.2} to {high:.2}")
+        format!("{meaning} = {value:.2}, but {low:.2} to {high:.2} for 99 % of the training loops")
     };
     reference.unlike(&evidence.values).into_iter().take(NAMED).map(words).collect()
 }

@@ -17,12 +17,8 @@ const BESIDE: usize = 20;
 /// The features of this line, in the order of [`measure`]: those of the whole window, then one of each sort for
 /// every S of the grid.
 pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
-    feature(
-        "info_z",
-        1,
-        "standard errors by which a sticking valve predicts the PV better, the best",
-    ),
-    feature("info_z_s", 0, "S at the best of these standard errors, share of the OP's range, ln"),
+    feature("info_z", 1, "most standard errors by which a sticking valve predicts the PV better"),
+    feature("info_z_s", 0, "S with the most standard errors, share of the OP's range, ln"),
     feature("info_gain", 1, "largest gain in log-likelihood by a sticking valve, nats, ln(1 + x)"),
     feature("info_gain_s", 0, "S of the largest gain, share of the OP's span, ln"),
     feature("info_power", 0, "expected gain if the valve sticks with this S, nats, ln(1 + x)"),
@@ -31,7 +27,7 @@ pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
     feature(
         "info_autocorrelation",
         0,
-        "correlation of neighbouring errors behind a valve that follows",
+        "correlation of successive prediction errors if the valve follows the OP",
     ),
     feature(
         "info_unexplained",

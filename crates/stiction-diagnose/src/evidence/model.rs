@@ -44,15 +44,15 @@ pub const FEATURES: &[Feature] = &[
     feature("oe_over_sensor", 0, "error of play in the sensor over that of the best valve, ln"),
     feature("oe_agreement", 0, "distance of S by output error and by prediction, ln"),
     feature("error_kurtosis", 0, "kurtosis of the linear process's prediction error, ln"),
-    feature("error_kurtosis_left", 0, "kurtosis of the error behind the best valve, ln"),
-    feature("slip_rate", 0, "slips a period"),
+    feature("error_kurtosis_left", 0, "kurtosis of the error with the best valve, ln"),
+    feature("slip_rate", 0, "slips per period"),
     feature("slip_concentration", 0, "share of the linear error at the arrival of slips, ln"),
     feature("slip_removed", 1, "share of the error at slips that the best valve explains"),
     feature("slip_travel_variation", -1, "variation of the OP's travel before jumps of the PV"),
     feature(
         "slip_travel_over_time",
         1,
-        "how much steadier the OP's travel before jumps is than the time between, ln",
+        "how much steadier the OP's travel before jumps is than the time between jumps, ln",
     ),
     feature("slip_jitter", -1, "scatter of the PV's jumps around the slips, periods"),
 ];
@@ -147,8 +147,8 @@ pub const DENSE: &[Feature] = &[
         "error of play in the sensor over that of the best valve, ln",
     ),
     feature("dense_error_kurtosis", 0, "kurtosis of the linear process's prediction error, ln"),
-    feature("dense_error_kurtosis_left", 0, "kurtosis of the error behind the best valve, ln"),
-    feature("dense_slip_rate", 0, "slips a period"),
+    feature("dense_error_kurtosis_left", 0, "kurtosis of the error with the best valve, ln"),
+    feature("dense_slip_rate", 0, "slips per period"),
     feature("dense_slip_concentration", 0, "share of the dense error at the arrival of slips, ln"),
     feature("dense_slip_removed", 1, "share of the error at slips that the best valve explains"),
     feature(
@@ -159,7 +159,7 @@ pub const DENSE: &[Feature] = &[
     feature(
         "dense_slip_travel_over_time",
         1,
-        "how much steadier the OP's travel before jumps is than the time between, ln",
+        "how much steadier the OP's travel before jumps is than the time between jumps, ln",
     ),
 ];
 

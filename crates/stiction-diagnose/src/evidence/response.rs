@@ -16,8 +16,8 @@ const fn feature(name: &'static str, meaning: &'static str) -> Feature {
 /// Its features.
 pub const FEATURES: [Feature; 19] = [
     feature("pv_constant", "1 if the PV never moves while the OP does"),
-    feature("silent_eighth", "share of the OP's moves over an eighth of a period without a PV's"),
-    feature("silent_quarter", "share of the OP's moves over a quarter of a period without a PV's"),
+    feature("silent_eighth", "share of moves over an eighth of a period that only the OP makes"),
+    feature("silent_quarter", "share of moves over a quarter of a period that only the OP makes"),
     feature(
         "rest_share",
         "share of the time in which the OP travels and the PV stays in its noise",
@@ -25,21 +25,21 @@ pub const FEATURES: [Feature; 19] = [
     feature("rest_travel", "largest OP travel during a rest of the PV, in OP spans"),
     feature("rest_travel_spread", "relative spread of the OP travel during rests"),
     feature("band_width", "dead band with which the OP explains the PV best, in OP spans"),
-    feature("band_gain", "gain of that dead band over none, logarithm"),
+    feature("band_gain", "gain of the best dead band over none, logarithm"),
     feature("answer_r2", "share of the PV's moves that earlier moves of the OP explain"),
-    feature("answer_lag", "lead of those moves of the OP, in periods"),
-    feature("gain_small_large", "gain to small moves of the OP over that to large ones"),
+    feature("answer_lag", "lead of the OP's moves over the PV's, in periods"),
+    feature("gain_small_large", "process gain for small moves of the OP over that for large ones"),
     feature("coherence", "squared coherence of OP and PV at the dominant frequency"),
     feature("coherence_3", "squared coherence at three times the dominant frequency"),
     feature("phase", "phase of the PV after the OP at the dominant frequency, in half turns"),
     feature("slow_correlation", "correlation of the slow parts of OP and PV"),
     feature(
         "way_ratio",
-        "the PV's travel in large steps over that in small ones, over the OP's, logarithm",
+        "PV travel over half a period relative to a 24th, over the same ratio of the OP, logarithm",
     ),
     feature("pv_noise", "noise of the PV over its standard deviation, logarithm"),
-    feature("offset", "mean error over its standard deviation, logarithm of one more"),
-    feature("one_sided", "longest time on one side of the SP, in periods, logarithm of one more"),
+    feature("offset", "size of the mean error over its standard deviation, ln(1 + x)"),
+    feature("one_sided", "longest time on one side of the SP, in periods, ln(1 + x)"),
 ];
 
 /// Index of the features that do not need a moving PV.

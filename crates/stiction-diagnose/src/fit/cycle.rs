@@ -173,7 +173,7 @@ fn sentence(cycle: &Cycle) -> String {
         _ => "no limit cycle".to_owned(),
     };
     let Some(recorded) = cycle.recorded else {
-        return format!("Nothing oscillates in the recording. Fitted: {fitted}.");
+        return format!("The recording has no oscillation. Fitted: {fitted}.");
     };
     // The amount is that of a repair, among the prospects.
     let left = cycle.pv_swing_left.map_or(String::new(), |left| {

@@ -44,12 +44,12 @@ pub fn ring(
         .iter()
         .find(|row| row.action == action)
         .ok_or_else(|| format!("there is no prediction for \"{}\"", action.name()))?;
-    let Swing { period_s, pv: was, .. } =
-        recorded_cycle(fit).ok_or("the loop did not oscillate before, so no swing can fall")?;
+    let Swing { period_s, pv: was, .. } = recorded_cycle(fit)
+        .ok_or("the loop did not oscillate before, so there is no swing to compare")?;
     let is = after
         .deviation()
         .and_then(|pv| swing(&pv, period_s / after.sample_time))
-        .ok_or("the PV is missing or shorter than a period of the loop before")?;
+        .ok_or("the PV after the action is missing or shorter than a period before it")?;
     let predicted = row.pv_swing;
     let as_predicted = is <= predicted.high;
     let sentence = format!(

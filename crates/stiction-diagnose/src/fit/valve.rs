@@ -98,7 +98,7 @@ pub(super) fn possible(diagnosis: &Diagnosis, segment: &Segment) -> Result<Vec<P
         return Ok(vec![Possible { model, bands, weight, path, cell, first, from }]);
     }
     let weighing =
-        diagnosis.evidence.as_ref().ok_or("no S and J: OP and PV could not be weighed")?;
+        diagnosis.evidence.as_ref().ok_or("S and J are unknown without evidence in OP and PV")?;
     let model = model_of(weighing);
     let (s, share) = (weighing.s, weighing.j_over_s);
     let mut all = vec![];
@@ -245,7 +245,7 @@ pub(super) fn summarised(all: &[Weighed]) -> FittedValve {
 
 /// S and J by the evidence alone, without a process to weigh them.
 pub(super) fn alone(diagnosis: &Diagnosis) -> Result<FittedValve, String> {
-    let weighing = diagnosis.evidence.as_ref().ok_or("OP and PV could not be weighed")?;
+    let weighing = diagnosis.evidence.as_ref().ok_or("OP and PV gave no evidence")?;
     let (s, share) = (weighing.s, weighing.j_over_s);
     let j = |of: f64, s: f64| of.clamp(0.0, 1.0) * s;
     Ok(FittedValve {

@@ -238,7 +238,7 @@ fn unidentified(
     let mut reasons = vec![];
     if !fs.identified() {
         reasons.push(
-            "the static band cannot be distinguished from zero: the valve sticks too little for its noise"
+            "the static band cannot be distinguished from zero: the valve sticks too little to show above the noise"
                 .to_owned(),
         );
     } else if !fc.identified() {

@@ -407,7 +407,7 @@ impl Bench<'_> {
             }
         }
         let best = best.filter(|point| point.gain != 0.0).ok_or_else(|| {
-            Abstention("its gain would have the sign of the controller's inverse".to_owned())
+            Abstention("the process gain would have the sign of an inverse controller".to_owned())
         })?;
         let skip = most_delay(&delays) as usize;
         let m = (n - ORDER - skip.min((n - ORDER) / 2)) as f64;

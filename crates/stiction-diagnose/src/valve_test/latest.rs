@@ -22,8 +22,8 @@ pub(super) fn latest(
         return None;
     }
     let why = format!(
-        "with the turns before the longest time in automatic the result would be \"{}\", so the valve seems to have changed; \
-         only the turns since then count",
+        "the turns before the longest time in automatic would make the result \"{}\", so the valve seems to have \
+         changed; only later turns count",
         whole.word()
     );
     later.reasons.insert(0, why);

@@ -127,7 +127,7 @@ impl TestPlan {
                 Some(format!("the answer is {answer}, but must be above 0"))
             }
             () if !(positive(*shrink_by) && *shrink_by < 1.0) => Some(format!(
-                "the sizes shrink by {shrink_by}, but must by a factor between 0 and 1"
+                "the sizes shrink by a factor of {shrink_by}, which must be between 0 and 1"
             )),
             () if !positive(*record_every_s) => {
                 Some(format!("the sample interval is {record_every_s} s, but must be above 0"))
@@ -350,8 +350,8 @@ impl TestPlan {
     fn word(&mut self, long: &str) {
         let size = |turn: &Turn| rough(2.0 * turn.op.abs());
         self.summary = format!(
-            "in manual, turns of the OP up and down by {} to {} %, each held until the PV answers, for {} at most, {} at \
-             most in all",
+            "in manual, turns of the OP up and down by {} to {} %, each held until the PV answers (at most {}), in \
+             at most {}",
             size(&self.grow[0]),
             size(&self.grow[self.grow.len() - 1]),
             holds(self),
@@ -504,7 +504,7 @@ fn instructions(plan: &TestPlan, long: &str) -> Vec<String> {
             .to_owned(),
         format!(
             "Part 1. Move the OP {up} to u0 {} {size} %. {with} Hold it until the PV has moved by {}{unit}, but for {} at \
-             most. Then move it {down} to u0 {} {size} % and hold it likewise. The size of a turn is the whole way, here {} %.",
+             most. Then move it {down} to u0 {} {size} % and hold it likewise. The size of a turn is the whole change, here {} %.",
             if first.op > 0.0 { "+" } else { "−" },
             rough(plan.answer),
             time(first.hold_s),
@@ -530,8 +530,8 @@ fn instructions(plan: &TestPlan, long: &str) -> Vec<String> {
         ),
         format!(
             "If the PV leaves {}{unit} in the direction of a turn, make the next turn at once. If it leaves this range although \
-             the OP should bring it back, move the OP further in the same direction: by half a turn first (in part 2 by half of the \
-             first turn of part 2), then by twice as much after each hold. Shift u0 by the same amount.",
+             the OP should bring it back, move the OP further in the same direction. Begin with half a turn (in part 2, half of \
+             the first turn of part 2), and double it after each hold. Shift u0 by the same amount.",
             range(low, high)
         ),
         format!(
@@ -540,8 +540,8 @@ fn instructions(plan: &TestPlan, long: &str) -> Vec<String> {
             range(plan.pv_low, plan.pv_high)
         ),
         format!(
-            "{}After {} in manual end the test, whatever was seen, and put the controller in automatic. {}Read the recording \
-             with stiction test read. If it cannot tell, plan the next test from the same recording with stiction test plan.",
+            "{}After {} in manual, end the test in any case, and put the controller in automatic. {}Read the recording with \
+             stiction test read. If the test is inconclusive, plan the next one from the same recording with stiction test plan.",
             match plan.expected_s < 0.9 * plan.total_s {
                 true => format!("The test takes about {}. ", roughly(plan.expected_s)),
                 false => String::new(),
@@ -634,7 +634,7 @@ mod tests {
         for plan in [&short, &long] {
             assert!(!plan.instructions[8].contains("slow"), "{:?}", plan.instructions[8]);
         }
-        let held = "%, each held until the PV answers, for ";
+        let held = "%, each held until the PV answers (at most ";
         assert!(usual.summary.contains(held), "{}", usual.summary);
         for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let options = PlanOptions { time_s: Some(wrong), ..Default::default() };

@@ -340,7 +340,7 @@ fn read_as_one(
             "the rising and the falling branch of the settled {} lie {} % of OP apart, which is S - J if each step exceeds S{}",
             who(by_position),
             rough(curve.apart),
-            if by_position { "" } else { "; the curve of the PV over the OP is straightened" }
+            if by_position { "" } else { "; the curve of the PV over the OP was straightened" }
         )
     }));
     if is_part {
@@ -353,7 +353,7 @@ fn read_as_one(
     let used: usize = spells.iter().map(|(times, _)| times.len()).sum();
     if used < by_hand.turns() {
         reading.reasons.push(format!(
-            "the result is without {} of the OP in a gap of the recording, or alone in a time in manual",
+            "the result leaves out {} of the OP, in a gap of the recording or alone in a time in manual",
             counted(by_hand.turns() - used, "setting")
         ));
     }
@@ -711,7 +711,7 @@ fn reasons(reading: &TestReading, weighed: &Weighed, at_rest: bool) -> Vec<Strin
                 rough(limit),
                 match unseen.is_empty() {
                     true => "",
-                    false => " in all turns together, although the answer to a single turn may not exceed its error",
+                    false => " in all turns together, even if no single answer exceeds the measurement error",
                 }
             )
         })),
@@ -721,7 +721,7 @@ fn reasons(reading: &TestReading, weighed: &Weighed, at_rest: bool) -> Vec<Strin
                     "the stem did not follow the OP, or its position is measured wrongly".to_owned()
                 }
                 false => {
-                    "the PV did not follow the OP, although it moved in operation".to_owned()
+                    "the PV did not follow the OP, although the PV moved in operation".to_owned()
                 }
             },
         ),
@@ -880,7 +880,7 @@ mod tests {
         let reading = read(&recording, &ReadOptions::default()).unwrap();
         let why = reading.reasons.iter().find(|why| why.contains("in a gap of the recording"));
         assert!(
-            why.is_some_and(|why| why.starts_with("the result is without 1")),
+            why.is_some_and(|why| why.starts_with("the result leaves out 1")),
             "{:?}",
             reading.reasons
         );

@@ -205,7 +205,7 @@ fn repair(rows: &[Row], present: &Row, options: &WhatIfOptions, bands: Bands) ->
     let with = format!("S = {} % and J = {} %", set(kept.s()), set(kept.j()));
     if bands.s() <= kept.s() && bands.j() <= kept.j() {
         return format!(
-            "No repair is needed. A repaired valve has {with}, and this one has no more."
+            "No repair is needed. A repaired valve has {with}, and the present valve has no more."
         );
     }
     if less(present.error(), repaired.error()) {
@@ -259,7 +259,7 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
             });
             let moves = match travel(row, present) {
                 still if still < 0.01 => "the stem then rests".to_owned(),
-                times => format!("the stem travel is {} times the present one at most", factor(times)),
+                times => format!("the stem travel is at most {} times the present one", factor(times)),
             };
             said.push(format!(
                 "Until then, {what} ({name} with {}). The mean error falls from {} to {}, or to {} in the worst case if S \
@@ -281,8 +281,8 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
             }
             if let Some(apart) = loads_apart_s(row, present, options.protocol.step_s) {
                 said.push(format!(
-                    "Its response to loads is slower than at present. It pays if loads of {} % come less often than every \
-                     {} s.",
+                    "This action slows the response to loads. It pays only if loads of {} % come less often than \
+                     every {} s.",
                     set(options.protocol.load_step),
                     set(apart)
                 ));
@@ -349,8 +349,8 @@ pub(super) fn assumptions(
             set(protocol.settling_band)
         ),
         format!(
-            "Compensators and tuning were also chosen for all combinations of S and J {:.0} % too small and too large. In \
-             the case with noise its standard deviation is {}.",
+            "Compensators and tuning were also chosen for all combinations of S and J {:.0} % too small and too \
+             large. In the case with noise, the standard deviation of the noise is {}.",
             100.0 * protocol.error,
             set(protocol.noise_sd)
         ),
@@ -368,8 +368,8 @@ pub(super) fn assumptions(
     ];
     if model.describe().motion == Motion::Staircase {
         said.push(
-            "This valve model has a family of limit cycles. The prediction is the one near the equilibrium, but the start \
-             of the loop decides between them."
+            "This valve model has a family of limit cycles. The prediction is the one near the equilibrium, but the \
+             initial state of the loop decides which one occurs."
                 .to_owned(),
         );
     }

@@ -58,7 +58,7 @@ impl Supervised {
         non_negative("filter time of the supervision", self.filter_s)?;
         if self.quiet > self.wake {
             return Err(Error::Inconsistent(format!(
-                "the compensator may rest at an error of {} and wakes at {}: it must rest at no more",
+                "the error at which the compensator rests, {}, must not exceed that at which it wakes, {}",
                 self.quiet, self.wake
             )));
         }

@@ -253,7 +253,7 @@ impl ParameterSet {
                 FrictionLaw::Classical(Classical::new(1_708.0, 1_423.0, 612.9, 0.0)?),
             ),
             "cts-stribeck" => (
-                "the same with a Stribeck velocity of 0.1 inch/s (this project's choice): moves in steps",
+                "4-inch stroke valve with a Stribeck velocity of 0.1 inch/s (this project's choice): moves in steps",
                 CTS_SOURCE,
                 CTS,
                 FrictionLaw::Classical(Classical::new(1_708.0, 1_423.0, 612.9, 0.00254)?),

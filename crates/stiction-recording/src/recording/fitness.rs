@@ -268,7 +268,7 @@ fn of_masked(recording: &Recording) -> Measure {
     let share = |of: &Channel| 100.0 * of.masked.len() as f64 / of.values.len().max(1) as f64;
     let value = channels.map(share).fold(0.0, f64::max);
     let reason = match Masked::words(&recording.masked_values()) {
-        Some(words) => format!("no measurements, which count as missing: {words}"),
+        Some(words) => format!("values that are no measurements count as missing: {words}"),
         None => "every value may be a measurement".to_owned(),
     };
     MASKED.measure(Some(value), reason)
@@ -421,7 +421,7 @@ fn of_pv(pv: &[f64], period: Option<f64>) -> Vec<Measure> {
         let lines = Rule { unfit: Some(n / FEWEST_LINES), ..COMPRESSION };
         measures.push(lines.measure(
             Some(factor),
-            format!("{factor:.1} samples lie on one straight line while the PV moves"),
+            format!("on average {factor:.1} samples lie on one straight line while the PV moves"),
         ));
     }
     if let Some(period) = period {

@@ -18,13 +18,13 @@ const fn feature(name: &'static str, monotone: i8, meaning: &'static str) -> Fea
 /// The features of this line, in the order of [`values`].
 pub const FEATURES: [Feature; 8] = [
     feature("net_fault", 1, "log-odds of a fault by the raw signals"),
-    feature("net_s", 0, "S by the raw signals if it sticks, share of the OP's span, ln"),
-    feature("net_j", 0, "J over S by the raw signals if it sticks"),
-    feature("net_sticks", 0, "ln of the probability that it sticks, by the raw signals"),
+    feature("net_s", 0, "S by the raw signals if the valve sticks, share of the OP's span, ln"),
+    feature("net_j", 0, "J over S by the raw signals if the valve sticks"),
+    feature("net_sticks", 0, "ln of the probability that the valve sticks, by the raw signals"),
     feature(
         "net_no_response",
         0,
-        "ln of the probability that it does not respond, by the raw signals",
+        "ln of the probability that the valve does not respond, by the raw signals",
     ),
     feature(
         "net_dead_zone",

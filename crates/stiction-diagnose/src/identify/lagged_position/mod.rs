@@ -323,8 +323,8 @@ pub fn judge(op: &[f64], vp: &[f64], moves: Moves) -> Result<Judgement, Abstenti
         judged.j = Interval { value: 0.0, low: 0.0, high: f64::INFINITY };
     } else if judged.explained < LEAST_EXPLAINED && judged.left > FAR * noise {
         return refuse(format!(
-            "no valve leads from the OP to the recorded position (the best explains {:.0} %): it may belong to \
-             another valve or time",
+            "no valve model explains the recorded position (the best explains {:.0} %), which may be of another \
+             valve or another time",
             100.0 * judged.explained.max(0.0)
         ));
     }

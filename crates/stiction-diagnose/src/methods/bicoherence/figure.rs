@@ -40,7 +40,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &BicoherenceResult) -> 
                      S.",
                 );
             }
-            None => caption.push_str(" They do not move along an ellipse."),
+            None => caption.push_str(" OP and PV do not move along an ellipse."),
         }
         figure = figure.columns(2).width(WIDTH).with(map);
     }
@@ -87,8 +87,8 @@ pub(in crate::methods) fn plane(
         return None;
     }
     let mut caption = format!(
-        "Bicoherence of the {signal}: pairs of frequencies with a phase bound to that of their sum. Of {} pairs \
-         with power {significant} are significant, from a squared bicoherence of {}",
+        "Bicoherence of the {signal}: pairs of frequencies whose phases are coupled to that of their sum. Of {} \
+         pairs with power, {significant} are significant (squared bicoherence above {})",
         plane.bins.len(),
         number(plane.critical)
     );
@@ -102,7 +102,7 @@ pub(in crate::methods) fn plane(
             panel =
                 panel.note(Annotation::arrow(number(peak.value), corner, (at(peak.i), at(peak.j))));
         }
-        caption.push_str(&format!("; the largest is {}", number(peak.value)));
+        caption.push_str(&format!(". The largest is {}", number(peak.value)));
     }
     caption.push('.');
     if let Some(cubic) = plane.cubic {

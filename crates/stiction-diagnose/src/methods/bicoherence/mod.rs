@@ -100,8 +100,8 @@ static METHOD: Method = Method {
              (2006) 1395-1412; formulas and limits recalled, not read",
     statistic: "apparent stiction, %",
     rule: "sticks if the loop is nonlinear and an ellipse fits PV and OP with an apparent stiction above noise, \
-           does not if the loop is linear; nonlinear means significant cubic coupling, or NGI above 0.001 and \
-           NLI at least 0.01",
+           does not if the loop is linear. Nonlinear means significant cubic coupling, or NGI above 0.001 and NLI \
+           at least 0.01",
     applies: Applies::AnyLoop,
     decides: Decides::Stiction,
     needs: Needs::Error,

@@ -12,13 +12,13 @@ pub(in crate::methods) fn draw(_: &Scene<'_>, found: &ButterflyResult) -> Option
     let ((pv, stride), (distance, _)) = (thinned(&found.pv, MOST), thinned(&found.distance, MOST));
     let panel = Panel::new(
         "PV (standard deviations)",
-        "distance of the OP from the PV before (standard deviations)",
+        "distance of the OP from the previous PV (standard deviations)",
     )
     .with(Series::points("samples", pv, distance).colour(colour::BLUE))
     .note(Annotation::x_band(-0.5, 0.5, "body"));
     let mut caption = format!(
-        "A butterfly has two open wings and an empty body between them (shaded), which the PV crosses quickly \
-         while the valve slips. The body is empty by W = {}, the wings are open by {} and {}.",
+        "A butterfly has two open wings and an empty body between them (shaded), which the PV crosses quickly while \
+         the valve slips. The emptiness of the body is W = {}. The wings open by {} and {} standard deviations.",
         number(found.emptiness),
         number(found.openings[0]),
         number(found.openings[1])

@@ -174,8 +174,8 @@ impl Detector for Butterfly {
     fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
         let result = self.run(subject)?;
         let reason = format!(
-            "the body between the wings is empty by W = {:.2} (0 for a sine, 1 for a square wave; \
-             threshold {}), the wings are open by {:.2} and {:.2} standard deviations",
+            "the emptiness of the body between the wings is W = {:.2} (0 for a sine, 1 for a square wave; threshold \
+             {}), and the wings open by {:.2} and {:.2} standard deviations",
             result.emptiness, self.emptiness, result.openings[0], result.openings[1]
         );
         let numbers = vec![

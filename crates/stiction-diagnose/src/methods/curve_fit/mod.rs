@@ -223,7 +223,7 @@ impl Detector for CurveFit {
             _ => "is as near to a triangle wave as to a sine",
         };
         let reason = format!(
-            "the {} {what}: SI is {:.3} (sticks from {:.2}, does not up to {:.2}) over {} half waves",
+            "the {} {what}: SI is {:.3} (sticks at {:.2} or more, does not at {:.2} or less) over {} half waves",
             r.signal,
             r.statistic,
             self.upper,

@@ -131,7 +131,7 @@ impl Horch {
         presume_oscillation(subject, &mut caveats);
         let (u, y) = (&subject.segment.op, subject.segment.pv.as_deref().unwrap_or_default());
         let n = u.len();
-        let constant = || Abstention("OP and PV cannot be correlated: one hardly moves".to_owned());
+        let constant = || Abstention("no correlation, because OP or PV hardly moves".to_owned());
         let keeps = || {
             Abstention(
                 "the correlation of OP and PV does not cross zero on both sides of lag zero"

@@ -154,7 +154,7 @@ impl HorchDensity {
         let signal = 1.0 - noise * noise;
         if !(signal >= self.least_signal) {
             return Err(Abstention(format!(
-                "noise covers the PV's curvature: {:.0} % of the variance of its second difference is noise",
+                "noise masks the PV's curvature: {:.0} % of the variance of its second difference is noise",
                 100.0 * noise * noise
             )));
         }

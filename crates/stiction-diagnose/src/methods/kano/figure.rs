@@ -15,8 +15,8 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &KanoResult) -> Option<
     let (trend, map) = rests(scene, &follower, &scene.end())?;
     let caption = format!(
         "{} over time and over the OP, at the end of the segment, with its rests while the OP travels. Over the \
-         whole segment they are {} of all samples. A parallelogram {} % of OP wide explains {} % of its variance, \
-         none {} %.",
+         whole segment, the rests are {} of all samples. A parallelogram {} % of OP wide explains {} % of the \
+         variance, and a straight line {} %.",
         follower.name,
         number(found.statistic),
         number(found.width),

@@ -193,8 +193,8 @@ impl Detector for Kano {
     fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
         let r = self.run(subject)?;
         let reason = format!(
-            "the {} rests {:.0} % of the time while the OP travels; a dead band of {:.2} % of OP explains {:.0} % \
-             of its variance, none {:.0} % (no threshold is known)",
+            "the {} rests {:.0} % of the time while the OP travels; with a dead band of {:.2} % of OP, the OP \
+             explains {:.0} % of the variance, without one {:.0} % (no threshold is known)",
             r.follower,
             100.0 * r.statistic,
             r.width,

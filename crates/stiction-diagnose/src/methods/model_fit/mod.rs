@@ -186,9 +186,9 @@ impl Detector for ModelFit {
     fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
         let r = self.run(subject)?;
         let fit = &r.fit;
-        let how = if fit.sticks { "clearly better" } else { "hardly better, if at all," };
+        let how = if fit.sticks { "clearly better" } else { "not clearly better" };
         let cause = r.cause.map_or(String::new(), |(cause, _)| {
-            format!("; by its models the cause is {}", cause.name())
+            format!("; the comparison of models gives {} as the cause", cause.name())
         });
         let reason = format!(
             "a sticking valve (S = {:.2} %, J = {:.2} %) before a linear process explains the PV {how} than a \

@@ -113,7 +113,7 @@ pub fn fits(
     }
     let caption = format!(
         "{lead} Above: the middle {} of {} half waves. Below: {} half waves turned upright and overlaid; the means \
-         are over all.",
+         include all.",
         shown.len(),
         waves.len(),
         overlaid

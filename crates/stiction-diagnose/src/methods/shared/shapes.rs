@@ -40,7 +40,7 @@ pub fn representable(statistic: f64) -> Result<f64, Abstention> {
     if statistic.is_finite() {
         Ok(statistic)
     } else {
-        Err(Abstention("the samples are too large, too small or too equal to compare".to_owned()))
+        Err(Abstention("the samples are too large, too small or too similar to compare".to_owned()))
     }
 }
 

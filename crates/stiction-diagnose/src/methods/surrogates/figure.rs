@@ -16,9 +16,9 @@ pub(in crate::methods) fn draw(_: &Scene<'_>, found: &SurrogatesResult) -> Optio
             .with(line_at(dashed, "limit", limit, max(&shares)).colour(colour::BLACK))
             .with(line_at(solid, "this loop", found.gamma, max(&shares)).colour(colour::VERMILION));
     let caption = format!(
-        "How well the control error can be predicted from its own past, against {} surrogates with the same \
-         spectrum and the same values but random phases. To the left of the limit it is more predictable than a \
-         linear loop would be: N is {}, nonlinear from {}.",
+        "Error of predicting the control error from its own past, compared with {} surrogates with the same \
+         spectrum and the same values but random phases. To the left of the limit, the control error is more \
+         predictable than that of a linear loop. N is {}; the loop is nonlinear above {}.",
         found.surrogates.len(),
         number(found.n),
         number(found.limit)

@@ -198,7 +198,7 @@ impl Surrogates {
             .collect();
         let n = (mean(&surrogates) - gamma) / (3.0 * sample_std(&surrogates));
         if !n.is_finite() {
-            return abstain("all surrogates are predicted alike");
+            return abstain("the prediction errors of all surrogates are equal");
         }
         let decision = if n > self.limit { Decision::Nonlinear } else { Decision::Linear };
         Ok(SurrogatesResult {

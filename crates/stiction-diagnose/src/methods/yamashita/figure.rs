@@ -70,9 +70,9 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &YamashitaResult) -> Op
         other => format!("{} standard deviations", number(other)),
     };
     let caption = format!(
-        "Steps that increase (I), stay (S) or decrease (D), against {dead_zone} of all steps. Above: the end of \
-         the segment, with the steps in which the OP moves and the {name} stays. Below: how often each pattern \
-         occurs. rho1, the share of these two among all steps that are not SS, is {}.",
+        "Steps that increase (I), stay (S) or decrease (D), with a dead zone of {dead_zone} of all steps. Above: \
+         the end of the segment, with the steps in which the OP moves and the {name} stays. Below: how often each \
+         pattern occurs. rho1, the share of DS and IS among all steps that are not SS, is {}.",
         number(found.statistic)
     );
     let figure = sheet(caption)

@@ -35,8 +35,8 @@ pub(in crate::methods) fn draw(_: &Scene<'_>, found: &YamashitaLevelResult) -> O
         );
     let caption = format!(
         "Density of the PV's second derivative. A triangle wave behind a sticking valve bends only at its corners, \
-         which gives a high middle and long tails, with an excess kurtosis above 0. This one is {}. Values beyond \
-         six standard deviations are counted at the ends.",
+         which gives a high middle and long tails, with an excess kurtosis above 0. Here the excess kurtosis is {}. \
+         Values beyond six standard deviations are counted at the ends.",
         number(found.statistic)
     );
     Some(sheet(caption).with(panel))

@@ -69,10 +69,10 @@ impl Log {
         let repair = |((kind, signal), (count, first_s)): ((RepairKind, &'static str), _)| {
             let done = match kind {
                 RepairKind::Irregular if signal == "OP" => {
-                    "points of the grid between samples: the last sample holds".to_owned()
+                    "points of the grid between samples keep the last sample's value".to_owned()
                 }
                 RepairKind::Irregular => {
-                    "points of the grid between samples: interpolated, or held if stored on change"
+                    "points of the grid between samples are interpolated, or held if stored on change"
                         .to_owned()
                 }
                 RepairKind::Bridged => {
@@ -82,7 +82,7 @@ impl Log {
                     "VP is left out of segments in which less than {:.0} % of it is known",
                     100.0 * LEAST_KNOWN_VP
                 ),
-                RepairKind::Gap => format!("the recording is cut there{}", few(signal)),
+                RepairKind::Gap => format!("the recording is cut at each gap{}", few(signal)),
                 _ => "the recording is cut where the controller was not in command".to_owned(),
             };
             GridRepair { kind, signal, count, first_s, done }
