@@ -260,7 +260,7 @@ fn a_test_confirms_an_order_and_closes_one() {
             .and_then(|rest| rest.split_once(", "))
             .unwrap();
         let (most, rest) = rest.split_once(" at most, turn the OP up and down by ").unwrap();
-        assert!(rest.contains(" turns each, until the PV answers; hold each for "), "{test}");
+        assert!(rest.contains(" turns each, held until the PV answers or for "), "{test}");
         let sheet = format!("north/reports/2026-W10/{}", order["sheet"].as_str().unwrap());
         let sheet = read(&folder, &sheet);
         let heading = format!("<h1>Valve test of {}</h1>", order["loop"].as_str().unwrap());

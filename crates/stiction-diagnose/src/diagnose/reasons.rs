@@ -177,7 +177,7 @@ fn because(cause: Cause, evidence: &Evidence) -> String {
                 .to_owned()
         }
         Cause::Quantisation => format!(
-            "the PV rests {}: a coarse transmitter or historian causes this without stiction; record with a finer \
+            "the PV rests {}: a coarse transmitter or historian causes this without stiction. Record with a finer \
              resolution",
             share("pv_still").map_or("often".to_owned(), |of| format!("in {of} of the samples"))
         ),

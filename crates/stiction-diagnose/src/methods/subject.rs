@@ -70,7 +70,7 @@ impl<'a> Subject<'a> {
             }
             (Applies::Integrating, Dynamics::Unknown) => {
                 return abstain(
-                    "made for integrating loops; the type of this loop is not known: specify it"
+                    "made for integrating loops; specify the type of this loop, which is not known"
                         .to_owned(),
                 );
             }

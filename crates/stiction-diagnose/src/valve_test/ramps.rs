@@ -87,7 +87,7 @@ pub(super) fn measure(op: &[f64], pv: &[f64], dt: f64, found: &mut Signature) {
         Behaviour::Sticks => {
             found.class = VerdictClass::Sticks;
             (found.s, found.j) = (Some(estimate(judged.s)), Some(estimate(judged.j)));
-            format!("no valve that follows explains the PV; its lag is {}", time(lag))
+            format!("no valve that follows the OP explains the PV, which lags by {}", time(lag))
         }
         Behaviour::Follows | Behaviour::Open
             if judged.t <= CLEARS.1 && judged.s_limit <= CLEARS.0 =>

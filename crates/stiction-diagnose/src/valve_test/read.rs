@@ -283,15 +283,15 @@ fn read_as_one(
     let values: Vec<f64> = manual.iter().flat_map(|spell| spell.pv.iter().copied()).collect();
     if !moves(&spells) {
         return Err(Abstention(format!(
-            "the {} has the same value throughout the test: it is at the end of its range, frozen, or not archived; repeat \
-             the test with a signal that moves",
+            "the {} has the same value throughout the test, so it is at the end of its range, frozen, or not \
+             archived; repeat the test with a signal that moves",
             who(by_position)
         )));
     }
     if let Some(frozen) = frozen(&manual) {
         return Err(Abstention(format!(
-            "the {} is exactly the same for {} within the test, although it has noise: it was frozen or not archived; repeat \
-             the test with a signal that is recorded throughout",
+            "the {} is exactly the same for {} within the test in spite of its noise, so it was frozen or not \
+             archived; repeat the test with a signal that is recorded throughout",
             who(by_position),
             time(frozen as f64 * grid.sample_time)
         )));
@@ -415,8 +415,8 @@ const OP: std::ops::RangeInclusive<f64> = -10.0..=110.0;
 
 const NO_TEST: &str = "the recording has no test. With a mode, the OP must be set twice in manual; without one, it must \
                        alternate between held levels, or go up and down in equal steps. Give the completed sheet, or a recording with the mode";
-const TOO_FEW: &str = "the test is too short: it needs two turns in one time in manual, and twelve samples of a PV that \
-                       moves; make more turns, or record more often";
+const TOO_FEW: &str = "the test is too short, because it needs two turns in one time in manual and twelve samples \
+                       of a moving PV; make more turns, or record more often";
 
 impl Operation {
     fn before(
@@ -735,8 +735,8 @@ fn reasons(reading: &TestReading, weighed: &Weighed, at_rest: bool) -> Vec<Strin
         ));
     } else if weighed.alike && reading.class == VerdictClass::Sticks {
         all.push(
-            "a dead band of the transmitter could give the same answers; only the position of the stem distinguishes the \
-             two"
+            "a dead band of the transmitter could give the same answers; only the stem position can distinguish it \
+             from stiction"
                 .to_owned(),
         );
     }

@@ -8,8 +8,8 @@ pub fn short(plan: &TestPlan) -> String {
     let sizes: Vec<String> =
         plan.grow.iter().step_by(plan.each).map(|turn| rough(2.0 * turn.op.abs())).collect();
     format!(
-        "in manual for some {}, {} at most, turn the OP up and down by {} %, {} turns each, until the PV answers; \
-         hold each for {} at most; then repeat with each size {:.0} % smaller",
+        "in manual for some {}, {} at most, turn the OP up and down by {} %, {} turns each, held until the PV \
+         answers or for {} at most; then repeat with each size {:.0} % smaller",
         roughly(plan.expected_s),
         time(plan.total_s),
         sizes.join(", "),

@@ -670,7 +670,7 @@ fn reasons(found: &Signature) -> Vec<String> {
     )];
     if let Some(s) = found.s {
         all.push(format!(
-            "the OP travels {} between a stop of the stem and its next move the other way, which is S",
+            "the OP travels {} between a stop of the stem and its next move in the other direction, which is S",
             interval(s)
         ));
     }

@@ -187,8 +187,8 @@ fn sensible(plant: &ClosedLoop) -> Result<()> {
         // A time of 0 is allowed.
         if time > 0.0 && time.is_finite() && !(shortest..=LONGEST).contains(&samples) {
             return Err(Error::Inconsistent(format!(
-                "the {name} is {time:e} s, {samples:.0e} times the sample time of {} s, but must be between {shortest} and \
-                 {LONGEST:e} times; change it, leave it out, or change the sample time",
+                "the {name} is {time:e} s, {samples:.0e} times the sample time of {} s, but must be between \
+                 {shortest} and {LONGEST:e} times; change it or the sample time, or leave it out",
                 plant.sample_time
             )));
         }

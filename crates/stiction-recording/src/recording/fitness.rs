@@ -293,7 +293,7 @@ fn doubtful(recording: &Recording) -> Measure {
         .fold(0.0, f64::max);
     DOUBTFUL.measure(
         Some(share),
-        format!("the historian marks {share:.1} % of the samples as doubtful"),
+        format!("the historian marks up to {share:.1} % of a signal's samples as doubtful"),
     )
 }
 

@@ -161,8 +161,8 @@ impl Judgement {
         };
         match self.behaviour {
             Behaviour::Sticks => format!(
-                "fitted to the measured position, S = {} % ({} to {}) and J = {} % ({} to {}){lag}; every model \
-                 of a valve that follows the OP fits worse by at least {:.1} standard deviations (limit {})",
+                "fitted to the measured position, S = {} % ({} to {}) and J = {} % ({} to {}){lag}. Every model of \
+                 a valve that follows the OP fits worse by at least {:.1} standard deviations (limit {})",
                 rough(self.s.value),
                 rough(self.s.low),
                 rough(self.s.high),

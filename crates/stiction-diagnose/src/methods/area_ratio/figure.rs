@@ -72,7 +72,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &AreaRatioResult) -> Op
     }
     let caption = format!(
         "Areas of the control error before and after its peaks, in the middle {} of {} half waves, and the ratios \
-         of all half waves (ratios above {most} are drawn at {most}). The mean is {}.",
+         of all half waves. Ratios above {most} are drawn at {most}. The mean is {}.",
         shown.len(),
         found.areas.len(),
         number(found.statistic)

@@ -175,7 +175,7 @@ impl Detector for Butterfly {
         let result = self.run(subject)?;
         let reason = format!(
             "the emptiness of the body between the wings is W = {:.2} (0 for a sine, 1 for a square wave; threshold \
-             {}), and the wings open by {:.2} and {:.2} standard deviations",
+             {}). The wings open by {:.2} and {:.2} standard deviations",
             result.emptiness, self.emptiness, result.openings[0], result.openings[1]
         );
         let numbers = vec![

@@ -96,26 +96,26 @@ static METHODS: [Method; 4] = [
     method!(
         "damarla-f-test",
         "Damarla's F-test",
-        "sticks if more windows than expected by chance (in the paper, any window) have a steady PV variance and an \
+        "sticks if more windows than expected by chance (in the paper, any) have a steady PV variance and an \
          unsteady OP variance, by a one-sided F-test at 5 %"
     ),
     method!(
         "damarla-t-test",
         "Damarla's t-test",
-        "sticks if more windows than expected by chance (in the paper, any window) have a steady PV mean and an \
-         unsteady OP mean, by a t-test at 5 %"
+        "sticks if more windows than expected by chance (in the paper, any) have a steady PV mean and an unsteady OP \
+         mean, by a t-test at 5 %"
     ),
     method!(
         "damarla-hotelling",
         "Damarla's Hotelling test",
-        "sticks if more windows than expected by chance (in the paper, any window) have a steady PV mean and an \
-         unsteady OP mean, by Hotelling's T² (modified degrees of freedom) at 5 %"
+        "sticks if more windows than expected by chance (in the paper, any) have a steady PV mean and an unsteady OP \
+         mean, by Hotelling's T² (modified degrees of freedom) at 5 %"
     ),
     method!(
         "damarla-reverse-arrangements",
         "Damarla's reverse arrangements",
-        "sticks if more windows than expected by chance (in the paper, any window) have a trend in the OP but none \
-         in the PV, by the reverse arrangements test at 5 %"
+        "sticks if more windows than expected by chance (in the paper, any) have a trend in the OP but none in the \
+         PV, by the reverse arrangements test at 5 %"
     ),
 ];
 

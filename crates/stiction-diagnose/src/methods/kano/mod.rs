@@ -193,7 +193,7 @@ impl Detector for Kano {
     fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
         let r = self.run(subject)?;
         let reason = format!(
-            "the {} rests {:.0} % of the time while the OP travels; with a dead band of {:.2} % of OP, the OP \
+            "the {} rests {:.0} % of the time while the OP travels. With a dead band of {:.2} % of OP, the OP \
              explains {:.0} % of the variance, without one {:.0} % (no threshold is known)",
             r.follower,
             100.0 * r.statistic,

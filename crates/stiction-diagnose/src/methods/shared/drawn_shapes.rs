@@ -112,8 +112,8 @@ pub fn fits(
         overlay = overlay.with((shape.series)(&name, places.clone(), average).colour(shape.colour));
     }
     let caption = format!(
-        "{lead} Above: the middle {} of {} half waves. Below: {} half waves turned upright and overlaid; the means \
-         include all.",
+        "{lead} Above: the middle {} of {} half waves. Below: {} half waves turned upright and overlaid, with the \
+         means of all.",
         shown.len(),
         waves.len(),
         overlaid

@@ -86,8 +86,8 @@ static METHOD: Method = Method {
     source: "Thornhill, IEEE Trans. Control Syst. Technol. 13 (2005) 434-443; abstract read, formulas \
              and limits recalled",
     statistic: "N",
-    rule: "nonlinear if N, the deviation of the prediction error from the surrogates' in three of their \
-           standard deviations, is above the threshold 1",
+    rule: "nonlinear if N, the deviation of the prediction error from the surrogates' over three of their standard \
+           deviations, is above the threshold 1",
     applies: Applies::AnyLoop,
     decides: Decides::Nonlinearity,
     needs: Needs::Error,

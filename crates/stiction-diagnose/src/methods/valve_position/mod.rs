@@ -221,8 +221,8 @@ impl ValvePosition {
         title: "Direct measurement on the valve position",
         source: "ours",
         statistic: "t of the best valve without stiction",
-        rule: "sticks if every valve with S up to 0.3 %, behind any lag, fits worse than the best by a threshold \
-               (2.5 standard deviations; 5 if S is small beside the OP's changes, 2 if it is large and likely)",
+        rule: "sticks if every valve with S up to 0.3 %, behind any lag, fits worse than the best by a threshold. \
+               It is 2.5 standard deviations, 5 if S is small beside the OP's changes, 2 if S is large and likely",
         applies: Applies::AnyLoop,
         decides: Decides::Stiction,
         needs: Needs::OpAndVp,
