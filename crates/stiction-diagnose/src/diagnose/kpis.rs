@@ -199,7 +199,7 @@ impl Kpis {
             "variability",
             p(&|pv| spread(pv) / mean(pv).abs()),
             "%",
-            "two standard deviations of the PV over its mean",
+            "two standard deviations of the PV, divided by its mean",
         );
         let range = recording.pv.as_ref().and_then(|pv| pv.range);
         self.add(
@@ -210,7 +210,7 @@ impl Kpis {
                 (Some(pv), Some(range)) => Ok(spread(pv) / (range.high - range.low)),
             },
             "%",
-            "two standard deviations of the PV over its range",
+            "two standard deviations of the PV, divided by its range",
         );
         self.add(
             "set-point crossings",

@@ -45,7 +45,7 @@ impl Mismatch {
             }
             Self::SameSignal => {
                 "one of the two columns has the other's tag: export the missing one. A P controller with a gain of \
-                 one and a constant set point would look the same; then test in manual"
+                 one and a constant set point would look the same: test such a loop in manual"
             }
             Self::PvIsOp => "the column of the PV has the tag of the OP: export the PV",
             Self::OpIsPv => {

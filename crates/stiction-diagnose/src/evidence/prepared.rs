@@ -136,7 +136,7 @@ impl<'a> Prepared<'a> {
         let period = recorded_period / factor as f64;
         let trace = |signal: &Scaled| Trace::of(signal, factor, period);
         let op_trace = trace(&op).ok_or_else(|| {
-            Abstention("the OP moves only much faster than its period".to_owned())
+            Abstention("the OP moves only much faster than the period".to_owned())
         })?;
         let (mut pv_trace, mut error_trace) =
             (pv.as_ref().and_then(trace), error.as_ref().and_then(trace));

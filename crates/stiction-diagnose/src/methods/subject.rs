@@ -58,13 +58,13 @@ impl<'a> Subject<'a> {
         match (method.applies, self.loop_type.dynamics()) {
             (Applies::SelfRegulating, Dynamics::Integrating) => {
                 return abstain(format!(
-                    "made for self-regulating loops; this one ({}) integrates",
+                    "made for self-regulating loops; this loop ({}) integrates",
                     self.loop_type.name()
                 ));
             }
             (Applies::Integrating, Dynamics::SelfRegulating) => {
                 return abstain(format!(
-                    "made for integrating loops; this one ({}) is self-regulating",
+                    "made for integrating loops; this loop ({}) is self-regulating",
                     self.loop_type.name()
                 ));
             }

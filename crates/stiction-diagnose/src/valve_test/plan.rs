@@ -562,7 +562,7 @@ fn short_of_time(plan: &TestPlan, long: &str) -> String {
     let needed = HOLDS * plan.grow[0].hold_s;
     match () {
         () if needed > 1.1 * plan.total_s => format!(
-            "In this time the loop answers some {:.0} turns, which seldom decide. A test of {} decides more often. ",
+            "In this time the loop answers about {:.0} turns, which seldom decide. A test of {} decides more often. ",
             plan.total_s / plan.grow[0].hold_s,
             time(needed)
         ),

@@ -183,7 +183,7 @@ impl Yamashita {
             && !matches!(subject.loop_type, LoopType::Flow | LoopType::Unknown)
         {
             caveats.push(format!(
-                "made for flow loops, whose PV follows the valve at once; the type of this one is {}",
+                "made for flow loops, whose PV follows the valve at once; the type of this loop is {}",
                 subject.loop_type.name()
             ));
         }
