@@ -293,7 +293,7 @@ pub(super) fn verdict(
     let mut reasons = vec![match rest {
         Some(rest) => rest.sentence(sample_time),
         None => format!(
-            "the OP travels, but the PV moves without relation to the OP (by the evidence, {})",
+            "the OP travels, but the PV moves without relation to the OP (no response: {})",
             percent(likelihood)
         ),
     }];
