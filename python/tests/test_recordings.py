@@ -262,7 +262,7 @@ def test_notes_name_keywords(tmp_path):
     path.write_text("time,mv\n2024-01-01 00:00:00,1\n2024-01-01 00:00:01,2\n")
     [made] = stiction.read(path)
     said = " ".join(made.notes)
-    assert "if this matters, give zone" in said and 'give columns={"vp": "mv"}' in said and " --" not in said
+    assert "if this is wrong, give zone" in said and 'give columns={"vp": "mv"}' in said and " --" not in said
 
 
 def test_what_is_masked_is_missing_where_samples_may_be_missing():

@@ -23,7 +23,7 @@ pub enum Error {
         message: String,
     },
     /// There is no built-in scenario of that name.
-    #[error("there is no scenario file or built-in scenario \"{name}\"; built in are {known}")]
+    #[error("there is no scenario file or built-in \"{name}\"; built-in scenarios are {known}")]
     UnknownScenario {
         /// The requested name.
         name: String,

@@ -351,8 +351,8 @@ impl Inside {
 /// The message that texts cannot be stored or fetched.
 fn refused(error: &std::io::Error) -> String {
     format!(
-        "is so large that its cells are kept in a file in {} while it is read, but: {error}; free space there, or \
-         name another folder by the environment variable TMPDIR",
+        "is so large that the program keeps its cells in a temporary file in {}, which failed: {error}; free space \
+         there, or name another folder in the environment variable TMPDIR",
         std::env::temp_dir().display()
     )
 }

@@ -121,7 +121,7 @@ pub const CASES: &[Case] = &[
     read!(
         "headerless-long.csv",
         "FIC1(flow) @1704067200 op 0:50 1:51",
-        "the file has no header; by what they hold, its columns are \"tag\", \"time\", \"value\""
+        "the file has no header; its columns, by their content, are \"tag\", \"time\", \"value\""
     ),
     refused!("short-row.csv", "row 3 has 2 cells, but the header has 3 columns"),
     refused!("long-row.csv", "row 3 has 3 cells, but the header has 2 columns"),
@@ -174,7 +174,7 @@ pub const CASES: &[Case] = &[
     read!(
         "two-times.csv",
         "f op 0:50",
-        "\"t\" is used as the time, \"timestamp\" not",
+        "\"t\" is used as the time instead of \"timestamp\"",
         "map time=timestamp"
     ),
     read!(

@@ -64,7 +64,7 @@ fn every_signal_may_have_a_clock() {
         assert_eq!(reading.recordings.iter().map(shown).collect::<String>(), expected, "{text}");
         assert_eq!(reading.layout, Layout::SideBySide);
         assert!(
-            said(&reading).contains("columns of times; each signal is read by its own"),
+            said(&reading).contains("columns of times; each signal is read with the one"),
             "{}",
             said(&reading)
         );
@@ -225,7 +225,7 @@ fn a_torn_row_is_left_out_and_counted() {
     let reading = read(&format!("t,pv,op\n{torn}"));
     assert_eq!(reading.recordings[0].op.values.len(), 198);
     assert!(
-        said(&reading).contains("2 rows have not 3 cells and are not read: rows 72, 92"),
+        said(&reading).contains("2 rows do not have 3 cells and are not read: rows 72, 92"),
         "{}",
         said(&reading)
     );

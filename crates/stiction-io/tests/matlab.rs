@@ -223,7 +223,10 @@ fn a_signal_that_cannot_be_used_is_not_passed_over() {
     for (pv, why) in unusable("pv") {
         let message =
             parsed(&workspace(std::slice::from_ref(&pv)), &[]).expect_err(why).to_string();
-        assert!(message.contains("f.mat: has \"pv\", by its name the PV, but"), "{message}");
+        assert!(
+            message.contains("f.mat: has \"pv\", which is the PV by its name, but"),
+            "{message}"
+        );
         assert!(message.contains(why) && message.contains("map ignore=pv"), "{message}");
         let reading = parsed(&workspace(&[pv]), &["pv"]).expect("it is left out");
         let [recording] = &reading.recordings[..] else { panic!("one loop") };
@@ -235,7 +238,10 @@ fn a_signal_that_cannot_be_used_is_not_passed_over() {
     let odd = w.doubles("op", &[1.0; 9]);
     let file = w.file(&[w.doubles("t", &ramp), w.doubles("pv", &ramp), odd]);
     let message = parsed(&file, &[]).expect_err("it has no OP").to_string();
-    assert!(message.contains("\"op\", by its name the OP, but it has 9 values"), "{message}");
+    assert!(
+        message.contains("\"op\", which is the OP by its name, but it has 9 values"),
+        "{message}"
+    );
 }
 
 /// What is no signal, or holds nothing, is named among the columns and in a note, and the loop is read.
@@ -319,7 +325,7 @@ fn simulink_names_its_signals_by_labels_or_blocks() {
     assert_eq!(numbers(sheet, "Flow PV"), ramp(1.0));
     assert_eq!(numbers(sheet, "x(:,2)")[..2], [100.0, 99.0]);
     assert_eq!(numbers(sheet, "x(:,1)(2)"), ramp(2.0));
-    assert_eq!(left_out(sheet), [("short", "has 3 values where 10 times are")]);
+    assert_eq!(left_out(sheet), [("short", "has 3 values for 10 times")]);
 }
 
 /// The format "Structure" has no times of its own.

@@ -257,7 +257,7 @@ fn the_transmitter_of_a_loop_is_offered() {
     let text = "t,10FT101.DACA.PV,10FT102.DACA.PV,10FC101.PIDA.OP,10FC101.PIDA.SP\n0,1,2,50,3\n";
     let reading = parse(text, "").unwrap();
     assert_eq!(shown(&reading.recordings[0]), "10FC101.PIDA: SP 3 OP 50");
-    let note = "\"10FT101.DACA.PV\" can by its tag be the PV of 10FC101.PIDA, which has none; if it is, \
+    let note = "by its tag, \"10FT101.DACA.PV\" can be the PV of 10FC101.PIDA, which has none; if it is, \
                 give map 10FC101.PIDA.pv=10FT101.DACA.PV";
     assert!(said(&reading).contains(note), "{}", said(&reading));
     assert!(!said(&reading).contains("10FT102.DACA.PV\" can"), "{}", said(&reading));
@@ -337,7 +337,7 @@ fn the_signals_of_a_valve_are_offered() {
     }
     for header in ["FIC1.PV,FIC1.SP,FIC1.OP,ZT2.PV", "FIC1.PV,FIC1.SP,FIC1.OP,LV1.POS"] {
         let notes = said(&parse(&format!("t,{header}\n0,1,2,3,4\n"), "").unwrap());
-        assert!(!notes.contains("can by its tag"), "{header}: {notes}");
+        assert!(!notes.contains("by its tag, "), "{header}: {notes}");
     }
     let reading = parse("t,FC-1/AO1/OUT.CV,FC-1/AO1/READBACK.CV\n0,3,4\n", "").unwrap();
     assert_eq!(reading.recordings.iter().map(shown).collect::<Vec<_>>(), ["FC-1/AO1: OP 3 VP 4"]);
@@ -395,7 +395,7 @@ fn words_of_modes_are_read_or_offered() {
         let header = format!("FIC1.OP,{name}");
         let (found, note) = modes(&header, ["AUTO", "MAN"], "");
         let expected =
-            format!("\"{name}\" holds words of modes and is not used, while the loop has no mode");
+            format!("\"{name}\" holds mode names and is not used, while the loop has no mode");
         assert_eq!(found, None, "{name}");
         assert!(note.contains(&expected) && note.contains(&format!("map mode={name}")), "{note}");
         let mapping = format!("[columns]\n\"{name}\" = \"mode\"\n");
@@ -407,7 +407,7 @@ fn words_of_modes_are_read_or_offered() {
     for header in ["FIC1.OP,Unit", "FIC1.OP,FIC1.MODE,FIC1.State"] {
         let cells = if header.contains("MODE") { "CAS,AUTO" } else { "A" };
         let reading = parse(&format!("t,{header}\n0,50,{cells}\n"), "").unwrap();
-        assert!(!said(&reading).contains("words of modes"), "{header}");
+        assert!(!said(&reading).contains("mode names"), "{header}");
     }
 }
 

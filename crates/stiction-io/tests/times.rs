@@ -63,7 +63,7 @@ fn runs_below_each_other_stay_in_order_and_the_note_names_each() {
         let values: Vec<f64> = rows.iter().map(|(_, v)| *v).collect();
         assert!(in_order(pv, &values), "{starts:?}");
         assert_eq!(reading.recordings[0].op.time, pv.time, "{starts:?}");
-        let note = said(&reading, "the clock begins again in row 202 (")
+        let note = said(&reading, "the clock starts again in row 202 (")
             .unwrap_or_else(|| panic!("{starts:?}"));
         assert!(starts.len() < 3 || note.contains("row 402 ("), "{note}");
         assert!(note.contains("do not continue there"), "{note}");
@@ -279,12 +279,12 @@ fn the_time_is_chosen_by_what_it_does_to_the_rows() {
             "ServerTimestamp,SourceTimestamp",
             &|k| format!("{},{}", date(k + 1), date(k)),
             "SourceTimestamp",
-            "not; to use another",
+            "; to use another column, give",
         ),
         ("LocalTime,UTC", &|k| format!("{},{}", date(k + 1), date(k)), "UTC", "map time=LocalTime"),
         ("t,timestamp", &|k| format!("{k},{}", date(k)), "timestamp", "map time=t"),
         // Unknown names.
-        ("Wann", &|k| date(k), "Wann", "no column has a known name of times"),
+        ("Wann", &|k| date(k), "Wann", "no column has a known name for times"),
         (
             "Sensor read",
             &|k| format!("{}", 1_741_932_000_000u64 + 1000 * k as u64),

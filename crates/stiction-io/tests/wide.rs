@@ -58,9 +58,7 @@ fn many_pairs_that_are_sought() {
     assert!(read(text.as_bytes(), "").recordings.iter().all(|read| read.pv.is_some()));
     let text = csv(|k| vec![format!("10FC{k}.OP"), format!("10FT{k}.DACA.PV")]);
     let reading = read(text.as_bytes(), "");
-    assert!(
-        reading.recordings.iter().all(|read| read.notes[0].contains("can by its tag be the PV"))
-    );
+    assert!(reading.recordings.iter().all(|read| read.notes[0].starts_with("by its tag, \"")));
 }
 
 /// What is said of one loop of many is not said of all.

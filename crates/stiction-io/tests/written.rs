@@ -64,7 +64,7 @@ fn guesses_become_lines_with_their_reasons() {
     let (before, after) = check(text.as_bytes(), "wide.csv", &options).unwrap();
     let mapping = mapping_of(text.as_bytes(), "wide.csv", &options).unwrap();
     for line in [
-        "zone = \"UTC\"  # the times have no zone; name that of the plant",
+        "zone = \"UTC\"  # the times have no zone; name the zone of the plant",
         "time_format = \"day-first\"  # date and time, day first",
         "\"FIC1.PV [m3/h]\" = \"FIC1.pv\"  # it ends with PV, a word for PV",
         "Room = \"ignore\"  # it is not the name of a signal of a loop",
@@ -75,8 +75,8 @@ fn guesses_become_lines_with_their_reasons() {
         "[loop.\"FIC1\"]",
         "type = \"flow\"  # by the letters of its tag, by the file, or given",
         "op_range = [0, 100]  # estimated; 8 to 100 wide is plausible",
-        "# Note: OP is between 8.5 and 9.5 without a unit and is interpreted as percent, of 0 to 100; 4 to 20, 3 to 15, 0 to 10, \
-         2 to 10 would fit, too; if the range is different, give op_range 4,20",
+        "# Note: OP is between 8.5 and 9.5 without a unit and is interpreted as percent, of 0 to 100 (4 to 20, 3 to 15, 0 to 10, \
+         2 to 10 would fit, too); if the range is different, give op_range 4,20",
     ] {
         assert!(mapping.lines().any(|each| each == line), "{line}\n{mapping}");
     }

@@ -36,8 +36,8 @@ columns
   Room            not used      it is not the name of a signal of a loop
 note: \"Room\" holds numbers and is not used, while loop FIC1 has no SP, no VP; if one is such a signal, assign it, \
 as in --map \"sp=Room\"
-note: from row 2 on, the hour that Europe/Berlin has twice in autumn: 2 rows count as its first \
-pass and 1 as its second, by the order of the rows
+note: from row 2 on, Europe/Berlin has an hour twice in autumn; by the order of the rows, 2 rows count \
+as its first pass and 1 as its second
 ";
     assert_eq!(rest, expected);
 }
@@ -235,10 +235,7 @@ fn what_was_found_is_written_and_read_again() {
     let folder = folder("inspect-write-map");
     write(&folder, "wide.csv", WIDE);
     let wrote = run(&folder, &["inspect", "wide.csv", "--write-map", "map.toml"]);
-    assert_eq!(
-        (wrote.code, &*wrote.err),
-        (0, "note: wrote map.toml; --mapping reads the file by it\n")
-    );
+    assert_eq!((wrote.code, &*wrote.err), (0, "note: wrote map.toml; use it with --mapping\n"));
     let mapping = crate::read(&folder, "map.toml");
     assert!(mapping.contains("op_range = [0, 100]  # taken as percent"), "{mapping}");
     let read = run(&folder, &["inspect", "wide.csv", "--mapping", "map.toml"]).quiet_success();

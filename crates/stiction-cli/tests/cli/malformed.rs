@@ -323,7 +323,7 @@ fn malformed_simulate_commands() {
     write(&folder, "loop.toml", LOOP);
     let cases: &[(&str, &[&str])] = &[
         ("", &["<SCENARIO>"]),
-        ("paper/no-such", &["no scenario file or built-in", "built in are paper/open-loop"]),
+        ("paper/no-such", &["no scenario file or built-in", "built-in scenarios are paper"]),
         (".", &[".: "]),
         ("loop.toml --set valve.S", &["--set valve.S: is not of the form key=value"]),
         ("loop.toml --set =4", &["--set =4: the key is incomplete"]),

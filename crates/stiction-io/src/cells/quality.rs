@@ -159,7 +159,7 @@ pub fn read(
             let other = numbers.iter().find(|other| *other != number);
             let number = number.to_string();
             let why = match (code, other) {
-                (Some(code), _) => format!("is none of the {} of the other rows", code.name()),
+                (Some(code), _) => format!("is not one of the {} in the other rows", code.name()),
                 (None, Some(other)) => format!("is an ambiguous quality code, like {other}"),
                 (None, None) => "is an ambiguous quality code".to_owned(),
             };
@@ -334,8 +334,8 @@ mod tests {
                 1,
                 "\"purple\" is not a known quality; give its meaning, as in quality purple=good",
             ),
-            (&["192", "192", "999"], 2, "999 is none of the OPC DA codes"),
-            (&["192", "192", "3145728"], 2, "3145728 is none of the OPC DA codes"),
+            (&["192", "192", "999"], 2, "999 is not one of the OPC DA codes"),
+            (&["192", "192", "3145728"], 2, "3145728 is not one of the OPC DA codes"),
             (&["(Good) (Bad)"], 0, "is not a known quality"),
             (&["good", "-5"], 1, "-5 is an ambiguous"),
         ] {

@@ -61,7 +61,7 @@ pub fn of_valve_signal(
         (Unit::Signal(usual), Some(values)) => {
             let place = usual.iter().position(|range| values.within(*range, STATED));
             place.map(|place| {
-                let why = format!("{name} is in {unit}; its range is assumed as the usual");
+                let why = format!("{name} is in {unit}, and its range is assumed as the usual");
                 Guess::assumed(usual[place], why).or(&usual[..place])
             })
         }
@@ -69,12 +69,12 @@ pub fn of_valve_signal(
             let fits: Vec<(f64, f64)> =
                 usual.iter().copied().filter(|range| values.within(*range, STATED)).collect();
             fits.first().map(|range| {
-                let why = format!("{name} is in {unit}; its range is assumed as");
+                let why = format!("{name} is in {unit}, and its range is assumed as");
                 Guess::assumed(*range, why).or(&fits[1..])
             })
         }
         (Unit::Counts, Some(values)) => {
-            Some(Guess::scaled(&values, format!("{name} is in counts; its range is estimated as")))
+            Some(Guess::scaled(&values, format!("{name} is in counts, with a range estimated as")))
         }
         (Unit::Temperature | Unit::Quantity, Some(_)) => None,
         (Unit::None | Unit::Share(_), Some(values)) => match unstated(name, channel, &values) {
@@ -122,7 +122,7 @@ fn unstated(name: &'static str, channel: &Channel, values: &Values) -> Unstated 
         return Unstated::Guess(Guess { example: Some((0.0, 100.0)), ..guess });
     }
     if !(low >= -SLACK && high <= 100.0 + SLACK) {
-        let why = format!("{name} is not in percent and has no unit; its range is estimated as");
+        let why = format!("{name} is not in percent and has no unit, so its range is estimated as");
         return Unstated::Guess(Guess::scaled(values, why));
     }
     let fits: Vec<(f64, f64)> = ANALOGUE.into_iter().filter(|range| values.fit(*range)).collect();
@@ -208,7 +208,7 @@ impl Guess {
         let range = if range.1 > range.0 { range } else { (range.0, range.0 + 1.0) };
         let master = if name == "OP" { ", as the output of a master controller" } else { "" };
         let why =
-            format!("{name} is in {unit}{master}, so its span is unknown; it is estimated as");
+            format!("{name} is in {unit}{master}, so its range is unknown and is estimated as");
         let guess = Self::estimated(range, why);
         let (span, swing) = (guess.spans.0, values.high - values.low);
         let narrowest = if is_temperature { swing } else { swing / SWING };
@@ -226,7 +226,7 @@ impl Guess {
         }
         let others = match &others[..] {
             [] => String::new(),
-            some => format!("; {} would fit, too", some.join(", ")),
+            some => format!(" ({} would fit, too)", some.join(", ")),
         };
         format!(
             "{} {}{others}; if the range is different, give {}",

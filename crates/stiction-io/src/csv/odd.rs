@@ -93,7 +93,7 @@ impl Odd {
                     columns.len()
                 ),
                 several => format!(
-                    "{several} rows have not {} cells and are not read: {}",
+                    "{several} rows do not have {} cells and are not read: {}",
                     columns.len(),
                     lines(&self.unfit)
                 ),

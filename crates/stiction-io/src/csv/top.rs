@@ -213,7 +213,7 @@ impl Top {
                 "quality".clone_into(&mut names[*other]);
             }
             notes.push(format!(
-                "the file has no header; by what they hold, its columns are {}",
+                "the file has no header; its columns, by their content, are {}",
                 list(&names.iter().map(|name| &**name).collect::<Vec<_>>())
             ));
         }

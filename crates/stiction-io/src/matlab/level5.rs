@@ -232,7 +232,7 @@ fn matrix(
         3 => Value::object(&input.element()?.name()),
         4 => {
             let element = if count == 0 { None } else { Some(input.element()?) };
-            let characters = element.map(|e| e.characters().ok_or("is damaged: text of numbers"));
+            let characters = element.map(|e| e.characters().ok_or("is damaged: numbers as text"));
             Value::characters(rows, &characters.transpose()?.unwrap_or_default())
         }
         5 => Value::Other("a sparse array".to_owned()),

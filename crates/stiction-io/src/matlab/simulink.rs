@@ -62,7 +62,7 @@ pub(super) fn sheet(
         };
         let width = data.len() / length;
         if width == 0 || width * length != data.len() {
-            leave_out(format!("has {} values where {length} times are", data.len()));
+            leave_out(format!("has {} values for {length} times", data.len()));
             continue;
         }
         for k in 0..width {

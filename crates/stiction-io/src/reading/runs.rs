@@ -66,14 +66,14 @@ impl Builder<'_> {
         let apart = restarts.iter().filter(|each| !each.joined).count();
         let done = match (restarts.len(), apart) {
             (_, 0) => {
-                "The signals continue or stay in their range there, so the runs follow each other by one sample time"
+                "The signals continue or stay in their range there, so the runs are one sample time apart"
                     .to_owned()
             }
             (all, apart) if all == apart => {
                 "The signals do not continue there, so a gap is left between the runs".to_owned()
             }
             (all, apart) => format!(
-                "The signals continue at {} of them, where one sample time passes; at the others a gap is left",
+                "The runs are one sample time apart at {} rows, where the signals continue; a gap is left at the others",
                 all - apart
             ),
         };
@@ -85,12 +85,12 @@ impl Builder<'_> {
             && self.times.seconds.iter().all(|t| (1.0..13.0).contains(&hour(*t)));
         let half = match is_half {
             true => {
-                ". All hours are 1 to 12, so the times probably lack AM and PM; export them with it, or with 24 hours"
+                ". All hours are 1 to 12, so the times probably lack AM and PM; export AM and PM, too, or 24 hours"
             }
             false => "",
         };
         Some(format!(
-            "the clock begins again in {places}; all rows stay in the order of the file. {done}{half}"
+            "the clock starts again in {places}; all rows stay in the order of the file. {done}{half}"
         ))
     }
 }

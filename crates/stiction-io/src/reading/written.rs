@@ -71,7 +71,7 @@ pub fn mapping_of(bytes: &[u8], origin: &str, options: &ReadOptions) -> Result<S
     };
     drafts.iter().map(Draft::text).find(is_right).ok_or_else(|| Error::Table {
         origin: origin.to_owned(),
-        message: "cannot be read by column names alone, such as parts with equal names; correct it with options \
+        message: "cannot be read by column names alone, for instance because parts have equal names; give options \
                   instead of a mapping file"
             .to_owned(),
     })
@@ -195,7 +195,7 @@ impl Draft {
         match zone {
             Some(zone) => top("zone", quoted(zone.name()), "given"),
             None if reading.time.clock == Clock::Local => {
-                top("zone", quoted("UTC"), "the times have no zone; name that of the plant");
+                top("zone", quoted("UTC"), "the times have no zone; name the zone of the plant");
             }
             None => {}
         }

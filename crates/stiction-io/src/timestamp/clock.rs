@@ -22,7 +22,7 @@ impl Clock {
         match self {
             Self::Utc => "UTC",
             Self::Zone(zone) => zone,
-            Self::Local => "no zone, taken as UTC",
+            Self::Local => "no zone, interpreted as UTC",
             Self::Elapsed => "no date",
         }
     }

@@ -130,7 +130,7 @@ impl Context<'_> {
         let jump = self.jump(&nanos);
         let mut times = self.since_start(nanos, format, Clock::Local);
         times.notes.push(format!(
-            "the times have no zone and are interpreted as UTC; if this matters, give {}",
+            "the times have no zone and are interpreted as UTC; if this is wrong, give {}",
             self.wording.of(Remedy::Zone(None))
         ));
         times.notes.extend(jump);
@@ -432,7 +432,7 @@ impl Context<'_> {
             let mut times = self.since_start(nanos.collect(), &format, Clock::Utc);
             if let Some(zone) = self.zone {
                 times.notes.push(format!(
-                    "the times have offsets of their own; the zone {} is not needed",
+                    "the times have offsets of their own; the zone {} is not used",
                     zone.name()
                 ));
             }
@@ -502,8 +502,8 @@ impl Context<'_> {
         }
         let note = first.map(|row| {
             format!(
-                "from row {} on, the hour that {} has twice in autumn: {} rows count as its first pass and {} as its \
-                 second, by the order of the rows",
+                "from row {} on, {} has an hour twice in autumn; by the order of the rows, {} rows count as its first \
+                 pass and {} as its second",
                 self.sheet.row(row),
                 zone.name(),
                 passes[0],

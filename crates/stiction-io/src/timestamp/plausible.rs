@@ -78,7 +78,7 @@ pub fn check(times: &Times, column: &Column, context: &Context<'_>) -> Result<()
         let why = match is_one_hour && times.start.is_some() && times.clock != Clock::Utc {
             true => format!(
                 "all in one hour, as at the end of summer time; export the rows in the order in which they were \
-                 recorded, which needs only {}, or with times in UTC",
+                 recorded and give {}, or export times in UTC",
                 context.wording.of(Remedy::Zone(Some("Europe/Berlin".to_owned())))
             ),
             false => format!("because the times have too few digits; write them with more{remedy}"),

@@ -176,7 +176,7 @@ impl Context<'_> {
         let count = times.first().map_or(3, |time| time.count);
         if let Some(i) = times.iter().position(|time| time.count != count) {
             let message = format!(
-                "\"{}\" has not as many parts as the times above; write all times alike{}",
+                "\"{}\" does not have as many parts as the times above; write all times alike{}",
                 number::shown(&cells[i]),
                 plausible::sample_time(self)
             );

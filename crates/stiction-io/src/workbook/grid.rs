@@ -229,7 +229,7 @@ impl Grid {
             next = place + 1;
             if texts.iter().all(str::is_empty) {
                 notes.push(format!(
-                    "\"{}\" has no values; a formula has one once a spreadsheet program has calculated and saved it",
+                    "\"{}\" has no values; if it has formulas, calculate and save them in a spreadsheet program",
                     column.name
                 ));
                 continue;

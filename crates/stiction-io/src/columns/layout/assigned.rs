@@ -73,12 +73,12 @@ pub fn join_acquisition(assigned: &mut Assigned, names: &[&str]) {
         controller.qualities[pv] = controller.qualities[pv].or(quality);
         let name = controller.name.clone();
         controller.notes.push(format!(
-            "\"{}\" is interpreted as the PV, because it belongs to the same point",
+            "\"{}\" is interpreted as the PV, because it belongs to the same point as the controller",
             names[column]
         ));
         for moved in [Some(column), quality].into_iter().flatten() {
             assigned.recognised[moved].loop_name.clone_from(&name);
-            assigned.recognised[moved].why += "; the controller of that point has none";
+            assigned.recognised[moved].why += "; the controller of that point has no PV";
         }
         let acquisition = &mut assigned.loops[k];
         (acquisition.signals[pv], acquisition.qualities[pv]) = (None, None);

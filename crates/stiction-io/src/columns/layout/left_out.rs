@@ -52,7 +52,7 @@ pub fn name_left_out(sheet: &Sheet, given: &Given<'_>, plan: &mut Plan) {
             };
             if plan.loops[place].signal(signal).is_none() {
                 plan.loops[place].unread.get_or_insert(format!(
-                    "has \"{name}\", by its name the {}, but it {why}; correct it, or leave it out with {}",
+                    "has \"{name}\", which is the {} by its name, but it {why}; correct the column, or leave it out with {}",
                     signal.name(),
                     given.options.wording.of(Remedy::map("ignore", name))
                 ));

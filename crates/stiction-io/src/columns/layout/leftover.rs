@@ -86,7 +86,7 @@ pub fn offer_relatives(
             for relative in all.filter(|relative| relative.may_be(*signal, &controller)) {
                 let candidate = names[relative.name];
                 let note = format!(
-                    "\"{candidate}\" can by its tag be the {} of {name}, which has none; if it is, give {}",
+                    "by its tag, \"{candidate}\" can be the {} of {name}, which has none; if it is, give {}",
                     signal.name(),
                     wording.of(Remedy::map(role(each, *signal, false), candidate))
                 );
@@ -145,7 +145,7 @@ pub fn note_modes(loops: &mut [LoopPlan], unused: &[&str], wording: Wording) {
             continue;
         };
         each.notes.push(format!(
-            "\"{name}\" holds words of modes and is not used, while the loop has no mode; if it is its mode, give {}",
+            "\"{name}\" holds mode names and is not used, while the loop has no mode; if this is its mode, give {}",
             wording.of(Remedy::map(role(each, Signal::Mode, is_only), name))
         ));
     }

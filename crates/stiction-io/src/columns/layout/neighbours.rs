@@ -34,7 +34,7 @@ pub fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], conte
         let told = told.contains(&None) || !told.insert(key);
         let (role, why) = match (told, mode) {
             (true, _) => (Role::Ignored, "another column gives the mode"),
-            (false, _) if content.is_modes(i) => (split.role, "its words are those of a mode"),
+            (false, _) if content.is_modes(i) => (split.role, "its words are mode names"),
             (false, Mode::Manual) => (split.role, "its 0 and 1 show whether the loop is in manual"),
             (false, _) => (split.role, "its 0 and 1 show whether the loop is in automatic"),
         };

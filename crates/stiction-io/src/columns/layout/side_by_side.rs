@@ -99,7 +99,7 @@ pub fn unfold(sheet: &Sheet, options: &ReadOptions) -> Option<Unfolded> {
     };
     let left_out = names.iter().enumerate().filter(is_left).map(|(_, name)| LeftOut {
         name: (*name).to_owned(),
-        why: "has no clock, while other columns have clocks of their own".to_owned(),
+        why: "has no column of times, unlike other columns".to_owned(),
         holds_samples: true,
     });
     let long = Sheet {
@@ -147,12 +147,12 @@ impl Unfolded {
                 column: name.clone(),
                 role: Role::Time,
                 loop_name: None,
-                why: format!("it is the clock of {}", list(&tags)),
+                why: format!("it holds the times of {}", list(&tags)),
             }
         };
         plan.recognised.splice(..columns, self.clocks.iter().map(clock));
         plan.notes.push(format!(
-            "the file has {} columns of times; each signal is read by its own, which stands beside it or has its name",
+            "the file has {} columns of times; each signal is read with the one that is beside it or has its name",
             self.clocks.len()
         ));
     }

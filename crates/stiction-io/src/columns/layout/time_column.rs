@@ -101,7 +101,7 @@ pub fn choose(sheet: &Sheet, found: &mut AboutRows, given: &Given<'_>) {
         if let (Some(chosen), false) = (best(sheet, &good, clock), good.is_empty()) {
             let known = match &candidates[..] {
                 [] if day.is_some() => "the column of dates has only days".to_owned(),
-                [] => "no column has a known name of times".to_owned(),
+                [] => "no column has a known name for times".to_owned(),
                 _ => {
                     let names: Vec<&str> = candidates.iter().map(|column| name(*column)).collect();
                     format!("{} cannot be the time of the rows", list(&names))
@@ -125,7 +125,7 @@ pub fn choose(sheet: &Sheet, found: &mut AboutRows, given: &Given<'_>) {
     if !others.is_empty() {
         let names: Vec<&str> = others.iter().map(|column| name(*column)).collect();
         notes.push(format!(
-            "\"{}\" is used as the time, {} not; to use another one, give {}",
+            "\"{}\" is used as the time instead of {}; to use another column, give {}",
             name(chosen),
             list(&names),
             use_it(others[0])
