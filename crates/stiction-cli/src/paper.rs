@@ -14,9 +14,9 @@ use stiction_io::scenario::{Scenario, System};
 pub const TITLE: &str = "Control-valve stiction: the paper's figures";
 
 /// Introduction of the gallery.
-pub const INTRODUCTION: &str = "Every figure with a plot of \u{201c}Modelling and Dynamic Analysis of Pneumatic \
-    Control Valve with Stiction\u{201d}, and one that it lacks, simulated. The paper prints no values of S and J, so \
-    the tables show ours. Process and controller are as printed. OP is the controller output and VP the valve \
+pub const INTRODUCTION: &str = "This page simulates every plotted figure of \u{201c}Modelling and Dynamic Analysis of \
+    Pneumatic Control Valve with Stiction\u{201d}, and one that the paper lacks. The paper prints no values of S and \
+    J, so the tables show ours. Process and controller are as printed. OP is the controller output and VP the valve \
     position, both in percent of span.";
 
 /// A figure with its parameters.
@@ -448,7 +448,7 @@ fn figure_17() -> Result<Drawn> {
     let (scenario, done) = cascade()?;
     let mut figure =
         op_pv_figure("Controller output against flow of the laboratory loop", &done.slave).caption(
-            "It has sharp turning points, like the map of the simulated loop in Figure 15.",
+            "The map has sharp turning points, like that of the simulated loop in Figure 15.",
         );
     figure.panels[0].y_label = "flow (%)".to_owned();
     let moving = slave_alone(&scenario);

@@ -73,8 +73,8 @@ pub fn run(args: Args) -> Result<()> {
     let rows: Vec<Vec<String>> = rows.map(|row| row.to_vec()).collect();
     output::text(&format!(
         "{} recordings against the {} simulated loops of the training (population {}, seed {}). {far} of {} features \
-         differ by more than 0.5. {unlike} recordings are unlike all of them.\n\
-         Median and middle 90 % of each.\n\n{}",
+         differ by more than 0.5. {unlike} recordings are unlike all training loops.\n\
+         Cells give the median and, in brackets, the middle 90 %.\n\n{}",
         recorded.len(),
         bundle.provenance.trained,
         bundle.provenance.population,

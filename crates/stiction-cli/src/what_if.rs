@@ -219,7 +219,7 @@ fn in_words(title: &str, found: &WhatIf) -> String {
         found.rows.iter().map(|row| (row.action.name(), &row.played, predicted(row))).collect();
     let mut out = format!("{title}\n\n{}\n", actions::table(&rows, "cycle s"));
     out += &text::paragraph(&format!(
-        "{} cycle: exact limit cycle after the action, none if there is none.",
+        "{} Cycle s is the period of the exact limit cycle after the action, in s (none if the loop does not cycle).",
         actions::LEGEND
     ));
     let item = |sentence: &String| text::hanging("- ", sentence, 94);
@@ -234,10 +234,10 @@ fn in_words(title: &str, found: &WhatIf) -> String {
     out += "\nWhat to do\n";
     out.extend(found.recommendation.iter().map(item));
     if let Some(test) = &found.confirm {
-        out += "\nThe test in manual that confirms it first\n";
+        out += "\nTest in manual before the action\n";
         out.extend(test.instructions.iter().map(item));
     }
-    out += "\nWhat this rests on\n";
+    out += "\nAssumptions\n";
     out.extend(found.assumptions.iter().map(item));
     if let Err(reason) = &found.retuning {
         out += &item(&format!("There is no other tuning: {reason}."));

@@ -14,7 +14,7 @@ use stiction_diagnose::spoken::{self, number};
 pub use stiction_diagnose::spoken::{percent, unparted as spoken};
 
 /// The meaning of the probability of a verdict.
-pub const PROBABILITY: &str = "The probability covers only sticking that the recording can show. An S below the detection limit is not seen.";
+pub const PROBABILITY: &str = "The probability covers only sticking that the recording can show. An S below the detection limit may go undetected.";
 
 /// A rough number with two digits and a typographic minus.
 pub fn rough(value: f64) -> String {
@@ -53,11 +53,11 @@ fn span(diagnosis: &Diagnosis) -> String {
     let span = range.high - range.low;
     match range.spans {
         [narrowest, widest] if narrowest < span || widest > span => format!(
-            "Percent are {of}. The interval allows for spans of {} to {}.",
+            "Percentages are {of}. The interval allows for spans of {} to {}.",
             rough(narrowest),
             rough(widest)
         ),
-        _ => format!("Percent are {of}."),
+        _ => format!("Percentages are {of}."),
     }
 }
 
@@ -344,8 +344,8 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
             Some(better) => better,
             None => {
                 return Some(format!(
-                    "A test of the valve or {position} may decide. A longer recording rarely helps: eight times the record \
-                     decided one in five undecided simulated loops."
+                    "A test of the valve or {position} may decide. A longer recording rarely helps: at eight times the length, \
+                     one in five undecided simulated loops was decided."
                 ));
             }
         },

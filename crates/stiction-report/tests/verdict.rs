@@ -197,7 +197,7 @@ fn a_report_tells_all_that_a_model_can_say() {
         "Over time",
         "Numbers of all 6 windows",
         "Data quality",
-        "How much it sticks",
+        "S and J, also by other definitions",
         "The intervals have a nominal coverage of 90 %.",
         "apparent stiction",
     ] {

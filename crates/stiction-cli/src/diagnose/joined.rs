@@ -52,7 +52,7 @@ fn not_of_the_whole(files: &[Found]) -> stiction_io::Result<Vec<String>> {
         };
         for each in kept.all.iter().filter(of_file) {
             notes.push(format!(
-                "an override in {} states that it {} by {}; it holds for that file alone, not for all together",
+                "an override in {} states that the valve {}, but only for {}, not for all files together",
                 kept.origin,
                 each.verdict.name(),
                 source.file

@@ -78,8 +78,8 @@ pub const CASES: [Case; 12] = [
         title: "A PV in coarse steps",
         look: "The PV moves in steps of a quarter of a percent, with flat pieces between. The cause is the \
             transmitter's resolution, not a stem at rest.",
-        learn: "Flat pieces prove nothing if the PV has only coarse steps. The steps have a price, which the report \
-            shows: a valve with an S of a few percent would not have been detected here.",
+        learn: "Flat pieces prove nothing if the PV has only coarse steps. The report shows what the steps mask: a \
+                valve with an S of a few percent would not have been detected here.",
         made: Made::Scenario { name: "samples/quantised-level", set: &[], columns: USUAL },
         loop_type: "level",
     },
@@ -119,20 +119,20 @@ pub const CASES: [Case; 12] = [
     Case {
         tag: "FIC208",
         title: "Only the OP was kept",
-        look: "The loop of the first case, of which the historian kept only the controller output. Only the triangle \
-            of a sticking valve is visible.",
-        learn: "A pattern of the OP is compatible with stiction but does not prove it, because an outer loop or a \
-            wave makes the same pattern. So the verdict stays open at any percentage, which rests on the pattern \
-            alone. Have the PV recorded.",
+        look: "This is the loop of the first case, but the historian kept only the controller output. Only the \
+            triangle of a sticking valve is visible.",
+        learn: "A pattern of the OP is compatible with stiction but does not prove it, because an outer loop or a wave \
+            makes the same pattern. So the verdict stays open at any probability from the pattern alone. Have the PV \
+            recorded.",
         made: Made::Scenario { name: "samples/sticky-flow", set: &[], columns: "t,op" },
         loop_type: "flow",
     },
     Case {
         tag: "FIC209",
         title: "A valve that does not respond",
-        look: "The OP rises until it stays at 100 %, while the PV still falls, in steps that the OP did not make.",
-        learn: "Something other than the valve moves this PV. This is not stick-slip. The stem is seized, shut off \
-            or without air. The verdict for such faults is \"does not respond\", with a list of possible faults.",
+        look: "The OP rises to 100 % and stays there, while the PV still falls, in steps that the OP did not make.",
+        learn: "Something other than the valve moves this PV. This is not stick-slip. The valve is seized, shut off or \
+                without air. The verdict for such faults is \"does not respond\", with a list of possible faults.",
         made: Made::Population { kind: "stuck valve", seed: 3 },
         loop_type: "self-regulating",
     },
@@ -150,8 +150,8 @@ pub const CASES: [Case; 12] = [
     Case {
         tag: "FIC211",
         title: "The valve position is recorded",
-        look: "The loop of the sine from upstream, now with a valve that sticks a little. PV and OP look nearly the \
-            same. The position stands still at each reversal and then jumps.",
+        look: "This is the loop of the sine from upstream, now with a valve that sticks a little. PV and OP look \
+            nearly the same. The position stands still at each reversal and then jumps.",
         learn: "A positioner's feedback decides what PV and OP alone leave open. Without the column vp this record \
             is unclear. S is within a tenth of the true value. If your positioners measure the position, record it \
             in the historian.",

@@ -34,7 +34,7 @@ pub fn page(shown: &[Shown]) -> Result<Page> {
     }
     let member = LoopKind::Sticky.simulate(1)?;
     text += "\n## One row per simulated loop\n\n\
-        The properties drawn for each loop, in `truth.csv` of `stiction population`, after its file, kind, S and J. \
+        After the file, kind, S and J of each loop, `truth.csv` of `stiction population` lists the properties drawn for it. \
         The example is the sticky valve of seed 1. [Simulated loops](population.html) explains them.\n\n\
         | column | example |\n|---|---|\n";
     for (name, value) in member.truth.facts.entries() {

@@ -163,7 +163,7 @@ fn every(ends: &[Found]) -> String {
         "stable",
         "slips",
         "left",
-        "VP about (%)",
+        "VP centre (%)",
     ];
     let mut rows = vec![head.map(str::to_owned)];
     for end in ends {
@@ -185,7 +185,7 @@ fn every(ends: &[Found]) -> String {
         return String::new();
     }
     text::columns(&rows, &[false, true, true, true, true, true, true, true, true])
-        + "Half peak-to-peak values. Left is the share of a deviation that remains after a period.\n"
+        + "Half peak-to-peak values. The column \"left\" is the share of a deviation that remains after a period.\n"
 }
 
 /// A warning if the describing function misses an existing cycle.

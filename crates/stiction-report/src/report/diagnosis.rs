@@ -44,8 +44,8 @@ pub(super) fn report(tool: &str, ranked: &[Loop<'_>]) -> Report {
     report
 }
 
-const INTRODUCTION: &str = "Whether the valve of a control loop sticks, from its recording. The \
-                            figures show the evidence of each method.";
+const INTRODUCTION: &str = "This report shows whether the valve of a control loop sticks, judged from its recording. \
+                            The figures show the evidence of each method.";
 
 pub(super) fn section(case: &Loop<'_>) -> Section {
     let Loop { diagnosis, source, fitted } = *case;
@@ -62,7 +62,7 @@ pub(super) fn section(case: &Loop<'_>) -> Section {
             Some(test) => valve_test_page::of_test(inside, test, &context),
             None => verdict::confirm(inside, diagnosis),
         })
-        .fold("What would it bring?", |inside| match fitted {
+        .fold("Fitted loop and effects of actions", |inside| match fitted {
             Some(fitted) => fitted::added_to(inside, fitted, diagnosis.pv_unit.as_deref()),
             None => inside,
         })
@@ -71,9 +71,7 @@ pub(super) fn section(case: &Loop<'_>) -> Section {
             recorded(inside, diagnosis, &context)
         })
         .fold("Data quality", |inside| quality(inside, diagnosis))
-        .fold("How much it sticks, and by other definitions", |inside| {
-            verdict::size(inside, diagnosis)
-        });
+        .fold("S and J, also by other definitions", |inside| verdict::size(inside, diagnosis));
     let votes = diagnosis.findings.len();
     section
         .fold(format!("Every method ({votes}), with its evidence"), |inside| {

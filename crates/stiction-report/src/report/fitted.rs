@@ -14,12 +14,12 @@ use stiction_figure::figure::{Annotation, Figure, Panel, Scale, Series, colour};
 const ROWS: &[&str] = &["", "PV swing", "OP swing", "period", ""];
 
 /// Explains the table of effects.
-const LEGEND: &str = "Ranges are 5 to 95 % points. Rows are ranked by the upper end of the control error and, if two \
-    are about equal, by effort: a setting, a compensator, a repair, a new part. PV swing is half of its peak-to-peak \
-    value in a period, without noise. \"x present\" is the ratio to the loop as it is. Error is the mean absolute \
-    control error. Load is the settling time after a load step, – if the loop does not settle. The benefit is certain \
-    if PV swing falls by more than 20 % with a probability of at least 95 %, and probable above 50 %. Below that it is \
-    not certain.";
+const LEGEND: &str = "Ranges are from the 5th to the 95th percentile. Rows are ranked by the upper end of the control \
+    error and, if two are about equal, by effort: a setting, a compensator, a repair, a new part. PV swing is half of \
+    its peak-to-peak value in a period, without noise. \"x present\" is the ratio to the present loop. Error is the \
+    mean absolute control error. Load is the settling time after a load step (– if the loop does not settle). The \
+    benefit is certain if PV swing falls by more than 20 % with a probability of at least 95 %, and probable above 50 \
+    %. Below that it is not certain.";
 
 /// The fitted loop of a recording, and the effects of actions.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,7 +47,7 @@ pub(super) fn added_to(section: Section, fitted: &Fitted, pv_unit: Option<&str>)
     let Fitted { fit, prospects } = fitted;
     let both = fit.cycle.known().and_then(|c| c.recorded.as_ref().zip(c.predicted.as_ref()));
     let caption = "The loop, identified from the recording, with 90 % intervals. S and J are the values with which \
-        this process explains the PV. The values without a process model are at the top.";
+        this process explains the PV. The values at the top are estimated without a process model.";
     let table = Table::new(caption).words("part").words("identified");
     let table = parts(fit, pv_unit)
         .into_iter()

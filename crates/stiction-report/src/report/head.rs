@@ -168,7 +168,7 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
             all.push(repair());
             if unexplained {
                 all.push(
-                    "Look upstream, too. The fitted valve does not explain the swing (see What would it bring?)."
+                    "Look upstream, too. The fitted valve does not explain the swing (see Fitted loop and effects of actions)."
                         .to_owned(),
                 );
             }

@@ -117,7 +117,7 @@ pub fn trends(segments: &[Segment], judged: usize, context: &Context<'_>) -> Opt
     );
     if segments.len() > 1 {
         caption.push_str(
-            " Shaded times are not on the grid, because of a gap or because the controller was not in command.",
+            " Shaded times are outside the segments, because of a gap or because the controller was not in command.",
         );
     }
     if samples > REDUCED_FROM {
