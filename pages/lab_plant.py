@@ -59,7 +59,7 @@ def scanned(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
     """Checks a plant without a scan: its scan starts, stops, starts again, and shows progress to the end."""
     with running(command, "--plant", str(plant)) as lab:
         page = opened(browser, lab, "#/plant")
-        page.wait_for_selector("text=Nothing was judged so far")
+        page.wait_for_selector("text=No loop was judged so far")
         holds(page, "before the scan")
         page.get_by_role("button", name="Scan what is new").click()
         page.wait_for_selector("progress")

@@ -108,7 +108,7 @@ fn exact(asked: &LoopRequest) -> Answer<Option<Cycle>> {
 
 /// The exact cycle of a loop that has one.
 fn cycling(asked: &LoopRequest) -> Answer<Cycle> {
-    exact(asked)?.ok_or_else(|| Wrong::own("the loop of this class has no cycle; take another"))
+    exact(asked)?.ok_or_else(|| Wrong::own("the loop of this class has no cycle; use another"))
 }
 
 /// The last samples of a valve or loop after some time, s. A loop begins with some time in manual at `op`.

@@ -61,7 +61,7 @@ const POLICY: &str = concat!(
     "frame-ancestors 'none'"
 );
 
-const ELSEWHERE: &str = "this lab answers its own page only";
+const ELSEWHERE: &str = "the lab serves only its own page";
 
 /// Whether anybody may load something: the page itself, which holds no data, and reports by their secret addresses.
 fn is_open(request: &Request) -> bool {
@@ -106,7 +106,7 @@ impl Guard {
         let text =
             |name| headers.get(name).map(|value: &HeaderValue| value.to_str().unwrap_or("?"));
         if !text(header::HOST).is_some_and(|host| self.is_host(host)) {
-            return Some((StatusCode::MISDIRECTED_REQUEST, "this lab does not have that name"));
+            return Some((StatusCode::MISDIRECTED_REQUEST, "the lab does not serve this host"));
         }
         let own = |origin: &str| origin.strip_prefix("http://").is_some_and(|of| self.is_host(of));
         // A page in a sandbox has the origin "null", and nothing to ask for.
@@ -139,7 +139,7 @@ pub(crate) async fn guard(
         }
         None if is_open(&request) => next.run(request).await,
         None => {
-            let words = "The lab answers only with the token of the address that `stiction lab` has printed.\n";
+            let words = "The lab serves only requests with the token of the address that `stiction lab` has printed.\n";
             (StatusCode::UNAUTHORIZED, words).into_response()
         }
     };

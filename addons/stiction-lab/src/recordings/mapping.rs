@@ -74,7 +74,7 @@ impl Mapping {
     /// # Errors
     /// If a role, a zone or a similar word is not known. The message is the reader's, without a line number.
     pub fn options(&self) -> Answer<ReadOptions> {
-        ReadOptions::parse(&self.text(), "what was said").map_err(|error| match error {
+        ReadOptions::parse(&self.text(), "these settings").map_err(|error| match error {
             stiction_io::Error::Mapping { message, .. } => Wrong::request(message),
             other => Wrong::request(other),
         })
