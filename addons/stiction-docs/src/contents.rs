@@ -149,7 +149,7 @@ pub const CONTENTS: &[Section] = &[
     },
     Section {
         title: "How well it works",
-        about: "How often it is right, with targets that were missed.",
+        about: "How often the diagnosis is right, and the targets that it missed.",
         pages: &[
             written!("accuracy.html", "Accuracy", "docs/accuracy.md"),
             written!("every-method.html", "Every method", "docs/every-method.md"),

@@ -52,7 +52,7 @@ pub fn page(fmu: &Fmu, fmi: Fmi, icon: &str) -> Result<String, Error> {
                 h2 { "Example" }
                 p { "In Python, with " a href="https://github.com/CATIA-Systems/FMPy" { "FMPy" } ":" }
                 pre { (example(fmu)) }
-                p { "More, and other tools: " code { "docs/fmu.md" } " of the toolkit." }
+                p { "Details and other tools: " code { "docs/fmu.md" } " of the toolkit." }
                 h2 { "Variables" }
                 (variables(fmu))
                 p { "Licence: MIT or Apache-2.0, see " a href="licenses/license.txt" { "licenses" } "." }
@@ -66,13 +66,13 @@ pub fn page(fmu: &Fmu, fmi: Fmi, icon: &str) -> Result<String, Error> {
 fn semantics(fmu: &Fmu) -> &'static str {
     match fmu.model() {
         "valve" => {
-            "The valve takes one sample in each communication step: OP is held over the step, and VP at its end is \
-             the response to it. S and J may be changed while the simulation runs. It starts at rest at VP_start: \
-             let the OP start there too, or set VP_start."
+            "The valve takes one sample in each communication step: OP is held over the step, and VP at its end is the \
+             response to it. S and J may be changed while the simulation runs. The valve starts at rest at VP_start. \
+             Let the OP start there too, or set VP_start."
         }
         "stem" => {
-            "In co-simulation the stem is integrated over the communication step with OP held, and its events are \
-             located; nothing else depends on the step. It starts at rest at VP_start."
+            "In co-simulation the FMU holds OP over the communication step, integrates the stem and locates its \
+             events. Nothing else depends on the step. The stem starts at rest at VP_start."
         }
         _ => {
             "The loop runs all of its own samples within the communication step, including its start but not its \

@@ -44,7 +44,7 @@ pub(crate) fn variables() -> Vec<Variable> {
         p("Kc", "1", 1.1, "Controller gain, % of the OP per % of the PV"),
         p("Ti", "s", 2.5, "Integral time"),
         p("Td", "s", 0.0, "Derivative time; 0 for a PI controller"),
-        p("OP_limited", "", 0.0, "Whether the controller limits its output, its integral clamped")
+        p("OP_limited", "", 0.0, "Whether the controller limits its output and its integral")
             .boolean(),
         p("OP_low", "%", 0.0, "Lower limit of the controller output, if it is limited"),
         p("OP_high", "%", 100.0, "Upper limit of the controller output, if it is limited"),

@@ -308,9 +308,9 @@ fn columns() -> Vec<Column> {
         meaning: meaning.to_owned(),
     };
     vec![
-        column("time", Kind::Time, "When it was recorded."),
+        column("time", Kind::Time, "Time of the sample."),
         column("tag", Kind::Text, "Tag of the loop, and the signal."),
-        column("value", Kind::Number, "Percent of span; of a mode 1 for automatic."),
+        column("value", Kind::Number, "Value in percent of span; for a mode, 1 is automatic."),
     ]
 }
 

@@ -174,7 +174,7 @@ fn a_report_takes_pairs_only_of_the_traces_it_has() {
     assert_eq!(find(), []);
     let others: BTreeSet<_> = compared.iter().skip(1).cloned().collect();
     let refused = known.keep_pairs(&folder, &plant, &pairs, &others).unwrap_err().to_string();
-    assert!(refused.contains("are not those of the plant, such as the window of"), "{refused}");
+    assert!(refused.contains("have different windows, such as that of"), "{refused}");
     // Of a day more there are other traces.
     fs::remove_dir_all(folder.join(".stiction/runs")).unwrap();
     let fewer = &traces[1..];

@@ -517,7 +517,7 @@ fn what_changed_since_the_scan_is_reported_and_judged_again() {
     assert_eq!(words.len(), 3);
     assert_eq!(
         words[2],
-        "1 data file missing since the last scan, b.csv; nothing replaces its windows"
+        "1 data file missing since the last scan, b.csv; the plant keeps the results of its windows"
     );
     assert_eq!(seen.windows, before.len(), "nothing is forgotten");
     // A page of other data than the ranking shows is not made.

@@ -74,7 +74,7 @@ pub fn rows<R: Row>(table: AnyRecordBatch, what: &str) -> PyResult<Vec<R>> {
     let mut rows = vec![];
     for batch in table.into_table()?.into_inner().0 {
         rows.extend(R::rows(&plain(&batch)).map_err(|words| {
-            PyValueError::new_err(format!("the table is none of {what}: it {words}"))
+            PyValueError::new_err(format!("the table is not one of {what}: it {words}"))
         })?);
     }
     Ok(rows)

@@ -62,7 +62,7 @@ const MISTAKEN: u64 = 8;
   stiction-train --n 40000 --cache matrices gather
   stiction-train --n 40000 --cache matrices families
 
-addons/stiction-train/train.sh gathers, trains the nets, lets them be heard, and trains the trees.")]
+addons/stiction-train/train.sh gathers, trains the nets, adds their output, and trains the trees.")]
 struct Args {
     /// Members of the population for learning and calibration
     #[arg(long, value_name = "N", default_value_t = 40_000, global = true,

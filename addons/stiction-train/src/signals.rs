@@ -29,7 +29,7 @@ pub fn table(train: &Dataset, test: &Dataset, trained: u64, without: &[String]) 
     let [with, deaf] = [&with, &deaf].map(|columns| grown(train, &known, columns));
     let (with, deaf) = (with?, deaf?);
     let mut out = format!(
-        "Trees of {} loops. A sure probability is beyond 0.02 or 0.98.\n\n\
+        "Trees trained on {} loops. A probability is sure below 0.02 or above 0.98.\n\n\
          | tested on | loops | AUC | with the net | log loss | with the net | sure, wrong | with the net |\n\
          |---|---|---|---|---|---|---|---|\n",
         known.len()

@@ -316,7 +316,7 @@ def test_loops_that_swing_together_are_found_in_blocks(session, plant, tmp_path,
     monkeypatch.setattr(spark._core, "plant_most_that_counts", lambda count, loops: -1.0)
     assert spark.pairs(rows, tmp_path, week="2026-W10").kept == 0
     assert groups(tmp_path) == []
-    with pytest.raises(ValueError, match="are not those of the plant, such as the window of"):
+    with pytest.raises(ValueError, match="have different windows, such as that of"):
         spark.pairs(rows.where(F.col("loop") != expected[0]["members"][0]["loop"]), tmp_path)
     with pytest.raises(ValueError, match="no window was judged in or before"):
         spark.pairs(rows, tmp_path, week="2020-W10")

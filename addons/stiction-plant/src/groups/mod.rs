@@ -321,7 +321,7 @@ impl Context<'_> {
         let period_s = self.period(&loops, band);
         let members: Vec<Member> = told.into_iter().map(|(.., member)| member).collect();
         let mut reasons =
-            vec![format!("{} loops swing in step {}.", members.len(), period(period_s))];
+            vec![format!("{} loops swing together {}.", members.len(), period(period_s))];
         if source == Source::NotRecorded {
             reasons.push("None of the valves is likely to stick.".to_owned());
         }

@@ -148,7 +148,7 @@ impl Overrides {
 
     fn complaint(&self, of: &Damaged) -> String {
         format!(
-            "{}, line {}: {}; this override does not hold until it is corrected or removed, the others do",
+            "{}, line {}: {}; this override does not apply until you correct or remove it, but the others do",
             self.origin, of.line, of.message
         )
     }
@@ -167,14 +167,14 @@ impl Overrides {
                 Scope::File { name, .. } if *name != file_name => continue,
                 Scope::File { sha256, .. } if !sha256.eq_ignore_ascii_case(recorded.sha256) => {
                     Some(
-                        "the file has changed since it was entered; enter it again if it still holds",
+                        "the file has changed since the override was entered; enter it again if it still holds",
                     )
                 }
                 _ => each.outside(recorded.span),
             };
             match why_not {
                 Some(why) => notes.push(format!(
-                    "an override in {} states that it {}, but does not apply: {why}",
+                    "an override in {} states that the valve {}, but does not apply: {why}",
                     self.origin,
                     each.verdict.name()
                 )),

@@ -26,7 +26,7 @@ pub fn heading(row: &LoopRow, week: Week, day: &str, alone: &Verdict) -> Heading
         actions: if continues && !is_open { vec![] } else { vec![action(row)] },
         continues,
         shows: format!(
-            "This is the verdict of week {week}. Trend, swing, causes and evidence are of {day}, which alone says: {}{own}.",
+            "This is the verdict of week {week}. Trend, swing, causes and evidence are those of {day}, whose verdict is: {}{own}.",
             alone.grade
         ),
     }
@@ -64,7 +64,7 @@ fn verdict(row: &LoopRow, grade: Grade) -> String {
     };
     if let Some(other) = row.overruled {
         let reason = row.override_reason.as_deref().unwrap_or("no reason");
-        said += &format!(" A person concluded, and decides: {other} ({reason}).");
+        said += &format!(" A person's override decides: {other} ({reason}).");
     } else if let Some((class, test)) = row.test.zip(row.test_in_words())
         && class != VerdictClass::CannotTell
     {

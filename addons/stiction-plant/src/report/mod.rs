@@ -301,8 +301,8 @@ impl Known {
         if let Some((name, start, ..)) = own.symmetric_difference(compared).next() {
             let day = day::date(day::of(*start as f64, &plant.zone));
             return Err(Error::Option(format!(
-                "the pairs were found from windows that are not those of the plant, such as the window of {name} on {day}; \
-                 judge both again, with one output"
+                "the pairs and the plant have different windows, such as that of {name} on {day}; judge again, and \
+                 keep windows and pairs of the same output"
             )));
         }
         let made_of = pairs::made_of(&traces, &self.loops_of_week(plant));

@@ -197,7 +197,7 @@ pub fn action(row: &LoopRow) -> &'static str {
         (Status::Confirmed, _) => "Repair the valve",
         (Status::Open, _) if row.overruled.is_some() => "Repair the valve",
         (Status::Open, _) if row.plan.as_ref().is_some_and(|plan| plan.starts_with(NONE)) => {
-            "Make a signature of the valve at the next stop or record its position, and repair it if it sticks"
+            "Make a signature of the valve at the next stop or record its position, and repair the valve if it sticks"
         }
         (Status::Open, _) => "Test the valve, and repair it if the test confirms stiction",
     }

@@ -314,7 +314,7 @@ const HEADS: [Head; 17] = [
         "S, %",
         true,
         50,
-        "Stick band plus dead band, % of span. “< 3” means no stiction: an S above this limit would have shown.",
+        "Stick band plus dead band, % of span. “< 3” means no stiction: an S above this limit would have been detected.",
     ),
     head("J, %", true, 44, "Slip jump, % of span."),
     head("Change", false, 84, "Change in the week, with its day."),
@@ -631,7 +631,7 @@ fn work(orders: &[Order]) -> Markup {
     html! {
         section.box aria-labelledby="orders" {
             h2 #orders { "Work list" }
-            @if orders.is_empty() { p { "No valve is to be repaired." } }
+            @if orders.is_empty() { p { "No valve needs a repair." } }
             ol.work { @for order in first { (line(order)) } }
             @if !rest.is_empty() {
                 details {

@@ -131,7 +131,7 @@ impl Changes {
         let kinds = [
             (&self.new, "new", "the next scan judges"),
             (&self.changed, "changed", "the next scan judges"),
-            (&self.missing, "missing", "nothing replaces"),
+            (&self.missing, "missing", "the plant keeps the results of"),
         ];
         let said = |(files, what, then): (&Vec<String>, &str, &str)| {
             let such = if files.len() > 1 { "such as " } else { "" };
@@ -439,8 +439,8 @@ fn of_parts(file: &PartedFile, path: &Path, zone: &Zone) -> stiction_io::Result<
 }
 
 /// The remedy for a loop without a PV.
-const NO_PV: &str = "its files have no PV of its name, so it is judged by its OP alone; if they have one, name it in plant.toml, \
-                     as in pv = \"TAG\"";
+const NO_PV: &str = "the files have no PV of the loop's name, so the loop is judged by its OP alone; if they have its \
+                     PV, name it in plant.toml, as in pv = \"TAG\"";
 
 /// Why a recording has no PV, if it has none: the remark of the reader, or the usual remedy.
 fn no_pv(recording: &Recording) -> Option<String> {

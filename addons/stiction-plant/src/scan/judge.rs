@@ -95,7 +95,7 @@ impl<'a> Judge<'a> {
         });
         let Some(found) = found else {
             let error = format!(
-                "{TOO_LONG} of {} s on this computer; stiction plant scan --time-limit with more seconds judges it again",
+                "{TOO_LONG} of {} s on this computer; stiction plant scan judges it again with a longer --time-limit",
                 self.limit_s
             );
             let settings_hash = self.limited_settings();

@@ -171,7 +171,7 @@ impl Store {
             || self.weeks()?.into_iter().try_for_each(|week| read_done(&self.week(week)).map(drop));
         match readable().and_then(|()| self.index()) {
             Err(Error::Store { origin, .. }) => {
-                self.found_damaged(format!("{origin} could not be read; the index was remade"));
+                self.found_damaged(format!("{origin} could not be read; the index was rebuilt"));
                 self.forget_index()?;
                 self.index()
             }
@@ -183,7 +183,7 @@ impl Store {
     fn indexed<T>(&self, ask: impl Fn(&str) -> Result<T>) -> Result<T> {
         match ask(&self.through()) {
             Err(Error::Store { origin, .. }) => {
-                self.found_damaged(format!("{origin} cannot be read; the next scan remakes it"));
+                self.found_damaged(format!("{origin} cannot be read; the next scan rebuilds it"));
                 ask("")
             }
             done => done,

@@ -224,7 +224,7 @@ impl Submitted {
         match version {
             Some(known) if known == u64::from(VERSION) => {}
             Some(other) => {
-                return Err(format!("has version {other} of results, but {VERSION} is known"));
+                return Err(format!("has results of version {other}, but {VERSION} is needed"));
             }
             None => return Err("holds no results of stiction bench".to_owned()),
         }
@@ -278,7 +278,7 @@ impl Submitted {
             }
             let wanted = serde_json::to_value(&measured.measures).unwrap_or_default();
             if let Some(at) = difference(&entry.measures, &wanted, "measures") {
-                faults.push(format!("{name}: {at} is not what the answers give"));
+                faults.push(format!("{name}: {at} does not follow from the answers"));
             }
         }
         faults

@@ -269,7 +269,7 @@ fn results_are_reported_and_verified() {
     write(&folder, "better.json", better);
     let refused = run(&folder, &["bench", "verify", "better.json"]).refusal();
     assert!(
-        refused.contains("horch: measures.auc.of_all is not what the answers give"),
+        refused.contains("horch: measures.auc.of_all does not follow from the answers"),
         "{refused}"
     );
     write(&folder, "none.json", "{}");

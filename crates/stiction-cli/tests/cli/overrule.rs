@@ -119,7 +119,7 @@ fn malformed_overrides_are_named_with_file_line_and_remedy() {
             let Done { code, err, .. } = run(&folder, command);
             assert_eq!(code, 0, "{err}");
             assert!(err.contains(KEPT) && err.contains(expected), "{expected}: {err}");
-            assert!(err.contains("does not hold until it is corrected or removed"), "{err}");
+            assert!(err.contains("does not apply until you correct or remove it"), "{err}");
         }
     }
     for (arguments, expected) in [
