@@ -32,7 +32,7 @@ pub(crate) fn read(text: &str) -> Result<Vec<(String, Value)>, String> {
     if rest.left().is_empty() {
         Ok(pairs)
     } else {
-        Err(format!("after the closing }} there must be nothing, but there is {}", rest.sight()))
+        Err(format!("nothing may follow the closing }}, but there is {}", rest.sight()))
     }
 }
 
@@ -150,7 +150,7 @@ mod tests {
             ("{\"a\": .5}", "\"a\" must be a text, a finite number"),
             ("{\"a\": [1]}", "\"a\" must be a text, a finite number"),
             ("{\"a\": null}", "\"a\" must be a text, a finite number"),
-            ("{\"a\": 1} x", "after the closing } there must be nothing"),
+            ("{\"a\": 1} x", "nothing may follow the closing }"),
             ("{\"a", "a text must end with '\"'"),
             ("{\"a\\n\": 1}", "hold no escapes"),
             ("{\"a\"\n: 1\n", "expected '}', found the end of the text"),

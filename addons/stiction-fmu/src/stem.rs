@@ -70,7 +70,7 @@ fn friction_parameter(name: &str) -> (&'static str, &'static str) {
         "band_m_per_s" => ("m/s", "Half width of the band of velocities that count as zero"),
         "stiffness_n_per_m" => ("N/m", "Stiffness of the bristles"),
         "damping_n_s_per_m" => ("N.s/m", "Damping of the bristles"),
-        "attraction_n_per_s" => ("N/s", "How fast a slipping element approaches the steady level"),
+        "attraction_n_per_s" => ("N/s", "Rate at which a slipping element nears the steady level"),
         "stiffness_1_n_per_m" => ("N/m", "Stiffness of the first element"),
         "stiffness_2_n_per_m" => ("N/m", "Stiffness of the second element"),
         "stiffness_3_n_per_m" => ("N/m", "Stiffness of the third element"),

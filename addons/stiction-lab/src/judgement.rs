@@ -51,7 +51,7 @@ impl Judgement {
 
 /// The data that a diagnosis rests on: how long, how many samples, how far apart.
 fn data(diagnosis: &Diagnosis) -> String {
-    let Some(segment) = diagnosis.segment() else { return "No data fit for a verdict".to_owned() };
+    let Some(segment) = diagnosis.segment() else { return "The data cannot answer".to_owned() };
     format!(
         "Judged from {} of data: {} samples, {} s apart",
         words::spoken(segment.duration()),

@@ -137,7 +137,7 @@ fn a_week_of_a_thousand_loops_is_ranked_and_fits_a_page() {
     for said in [
         "these loops swing together",
         "The source is not among the recorded loops.",
-        "a person: does not stick",
+        "override: does not stick",
     ] {
         assert!(html.contains(said), "{said}");
     }

@@ -38,7 +38,7 @@ fn up_to(most: u64, stream: impl Read, origin: &str) -> Result<Vec<u8>> {
         .map_err(|source| Error::File { path: origin.to_owned(), source })?;
     if bytes.len() as u64 > most {
         let message = format!(
-            "gives more than {} MiB and may never end; write its output to a file, and read that",
+            "gives more than {} MiB and may never end; write its output to a file, and read the file",
             MOST >> 20
         );
         return Err(Error::Table { origin: origin.to_owned(), message });

@@ -139,7 +139,7 @@ pub const CASES: &[Case] = &[
     read!(
         "influx-annotated.csv",
         "FIC101(flow) @1677916800 op 0:44.97 1:45.02 2:44.98 pv 0:60.06 1:59.96 2:60.03 sp 0:60 1:60 2:60",
-        "CSV of InfluxDB, of 3 tables; its signals are named by \"_measurement\", \"_field\""
+        "CSV of InfluxDB with 3 tables; its signals are named by \"_measurement\", \"_field\""
     ),
     read!(
         "influx-tags.csv",
@@ -369,13 +369,13 @@ pub const CASES: &[Case] = &[
     read!(
         "cut-in-number.csv",
         "f op 0:50.125 1:50.25 2:50.375 3:50.5 4:50.625 5:50.75 6:50.875 7:51 8:51.125 9:51.25 10:51",
-        "the file seems to be cut in row 12",
+        "row 12 seems to be cut short",
         "the last value, \"51\""
     ),
     read!(
         "cut-in-zeros.csv",
         "f op 0:45 1:45.03 2:44.95 3:45.15 4:45.05 5:45.08 6:45.12 7:45.2 8:45.17 9:45.13 10:46.41",
-        "the file seems to be cut in row 12"
+        "row 12 seems to be cut short"
     ),
     read!(
         "whole-without-end.csv",

@@ -138,8 +138,8 @@ pub struct Entry {
 
 /// Remedies as the page words them.
 const ON_THE_PAGE: Wording = Wording(|remedy| match remedy {
-    Remedy::Map { role, column: Some(column) } => format!("taking \"{column}\" as {role}, below"),
-    Remedy::Map { role, column: None } => format!("taking its column as {role}, below"),
+    Remedy::Map { role, column: Some(column) } => format!("role {role} for \"{column}\", below"),
+    Remedy::Map { role, column: None } => format!("role {role} for its column, below"),
     other => format!("{} {}", other.option().replace('_', " "), other.value()),
 });
 

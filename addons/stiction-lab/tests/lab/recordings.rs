@@ -248,7 +248,7 @@ fn a_mapping_is_tried_saved_and_read_again() {
     assert_eq!(opened["columns"], json!(["time", "a", "b", "c"]));
     assert!(opened["summary"].is_null());
     assert!(
-        opened["failure"].as_str().unwrap().contains("taking its column as op, below"),
+        opened["failure"].as_str().unwrap().contains("role op for its column, below"),
         "{opened}"
     );
 

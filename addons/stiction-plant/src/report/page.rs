@@ -106,7 +106,8 @@ fn changed(ranking: &Ranking<'_>) -> Markup {
                     p { (changed.len() - LINES) " more are in the list below." }
                 }
             }
-            p.soft { "New: sticks, and did not before. Returned: sticks again. Still sticks: after a repair. Worse, better: S grew, shrank. Gone: probably stuck before, and the probability is now at most 50 %." }
+            p.soft { "New: sticks, and did not before. Returned: sticks again. Still sticks: after a repair. Worse or \
+                      better: S grew or shrank. Gone: probably stuck before, and the probability is now at most 50 %." }
         }
     }
 }
@@ -456,7 +457,7 @@ fn verdict(row: &LoopRow) -> Markup {
                 Some(grade) => { @let Badge { symbol, word, .. } = Badge::from(grade); (symbol) " " (word) },
                 None => (row.health.name()),
             }
-            @if let Some(other) = row.overruled { small { "a person: " (other.name()) } }
+            @if let Some(other) = row.overruled { small { "override: " (other.name()) } }
         }
     }
 }
@@ -681,7 +682,7 @@ fn not_known(unknown: &[Unknown]) -> Markup {
                 summary { (kind.counted(count)) }
                 ul {
                     @for each in all.iter().take(100) { li { (each.words()) } }
-                    @if all.len() > 100 { li { (all.len() - 100) " more; stiction plant status has all" } }
+                    @if all.len() > 100 { li { (all.len() - 100) " more; stiction plant status lists all" } }
                 }
             }
         }
@@ -704,7 +705,7 @@ fn health(ranking: &Ranking<'_>) -> Markup {
                         @for row in rows.iter().take(100) {
                             li { (name(row)) @if let Some(error) = &row.error { ": " (error) } }
                         }
-                        @if rows.len() > 100 { li { (rows.len() - 100) " more; ranking.csv has all" } }
+                        @if rows.len() > 100 { li { (rows.len() - 100) " more; ranking.csv lists all" } }
                     }
                 }
             }

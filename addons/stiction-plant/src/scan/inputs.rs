@@ -439,8 +439,8 @@ fn of_parts(file: &PartedFile, path: &Path, zone: &Zone) -> stiction_io::Result<
 }
 
 /// The remedy for a loop without a PV.
-const NO_PV: &str = "the files have no PV of the loop's name, so the loop is judged by its OP alone; if they have its \
-                     PV, name it in plant.toml, as in pv = \"TAG\"";
+const NO_PV: &str = "the files have no PV of the loop's name, so the loop is judged by its OP alone; name any PV in \
+                     plant.toml, as in pv = \"TAG\"";
 
 /// Why a recording has no PV, if it has none: the remark of the reader, or the usual remedy.
 fn no_pv(recording: &Recording) -> Option<String> {

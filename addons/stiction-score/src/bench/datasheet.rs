@@ -51,8 +51,8 @@ pub fn markdown(suite: &Suite, asked: &[KnownLoop], tool: &str) -> String {
         table.row([kind.to_owned(), state.to_owned(), n.to_string(), masked.to_string()])
     });
     out += &kinds.markdown();
-    out += "\n## Properties\n\nA loop may have several historians. Loops outside the population have only the first two \
-            properties.\n\n";
+    out += "\n## Properties\n\nA loop may have several historians. Loops outside the population have only the \
+            properties \"part\" and \"samples\".\n\n";
     let mut groups: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     for (property, value) in asked.iter().flat_map(|each| &each.groups) {
         *groups.entry((property, value)).or_default() += 1;

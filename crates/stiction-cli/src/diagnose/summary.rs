@@ -39,7 +39,7 @@ pub fn one(loop_: &Diagnosed) -> String {
         out += &field("override", overruled);
     }
     if lacks_pv(diagnosis) {
-        out += &field("", "It rests on the OP alone, because no PV was read.");
+        out += &field("", "The verdict rests on the OP alone, because no PV was read.");
     }
     for side in &screen.sides {
         out += &field("", &side.heading);
@@ -119,7 +119,7 @@ fn line(diagnosis: &Diagnosis) -> String {
         let _ = write!(out, "; masked {masked}");
     }
     if let Some(said) = &verdict.overruled {
-        let _ = write!(out, "; a person: {}", said.verdict);
+        let _ = write!(out, "; override: {}", said.verdict);
     }
     out
 }
@@ -258,7 +258,8 @@ pub fn several(loops: &[Diagnosed]) -> String {
         parts.join(", ")
     );
     if rows.iter().any(|row| row[5].ends_with(GUESSED)) {
-        out += "* The OP range is estimated or assumed, so S may be different. The diagnosis of each loop shows it.\n";
+        out += "* The OP range is estimated or assumed, so S may be different. The diagnosis of each loop shows the \
+                range.\n";
     }
     out
 }

@@ -42,7 +42,7 @@ fn an_override_is_shown_with_the_verdict_everywhere() {
     run(&folder, &["diagnose", FILE, "--report", "r.html"]);
     assert!(read(&folder, "r.html").contains("Overruled by J. Miller on 2026-03-02"));
     let brief = run(&folder, &["diagnose", FILE, "--brief"]).quiet_success();
-    assert!(brief.ends_with("; a person: does not stick\n"), "{brief}");
+    assert!(brief.ends_with("; override: does not stick\n"), "{brief}");
     let list = run(&folder, &["override", ".", "--list"]).quiet_success();
     assert!(list.starts_with("FIC101-sticky: does not stick (new packing, stroked); by"), "{list}");
 }

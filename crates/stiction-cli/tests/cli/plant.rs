@@ -204,7 +204,7 @@ fn a_week_is_reported_and_what_people_say_is_kept() {
     assert!(!ordered(&plant(&["orders", "--week", "2026-W10", "--json"]).json()));
     plant(&["report", "--week", "2026-W10", "--pages", "0"]).quiet_success();
     let page = read(&folder, "north/reports/2026-W10/index.html");
-    assert!(page.contains("a person: sticks") && page.contains("snoozed: WO 4711"));
+    assert!(page.contains("override: sticks") && page.contains("snoozed: WO 4711"));
 
     std::fs::write(folder.join("north/log.toml"), "[[entry]]\nkind = \"repair\"\nlop = 1\n")
         .unwrap();

@@ -259,8 +259,8 @@ fn cut(text: &str, columns: &[Texts], rows: &[usize]) -> Option<String> {
         above().filter(shorter).count() >= MOST || ends_in_zero(last) && !above().any(ends_in_zero);
     is_cut.then(|| {
         format!(
-            "the file seems to be cut in row {}, because it does not end with a line break and the last value, \
-             \"{last}\", is shorter than those above; copy it again, or remove the row",
+            "row {} seems to be cut short, because it has no line break and its last value, \"{last}\", is shorter \
+             than those above; copy the file again, or remove the row",
             rows.last().unwrap_or(&0)
         )
     })

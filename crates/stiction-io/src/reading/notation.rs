@@ -223,8 +223,8 @@ impl<'a> Open<'a> {
             row: sheet.row(self.row),
             column,
             message: format!(
-                "the \"{}\" in \"{}\" has two readings: as a decimal mark, the values are {}, as a separator of \
-                 thousands {}; {remedy}",
+                "the \"{}\" in \"{}\" has two readings: the values are {} if it is a decimal mark, or {} if it \
+                 separates thousands; {remedy}",
                 self.mark.mark(),
                 &cells.view()[self.row],
                 self.values(decimal),

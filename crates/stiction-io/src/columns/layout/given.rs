@@ -102,8 +102,8 @@ pub fn cv_beside_mv(sheet: &Sheet, cv: &str, mv: &str, wording: Wording) -> Erro
     Error::Table {
         origin: sheet.origin.clone(),
         message: format!(
-            "without a PV, \"{cv}\" and \"{mv}\" can be the controlled variable and the OP, or the OP and the \
-             measured valve position; give {pv} and {op} for the first, or {cv_op} and {vp} for the second"
+            "without a PV, \"{cv}\" and \"{mv}\" can be PV and OP, or OP and measured valve position; give {pv} and \
+             {op} for the first, or {cv_op} and {vp} for the second"
         ),
     }
 }
