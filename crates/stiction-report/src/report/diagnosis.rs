@@ -211,8 +211,8 @@ fn fitness(diagnosis: &Diagnosis) -> Table {
 fn methods(section: Section, diagnosis: &Diagnosis) -> Section {
     let deciding =
         Table::new("Methods marked with a diamond test only for linearity and have no vote.")
-            .columns("method | says | statistic | #value | #threshold | why");
-    let abstaining = Table::new("").words("method").words("why it abstains");
+            .columns("method | decision | statistic | #value | #threshold | reason");
+    let abstaining = Table::new("").words("method").words("reason for abstaining");
     let (silent, speaking): (Vec<&Finding>, Vec<&Finding>) =
         diagnosis.findings.iter().partition(|f| f.decision == Decision::Abstains);
     let deciding = speaking.iter().fold(deciding, |table, finding| {
