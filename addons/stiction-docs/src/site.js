@@ -82,7 +82,7 @@
     }));
     if (!rows.length) {
       const item = document.createElement("li"), none = document.createElement("p");
-      none.textContent = "Nothing has all these words.";
+      none.textContent = "No page contains all these words.";
       item.append(none);
       found.append(item);
     }

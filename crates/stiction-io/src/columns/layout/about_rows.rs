@@ -91,7 +91,7 @@ impl AboutRows {
         let role = self.roles.iter().find(|(each, _)| *each == column).map(|(_, role)| *role);
         let role = role.filter(|role| *role == Role::Ignored || self.of(*role) == Some(column));
         let why = match role {
-            Some(_) if self.given.contains(&column) => "an option names it".to_owned(),
+            Some(_) if self.given.contains(&column) => "an option or mapping names it".to_owned(),
             Some(Role::Ignored) => "another column is the time".to_owned(),
             Some(role @ (Role::Time | Role::Date)) if role::of_rows(name) != Some(role) => {
                 "its cells are times".to_owned()

@@ -52,7 +52,7 @@ pub fn candidate(name: &str, given: &Given<'_>) -> Option<Candidate> {
             given: true,
             is_mv: false,
             is_cv: false,
-            why: "an option names it".to_owned(),
+            why: "an option or mapping names it".to_owned(),
         });
     }
     if let Some((split, why)) = split(&why) {
