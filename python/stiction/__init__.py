@@ -1,10 +1,10 @@
 """Sticking control valves: models with known truth, the loops around them, and the diagnosis of recorded loops.
 
-Controller output (OP), valve position (VP), S (stick band plus dead band) and J (slip jump) are in percent of span. Times are
-in seconds, and the process value (PV) is in its own units. The Rust library of the same name does all computations. The same input
-gives the same numbers there, here and on the command line.
+Controller output (OP), valve position (VP), S (stick band plus dead band) and J (slip jump) are in percent of span. Times are in
+seconds, and the process value (PV) is in its own units. The Rust library of the same name does all computations. The same input
+gives the same numbers in Rust, in Python and on the command line.
 
-The functions that are used most are here. Everything else is in its module, such as ``stiction.cycles.describing_function``.
+The most used functions are in ``stiction`` itself. All others are in the modules, as ``stiction.cycles.describing_function``.
 ``help(stiction.diagnose)`` and ``help(stiction.cycles)`` describe parameters, results and errors.
 
 Functions and classes
@@ -23,7 +23,7 @@ scenario                   a loop to simulate, from a name, a file or dictionari
 simulate, sweep            the signals of one simulated loop, and statistics of many
 limit_cycle                the predicted limit cycle of a loop
 signal                     a test signal
-valve, Stem                the position of a valve model for a series of OP, and the physical valve
+valve, Stem                the position of a valve model for a series of OP values, and the physical valve
 population                 simulated loops with known truth
 
 Modules
@@ -49,7 +49,7 @@ stiction.bench             the benchmark of detectors
 stiction.series            functions on series of samples
 stiction.fmu               export of FMUs for Simulink, OpenModelica, Dymola and FMPy
 
-These are imported by name, as in ``import stiction.plant``:
+Import these modules by name, as in ``import stiction.plant``:
 
 stiction.plant             a plant of many loops, day by day, and on Apache Spark
 stiction.live              live data from OPC UA servers, SQL databases and PI
@@ -114,7 +114,7 @@ from stiction.whatif import what_if as what_if
 if not _typing.TYPE_CHECKING:
 
     def __getattr__(name):
-        """Find the name of a module here too, for short lines at a prompt. `dir` lists only the names above."""
+        """Return a public name of any module, for short lines at a prompt. `dir` lists only the names above."""
         modules = [value for value in globals().values() if isinstance(value, type(_typing))]
         for module in modules:
             if name in getattr(module, "__all__", ()) and module.__name__.startswith("stiction."):

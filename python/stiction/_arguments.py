@@ -53,14 +53,14 @@ def optional(name: str, value: Any) -> float | None:
 
 
 def text(name: str, value: Any) -> str:
-    """Return `value` if it is text."""
+    """Return `value`, or raise an error if it is not text."""
     if not isinstance(value, str):
         raise TypeError(f"{name} must be a string, but its type is {type(value).__name__}")
     return value
 
 
 def choice(name: str, value: Any, known: Iterable[str]) -> str:
-    """Return `value` if it is one of `known`."""
+    """Return `value`, or raise an error if it is not one of `known`."""
     known = list(known)
     if text(name, value) not in known:
         raise ValueError(f"{name} is {value!r}, but must be one of {', '.join(map(repr, known))}")
@@ -68,14 +68,14 @@ def choice(name: str, value: Any, known: Iterable[str]) -> str:
 
 
 def callback(name: str, value: Any) -> Callable[[int], object] | None:
-    """Return `value` if it can be called, or is None."""
+    """Return `value`, or raise an error if it is neither callable nor None."""
     if value is not None and not callable(value):
         raise TypeError(f"{name} must be callable, but its type is {type(value).__name__}")
     return cast("Callable[[int], object] | None", value)
 
 
 def instance(name: str, value: Any, *kinds: type) -> Any:
-    """Return `value` if it is of one of the `kinds`, or None."""
+    """Return `value`, or raise an error if it is neither None nor of one of the `kinds`."""
     if value is None or isinstance(value, kinds):
         return value
     wanted = " or ".join(kind.__name__ for kind in kinds)

@@ -1,6 +1,6 @@
 """HTML for notebooks: cards, trends and tables, in the colours of a light or dark page.
 
-Nothing is loaded from elsewhere, styles stay local, and every text is escaped.
+The HTML loads nothing from elsewhere, its styles apply only to itself, and every text is escaped.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ def card(title: str, headline: str, facts: Mapping[str, str], first: str, pictur
 
 
 def trend(label: str, time_s: Array, rows: Sequence[tuple[str, Sequence[Line]]], since: str = "") -> str:
-    """Return a picture of rows of signals above each other over the same time, as SVG.
+    """Return an SVG picture of rows of signals, one above the other, over the same time.
 
-    A row has the axis label with its unit, and its signals. `since` is the text for time zero.
+    A row has an axis label with its unit, and its signals. `since` is the text for time zero.
     """
     unit, seconds = _time_unit(float(time_s[-1] - time_s[0]))
     t = time_s / seconds
@@ -119,7 +119,7 @@ def _panel(axis: str, lines: Sequence[Line], t: Array, x: Any, top: float) -> st
 
 
 def _thinned(t: Array, signal: Array, most: int = 600) -> list[tuple[float, float]]:
-    """Return the points of a line, the smallest and the largest value of every pixel, in order."""
+    """Return the points of a line in order, with the smallest and the largest value for every pixel."""
     finite = np.isfinite(signal)
     t, signal = t[finite], signal[finite]
     if len(signal) > 2 * most:
@@ -138,7 +138,7 @@ def _scale(low: float, high: float, first: float, last: float) -> Any:
 
 
 def _ticks(low: float, high: float, about: int) -> list[float]:
-    """Return about this many round numbers between two numbers."""
+    """Return round numbers between two numbers, about as many as `about`."""
     if not high > low:
         return [low]
     rough = (high - low) / about
@@ -149,7 +149,7 @@ def _ticks(low: float, high: float, about: int) -> list[float]:
 
 
 def _time_unit(span_s: float) -> tuple[str, float]:
-    """Return the unit for a duration, and its length in seconds."""
+    """Return the unit for a duration, and the length of the unit in seconds."""
     for unit, seconds in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if span_s >= 3 * seconds:
             return unit, seconds

@@ -60,7 +60,7 @@ def _with_index(frame: Any, name: Any) -> Any:
 
 
 def _joined(name: Any) -> str:
-    """Return the name of a column as text, of several levels with dots between them."""
+    """Return the name of a column as text, with dots between the levels of a name with several."""
     return ".".join(str(part) for part in name if str(part)) if isinstance(name, tuple) else str(name)
 
 
@@ -76,7 +76,7 @@ def _is_null(value: Any) -> bool:
 
 
 def plain_objects(values: list[Any]) -> Array | list[str]:
-    """Return objects as numbers if all are, else as text, in which null is empty."""
+    """Return objects as numbers if all are numbers, else as text with an empty string for null."""
     values = [None if _is_null(value) else value for value in values]
     present = [value for value in values if value is not None]
     if present and all(isinstance(value, timedelta) for value in present):
@@ -87,7 +87,7 @@ def plain_objects(values: list[Any]) -> Array | list[str]:
 
 
 def _text(value: Any) -> str:
-    """Return an object as text, with all its digits if it is a number."""
+    """Return an object as text, with all digits of a number."""
     if isinstance(value, bytes):
         return value.decode(errors="replace")
     if isinstance(value, bool):

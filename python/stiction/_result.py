@@ -56,7 +56,7 @@ class Result:
         return (value for _, value in _items(self))
 
     def _summary(self) -> list[str]:
-        """Return at most five lines for a large result at a prompt. An empty result shows the attributes."""
+        """Return at most five lines for a large result at a prompt. If there are none, the prompt shows the attributes."""
         return []
 
     def __repr__(self) -> str:
@@ -71,7 +71,7 @@ class Result:
 
 
 def about(words: str, *, kind: str = "", default: Any = dataclasses.MISSING) -> Any:
-    """Describe an attribute. One without words shares those of the next. Its kind is taken from its type by default."""
+    """Describe an attribute. One without words shares those of the next attribute. By default its kind follows from its type."""
     return dataclasses.field(default=default, metadata={"words": words, "kind": kind})
 
 
@@ -162,7 +162,7 @@ def _short(value: Any) -> str:
 
 
 def _shorter(value: Any) -> str:
-    """Return a short form of a value, for use among many others."""
+    """Return a short form of a value for a list of many values."""
     shown = _short(value)
     if len(shown) <= 40:
         return shown

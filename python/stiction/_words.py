@@ -18,11 +18,11 @@ PARAMETERS = {
     "J": ("float", "Slip jump, percent of span."),
     "loop_type": ('str, default "unknown"', "Type of the loop, see `stiction.recordings.loop_types`."),
     "loops": ("str, optional", 'Judge only loops whose names match this pattern, such as ``"FIC*"``.'),
-    "method": ("str", "Its name, see `stiction.detection.detectors`."),
+    "method": ("str", "Name of the method, see `stiction.detection.detectors`."),
     "model": ('str, default "two-phase"', "Name of a valve model, see `stiction.valves.valve_models`."),
-    "name": ("str", "Its name, see `names`."),
+    "name": ("str", "Name of the sample recording, see `names`."),
     "op": ("array_like", "Controller output, percent of span."),
-    "period_s": ("float, optional", "Period of the oscillation, s; by default the period of the dominant one."),
+    "period_s": ("float, optional", "Period of the oscillation, s; by default that of the dominant oscillation."),
     "progress": ("callable, optional", "Called from time to time with the number of finished loops."),
     "pv": ("array_like", "Process value, of the same length."),
     "recording": ("Recording or table", "The recording, or a table with the columns of one loop."),
@@ -32,7 +32,7 @@ PARAMETERS = {
     "settings": ("mapping, optional", "Changes to the scenario, by dotted key."),
     "since": ("str, optional", 'Judge windows from this day on, such as ``"2026-03-01"``.'),
     "vp": ("array_like", "Measured valve position, percent of span, of the same length."),
-    "week": ("str, optional", 'Such as ``"2026-W10"``; by default the last one with windows.'),
+    "week": ("str, optional", 'The week, such as ``"2026-W10"``; by default the last one with windows.'),
     "X": ("iterable of Recording or table, or array_like", "The cases."),
     "x": ("array_like", "The series."),
 }
@@ -86,7 +86,7 @@ def plotting(text: str, count: int) -> str:
 def with_attributes(text: str, fields: Iterable[tuple[str, str, str, str]]) -> str:
     """Return the docstring of a class, completed with its attributes: name, type, words and kind of each.
 
-    An attribute without words shares those of the next. If the kind is empty, it is made from the type.
+    An attribute without words shares those of the next one. An empty kind is made from the type.
     """
     head, *parts = _SECTION.split(inspect.cleandoc(text))
     entries, names = [], []

@@ -41,15 +41,15 @@ __all__ = ["Results", "Suite", "answer", "labelled", "method", "read", "run", "s
 Detector = Callable[[Recording], Any]
 
 BATCH = 64
-"""Loops that are simulated together, while the detector answers the ones before."""
+"""Number of loops that are simulated together while the detector answers the previous ones."""
 STARTUP = 60.0
 """Additional time for the first answer of a process, s."""
 STARTS = 10
-"""Starts in sequence without any answer, after which a process is not started again."""
+"""Number of successive starts without an answer after which a process is not started again."""
 
 
 class Suite(Sequence[Recording]):
-    """The recordings of a suite from `suite` or `labelled`. Those of `suite` are simulated whenever they are used.
+    """The recordings of a suite from `suite` or `labelled`. The recordings of `suite` are simulated whenever they are used.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ class Results:
         return found
 
     def to_json(self) -> str:
-        """Return the same as JSON, which ``stiction bench report`` and ``verify`` read."""
+        """Return all measures, comparisons and answers as JSON, which ``stiction bench report`` and ``verify`` read."""
         return self._handle.json()
 
     def to_markdown(self) -> str:
@@ -130,7 +130,7 @@ class Results:
         return self._handle.markdown()
 
     def to_html(self) -> str:
-        """Return the leaderboard with curves, differences and loops to look at as one self-contained page."""
+        """Return one self-contained HTML page with the leaderboard, curves, differences and loops to inspect."""
         return self._handle.html()
 
     def save(self, path: str | PathLike[str]) -> None:
@@ -144,7 +144,7 @@ class Results:
         Raises
         ------
         ValueError
-            If it has another ending.
+            If the name has another ending.
         """
         made = {".json": self.to_json, ".md": self.to_markdown, ".html": self.to_html}
         ending = Path(path).suffix
@@ -183,7 +183,7 @@ def suite(name: str = "v1", *, passphrase: str | None = None) -> Suite:
     name : str, default "v1"
         Its name, one of `suites`.
     passphrase : str, optional
-        Return the hidden half of the suite, whose seeds are derived from the passphrase.
+        Passphrase of the hidden half of the suite, which is then returned. Its seeds are derived from the passphrase.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def labelled(
     Raises
     ------
     ValueError
-        If numbers differ, names are equal, or all labels are equal.
+        If the arguments differ in length, two names are equal, or all labels are equal.
 
     Examples
     --------
@@ -239,11 +239,11 @@ def labelled(
     given = [[""] * len(names) if each is None else list(each) for each in (sources, licences)]
     columns = [names if valves is None else list(valves), *given]
     if any(len(each) != len(names) for each in [labels, *columns]):
-        raise ValueError("recordings, sticks, valves, sources and licences must be equally many")
+        raise ValueError("recordings, sticks, valves, sources and licences must have equal lengths")
     if len(set(names)) < len(names):
-        raise ValueError("two recordings have the same name; give each one of its own, by stiction.recording(..., name=...)")
+        raise ValueError("two recordings have the same name; give each its own, with stiction.recording(..., name=...)")
     if len(set(labels)) < 2:
-        raise ValueError("sticks must hold loops of both classes")
+        raise ValueError("sticks must contain labels of both classes")
     told = [(name, valve, label, of, may) for name, label, valve, of, may in zip(names, labels, *columns)]
     return Suite("labelled", _core.bench_labelled(list(recordings), told))
 
@@ -254,7 +254,7 @@ def training(n: int = 2000, *, first: int = 0) -> tuple[list[Recording], npt.NDA
     Parameters
     ----------
     n : int, default 2000
-        Number of loops. Those with masked stiction are left out, which are about a quarter.
+        Number of loops. Those with masked stiction, about a quarter, are left out.
     first : int, default 0
         Number of the first loop.
 
@@ -290,7 +290,7 @@ def training(n: int = 2000, *, first: int = 0) -> tuple[list[Recording], npt.NDA
 
 @documented
 def verdict(recording: Recording) -> dict[str, Any]:
-    """Answer as a detector by the verdict of `diagnose`.
+    """Return the verdict of `diagnose` as the answer of a detector.
 
     Parameters
     ----------
@@ -313,7 +313,7 @@ def verdict(recording: Recording) -> dict[str, Any]:
 
 
 class method:
-    """A detector that answers by one of the methods.
+    """A detector that answers with the result of one method.
 
     Parameters
     ----------
@@ -359,24 +359,25 @@ def run(
     Parameters
     ----------
     detector : callable, estimator or mapping
-        A function of a recording; or an estimator with ``fit`` and ``predict``, which is fitted on `training` first; or
-        several of them by name, to compare.
+        A function of a recording, an estimator with ``fit`` and ``predict``, or several of them by name, to compare. An estimator
+        is first fitted on `training`.
     suite : str or Suite, default "v1"
-        The suite, one of `suites`; or recordings from `labelled`, on which an estimator is cross-validated in five parts, by valve.
+        The suite, one of `suites`, or recordings from `labelled`. On these an estimator is cross-validated in five parts, by
+        valve.
     name : str, optional
-        Name of the detector in results; by default that of the function or class.
+        Name of the detector, shown in the results; by default that of the function or class.
     version : str, optional
-        Its version in results.
+        Version of the detector, shown in the results.
     limit : float, default 10
-        Time for an answer, s. A later one counts as no answer. Without processes, Python code is interrupted on Unix, and
-        compiled code is waited for.
+        Time limit for an answer, s. A later one counts as no answer. Without processes, Python code is interrupted on Unix, but
+        compiled code runs to its end.
     processes : int, default 0
-        Ask in so many processes, which are ended after the limit and started again after a crash. The detector must
-        then be importable, as for `multiprocessing`. 0 asks in this process.
+        Number of processes that run the detector, which must then be importable, as for `multiprocessing`. A process is ended
+        after the limit, and started again after that or a crash. 0 runs the detector in this process.
     train : int, default 2000
         Number of loops on which an estimator is fitted.
     passphrase : str, optional
-        Measure on the hidden half of the suite.
+        Passphrase of the hidden half of the suite, which is then used.
     progress : callable, optional
         Called from time to time with the number of finished loops.
 
@@ -411,7 +412,7 @@ def run(
                 f"{type(each).__name__}"
             )
     if not detectors:
-        raise ValueError("detector names no detector")
+        raise ValueError("detector is an empty mapping; give at least one detector")
     within, several = number("limit", limit), integer("processes", processes)
     if not 0 < within <= 86400:
         raise ValueError(f"limit is {within}, but must be above 0 s, and at most a day")
@@ -462,7 +463,7 @@ def read(*paths: str | PathLike[str], passphrase: str | None = None) -> Results:
     paths : path
         Files of `Results.save` or ``stiction bench detector --json``.
     passphrase : str, optional
-        That of the hidden half of the suite.
+        Passphrase of the hidden half of the suite.
 
     Returns
     -------
@@ -484,7 +485,7 @@ def read(*paths: str | PathLike[str], passphrase: str | None = None) -> Results:
 
 @documented
 def answer(recording: Recording, said: Any) -> str:
-    """Return the answer of a detector as a line of JSON, as a program for ``stiction bench detector`` writes it.
+    """Return the answer of a detector as the line of JSON that a program for ``stiction bench detector`` writes.
 
     Parameters
     ----------
@@ -496,7 +497,7 @@ def answer(recording: Recording, said: Any) -> str:
     Raises
     ------
     TypeError
-        If it is none of these.
+        If `said` is none of these.
 
     Examples
     --------
@@ -528,7 +529,7 @@ def _plain(value: Any) -> Any:
     """Return a NumPy number as one of Python."""
     if isinstance(value, np.generic):
         return value.item()
-    raise TypeError(f"the answer holds a value of type {type(value).__name__}, which JSON does not have")
+    raise TypeError(f"the answer holds a value of type {type(value).__name__}, which JSON cannot represent")
 
 
 def _rounded(value: float | None) -> str:
@@ -536,7 +537,7 @@ def _rounded(value: float | None) -> str:
 
 
 class _ByValve:
-    """A detector that answers about a recording by an estimator fitted on the recordings of other valves."""
+    """A detector that answers about a recording with an estimator fitted on the recordings of other valves."""
 
     FOLDS = 5
 
@@ -600,7 +601,7 @@ def _ask(detector: Any, recordings: list[Recording], limit: float) -> list[tuple
 
 
 def _timed(ask: Callable[[], str], recording: Recording, limit: float) -> tuple[str, float]:
-    """Return an answer with its time, or the reason why there is none."""
+    """Return an answer, or the reason why there is none, and the time that it took."""
     begin = time.perf_counter()
     try:
         with _Alarm(limit):
@@ -637,7 +638,7 @@ class _Alarm:
 
 
 def _estimated(estimator: Any, recordings: list[Recording], limit: float) -> list[tuple[str, float]]:
-    """Return the answers of an estimator. Those of a batch that fails are asked for one by one."""
+    """Return the answers of an estimator. If a batch fails, the estimator is asked about its recordings one by one."""
     begin = time.perf_counter()
     try:
         with _Alarm(limit * len(recordings)):
@@ -663,7 +664,7 @@ def _predicted(estimator: Any, recordings: list[Recording]) -> list[str]:
 
 
 class _Processes:
-    """Processes that ask a detector, which are started again after a crash or the limit."""
+    """Processes that run a detector, and are started again after a crash or the limit."""
 
     def __init__(self, detector: Any, count: int, limit: float) -> None:
         self.detector, self.limit = detector, limit
@@ -672,7 +673,7 @@ class _Processes:
         self.vain = [0] * count
 
     def ask(self, recordings: list[Recording]) -> list[tuple[str, float]]:
-        """Return the answers, each process asked about one recording at a time."""
+        """Return the answers. Each process is asked about one recording at a time."""
         answers: list[tuple[str, float] | None] = [None] * len(recordings)
         waiting = list(enumerate(recordings))[::-1]
         while waiting or any(each is not None and each.asked is not None for each in self.workers):
@@ -715,7 +716,7 @@ class _Processes:
 
 
 class _Process:
-    """A process that asks a detector."""
+    """A process that runs a detector."""
 
     def __init__(self, context: Any, detector: Any) -> None:
         self.pipe, theirs = context.Pipe()
@@ -736,7 +737,7 @@ class _Process:
             pass  # It has ended, which is noticed when its answer is read.
 
     def answer(self, limit: float) -> tuple[int, str, float, bool] | None:
-        """Return place, answer, time and whether the process goes on; None while there is no answer."""
+        """Return place, answer, time and whether the process still runs; None while there is no answer."""
         if self.asked is None:
             return None
         place, recording = self.asked
@@ -763,7 +764,7 @@ class _Process:
 
 
 def _serve(detector: Any, pipe: Any) -> None:
-    """Answer recordings until there are no more."""
+    """Answer about recordings until there are no more."""
     try:
         while True:
             recording = pipe.recv()

@@ -53,7 +53,7 @@ def scenario(source: ScenarioLike, settings: Mapping[str, Any] | None = None) ->
     Raises
     ------
     ValueError
-        If it is not well formed; the message gives line and key.
+        If the scenario is not well formed; the message gives line and key.
 
     Examples
     --------
@@ -100,7 +100,7 @@ class Signals(Result):
         Returns
         -------
         Table
-            Columns ``time_s``, ``sp``, ``pv``, ``op`` and ``vp``, as far as they exist. A cascade has those of the slave, and
+            Those of the columns ``time_s``, ``sp``, ``pv``, ``op`` and ``vp`` that exist. A cascade has the columns of the slave,
             ``master_sp`` and ``master_pv``.
         """
         return _core.table_of(self._signals())
@@ -130,13 +130,15 @@ class Run(Signals):
     pv: Array = about("Set point and measured process value, in PV units.")
     op: Array
     vp: Array = about("Controller output and valve position, percent of span.")
-    period_s: float | None = about("Period of the limit cycle in the second half, s; None if there is none.")
+    period_s: float | None = about("Period of the limit cycle in the second half of the run, s; None without a limit cycle.")
     half_pp_op: float
     half_pp_vp: float
     half_pp_pv: float = about(
-        "Half of the peak-to-peak range in the second half, of OP and VP in percent of span, of the PV in PV units."
+        "Half of the peak-to-peak range in the second half of the run: OP and VP in percent of span, PV in PV units."
     )
-    growth: float | None = about("Ratio of the amplitudes of the last cycles and of those before; None if it does not cycle.")
+    growth: float | None = about(
+        "Ratio of the range of the PV in the last quarter of the run to that in the third; None if the latter is 0."
+    )
 
     @drawn(2)
     def plot(self, ax: Any = None) -> Any:
@@ -182,9 +184,9 @@ class OpenLoopRun(Signals):
     sample_time: float = about("Time between samples, s; sample ``k`` is at time ``k * sample_time``.")
     op: Array
     vp: Array = about("Controller output and valve position, percent of span.")
-    period_s: float | None = about("Period of the VP in the second half, s; None if it has none.")
+    period_s: float | None = about("Period of the VP in the second half of the run, s; None if it has no period.")
     half_pp_op: float
-    half_pp_vp: float = about("Half of the peak-to-peak range in the second half, percent of span.")
+    half_pp_vp: float = about("Half of the peak-to-peak range in the second half of the run, percent of span.")
 
     def plot(self, ax: Any = None) -> Any:
         """Plot OP and VP over time, and the VP over the OP.
@@ -230,8 +232,8 @@ def simulate(
     """Simulate a control loop.
 
     Your own parts replace those of the scenario. All other properties, such as set point, noise and sample time, come from the
-    scenario. The parts are stepped in the same order and with the same arithmetic, so a copy of a library part gives the same
-    numbers, only more slowly.
+    scenario. Your parts are stepped in the same order and with the same arithmetic as library parts, so a copy of a library part
+    gives the same numbers, only more slowly.
 
     Parameters
     ----------
@@ -247,14 +249,14 @@ def simulate(
     Returns
     -------
     Run
-        Signals of an unstable loop may end as infinite or NaN.
+        Signals of an unstable loop may end with infinite values or NaN.
 
     Raises
     ------
     ValueError
-        If the scenario is not well formed, or of another kind; if the solver of a stem cannot continue.
+        If the scenario is not well formed or of another kind, or the solver of a stem cannot continue.
     TypeError
-        If one of your own parts has the wrong type or returns no number. Its other exceptions end the simulation.
+        If one of your own parts has the wrong type or returns no number. Other exceptions of a part also end the simulation.
 
     Examples
     --------
@@ -343,7 +345,7 @@ class Sweep(Result):
     """Statistics of many loops over the last half of their samples, one entry per loop, in order."""
 
     S: Array
-    J: Array = about("Bands of the valves, percent of span.")
+    J: Array = about("S and J of the valves, percent of span.")
     period_s: Array = about(
         "Mean time between upward crossings of the set point by the PV, s; NaN if there are fewer than three."
     )
@@ -353,7 +355,7 @@ class Sweep(Result):
     error_mean: Array
     error_rms: Array
     error_abs: Array = about("Mean, root mean square and mean absolute control error SP - PV, in PV units.")
-    travel_per_s: Array = about("Travel of the valve, percent of span per second.")
+    travel_per_s: Array = about("Valve travel, percent of span per second.")
 
     def to_table(self) -> Table:
         """Return the statistics as an Arrow table.
@@ -372,7 +374,8 @@ def sweep(
 ) -> Sweep:
     """Simulate many control loops in parallel on all cores, and keep their statistics.
 
-    The result does not depend on the number of cores. Successive loops of equal duration and sample time are fastest.
+    The result does not depend on the number of cores. The sweep is fastest if successive loops have equal duration and sample
+    time.
 
     Parameters
     ----------
@@ -407,7 +410,7 @@ def signal(table: Mapping[str, Any], *, sample_time: float, duration: float) -> 
     ----------
     table : mapping
         The signal in the notation of scenarios, such as ``{"signal": "ramp", "mean": 50, "amplitude": 15, "period": 60}``.
-        Signals are constant, sine, ramp, square, steps, line, staircase, noise and random-walk; ``docs/scenarios.md`` of the
+        Signals are constant, sine, ramp, square, steps, line, staircase, noise and random-walk. ``docs/scenarios.md`` of the
         project lists their keys.
     duration : float
         Duration, s.

@@ -1,6 +1,6 @@
 """Compensators between a controller and a sticking valve, for the time until the valve is repaired.
 
-Compensation treats a symptom. It usually reduces the swing of the PV at the cost of more stem travel, and so of more wear.
+Compensation treats a symptom. It usually reduces the swing of the PV at the cost of more stem travel and wear.
 """
 
 from __future__ import annotations
@@ -59,8 +59,7 @@ class Measures(Result):
     half_pp_op: float
     half_pp_vp: float
     half_pp_pv: float = about(
-        "Half of the peak-to-peak range, of the signal that the valve receives and of the VP in percent of span, of "
-        "the PV in PV units."
+        "Half of the peak-to-peak range: the signal that the valve receives and the VP in percent of span, the PV in PV units."
     )
 
 
@@ -70,12 +69,12 @@ class CompensatedRun(Result):
 
     method: str = about("The compensator.")
     parameters: list[Parameter] = about("Its parameters.")
-    at_s: float = about("Time at which it was switched on, s.")
+    at_s: float = about("Time at which the compensator is switched on, s.")
     settle_s: float
     window_s: float = about("Settling time before the measurement, and duration of the measurement, s.")
     run: Run = about("The loop with the compensator; its OP is the output of the controller.")
-    signal: Array = about("What the valve received, percent of span.")
-    without: Run = about("The loop without it.")
+    signal: Array = about("The signal that the valve receives from the compensator, percent of span.")
+    without: Run = about("The loop without the compensator.")
     measures: Measures
     measures_without: Measures = about("Measures in the window, with and without the compensator.")
 
@@ -86,7 +85,7 @@ class CompensatedRun(Result):
         time = self.run.time_s
         shown = (time >= self.at_s - 0.4 * self.settle_s) & (time <= self.at_s + 0.5 * self.settle_s)
         time = time[shown]
-        process.plot(time, self.without.pv[shown], color="0.7", label="PV without it")
+        process.plot(time, self.without.pv[shown], color="0.7", label="PV without compensator")
         process.plot(time, self.run.pv[shown], color="C2", label="PV")
         process.plot(time, self.run.sp[shown], color="0.4", linestyle=":", label="SP")
         process.set_ylabel("PV")
@@ -113,12 +112,12 @@ def compensate(
     settle_s: float | None = None,
     window_s: float | None = None,
 ) -> CompensatedRun:
-    """Simulate a loop with a compensator between its controller and its valve, and without.
+    """Simulate a loop with and without a compensator between its controller and its valve.
 
     Parameters
     ----------
     scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`. Its duration is replaced by the duration of the measurement.
+        A control loop, see `stiction.scenario`. The simulation ends with the measurement, whatever the duration in the scenario.
     method : str
         Name of a compensator, see `compensators`.
     parameters : mapping, optional
@@ -127,12 +126,12 @@ def compensate(
     S, J : float, optional
         S and J assumed for choosing parameters, percent of span; by default those of the valve.
     at_s : float, optional
-        Time at which it is switched on, s; by default after ten cycles, or ten settling times of the
+        Time at which the compensator is switched on, s; by default after ten cycles, or ten settling times of the
         process if that is longer.
     settle_s : float, optional
-        Settling time before the measurement, s; by default that time, too.
+        Settling time before the measurement, s; its default is that of `at_s`.
     window_s : float, optional
-        Duration of the measurement, s; by default that time, too.
+        Duration of the measurement, s; its default is that of `at_s`.
 
     Raises
     ------
@@ -178,10 +177,10 @@ class Outcome(Result):
     measures: Measures = about("Measures in the window without changes.")
     set_point_iae_per_s: float
     load_iae_per_s: float = about(
-        "Mean absolute control error in the time given to the set-point step and to the load step, in PV units."
+        "Mean absolute control error in the time after the set-point step and after the load step, in PV units."
     )
     set_point_settling_s: float | None
-    load_settling_s: float | None = about("Time to settle after the step, s; None if it did not.")
+    load_settling_s: float | None = about("Time to settle after the step, s; None if the loop did not settle.")
 
 
 @result
@@ -195,7 +194,7 @@ class Protocol(Result):
     set_point_step: float = about("Height of the set-point step, in PV units.")
     load_step: float = about("Height of the load step, percent.")
     settling_band: float = about("Control error within which the loop has settled, in PV units.")
-    error: float = about("Relative error of the assumed S and J, both ways.")
+    error: float = about("Relative error of the assumed S and J, in both directions.")
     noise_sd: float = about("Standard deviation of the noise in the case with noise, in PV units.")
     seed: int = about("Seed of the noise.")
 
@@ -206,12 +205,14 @@ class CompensatorRow(Result):
 
     action: str = about('Name of the compensator, or ``"as it is"``.')
     parameters: list[Parameter] = about("Its nominal parameters.")
-    error: float = about("Mean absolute control error in the window, nominally, in PV units.")
-    worst_error: float = about("The same in the worst of the cases without noise, which determines the rank.")
-    reduction: float = about("Factor by which the standard deviation of the PV falls; infinite if nothing is left of it.")
+    error: float = about("Mean absolute control error in the window of the nominal case, in PV units.")
+    worst_error: float = about(
+        "Mean absolute control error in the worst of the cases without noise, in PV units. It determines the rank."
+    )
+    reduction: float = about("Factor by which the standard deviation of the PV falls; infinite if it falls to 0.")
     outcomes: list[Outcome] = about(
-        "The nominal case first, then S and J wrong (less and less, less and more, more and less, more and more), "
-        "then with noise."
+        "The nominal case first, then S and J wrong (both too small, only S too small, only J too small, both too large), then "
+        "with noise."
     )
 
 
@@ -219,7 +220,7 @@ class CompensatorRow(Result):
 class CompensatorComparison(Result):
     """Compensators side by side."""
 
-    rows: list[CompensatorRow] = about("The loop as it is and with each compensator, those with the smallest worst error first.")
+    rows: list[CompensatorRow] = about("The loop as it is and with each compensator, by ascending worst error.")
     protocol: Protocol = about("The protocol of the comparison.")
 
     def _summary(self) -> list[str]:
@@ -235,13 +236,14 @@ class CompensatorComparison(Result):
         Returns
         -------
         Table
-            Columns are rank, action, s_factor, j_factor, noise, the measures and settling times.
+            Columns are rank, action, s_factor, j_factor, noise, the first five measures, and settling time and error of each
+            step.
         """
         return _table(self.rows)
 
     @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw control error and travel of the stem with every compensator, with S and J right and wrong."""
+        """Draw control error and stem travel for every compensator, with correct and wrong S and J."""
         return _bars(self.rows, ax)
 
 
@@ -309,9 +311,9 @@ def compare_compensators(
     at_s: float | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> CompensatorComparison:
-    """Compare compensators with S and J right, wrong by half, and with noise.
+    """Compare compensators with correct S and J, with S and J wrong by half, and with noise.
 
-    Each goes through a window without changes, a set-point step and a load step.
+    Each simulation has a window without changes, a set-point step and a load step.
 
     Parameters
     ----------
@@ -320,7 +322,7 @@ def compare_compensators(
     S, J : float, optional
         S and J assumed for the valve, percent of span; by default those of the valve.
     at_s : float, optional
-        Time at which they are switched on, s; by default after ten cycles, or ten settling times of the
+        Time at which compensators are switched on, s; by default after ten cycles, or ten settling times of the
         process if that is longer.
     progress : callable, optional
         Called with the number of finished simulations whenever it has grown: six for each compensator, and two for the loop as it
@@ -331,7 +333,7 @@ def compare_compensators(
     TypeError
         If `methods` is not a sequence of names, or `progress` cannot be called.
     ValueError
-        If there is no such compensator, the scenario is not a closed loop, or it grows without bound.
+        If there is no such compensator, the scenario is not a closed loop, or its signals grow without bound.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""Sticking valves and loops for python-control, and its processes for scenarios.
+"""Sticking valves and loops for python-control, and its linear systems as processes of scenarios.
 
-Needs the package ``control``: ``pip install stiction[control]``.
+This module needs the package ``control``: ``pip install stiction[control]``.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ def process_of(system: Any, dead_time: float = 0.0) -> dict[str, Any]:
     Parameters
     ----------
     system : control.TransferFunction or control.StateSpace
-        A system from valve position, percent, to PV, in PV units, with one input and one output, continuous in time. It has at
-        most as many zeros as poles, and order 8 at most.
+        A continuous-time system with one input (valve position, percent) and one output (PV, in PV units). It has at most as many
+        zeros as poles, and an order of at most 8.
     dead_time : float, default 0
         Dead time in series, s.
 
@@ -46,7 +46,7 @@ def process_of(system: Any, dead_time: float = 0.0) -> dict[str, Any]:
     TypeError
         If `system` is something else.
     ValueError
-        If it has several inputs or outputs, is discrete in time or improper, or `dead_time` is negative.
+        If `system` has several inputs or outputs, is discrete in time or improper, or `dead_time` is negative.
 
     Examples
     --------
@@ -92,24 +92,24 @@ def valve_system(
 ) -> Any:
     """Return a sticking valve as a discrete-time system.
 
-    Its response to a series of OP equals `stiction.valve` to the last bit. The state is the position, the OP of the sample
-    before, and the motion: 1 or -1 while the stem moves that way, 0 while it is stuck. The state ``[0, 0, 0]`` is a valve at rest
-    at 0; pass ``[x, x, 0]`` as initial state of a valve at rest at x.
+    Its response to a series of OP values equals that of `stiction.valve` to the last bit. The state is the position, the OP of
+    the sample before, and the motion (1 upward, -1 downward, 0 stuck). The state ``[0, 0, 0]`` is a valve at rest at 0; pass
+    ``[x, x, 0]`` as initial state of a valve at rest at x.
 
     Parameters
     ----------
     model : str, default "two-phase"
-        Name of a valve model. Kano's and Choudhury's models have more memory than this state. For J up to S, "two-phase" is the
-        same valve.
+        Name of a valve model. Kano's and Choudhury's models have more memory than this state and are refused. For J up to S,
+        "two-phase" responds like them.
     dt : float or True, default True
-        Time between samples, s; True if it is irrelevant.
+        Time between samples, s; True leaves it unspecified.
     name : str, optional
         Name of the system.
 
     Returns
     -------
     control.NonlinearIOSystem
-        With the input ``op``, the output ``vp`` and the states ``position``, ``op_before`` and ``motion``.
+        The system, with the input ``op``, the output ``vp`` and the states ``position``, ``op_before`` and ``motion``.
 
     Raises
     ------
@@ -223,7 +223,7 @@ def describing_function(S: float, J: float, model: str = "two-phase") -> ValveDe
     """Return the describing function of a sticking valve for python-control.
 
     Pass it to ``control.describing_function_response`` with the product of controller and process, and with amplitudes above
-    `stiction.cycles.least_amplitude`. Below, the valve stays stuck and ``-1/N`` is infinite.
+    `stiction.cycles.least_amplitude`. Below it, the valve stays stuck and ``-1/N`` is infinite.
 
     Parameters
     ----------

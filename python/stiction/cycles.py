@@ -1,6 +1,6 @@
 """Limit cycles of a loop, predicted instead of simulated, and their dependence on parameters.
 
-The prediction holds in continuous time, at the last set point and load, without noise and far from the limits of the OP. Two
+The prediction holds in continuous time, at the final set point and load, without noise and far from the limits of the OP. Two
 methods find cycles: ``"exact"`` follows the loop from slip to slip, and ``"describing-function"`` uses harmonic balance, as if OP
 and VP were sines.
 """
@@ -63,16 +63,16 @@ class Cycle(Result):
     half_pp_op: float
     half_pp_vp: float
     half_pp_pv: float = about(
-        "Half of the peak-to-peak range, of OP and VP in percent of span, of the PV in PV units. With the describing "
-        "function, the VP is its fundamental."
+        "Half of the peak-to-peak range: OP and VP in percent of span, PV in PV units. By the describing function, it is the "
+        "amplitude of the fundamental for the VP."
     )
     middle_op: float
     middle_vp: float
     middle_pv: float = about("Middle between the extremes, in the same units.")
-    stable: bool = about("Whether nearby motions approach it or its family.")
+    stable: bool = about("Whether nearby motions approach the cycle or its family.")
     multipliers: ComplexArray = about(
-        "Floquet multipliers, the remaining share of a small deviation after a period, the largest first. Empty if "
-        "the method does not compute them."
+        "Floquet multipliers, the largest first: the shares of small deviations that remain after a period. Empty if the method "
+        "does not compute them."
     )
     slips: int = about("Number of slips per period.")
 
@@ -84,14 +84,14 @@ class LimitCycles(Result):
     method: str = about('``"exact"`` or ``"describing-function"``.')
     state: str = about('``"cycle"``, ``"no cycle"`` or ``"not known"``.')
     cycles: list[Cycle] = about(
-        "The cycles. Exact ones that attract come first; of describing functions, the largest comes first."
+        "The cycles. Exact cycles that attract come first. By describing functions, the largest cycle comes first."
     )
     reasons: list[str] = about("Why there is no cycle, or why this is not known; with cycles, how other motions end.")
     no_part: list[str] = about("Keys of the scenario that do not affect the prediction.")
 
     @property
     def cycle(self) -> Cycle | None:
-        """The first cycle that attracts, None if there is none."""
+        """The first cycle that attracts; None without one."""
         return next((cycle for cycle in self.cycles if cycle.stable), None)
 
 
@@ -104,12 +104,12 @@ def limit_cycle(
     Parameters
     ----------
     method : {"exact", "describing-function"}, default "exact"
-        Exact, from slip to slip, or by harmonic balance.
+        The method: exact, from slip to slip, or by harmonic balance.
 
     Returns
     -------
     LimitCycles
-        With one cycle, or with the reason for none.
+        The result has one cycle, or the reason why there is none.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def limit_cycle(
     -----
     The exact flow is solved by the method of steps (Hairer, Norsett, Wanner, 1993). Harmonic balance uses describing functions
     (Choudhury, Thornhill, Shah, Control Engineering Practice 13 (2005) 641-658). Loeb's criterion (1956) shows whether its cycles
-    attract. It misses cycles that are far from a sine.
+    attract. Harmonic balance misses cycles that are far from a sine.
 
     Examples
     --------
@@ -138,12 +138,13 @@ def limit_cycle(
 def limit_cycles(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, method: str = "exact"
 ) -> LimitCycles:
-    """Find all limit cycles of a loop, also those that do not attract.
+    """Find all limit cycles of a loop, including those that do not attract.
 
     Parameters
     ----------
     method : {"exact", "describing-function"}, default "exact"
-        From tens of motions that start between the equilibrium and far outside the friction bands, or by harmonic balance.
+        The method: exact, from tens of motions that start between the equilibrium and far outside the friction bands, or by
+        harmonic balance.
 
     Raises
     ------
@@ -171,7 +172,7 @@ def limit_cycle_member(
     Parameters
     ----------
     offset : float
-        Height of the positions of the member above those of the symmetric one, percent of span.
+        Distance of the stem positions of the member above those of the symmetric member, percent of span.
 
     Raises
     ------
@@ -243,7 +244,7 @@ def limit_cycle_trajectory(
     Raises
     ------
     ValueError
-        If the loop has no final cycle (`limit_cycle` gives the reason), or it cannot be computed exactly.
+        If the loop has no final cycle (`limit_cycle` gives the reason), or the cycle cannot be computed exactly.
 
     Examples
     --------
@@ -265,15 +266,15 @@ def describing_function(
     """Return the describing function N(X) of a sticking valve.
 
     It is the complex gain from the OP, a sine of amplitude X, to the fundamental of the VP, in closed form. The motion is steady,
-    with the same middle as the OP.
+    and its middle is that of the OP.
 
     Parameters
     ----------
     amplitude : array_like
         Amplitudes X of the OP, percent of span, above 0.
     slips : int, optional
-        Number of slips of the stem in one direction; by default the smallest possible. It can vary under the same sine in the
-        models of He, He and Wang, and Stenman.
+        Number of slips of the stem in one direction; by default the smallest possible. The models of He, of He and Wang, and of
+        Stenman permit several numbers under the same sine.
 
     Returns
     -------
@@ -338,16 +339,16 @@ class FrequencyResponse(Result):
         'Whether the loop would be ``"stable"``, ``"marginal"`` or ``"unstable"`` if the valve followed the OP.'
     )
     gain_crossover: float | None = about("Frequency with ``|L| = 1`` and the phase nearest to -180 degrees, rad/s.")
-    phase_margin: float | None = about("Distance of the phase from -180 degrees there, rad.")
+    phase_margin: float | None = about("Distance of the phase from -180 degrees at that frequency, rad.")
     ultimate_frequency: float | None = about(
         "Frequency of oscillation at the stability limit of the gain, rad/s."
     )
-    gain_margin: float | None = about("Factor on the gain at this limit.")
+    gain_margin: float | None = about("Factor by which the gain may rise up to this limit.")
     peak_sensitivity: float = about("Ms, the largest of ``|1 / (1 + L)|``.")
     peak_frequency: float = about("Frequency of this maximum, rad/s.")
     crossing_omega: Array = about("Frequencies of the cycles by harmonic balance, rad/s.")
     crossings: ComplexArray = about("L at these frequencies, where it meets ``-1/N(X)``.")
-    crossing_slips: list[int] = about("Slips of the stem in one direction, for each of them.")
+    crossing_slips: list[int] = about("Slips of the stem in one direction, for each of these cycles.")
     model: str = about("The valve model.")
     bands: Bands = about("S and J of the valve.")
 
@@ -433,9 +434,9 @@ class LimitCycleMap(Result):
     x_name: str
     y_name: str = about("Names of the parameters, see `loop_parameters`.")
     x_unit: str
-    y_unit: str = about("Their units.")
+    y_unit: str = about("Units of the parameters.")
     x: Array
-    y: Array = about("Their values.")
+    y: Array = about("Values of the parameters.")
     method: str = about("The method that found the cycles.")
     state: npt.NDArray[np.str_] = about(
         '``"cycle"``, ``"no cycle"`` or ``"not known"``; this and the arrays below have a row for each of `y` and a column '
@@ -444,9 +445,7 @@ class LimitCycleMap(Result):
     period_s: Array = about("Periods, s; NaN without a cycle, as in the other arrays.")
     half_pp_op: Array
     half_pp_vp: Array
-    half_pp_pv: Array = about(
-        "Half of the peak-to-peak range, of OP and VP in percent of span, of the PV in PV units."
-    )
+    half_pp_pv: Array = about("Half of the peak-to-peak range: OP and VP in percent of span, PV in PV units.")
     slips: Array = about("Number of slips per period.")
     reason: npt.NDArray[np.str_] = about("Why there is no cycle, or why this is not known.")
     boundary: Array = about(
@@ -610,7 +609,7 @@ def sensitivities(
     Raises
     ------
     ValueError
-        If the scenario is not a closed loop, or cannot be computed exactly.
+        If the scenario is not a closed loop, or its cycle cannot be computed exactly.
 
     Examples
     --------
@@ -685,7 +684,7 @@ def lambda_tuning(
 
 @documented
 def load_step_iae(scenario: ScenarioLike, settings: Mapping[str, Any] | None = None) -> float:
-    """Return the integral of the absolute error after a step of the load while the valve follows the OP.
+    """Return the integral of the absolute error (IAE) after a load step, for a valve that follows the OP.
 
     Parameters
     ----------
@@ -695,7 +694,7 @@ def load_step_iae(scenario: ScenarioLike, settings: Mapping[str, Any] | None = N
     Returns
     -------
     float
-        After a step of 1 percent, PV units times s.
+        The IAE after a step of 1 percent, PV units times s.
 
     Raises
     ------
@@ -717,8 +716,8 @@ class Assessment(Result):
 
     tuning: Tuning = about("The tuning.")
     ms: float = about("Ms, the peak of the sensitivity function; infinite if the loop is not stable.")
-    load_iae: float | None = about("IAE after a step of the load by 1 percent, see `load_step_iae`.")
-    cycle: Cycle | None = about("The limit cycle with the sticking valve; None if it has none.")
+    load_iae: float | None = about("IAE after a load step of 1 percent, see `load_step_iae`.")
+    cycle: Cycle | None = about("The limit cycle with the sticking valve; None if the loop has none.")
 
 
 @result
@@ -728,11 +727,15 @@ class Retuning(Result):
     present: Assessment
     best: Assessment = about("The present tuning, and the best one within the bound.")
     ms_bound: float = about("The bound on Ms.")
-    pv_ratio: float | None = about("Ratio of the PV swing to that with the present tuning; None if that is 0.")
-    iae_ratio: float | None = about("Ratio of the IAE of a load step to that with the present tuning, the cost of retuning.")
+    pv_ratio: float | None = about(
+        "Ratio of the PV swing with the best tuning to that with the present one; None if the latter is 0."
+    )
+    iae_ratio: float | None = about(
+        "Ratio of the IAE of a load step with the best tuning to that with the present one: the cost of retuning."
+    )
     robust_tunings: int = about("Number of tunings within the bound.")
     unjudged_tunings: int = about("Number of these whose cycle could not be determined.")
-    at_edge: bool = about("Whether the best tuning lies at the limit of the search, so that there may be a better one beyond.")
+    at_edge: bool = about("Whether the best tuning lies at the edge of the search range, so that a better one may lie beyond.")
 
 
 @documented
@@ -753,7 +756,7 @@ def retune(
     ms : float, default 1.7
         Largest permitted peak of the sensitivity function, above 1.
     method : {"exact", "describing-function"}, default "exact"
-        The method that finds cycles. The describing function is a poor guide if it finds no cycle.
+        The method that finds cycles. Do not rely on the describing function if it finds no cycle.
     within : float, default 5
         Largest factor between new and present gain and integral time, above 1.
     points : int, default 21

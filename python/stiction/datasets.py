@@ -1,4 +1,4 @@
-"""The sample recordings of the package, which are simulated loops in the form of a historian's export, with known truth.
+"""The sample recordings of the package: simulated loops with known truth, in the form of a historian's export.
 
 They are under the licence of the package.
 """

@@ -46,7 +46,7 @@ class Detector(Result):
 
 @result
 class Finding(Result):
-    """The result of a method for signals."""
+    """The result of one method."""
 
     name: str
     title: str = about("Name and title of the method.")
@@ -55,11 +55,11 @@ class Finding(Result):
     )
     statistic: float | None = about("The number that decides; None if it abstains.")
     statistic_name: str = about("The name of that number.")
-    threshold: float | None = about("Its value from which the decision is positive.")
+    threshold: float | None = about("Value of the statistic from which the decision is positive.")
     reason: str = about("Explanation of the numbers, or the reason for abstaining.")
     numbers: dict[str, float | None] = about("All numbers of the method by name; None where one is not finite.")
     units: dict[str, str] = about("Their units by name; empty for a ratio or a count.")
-    caveats: list[str] = about("The caveats.")
+    caveats: list[str] = about("Caveats on the decision.")
     parameters: dict[str, tuple[float, str]] = about(
         "The parameters of the method by name, each with its value and its unit."
     )
@@ -83,8 +83,8 @@ class EvidenceSeries(Result):
     """A curve, a cloud of points or a mark."""
 
     x: Array
-    y: Array = about("Its samples.")
-    style: str = about("Style of the connection.", kind='{"line", "dashed", "dotted", "steps", "points", "bars"}')
+    y: Array = about("Coordinates of its points.")
+    style: str = about("How the points are drawn.", kind='{"line", "dashed", "dotted", "steps", "points", "bars"}')
 
 
 @result
@@ -94,7 +94,7 @@ class EvidencePanel(Result):
     x_label: str
     y_label: str = about("Labels of the axes, with units.")
     series: dict[str, EvidenceSeries] = about(
-        "The series by name. A mark is a series of one point, and a vertical line is a series of two."
+        "The series by name. A mark is a series of one point, and a vertical line is a series of two points."
     )
 
 
@@ -105,8 +105,8 @@ class MethodEvidence(Result):
     method: str = about("Name of the method.")
     caption: str = about("The caption of the panels.")
     panels: list[EvidencePanel] = about(
-        "The series by their common axes. For long recordings they contain the last periods, and for many points a "
-        "selection; the caption states this."
+        "The panels, one for each pair of axes. Those of long recordings show only the last periods, and those of many points "
+        "only a selection; the caption states this."
     )
 
     def plot(self, ax: Any = None) -> Any:
@@ -173,7 +173,7 @@ def detect(
     vp : array_like, optional
         Measured valve position, percent of span.
     period_s : float, optional
-        Period of the oscillation, s; by default the period of the dominant one, as in a diagnosis. Without an oscillation,
+        Period of the oscillation, s; by default that of the dominant oscillation, as in a diagnosis. Without an oscillation,
         methods that explain its cause abstain.
 
     Returns

@@ -1,4 +1,4 @@
-"""From a recording to a verdict with its evidence, and the combination of several diagnoses of one valve."""
+"""Diagnosis of a recording, with verdict and evidence, and the combination of several diagnoses of one valve."""
 
 from __future__ import annotations
 
@@ -46,23 +46,22 @@ class Weighing(Result):
     probability: float = about("The probability that the valve is at fault (it sticks or does not respond).")
     lines: dict[str, float] = about("The probability from each line of evidence alone.")
     causes: dict[str, float] = about("The probability of every cause; they add up to one.")
-    S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval of any width.")
-    J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval of any width.")
+    S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval, even a wide one.")
+    J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval, even a wide one.")
     limit: float | None = about(
-        "Detection limit of S, percent of span (95 %); None if stiction of any size could have been "
-        "seen."
+        "Detection limit of S, percent of span (95 %); None if stiction of any size could have been missed."
     )
     z: float = about(
         "Advantage of a sticking valve over a following one in predicting the PV, in standard errors; from 3 on a valve "
         "is not cleared."
     )
-    op_range: float = about("Range of the OP in its widest window, percent of span.")
+    op_range: float = about("Range of the OP in the window where it is widest, percent of span.")
     distance: float = about(
         "Distance of the recording from the training loops; above 1 it is unlike all of them and not judged."
     )
-    strangest: list[str] = about("The features farthest outside of the training loops.")
+    strangest: list[str] = about("The features that lie farthest outside the range of the training loops.")
     changes: list[ValveChange] = about(
-        "The changes of the valve within the recording. Windows before it last began or ceased to stick do not count."
+        "The changes of the valve within the recording. Windows before the valve last began or ceased to stick do not count."
     )
     features: dict[str, float] = about(
         "The numbers of the most typical window by name, see `stiction.fusion.evidence_features`; NaN where not measured."
@@ -75,7 +74,7 @@ class Diagnosis(Found):
 
     evidence: Weighing | None = about("The weighed evidence; None if there is none.")
     oscillating_signal: str | None = about("The signal in which its oscillation was found.", kind='{"error", "OP"} or None')
-    rank: float = about("The rank of the loop in a list, the worst lowest.")
+    rank: float = about("The rank of the loop in a list, lowest for the worst loop.")
 
     @property
     def segment(self) -> Segment | None:
@@ -91,7 +90,7 @@ class Diagnosis(Found):
 
     @property
     def observation(self) -> Observation | None:
-        """The observation of its valve in the middle of the segment, s since 1970 if the start is known."""
+        """The observation of its valve at the middle of the segment, with its time in s since 1970 if the start is known."""
         seen = _kept(self).observation()
         return None if seen is None else result_of(Observation, seen)
 
@@ -141,7 +140,7 @@ class Diagnosis(Found):
         Raises
         ------
         OSError
-            If it cannot be written.
+            If the file cannot be written.
         """
         _core.write_whole(Path(path), self.to_html().encode())
 
@@ -205,8 +204,8 @@ def diagnose(
     Parameters
     ----------
     recording : Recording, table or array_like
-        The recording, see `stiction.read`; a table with the columns of one loop, see `stiction.recording_from`; or, together with
-        `pv` or `vp`, the controller output, percent of span.
+        The recording, see `stiction.read`, or a table with the columns of one loop, see `stiction.recording_from`. With `pv` or
+        `vp`, it is the controller output, percent of span.
     pv, sp : array_like, optional
         Process value and set point, in PV units, together with the controller output.
     vp : array_like, optional
@@ -214,7 +213,7 @@ def diagnose(
     loop_type : str, optional
         Type of the loop, see `stiction.recordings.loop_types`; by default as in the recording.
     detectors : {"all", "none"} or sequence of str, default "all"
-        The methods to run. They take most of the time. Methods that use a measured valve position are always run.
+        The methods to run. These take most of the time. Methods that use a measured valve position are always run.
     sample_time : float, optional
         Time between samples of the grid, s; by default the most frequent one of the recording. For arrays, and tables without
         times, it is the time between their samples.
@@ -229,14 +228,15 @@ def diagnose(
     Raises
     ------
     TypeError
-        If it is not a recording, a table or arrays.
+        If `recording` is no recording, table or array.
     ValueError
-        If a table or arrays do not make a recording, the recording does not fit on a grid, or an option is out of its range.
+        If a table or arrays cannot be read as a recording, the recording does not fit on a grid, or an option is out of its
+        range.
 
     Notes
     -----
-    The computation runs on its own thread without the interpreter's lock, so several can run at once. A pickled diagnosis keeps
-    the recording. After unpickling, report, plot and table compute it once more.
+    The computation runs on its own thread without the interpreter's lock, so several diagnoses can run at once. A
+    pickled diagnosis keeps the recording. After unpickling, report, plot and table compute the diagnosis again.
 
     Examples
     --------
@@ -306,7 +306,7 @@ def diagnose_all(
     """
     if _is_table(recordings):
         splits = "stiction.recordings.recordings_from splits it"
-        raise TypeError(f"recordings must be several in a list, but is one table; {splits}")
+        raise TypeError(f"recordings must be a list, but is one table; {splits}")
     checked = [_checked(each, f"recordings[{place}]", sample_time) for place, each in enumerate(recordings)]
     if isinstance(detectors, str) and detectors not in {"all", "none"}:
         raise ValueError(f"detectors is {detectors!r}, but must be 'all', 'none' or a sequence of names")
@@ -349,7 +349,7 @@ def summary_table(diagnoses: Iterable[Diagnosis]) -> Table:
 
 
 def combine(observations: Iterable[Diagnosis | Observation]) -> History:
-    """Combine observations of one valve, in any order. Only those since it last began or ceased to stick count.
+    """Combine observations of one valve, in any order. Only observations since the valve last began or ceased to stick count.
 
     Parameters
     ----------
@@ -384,7 +384,7 @@ def repair_effect(observations: Iterable[Diagnosis | Observation], time_s: float
     Raises
     ------
     ValueError
-        If the time is not finite, or as for `combine`.
+        If the time is not finite, or for a reason given in `combine`.
     """
     return result_of(RepairEffect, _core.observations_repair(_seen(observations), number("time_s", time_s)))
 
@@ -433,7 +433,7 @@ def _facts(diagnosis: Diagnosis) -> dict[str, str]:
 _TESTED = {"sticks", "probably sticks", "unclear"}
 _CANNOT_ANSWER = "data cannot answer"
 _WORTH_RULING_OUT = 0.2
-"""The least likelihood of another cause that is pursued first."""
+"""Likelihood from which another cause is pursued before stiction."""
 
 
 def _rough(value: float) -> str:
@@ -495,7 +495,7 @@ def _diagnosis(handle: _core.Diagnosed, recording: Recording, told: dict[str, An
 def _kept(diagnosis: Diagnosis) -> _core.Diagnosed:
     """Return the handle of a diagnosis, computed again for a pickled one."""
     if not isinstance(diagnosis, Diagnosis):
-        raise TypeError(f"diagnoses must hold Diagnosis only, but there is a {type(diagnosis).__name__}")
+        raise TypeError(f"diagnoses must contain only Diagnosis objects, but one item is a {type(diagnosis).__name__}")
     if "_handle" not in diagnosis.__dict__:
         recording, told = diagnosis.__dict__["_made_of"]
         [handle] = _core.diagnose_recordings([recording], told, None)
@@ -513,7 +513,7 @@ def _all_kept(diagnoses: Iterable[Diagnosis]) -> list[_core.Diagnosed]:
 
 def _seen(observations: Iterable[Diagnosis | Observation]) -> list[Any]:
     if isinstance(observations, (Diagnosis, Observation)):
-        raise TypeError("observations must be several in a list, but is one")
+        raise TypeError("observations must be a list, but is a single one")
     seen = []
     for each in observations:
         observation = each.observation if isinstance(each, Diagnosis) else each
@@ -521,7 +521,7 @@ def _seen(observations: Iterable[Diagnosis | Observation]) -> list[Any]:
             continue
         if not isinstance(observation, Observation):
             raise TypeError(
-                f"observations must hold Diagnosis or Observation only, but there is a {type(each).__name__}"
+                f"observations must contain only Diagnosis or Observation objects, but one item is a {type(each).__name__}"
             )
         s, j = observation.S, observation.J
         seen.append(

@@ -1,4 +1,5 @@
-"""The fitted loop of a recording: controller, process and valve, whether it explains the swing, and what would stop it."""
+"""The fitted loop of a recording (controller, process and valve), whether it explains the swing, and what would stop the swing.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +64,7 @@ class Prospects(RankedProspects):
 
     @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw the swing of the PV and the control error with every action, with their intervals."""
+        """Draw the swing of the PV and the control error for every action, with their intervals."""
         made = _plots.axes(ax, 2, sharex=False, height=max(2.0, 0.33 * len(self.actions)))
         names = [row.action for row in self.actions]
         quantities = (
@@ -86,7 +87,7 @@ class Ring(Result):
     action: str = about("The action, as in `Prospect`.")
     before: float
     after: float = about("Swing of the PV before and after the action, in PV units.")
-    predicted: Estimate = about("The prediction for the value after.")
+    predicted: Estimate = about("The prediction for the swing after the action.")
     as_predicted: bool = about("Whether the result is within the predicted interval, or better.")
     sentence: str = about("The comparison in words.")
 
@@ -101,7 +102,7 @@ class Fit(Result):
     controller: FittedController | None = about("The controller.")
     process: FittedProcess | None = about("The process behind the valve.")
     valve: FittedValve | None = about("The valve.")
-    cycle: FittedCycle | None = about("The limit cycle of that loop, compared with the recorded swing.")
+    cycle: FittedCycle | None = about("The limit cycle of the fitted loop, compared with the recorded swing.")
     why_not: dict[str, str] = about(
         "Why a part could not be identified, by its name; empty if all were.",
         kind="dict of str",
@@ -132,13 +133,13 @@ class Fit(Result):
         return Segment(**_kept(self).segment())
 
     def scenario(self) -> Scenario:
-        """Return the loop as a scenario, with the likeliest of its values.
+        """Return the loop as a scenario, with its most likely values.
 
         Returns
         -------
         Scenario
-            For `simulate`, `limit_cycle`, `compensate`, `what_if`, `stiction.fmu.export` and other functions that take one. Its
-            ``text`` is TOML with the source of each value.
+            For `simulate`, `limit_cycle`, `compensate`, `what_if`, `stiction.fmu.export` and other functions that take a
+            scenario. Its ``text`` is TOML with the source of each value.
 
         Raises
         ------
@@ -157,7 +158,7 @@ class Fit(Result):
         return _kept(self).scenario()
 
     def prospects(self) -> Prospects:
-        """Simulate the effects of actions, on loops drawn from all that agree with the recording.
+        """Simulate the effects of actions on loops drawn from all that agree with the recording.
 
         Returns
         -------
@@ -196,7 +197,7 @@ class Fit(Result):
         ------
         ValueError
             If there is no prediction for that action, the loop did not oscillate before, or a recording has no PV for a whole
-            period of that oscillation. Also as for `prospects`.
+            period of that oscillation. Also for a reason given in `prospects`.
 
         Examples
         --------
@@ -214,14 +215,14 @@ class Fit(Result):
 
     @drawn(4)
     def plot(self, ax: Any = None) -> Any:
-        """Draw PV and OP as recorded, and below on equal scales the simulated signals of the fitted loop.
+        """Draw recorded PV and OP and, below them on equal scales, the simulated signals of the fitted loop.
 
         The figure shows at most 1,200 samples from the middle of the recording, and as many from the end of the simulation.
 
         Raises
         ------
         ValueError
-            As for `scenario`.
+            For a reason given in `scenario`.
         """
         run, segment = simulate(self.scenario()), self.segment
         made = _plots.axes(ax, 4)
@@ -267,8 +268,9 @@ def fit(
     """Identify the loop of a recording, and test whether it explains the recorded swing.
 
     The controller is identified from OP, PV and SP. The valve is identified from its recorded position, or from the evidence of
-    the diagnosis and the prediction of the PV. The process is identified from everything that explains the PV with that valve.
-    Then possible loops are drawn from these results, and the exact limit cycle of each is compared with the recorded swing.
+    the diagnosis and the prediction of the PV. The fit keeps all processes that explain the PV nearly as well as the best one
+    with that valve. Then possible loops are drawn from these results, and the exact limit cycle of each is compared with the
+    recorded swing.
 
     Parameters
     ----------
@@ -295,8 +297,8 @@ def fit(
 
     Notes
     -----
-    The computation runs on its own thread without the interpreter's lock, so several can run at once. A pickled fit keeps the
-    recording. After unpickling, functions that need more than the attributes compute it once more.
+    The computation runs on its own thread without the interpreter's lock, so several fits can run at once. A pickled
+    fit keeps the recording. After unpickling, functions that need more than the attributes compute the fit again.
 
     Examples
     --------

@@ -1,6 +1,6 @@
 """Functional mock-up units (FMU): sticking valves, stems and loops for Simulink, OpenModelica, Dymola and FMPy.
 
-The package does not import this module at its top. Use ``stiction.fmu.export(...)``.
+Use its functions as ``stiction.fmu.export(...)``.
 """
 
 from __future__ import annotations
@@ -77,14 +77,15 @@ def export(
     libraries: Mapping[str, str | PathLike[str]] | None = None,
     date: datetime | None = None,
 ) -> Path:
-    """Write a valve, a stem or a whole loop as a functional mock-up unit. Neither this nor its import needs a compiler.
+    """Write a valve, a stem or a whole loop as a functional mock-up unit. Neither the export nor the import of the unit needs a
+    compiler.
 
     Parameters
     ----------
     path : str or path
         The file to write, such as ``"valve.fmu"``.
     model : str, optional
-        A valve model, see `stiction.valves.valve_models`; ``"two-phase"`` if neither this nor `stem` nor `loop` is given.
+        A valve model, see `stiction.valves.valve_models`; by default ``"two-phase"``, unless `stem` or `loop` is given.
     S, J : float, optional
         Stick band plus dead band, and slip jump, of the valve model, percent of span.
     stem : str, optional
@@ -96,11 +97,11 @@ def export(
     fmi : {2, 3}, default 2
         Version of FMI. Both support co-simulation, and for stems also model exchange.
     libraries : mapping, optional
-        Compiled libraries of additional platforms, such as ``{"x86_64-windows": "stiction_fmu.dll"}``. A library of a built-in
-        platform is replaced.
+        Compiled libraries of additional platforms, such as ``{"x86_64-windows": "stiction_fmu.dll"}``. A library for a built-in
+        platform replaces the built-in one.
     date : datetime, optional
-        Time of generation in its description; by default the time in the variable ``SOURCE_DATE_EPOCH``, in seconds, or now. The
-        same model and date give the same bytes. A time without a zone is local.
+        Time of generation in the model description; by default that in the environment variable ``SOURCE_DATE_EPOCH``, s since
+        1970, or now. The same model and date give the same bytes. A time without a zone is local.
 
     Returns
     -------
@@ -110,7 +111,7 @@ def export(
     Raises
     ------
     TypeError
-        If `model`, `stem` and `loop` are not exactly one, or an argument has the wrong type.
+        If more than one of `model`, `stem` and `loop` is given, or an argument has the wrong type.
     ValueError
         If there is no such model or variable, or values do not fit together.
 
@@ -137,7 +138,7 @@ def export(
 
 
 def _generated_s(date: datetime | None) -> int:
-    """Return the time of generation of an FMU, in seconds after the beginning of 1970."""
+    """Return the time of generation of an FMU, s since 1970."""
     if date is None:
         epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
         if epoch and not epoch.isdecimal():
@@ -161,7 +162,7 @@ def _fmu(
 ) -> _core.Fmu:
     """Return the model to export."""
     if sum(given is not None for given in (model, stem, loop)) > 1:
-        raise TypeError("model, stem and loop: give only one of them")
+        raise TypeError("give only one of model, stem and loop")
     if start is not None and not isinstance(start, Mapping):
         raise TypeError(f"start must be a mapping, but its type is {type(start).__name__}")
     bands = {name: value for name, value in (("S", S), ("J", J)) if value is not None}

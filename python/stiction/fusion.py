@@ -29,8 +29,7 @@ class Feature(Result):
     meaning: str = about("Its meaning.")
     line: str = about("Its line of evidence.")
     monotone: int = about(
-        "1 if larger values are evidence for stiction, -1 if they are evidence against it, 0 if either.",
-        kind="{1, 0, -1}",
+        "1 if larger values are evidence for stiction, -1 if they are evidence against it, 0 if they can be either.", kind="{1, 0, -1}"
     )
     op_only: bool = about("Whether it needs only the OP.")
 
@@ -52,9 +51,9 @@ class Evidence(Result):
     """The evidence in a window of signals."""
 
     values: dict[str, float] = about("The numbers by name, see `evidence_features`; NaN if one cannot be measured.")
-    op_span: float = about("Span of the OP without its slow part, percent of span, which is the scale of S.")
+    op_span: float = about("Span of the OP without its slow part, percent of span. It is the scale of S.")
     period_s: float = about("Dominant period, s.")
-    op_only: bool = about("Whether it is from the OP alone.")
+    op_only: bool = about("Whether the evidence is from the OP alone.")
     z: float = about(
         "Advantage of a sticking valve over a following one in predicting the PV, in standard errors; 0 if nothing "
         "can be predicted.",
@@ -107,10 +106,9 @@ class Weighed(Result):
     S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval.")
     J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval.")
     limit: float | None = about(
-        "Detection limit of S, percent of span (95 %); None if stiction of any size could have been "
-        "missed, or there is only the OP."
+        "Detection limit of S, percent of span (95 %); None if it exceeds three spans of the OP, or there is only the OP."
     )
-    z: float = about("As in the evidence; from 3 on a diagnosis does not clear a valve.")
+    z: float = about("The `z` of the evidence. From 3 on, a diagnosis does not clear a valve.")
     distance: float = about(
         "Distance of the evidence from that of the training loops; above 1 it is unlike all of them, and the other "
         "results are unreliable."
@@ -148,8 +146,8 @@ class VerdictModel(Result):
     command: str = about("The command that trained it.")
     population: int = about("Version of the population it was trained on.")
     seed: int = about("Seed of that population.")
-    trained: int = about("Members it was trained on.")
-    calibrated: int = about("Members after those, for calibration and intervals.")
+    trained: int = about("Number of members it was trained on.")
+    calibrated: int = about("Number of further members for calibration and intervals.")
     features: list[str] = about("The features it was trained on, in order.")
     coverage: float = about("Nominal coverage of its intervals.")
 

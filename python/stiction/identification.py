@@ -40,7 +40,7 @@ class FirstOrderFit(Result):
 
     gain: float
     gain_error: float = about(
-        "Gain in PV units per percent of the OP, for an integrating process per percent and s; and its standard error."
+        "Gain and its standard error, PV units per percent of the OP; for an integrating process, PV units per percent and s."
     )
     time_constant_s: float | None
     time_constant_error_s: float | None = about(
@@ -48,7 +48,7 @@ class FirstOrderFit(Result):
     )
     dead_time_s: float
     dead_time_error_s: float = about("Dead time and its standard error, s.")
-    delay: int = about("Samples from OP to PV.")
+    delay: int = about("Delay from OP to PV, samples.")
     explained: float = about("Explained share of the variance of the PV.")
     pv: Array = about("The PV of the model, in PV units.")
 
@@ -67,7 +67,7 @@ def fit_first_order(
     Parameters
     ----------
     op : array_like
-        Input, which is the OP or preferably the valve position, percent of span.
+        The valve position if it is recorded, else the OP, percent of span.
     pv : array_like
         Process value.
     integrating : bool, default False
@@ -107,17 +107,15 @@ class Arx(Result):
     gain: float = about(
         "Static gain, PV units per percent; meaningless for an integrating process."
     )
-    delay: int = about("Samples from OP to PV, at least 1.")
-    constant: float = about("Constant term of every sample, in PV units.")
+    delay: int = about("Delay from OP to PV, samples, at least 1.")
+    constant: float = about("Constant term, in PV units.")
     past: list[float] = about("Coefficients of the PV one to five samples before.")
     taps: list[float] = about(
         "Coefficients of the OP at the delay and up to three samples before, PV units per percent."
     )
     residual_std: float = about("Standard deviation of the residuals, in PV units.")
     explained: float = about("Explained share of the variance of the PV from sample to sample.")
-    predicted: Array = about(
-        "One-step prediction of the PV, in PV units; the first samples are those of the PV."
-    )
+    predicted: Array = about("One-step prediction of the PV, in PV units; its first samples are recorded values.")
 
 
 def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
@@ -163,9 +161,9 @@ class ExtendedArx(Result):
     error: float = about("Coefficient of the last innovation.")
     variance: float = about("Variance of the innovations.")
     log_likelihood: float = about("Logarithm of the likelihood, without a constant.")
-    samples: int = about("Number of innovations in it.")
+    samples: int = about("Number of innovations in the likelihood.")
     process: Array
-    disturbance: Array = about("The parts of the input and of the disturbance in the output.")
+    disturbance: Array = about("Contributions of the input and of the disturbance to the output.")
     predicted: Array = about("The output minus the innovations.")
 
 
@@ -177,7 +175,7 @@ def fit_extended_arx(input: Samples, output: Samples, *, delay: int, walk: float
     input, output : array_like
         Signals of equal length, both of magnitude one, such as standardised signals.
     delay : int
-        Samples from input to output, at least 1.
+        Delay from input to output, samples, at least 1.
     walk : float
         Variance of the disturbance's steps relative to that of the innovations; 0 means a constant disturbance.
 
@@ -205,9 +203,9 @@ class HammersteinFit(Result):
     method: str = about("The method.")
     model: str = about("The valve model.")
     S: float
-    J: float = about("Percent of span.")
+    J: float = about("S and J of the valve, percent of span.")
     sticks: bool = about("Whether the method decides that the valve sticks.")
-    gain: float = about("Logarithm of the ratio of mean square errors, of a valve that follows to this one.")
+    gain: float = about("Logarithm of the ratio of mean square errors: with a valve that follows the OP over with this valve.")
     threshold: float = about("Gain above which the method decides for stiction.")
     delay: int = about("Delay from valve to PV, samples of the fit.")
     profile_S: Array
@@ -219,8 +217,10 @@ class HammersteinFit(Result):
     pv: Array
     fitted: Array = about("PV with mean 0 and variance 1, and its fit.")
     cause: str | None = about("Cause of the oscillation, only for Karra and Karim's method.")
-    disturbance_share: float | None = about("Share of the disturbance in the variance of the PV, only for that method.")
-    disturbance: Array | None = about("Part of the disturbance in the PV, only for that method.")
+    disturbance_share: float | None = about(
+        "Share of the disturbance in the variance of the PV, only for Karra and Karim's method."
+    )
+    disturbance: Array | None = about("Contribution of the disturbance to the PV, only for Karra and Karim's method.")
 
     @drawn(1)
     def plot(self, ax: Any = None) -> Any:
@@ -289,13 +289,15 @@ class ValveFit(Result):
     s_over_span: float = about("S as a share of the span of the OP without its slow part.")
     j_over_s: float = about("J as a share of S.")
     delay: int = about("Delay, samples.")
-    mse: float = about("Mean square residual of one-step prediction, variances of the PV.")
-    gain: float = about("Logarithm of the ratio of squared residuals: a valve that follows the OP over this valve.")
-    information: float = about("The same by Schwarz's criterion.")
+    mse: float = about("Mean square residual of one-step prediction, as a share of the variance of the PV.")
+    gain: float = about("Logarithm of the ratio of squared residuals: with a valve that follows the OP over with this valve.")
+    information: float = about("The gain by Schwarz's criterion.")
     jump_gain: float = about("Gain from the slip jump; near 0, J is not identified.")
     width: float = about("Logarithm of the ratio of the largest to the smallest S that explain the PV almost as well.")
     profile_s: Array
-    profile_mse: Array = about("Tried values of S, as shares of the span, and the smallest mean square over J and delay.")
+    profile_mse: Array = about(
+        "Tried values of S, as shares of the span, and the smallest mean square residual over J and delay."
+    )
 
 
 @result
@@ -306,21 +308,21 @@ class ValveEvidence(Result):
     """
 
     samples: int = about("Number of predicted samples.")
-    op_span: float = about("Span of the OP without its slow part, standard deviations of the OP.")
-    linear_mse: float = about("Mean square residual with a valve that follows the OP, variances of the PV.")
+    op_span: float = about("Span of the OP without its slow part, in standard deviations of the OP.")
+    linear_mse: float = about("Mean square residual with a valve that follows the OP, as a share of the variance of the PV.")
     two_phase: ValveFit
-    he: ValveFit = about("With a two-phase valve, and with a valve of He et al. (2007).")
-    best: str = about("The model that predicts better.")
+    he: ValveFit = about("The fit with a two-phase valve, and with a valve of He et al. (2007).")
+    best: str = about("The model of these two that predicts better.")
     kurtosis: float = about("Excess kurtosis of the residuals of the better model.")
     forward_gain: float
-    reversed_gain: float = about("Gain of the first two-phase candidates, and in reversed time.")
+    reversed_gain: float = about("Gain of the first two-phase candidates, in forward and in reversed time.")
     walk_gain: float = about("Gain if the disturbance is a random walk.")
     over_load: float = about("Evidence against a load that jumps at the slips of the model.")
     over_placebo: float = about("Evidence against the same valves with a different OP.")
-    output_error_gain: float = about("Gain without the PV's past.")
+    output_error_gain: float = about("Gain without the past of the PV as an input.")
     over_sensor: float = about("Evidence against play in the sensor.")
     slip_rate: float = about("Slips per period.")
-    slip_concentration: float = about("Concentration of the linear process's error at the slips.")
+    slip_concentration: float = about("Concentration of the error of the linear process at the slips.")
     slip_removed: float = about("Share of this error's energy that the sticking valve explains.")
 
 
@@ -354,7 +356,7 @@ class PositionFit(Result):
 
     model: str = about("The model.")
     bands: Bands = about("Its S and J, percent of span of the OP.")
-    gain: float = about("Percent of VP per percent of the model's position.")
+    gain: float = about("Gain, percent of VP per percent of the model's position.")
     offset: float = about("VP where the model's position is 0, percent of span.")
     delay: int = about("Delay of VP behind the model, samples.")
     rmse: float = about("Root mean square error, percent of VP.")
@@ -401,7 +403,7 @@ class FittedNumber(Result):
     """A fitted number."""
 
     value: float = about("The number.")
-    deviation: float | None = about("Its standard deviation; None if it does not affect the recording.")
+    deviation: float | None = about("Its standard deviation; None if the recording does not depend on the number.")
 
 
 @result
@@ -412,15 +414,15 @@ class StemFit(Result):
     coulomb_band: FittedNumber = about("Coulomb friction over spring constant, percent of span of the OP.")
     lag_s: FittedNumber = about("Viscous friction over spring constant, s.")
     bands: Bands = about("The resulting S and J, percent of span.")
-    gain: float = about("Percent of VP per percent of the stem's position.")
+    gain: float = about("Gain, percent of VP per percent of the stem's position.")
     offset: float = about("VP where the stem's position is 0, percent of span.")
     rmse: float = about("Root mean square error, percent of VP.")
     explained: float = about("Explained share of the variance of VP.")
     information: float = about("Schwarz's information; only differences are meaningful.")
-    slips: int = about("Number of slips of the stem against its last direction.")
+    slips: int = about("Number of slips of the stem against its last direction of motion.")
     vp: Array = about("VP of the stem model, percent of span.")
     data_driven: PositionFit = about("The best data-driven model on the same samples.")
-    explains_better: bool = about("Whether Schwarz's information prefers the stem to that model.")
+    explains_better: bool = about("Whether Schwarz's information prefers the stem to the data-driven model.")
     unidentified: list[str] = about("Parameters that the recording does not identify, with the reason.")
 
 
@@ -470,7 +472,7 @@ def bands_of_cycle(
     Raises
     ------
     ValueError
-        If no valve makes such a cycle.
+        If no valve causes such a cycle.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""User parts of a loop, which are a valve, a controller or a process written in Python, for `stiction.simulate`."""
+"""Base classes for a valve, a controller or a process written in Python, for `stiction.simulate`."""
 
 from __future__ import annotations
 
@@ -79,14 +79,14 @@ class OwnController(ABC):
         Parameters
         ----------
         op : float
-            OP at which it takes over, percent of span.
+            OP at which the controller takes over, percent of span.
         sp, pv : float
             Set point and PV at that moment, in PV units.
         """
 
     @abstractmethod
     def step(self, sp: float, pv: float) -> float:
-        """Return the OP for the PV of a sample.
+        """Return the OP for one new sample of SP and PV.
 
         Parameters
         ----------
@@ -101,7 +101,7 @@ class OwnController(ABC):
 
 
 class OwnProcess(ABC):
-    """A process of your own around its operating point. Derive a class from it, and pass an object of the class to
+    """A process of your own, relative to its operating point. Derive a class from it, and pass an object of the class to
     `stiction.simulate`.
 
     Examples
@@ -128,12 +128,12 @@ class OwnProcess(ABC):
 
     @abstractmethod
     def output(self) -> float:
-        """Return the PV before the input of the present sample acts.
+        """Return the PV of the present sample, before the input of this sample acts.
 
         Returns
         -------
         float
-            Its distance from the operating point, in PV units.
+            The PV relative to the operating point, in PV units.
         """
 
     @abstractmethod
@@ -143,5 +143,5 @@ class OwnProcess(ABC):
         Parameters
         ----------
         input : float
-            Valve position and load until then, as distances from the operating point, percent of span.
+            Sum of valve position, relative to the operating point, and load until then, percent of span.
         """

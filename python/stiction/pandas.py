@@ -41,7 +41,7 @@ class StictionAccessor:
         self._frame = frame
 
     def recording(self, **keywords: Any) -> Recording:
-        """Make a recording from it.
+        """Make a recording from the data frame.
 
         Parameters
         ----------
@@ -51,7 +51,7 @@ class StictionAccessor:
         return recording_from(self._frame, **keywords)
 
     def diagnose(self, **keywords: Any) -> Diagnosis:
-        """Diagnose it.
+        """Diagnose the data frame.
 
         Parameters
         ----------

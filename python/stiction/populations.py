@@ -1,4 +1,4 @@
-"""Simulated loops with known truth, to train and to measure methods on."""
+"""Simulated loops with known truth, for training and measuring methods."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ class Truth(Result):
     J: float = about("Slip jump, percent of span.")
     slips: int = about("Number of slips of a sticking valve within the record.")
     evidence_nats: float = about(
-        "Information gain on the recorded PV from knowing the stem besides the OP, nats; 0 unless its own valve "
+        "Information gain on the recorded PV from knowing the stem position besides the OP, nats; 0 unless the loop's own valve "
         "sticks."
     )
     swing: float = about("Ratio of the OP range to the S that the valve has, or would have if it stuck.")
     op_noise: float = about("Ratio of the standard deviation of the OP noise to that S.")
     facts: dict[str, float | int | bool | str] = about(
-        "Other drawn and derived properties, by name; ``docs/population.md`` of the project explains it. Times "
-        "are in seconds, and PVs are in percent of the transmitter's span."
+        "Other drawn and derived properties, by name; ``docs/population.md`` of the project explains them. Times are in seconds, "
+        "and PVs are in percent of the transmitter's span."
     )
 
 
@@ -122,16 +122,16 @@ def population(
     """Simulate loops with known truth, on all cores.
 
     A loop depends only on its seed and number, so that a large population can be made in parts. ``docs/population.md`` of the
-    project describes the drawn properties, and `POPULATION_VERSION` is its version.
+    project describes the drawn properties, and `POPULATION_VERSION` is the version of the population.
 
     Parameters
     ----------
     n : int
-        Number of loops, 1 to 1,000,000. Larger populations are made in parts, with `first`.
+        Number of loops, 1 to 1,000,000. Make larger populations in parts, with `first`.
     seed : int, default 1
         Seed of the population.
     kind : str, optional
-        Simulate only loops of this kind, see `population_kinds`, with the seeds from `seed` on.
+        Simulate only loops of this kind, see `population_kinds`. Their seeds are consecutive, from `seed` + `first` on.
     first : int, default 0
         Number of the first loop.
 

@@ -95,9 +95,9 @@ def read(
     loop_type : str, optional
         Type of the loops, see `loop_types`.
     bad_text : sequence of str, optional
-        Words that mark a bad value instead of a number.
+        Words that stand for a bad value.
     part : str, optional
-        The only sheet of a workbook, or part of a MATLAB file, to read.
+        The one sheet of a workbook, or part of a MATLAB file, to read.
     decimal_mark : str, optional
         The decimal mark of numbers in text, ``"point"`` or ``"comma"``, if the file leaves it open.
     modes : mapping, optional
@@ -105,7 +105,7 @@ def read(
     qualities : mapping, optional
         Words and codes for a quality, such as ``{"0": "good"}``. Qualities are good, uncertain and bad.
     bad_value : sequence of float, optional
-        Numbers that are no measurements, such as -1. -9999 and others like it are recognised.
+        Numbers that are no measurements, such as ``-1``. The reader recognises ``-9999`` and similar numbers by itself.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def read(
     FileNotFoundError
         If the file is missing.
     ValueError
-        If it cannot be understood; the message gives row and column.
+        If the data cannot be interpreted; the message gives row and column.
 
     Examples
     --------
@@ -235,9 +235,9 @@ def recordings_from(
     ----------
     table : table
         A table of pandas, polars, pyarrow or any other library with the Arrow capsule interface, or a mapping of columns by name.
-        Null and NaN are missing, and timestamps may have any unit. A pandas index of times is used as the column of times, one of
-        differences of times as elapsed time. Objects may be numbers, decimals and words such as ``"Bad"`` in one column.
-        A polars ``LazyFrame`` is collected.
+        Null and NaN are missing, and timestamps may have any unit. A pandas index of times is used as the column of times, and an
+        index of time differences as elapsed time. A column of objects may mix numbers, decimals and words such as ``"Bad"``. A
+        polars ``LazyFrame`` is collected.
     columns, mapping, zone, time_format, date, sample_time, op_range, pv_range, vp_range, loop_type, bad_text, bad_value, decimal_mark, modes, qualities : optional
         As in `read`.
 
@@ -249,9 +249,9 @@ def recordings_from(
     Raises
     ------
     TypeError
-        If it is not a table, or a column holds neither numbers nor text nor times.
+        If `table` is not a table, or a column holds neither numbers nor text nor times.
     ValueError
-        If it cannot be understood; the message gives row and column.
+        If the data cannot be interpreted; the message gives row and column.
     """
     return _of_table(table, _reading_options(**locals()))
 
@@ -293,9 +293,9 @@ def recording_from(
     Raises
     ------
     TypeError
-        If it is not a table, or a column holds neither numbers nor text nor times.
+        If `table` is not a table, or a column holds neither numbers nor text nor times.
     ValueError
-        If it cannot be understood, or holds several loops (see `recordings_from` for those).
+        If the table cannot be interpreted, or holds several loops. Use `recordings_from` for several loops.
 
     Examples
     --------
@@ -364,7 +364,7 @@ class Segment(Result):
 def segments(recording: RecordingLike, *, sample_time: float | None = None) -> list[Segment]:
     """Resample a recording to a regular grid.
 
-    It is cut when the controller was not in command, and at more than three missing samples in a row.
+    The recording is cut where the controller was not in automatic, and at more than three missing samples in a row.
 
     Parameters
     ----------
@@ -387,7 +387,7 @@ def segments(recording: RecordingLike, *, sample_time: float | None = None) -> l
 
 
 def _checked(recording: Any, name: str = "recording", sample_time: float | None = None) -> Recording:
-    """Return `recording` if it is one, or make one from a table; `sample_time` is for a table without times."""
+    """Return a recording unchanged, or make one from a table. `sample_time` is for a table without times."""
     if isinstance(recording, Recording):
         return recording
     if _is_table(recording):
@@ -460,7 +460,7 @@ def _filled(name: str, signal: Array) -> Array:
 
 
 def _times(name: str, values: Any) -> Array | tuple[Array, bool]:
-    """Return times in s, and for dates whether they are UTC."""
+    """Return times in s, and whether dates are in UTC."""
     array = unmasked(values)
     if array.dtype.kind != "M":
         return samples(name, values)

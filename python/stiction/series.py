@@ -43,7 +43,7 @@ def zero_crossings(x: Samples) -> ZeroCrossings:
     Raises
     ------
     ValueError
-        If it is empty, or a sample not finite.
+        If the series is empty, or a sample is not finite.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def half_waves(x: Samples) -> HalfWaves:
     Raises
     ------
     ValueError
-        If it is empty, or a sample not finite.
+        If the series is empty, or a sample is not finite.
 
     Examples
     --------
@@ -127,7 +127,7 @@ def cycle_period(x: Samples, sample_time: float = 1.0, *, noise_band: float = 0.
     Raises
     ------
     ValueError
-        If the sample time is not above 0, the band negative, or a sample not finite.
+        If the sample time is not above 0, the band is negative, or a sample is not finite.
 
     Examples
     --------
@@ -141,7 +141,7 @@ def cycle_period(x: Samples, sample_time: float = 1.0, *, noise_band: float = 0.
 
 @documented
 def swinging_door(x: Samples, deviation: float) -> Array:
-    """Return the series that a historian with swinging-door compression and interpolation gives back (Bristol 1990).
+    """Return the series that a historian with swinging-door compression and interpolation would return (Bristol 1990).
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def swinging_door(x: Samples, deviation: float) -> Array:
     Raises
     ------
     ValueError
-        If the deviation is negative, or a sample not finite.
+        If the deviation is negative, or a sample is not finite.
 
     Examples
     --------
@@ -197,7 +197,7 @@ def mann_kendall(y: Samples) -> float:
 def difference_of_means(a: Samples, b: Samples) -> float | None:
     """Test whether the means of two groups differ.
 
-    For up to 20 values in total, Fisher's exact permutation test is used, for more Welch's t-test.
+    The test is Fisher's exact permutation test for up to 20 values in total, and Welch's t-test for more.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def difference_of_means(a: Samples, b: Samples) -> float | None:
     Raises
     ------
     ValueError
-        If a group is empty, or a value not finite.
+        If a group is empty, or a value is not finite.
 
     Examples
     --------

@@ -1,7 +1,8 @@
 """Estimators for scikit-learn, a classifier and a regressor based on diagnoses of recordings.
 
-The model behind a verdict is frozen, so fitting learns nothing. It only checks its arguments, and the probabilities are those of
-the verdicts. These estimators are for scoring, comparing and chaining. The package does not import this module by itself.
+The model behind a verdict is frozen, so fitting learns nothing. Fitting only checks its arguments, and the probabilities are
+those of the verdicts. These estimators are for scoring, comparing and chaining. The package does not import this module by
+itself.
 
 Cases are recordings, tables of one loop each, or an array of the shape ``(n_cases, n_channels, n_timepoints)``. The channels are
 OP in percent of span, PV and, if there are three, SP. NaN is missing.
@@ -39,12 +40,12 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
     threshold : float, default 0.5
         Probability from which a valve counts as sticking.
     undecided : float, default 0.5
-        Probability for a diagnosis without one whose verdict is "cannot tell".
+        Probability for a verdict "cannot tell" without a probability.
     loop_type : str, optional
         Type of the loops; by default as in the recordings.
     sample_time : float, optional
-        Time between samples, s. It is required for arrays and tables without times. For others it is the step of the grid, by
-        default the most frequent one.
+        Time between samples, s. It is required for arrays and tables without times. For others it is the sample time of the grid,
+        by default the most frequent one.
 
     Attributes
     ----------
@@ -119,7 +120,7 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         -------
         ndarray
             One row per recording, with the probabilities that its valve does not stick and that it does. A verdict without a
-            probability counts as certain, or as `undecided` if it cannot tell.
+            probability counts as certain, or as `undecided` if it is "cannot tell".
         """
         check_is_fitted(self)
         found = _diagnoses(X, self.loop_type, self.sample_time)
@@ -149,8 +150,8 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     loop_type : str, optional
         Type of the loops; by default as in the recordings.
     sample_time : float, optional
-        Time between samples, s. It is required for arrays and tables without times. For others it is the step of the grid, by
-        default the most frequent one.
+        Time between samples, s. It is required for arrays and tables without times. For others it is the sample time of the grid,
+        by default the most frequent one.
 
     Attributes
     ----------
@@ -233,7 +234,7 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
 def _recordings(X: Any, sample_time: float | None) -> list[Recording]:
     """Return the cases as recordings."""
     if _is_table(X):
-        raise TypeError("X must be several recordings or tables in a list, but is one table")
+        raise TypeError("X must be a list of recordings or tables, but is one table")
     if getattr(X, "ndim", None) != 3:
         return [_checked(each, f"X[{place}]", sample_time) for place, each in enumerate(X)]
     cases = unmasked(X)

@@ -34,11 +34,11 @@ class StemEvent(Result):
 
     time_s: float = about("Time, s, located exactly and not rounded to a sample.")
     kind: Literal['slip', 'stop', 'reversal', 'end stop'] = about(
-        "The event: it broke away, stopped, reversed without stopping, or met an end stop."
+        "The event: the stem broke away, stopped, reversed without stopping, or met an end stop."
     )
     direction: Literal[1, -1] = about("Direction of the motion that begins (slip, reversal) or ends (stop, end stop).")
     vp: float = about("Position, percent of stroke.")
-    position_m: float = about("Where, m.")
+    position_m: float = about("Position, m.")
 
 
 @result
@@ -90,7 +90,7 @@ class StemResponse(Result):
 class StemEquivalent(Result):
     """A stem in terms of the data-driven models: ``S = (Fs + Fc) / k``, ``J = (Fs - Fc) / k``.
 
-    It holds for motion so slow that inertia and viscous friction are negligible.
+    The equivalence holds for motion so slow that inertia and viscous friction are negligible.
     """
 
     bands: Bands = about("S and J in percent of stroke.")
@@ -99,11 +99,12 @@ class StemEquivalent(Result):
     fd_m: float = about("Static and dynamic friction band ``Fs / k`` and ``Fc / k``, m.")
     S_m: float
     J_m: float = about("Stick band plus dead band, and slip jump, m.")
-    damping_ratio: float = about("``Fv / (2 sqrt(k M))``.")
+    damping_ratio: float = about("Damping ratio ``Fv / (2 sqrt(k M))``.")
     overshoot: float = about("Length of the first slip relative to J; 1 without overshoot.")
     viscous_lag_s: float = about("``Fv / k``, s.")
     sliding: Literal['smooth', 'rippling', 'staircase'] = about(
-        "Its motion under a slow ramp: continuous, continuous with a swinging velocity, or repeated stops."
+        'Motion under a slow ramp: ``"smooth"``, ``"rippling"`` (the velocity oscillates) or ``"staircase"`` (the stem stops '
+        'again and again).'
     )
 
 
@@ -241,7 +242,7 @@ class StemValve(_core.StemValve):
     __doc__ = _core.StemValve.__doc__
 
     def follow(self, op: Samples) -> Array:
-        """Follow a series of OP from the present state on.
+        """Follow a series of OP values, from the present state on.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""A test that shows whether a valve sticks, planned from a recording in operation, and evaluated afterwards.
+"""A test that shows whether a valve sticks. It is planned from a recording of the operation and evaluated afterwards.
 
 With the controller in manual, the operator moves the controller output (OP) up and down. A sticking valve does not respond to
 moves smaller than S. `docs/test.md` describes the test.
@@ -221,7 +221,7 @@ def plan(
         The lowest and the highest PV that the process tolerates; by default the recorded range, widened by a quarter of it on
         either side.
     time_s : float, optional
-        The longest time in manual, s; by default 20 min, or 40 first holds if that is longer, but 8 h at most.
+        The longest time in manual, s; by default 20 min, or 40 times the first hold if that is longer, but 8 h at most.
 
     Returns
     -------

@@ -28,7 +28,7 @@ class Valve(_core.Valve):
         self._recall(memory)
 
     def follow(self, op: Samples) -> Array:
-        """Follow a series of OP from the present state on.
+        """Follow a series of OP values, from the present state on.
 
         Parameters
         ----------
@@ -75,7 +75,7 @@ def valve(
     lag_s: float = 0.0,
     sample_time: float | None = None,
 ) -> Array:
-    """Return the valve position for a series of OP.
+    """Return the valve position for a series of OP values.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def valve(
     position : float, optional
         Initial valve position, percent of span; by default the first OP.
     direction : {1, -1}, default 1
-        Direction of the last motion before.
+        Direction of the last motion before the first sample.
     moving : bool, default False
         Whether the stem initially moves in that direction.
     K : float, optional
@@ -108,7 +108,7 @@ def valve(
     TypeError
         If `op` holds no real numbers.
     ValueError
-        If a value is out of its range, there is no such model, or it does not use a given parameter.
+        If a value is out of its range, there is no such model, or the model does not use a given parameter.
 
     Examples
     --------

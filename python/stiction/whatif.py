@@ -27,35 +27,37 @@ class Action(Result):
         '``"as it is"``, ``"valve repaired"``, ``"retuned"``, ``"positioner"``, or the name of a compensator.'
     )
     parameters: list[Parameter] = about("Its nominal parameters.")
-    error: float = about("Mean absolute control error in the window, nominally, in PV units.")
-    worst_error: float = about("The same in the worst of the cases without noise, which determines the rank.")
+    error: float = about("Mean absolute control error in the window of the nominal case, in PV units.")
+    worst_error: float = about(
+        "Mean absolute control error in the worst of the cases without noise, in PV units. It determines the rank."
+    )
     outcomes: list[Outcome] = about("The nominal case first, then S and J wrong, then with noise.")
-    against: list[str] = about("Evidence against it, each in a few words.")
+    against: list[str] = about("Reasons against the action, each in a few words.")
     state: str = about('``"cycle"``, ``"no cycle"`` or ``"not known"`` for the loop after the action.')
     reason: str = about("Why there is no cycle, or why this is not known.")
-    cycle: Cycle | None = about("The exact limit cycle of the loop after the action.")
+    cycle: Cycle | None = about("The exact limit cycle of the loop after the action; None without one.")
 
 
 @result
 class WhatIf(Result):
     """All actions, ranked, and a recommendation."""
 
-    rows: list[Action] = about("The actions, those with the smallest worst error first.")
+    rows: list[Action] = about("The actions, by ascending worst error.")
     interim: str | None = about("The recommended action until the valve is repaired, if there is one.")
     recommendation: list[str] = about("The recommendation, in sentences.")
     assumptions: list[str] = about("The assumptions, in sentences.")
     manual_test: TestPlan | None = about(
-        "The test that confirms stiction first; None for a valve without friction, or if none can be planned."
+        "The test to confirm stiction first; None for a valve without friction, or if no test can be planned."
     )
     retuning: Retuning | None = about("Effects and cost of retuning.")
-    no_retuning: str | None = about("Why there is no other tuning.")
+    no_retuning: str | None = about("Why there is no retuning.")
     protocol: Protocol = about("The protocol of the actions.")
 
     def _summary(self) -> list[str]:
         best = self.rows[0]
         [as_it_is] = [row for row in self.rows if row.action == "as it is"]
         return [
-            f"WhatIf of {len(self.rows)} actions, recommended meanwhile: {self.interim or 'none'}",
+            f"WhatIf of {len(self.rows)} actions, recommended until the repair: {self.interim or 'none'}",
             f"smallest control error: {best.action}, {best.worst_error:.3g} PV units in its worst case",
             f"{as_it_is.action}: {as_it_is.worst_error:.3g}" if as_it_is is not best else "nothing is better",
         ]
@@ -66,13 +68,14 @@ class WhatIf(Result):
         Returns
         -------
         Table
-            Columns are rank, action, s_factor, j_factor, noise, the measures and settling times.
+            Columns are rank, action, s_factor, j_factor, noise, the first five measures, and settling time and error of each
+            step.
         """
         return _table(self.rows)
 
     @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw control error and travel of the stem with every action, with S and J right and wrong."""
+        """Draw control error and stem travel for every action, with correct and wrong S and J."""
         return _bars(self.rows, ax)
 
 
@@ -90,7 +93,7 @@ def what_if(
 ) -> WhatIf:
     """Compare actions for a loop whose valve sticks.
 
-    Every action is simulated, with S and J right and wrong, and ranked by the mean control error in the worst case.
+    Every action is simulated, with correct and wrong S and J, and ranked by the mean absolute control error in the worst case.
 
     Parameters
     ----------
@@ -110,7 +113,7 @@ def what_if(
     TypeError
         If `methods` is not a sequence of names, or `progress` cannot be called.
     ValueError
-        If the scenario is not a closed loop, grows without bound, or a number is out of its range.
+        If the scenario is not a closed loop, its signals grow without bound, or a number is out of its range.
 
     Examples
     --------

@@ -272,8 +272,8 @@ def test_labelled_recordings_are_cross_validated_by_valve(tmp_path):
     found.save(tmp_path / "own.json")
     assert bench.read(tmp_path / "own.json").to_json() == found.to_json()
     for wrong, words in [
-        ({"sticks": [True]}, "equally many"),
-        ({"sticks": [True] * 24}, "both classes"),
+        ({"sticks": [True]}, "equal lengths"),
+        ({"sticks": [True] * 24}, "labels of both classes"),
         ({"recordings": [loops[0]] * 24}, "same name"),
     ]:
         with pytest.raises(ValueError, match=words):
@@ -299,7 +299,7 @@ def test_answers_are_lines(said, line):
 def test_arguments_are_checked():
     for arguments, error, words in [
         ((3,), TypeError, "function of a recording"),
-        (({},), ValueError, "no detector"),
+        (({},), ValueError, "empty mapping"),
         ((evenness, "v7"), ValueError, "v1-trial"),
     ]:
         with pytest.raises(error, match=words):

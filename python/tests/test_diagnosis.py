@@ -330,9 +330,9 @@ BAD = [
     (lambda: stiction.diagnose(LOOP, sample_time="1"), TypeError, "sample_time must be a number"),
     (lambda: stiction.diagnose(LOOP, sample_time=0), ValueError, "the sample time is 0"),
     (lambda: stiction.diagnosis.document(3), TypeError, "int"),
-    (lambda: stiction.diagnosis.document([3]), TypeError, "diagnoses must hold Diagnosis only, but there is a int"),
-    (lambda: stiction.diagnosis.combine([3]), TypeError, "observations must hold Diagnosis or Observation only"),
-    (lambda: stiction.diagnosis.combine(stiction.diagnosis.Observation(time_s=0, class_="sticks")), TypeError, "several in a list"),
+    (lambda: stiction.diagnosis.document([3]), TypeError, "diagnoses must contain only Diagnosis objects, but one item is a int"),
+    (lambda: stiction.diagnosis.combine([3]), TypeError, "observations must contain only Diagnosis or Observation objects"),
+    (lambda: stiction.diagnosis.combine(stiction.diagnosis.Observation(time_s=0, class_="sticks")), TypeError, "observations must be a list"),
     (lambda: stiction.diagnosis.combine([stiction.diagnosis.Observation(time_s=0, class_="broken")]), ValueError, "broken"),
     (
         lambda: stiction.diagnosis.combine([stiction.diagnosis.Observation(time_s=0, class_="sticks", probability=2)]),
@@ -373,7 +373,7 @@ def test_tables_and_arrays_are_diagnosed_as_they_are(sticky):
         (lambda op, frame: stiction.diagnose(op, op), ValueError, "sample_time must be given with arrays"),
         (lambda op, frame: stiction.diagnose(frame, sp=op), TypeError, "sp is given with a DataFrame"),
         (lambda op, frame: stiction.diagnose(frame.drop(columns="t")), ValueError, "sample_time=1"),
-        (lambda op, frame: stiction.diagnose_all(frame), TypeError, "recordings must be several in a list"),
+        (lambda op, frame: stiction.diagnose_all(frame), TypeError, "recordings must be a list, but is one table"),
     ],
 )
 def test_what_is_no_recording_is_refused_with_what_to_call(call, error, words):

@@ -416,7 +416,7 @@ def test_defaults_can_be_simulated(model, tmp_path, capsys):
         ({"stem": "lugre", "start": {"mass_kg": -1}}, ValueError, "mass is -1"),
         ({"model": "he", "start": {"VP": 1}}, ValueError, "VP is computed"),
         ({"model": "he", "start": [1]}, TypeError, "start must be a mapping"),
-        ({"model": "he", "stem": "lugre"}, TypeError, "only one of them"),
+        ({"model": "he", "stem": "lugre"}, TypeError, "only one of model"),
         ({"loop": "paper/open-loop-high"}, ValueError, "closed loop"),
         ({"loop": 5}, TypeError, "source must be a scenario"),
         ({"model": "he", "fmi": 1}, ValueError, "fmi is 1, but must be 2 or 3"),

@@ -117,7 +117,7 @@ def test_tables_are_cases(loops):
     [
         (lambda: StictionDetector().fit(np.ones((2, 3, 50))), ValueError, "sample_time must be given with an array"),
         (lambda: StictionDetector(sample_time=1).fit(np.ones((2, 4, 50))), ValueError, "2 or 3 channels: OP, PV and SP"),
-        (lambda: StictionDetector().fit(pd.DataFrame({"op": [1.0]})), TypeError, "in a list, but is one table"),
+        (lambda: StictionDetector().fit(pd.DataFrame({"op": [1.0]})), TypeError, "a list of recordings or tables, but is one table"),
     ],
 )
 def test_other_cases_are_refused(fit, error, words):

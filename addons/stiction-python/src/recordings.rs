@@ -25,7 +25,7 @@ use stiction_report::document::Source;
 /// A loop as a plant recorded it, with OP and, where known, PV, SP, VP and mode.
 ///
 /// Made by `stiction.read`, `stiction.recording` and `stiction.recording_from`. Every signal has its own times,
-/// because historians that store changes give each tag its own.
+/// because historians that store only changes give each tag its own times.
 #[pyclass(frozen, eq, module = "stiction.recordings", from_py_object)]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
@@ -120,7 +120,7 @@ impl Recording {
         self.recording.notes.clone()
     }
 
-    /// Return the times of one signal.
+    /// Return the sample times of one signal.
     ///
     /// Parameters
     /// ----------

@@ -277,7 +277,7 @@ impl Stem {
 /// Raises
 /// ------
 /// ValueError
-///     If a value is out of its range, or the position beyond an end stop.
+///     If a value is out of its range, or the position is beyond an end stop.
 ///
 /// Examples
 /// --------

@@ -29,7 +29,7 @@ const STRIDE: usize = 1 << 20;
 /// op : float, optional
 ///     OP before the first sample, percent of span; by default `position`.
 /// direction : {1, -1}, default 1
-///     Direction of the last motion.
+///     Direction of the last motion before the first sample.
 /// moving : bool, default False
 ///     Whether the stem initially moves in that direction.
 /// K : float, optional
@@ -46,7 +46,7 @@ const STRIDE: usize = 1 << 20;
 /// Raises
 /// ------
 /// ValueError
-///     If a value is out of its range, there is no such model, or it does not use a given parameter.
+///     If a value is out of its range, there is no such model, or the model does not use a given parameter.
 ///
 /// Examples
 /// --------
