@@ -1,7 +1,7 @@
-"""Live data of a plant: OPC UA servers, SQL databases and PI, all of them only read.
+"""Live data of a plant from OPC UA servers, SQL databases and PI, which are only read.
 
-``python -m stiction.live watch opc.tcp://server:4840 -C north`` collects and judges a plant day and night, and ``stiction watch`` is
-the same. The extra ``stiction[live]`` has what it needs. ``docs/live.md`` describes it.
+``python -m stiction.live watch opc.tcp://server:4840 -C north`` collects and judges the data of a plant day and night, and
+``stiction watch`` does the same. Both need the extra ``stiction[live]``. ``docs/live.md`` describes them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["Refused", "fetch"]
 def fetch(
     folder: str | os.PathLike[str], url: str, *, table: str | None = None, since: str | None = None
 ) -> dict[str, int]:
-    """Copy samples from a database to files of days in a plant, for `stiction.plant.scan`. It only reads from the database.
+    """Copy samples from a database to daily files in a plant, for `stiction.plant.scan`. The database is only read.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def fetch(
     table : str, optional
         The table, unless the address ends with ``?table=NAME``.
     since : str, optional
-        The first day to read, such as ``"2026-03-01"``; by default what is new since the last call, and the two days before.
+        The first day to read, such as ``"2026-03-01"``; by default two days before the last one of the previous call.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def fetch(
     Raises
     ------
     Refused
-        If the address, the table or ``plant.toml`` is wrong; the message states the remedy.
+        If the address, the table or ``plant.toml`` is wrong. The message states the remedy.
     """
     from stiction.live import sql
 

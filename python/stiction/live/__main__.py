@@ -23,12 +23,12 @@ __all__: list[str] = []
 
 UNITS = {"s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, "d": 86_400.0, "w": 604_800.0}
 PROGRESS_S = 50.0
-"""Seconds between two lines of progress that do not go to a terminal."""
+"""Seconds between two lines of progress if the output is not a terminal."""
 SIZES = {"MB": 1 << 20, "GB": 1 << 30, "TB": 1 << 40}
 
 
 def duration(text: str) -> float:
-    """Seconds, from text such as ``7d`` or ``500ms``."""
+    """Return the seconds of a text such as ``7d`` or ``500ms``."""
     match = re.fullmatch(r"([0-9.]+)\s*(ms|s|min|m|h|d|w)", text.strip())
     if match is None:
         raise argparse.ArgumentTypeError(f'"{text}" is not a duration, such as 30s, 2min, 1h or 7d')
@@ -37,7 +37,7 @@ def duration(text: str) -> float:
 
 
 def size(text: str) -> float:
-    """Bytes, from text such as ``20GB``."""
+    """Return the bytes of a text such as ``20GB``."""
     match = re.fullmatch(r"([0-9.]+)\s*(MB|GB|TB)", text.strip().upper())
     if match is None:
         raise argparse.ArgumentTypeError(f'"{text}" is not a size, such as 500MB or 20GB')
@@ -49,7 +49,7 @@ def _secured(parser: argparse.ArgumentParser) -> None:
     own.add_argument("--security", metavar="POLICY", help="Aes256Sha256RsaPss, Aes128Sha256RsaOaep, Basic256Sha256 or none "
                      "[default: the best of the server, never none]")  # fmt: skip
     own.add_argument("--certificates", metavar="DIR", type=Path, help="the folder of certificates [default: certificates in the plant]")
-    own.add_argument("--trust-first", action="store_true", help="trust the first certificate of a server unseen")
+    own.add_argument("--trust-first", action="store_true", help="trust the first certificate of a server without a comparison")
     own.add_argument("--any-name", action="store_true", help="accept a certificate of a different host or application")
     own.add_argument("--user-certificate", metavar="FILE", type=Path, help="log in with this certificate")
     own.add_argument("--user-key", metavar="FILE", type=Path, help="its key")
@@ -58,49 +58,49 @@ def _secured(parser: argparse.ArgumentParser) -> None:
 ENVIRONMENT = """\
 secrets, from the environment only:
   STICTION_OPCUA_USER, STICTION_OPCUA_PASSWORD  log in with a name and a password
-  STICTION_OPCUA_KEY_PASSWORD, STICTION_OPCUA_USER_KEY_PASSWORD  the keys are encrypted with these
-  STICTION_SQL_PASSWORD (or PGPASSWORD)  of a database
-  STICTION_PI_USER, STICTION_PI_PASSWORD  of a PI Web API
-  STICTION_WEBHOOK  the address that events are sent to
-  STICTION_WEBHOOK_SECRET  signs events"""
+  STICTION_OPCUA_KEY_PASSWORD, STICTION_OPCUA_USER_KEY_PASSWORD  passwords of the encrypted keys
+  STICTION_SQL_PASSWORD (or PGPASSWORD)  password for a database
+  STICTION_PI_USER, STICTION_PI_PASSWORD  log in to a PI Web API
+  STICTION_WEBHOOK  address to which events are sent
+  STICTION_WEBHOOK_SECRET  key that signs events"""
 
 
 def parser(program: str = "python -m stiction.live") -> argparse.ArgumentParser:
-    """The arguments of all commands."""
-    whole = argparse.ArgumentParser(prog=program, description="Live data of a plant, which are only read.")
+    """Return the parser of the arguments of all commands."""
+    whole = argparse.ArgumentParser(prog=program, description="Collect live data of a plant. Servers and databases are only read.")
     tasks = whole.add_subparsers(dest="task", required=True, metavar="COMMAND")
 
     watch = tasks.add_parser(
         "watch",
-        help="collect and judge a plant day and night",
-        description="Collect the values of a plant from an OPC UA server, and judge them hour by hour. It only reads. Events are "
-        "lines of JSON on standard output, and the log is on standard error.",
+        help="collect and judge the data of a plant day and night",
+        description="Collect the values of a plant from an OPC UA server, and judge them hour by hour. The server is only read. "
+        "Events are lines of JSON on standard output, and the log is on standard error.",
         epilog="examples:\n  stiction watch --make-certificate -C north\n  stiction watch opc.tcp://server:4840 -C north --history 7d\n"
-        "  stiction watch --status -C north\n\n" + ENVIRONMENT + "\n\nexit codes:\n  0  a signal stopped it; with --status, it is "
-        "connected\n  1  with --status, it does not run, or has no connection\n  2  it cannot begin, and the message says why",
+        "  stiction watch --status -C north\n\n" + ENVIRONMENT + "\n\nexit codes:\n  0  stopped by a signal; with --status, "
+        "connected\n  1  with --status, not running or not connected\n  2  not started; the message states the reason",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     watch.add_argument("url", nargs="?", metavar="URL", help="the server, such as opc.tcp://server:4840")
     watch.add_argument("-C", "--folder", metavar="PLANT", type=Path, default=Path(), help="the folder of the plant [default: .]")
-    watch.add_argument("--history", metavar="TIME", type=duration, default=0.0, help="at the first start, read this much from the "
-                       "server's history, such as 7d")  # fmt: skip
-    watch.add_argument("--sample", metavar="TIME", type=duration, default=1.0, help="sample time that is asked for [default: 1s]")
+    watch.add_argument("--history", metavar="TIME", type=duration, default=0.0, help="duration to read from the server's history "
+                       "at the first start, such as 7d")  # fmt: skip
+    watch.add_argument("--sample", metavar="TIME", type=duration, default=1.0, help="requested sample time [default: 1s]")
     watch.add_argument("--publish", metavar="TIME", type=duration, default=1.0, help="time between notifications [default: 1s]")
     watch.add_argument("--grace", metavar="TIME", type=duration, default=120.0, help="time after an hour until it is written and "
                        "judged [default: 2min]")  # fmt: skip
     watch.add_argument("--queue", metavar="N", type=int, default=600, help="values of a tag that the server keeps between "
                        "notifications [default: 600]")  # fmt: skip
-    watch.add_argument("--timeout", metavar="TIME", type=duration, default=10.0, help="time to wait for an answer [default: 10s]")
-    watch.add_argument("--check", metavar="TIME", type=duration, default=60.0, help="time between two checks that the server knows "
-                       "all tags [default: 1min]")  # fmt: skip
+    watch.add_argument("--timeout", metavar="TIME", type=duration, default=10.0, help="longest wait for an answer [default: 10s]")
+    watch.add_argument("--check", metavar="TIME", type=duration, default=60.0, help="time between two checks whether the server "
+                       "knows all tags [default: 1min]")  # fmt: skip
     watch.add_argument("--keep", metavar="TIME", type=duration, default=400 * 86_400.0, help="remove files older than this "
                        "[default: 400d]")  # fmt: skip
     watch.add_argument("--disk", metavar="SIZE", type=size, help="remove the oldest files beyond this size, such as 20GB")
-    watch.add_argument("--time-limit", metavar="TIME", type=duration, help="longest time to judge a window of a loop, which is then "
-                       "a row with an error [default: time_limit_s in plant.toml, or 5min]")  # fmt: skip
-    watch.add_argument("--webhook", metavar="URL", help="send events there; @FILE reads the address from a file, and "
-                       "without it STICTION_WEBHOOK in the environment holds it")  # fmt: skip
-    watch.add_argument("--metrics", metavar="ADDRESS", help="serve Prometheus metrics there, such as 127.0.0.1:9464")
+    watch.add_argument("--time-limit", metavar="TIME", type=duration, help="longest time to judge a window of a loop; beyond it, its "
+                       "row has an error [default: time_limit_s in plant.toml, or 5min]")  # fmt: skip
+    watch.add_argument("--webhook", metavar="URL", help="send events to this address, or to the address in the file of "
+                       "@FILE [default: STICTION_WEBHOOK of the environment]")  # fmt: skip
+    watch.add_argument("--metrics", metavar="ADDRESS", help="serve Prometheus metrics at this address, such as 127.0.0.1:9464")
     watch.add_argument("--status", action="store_true", help="print the state of the running watch, and end")
     watch.add_argument("--json", action="store_true", help="print the state as JSON")
     watch.add_argument("--make-certificate", action="store_true", help="make the certificate of this client, and end")
@@ -122,8 +122,8 @@ def parser(program: str = "python -m stiction.live") -> argparse.ArgumentParser:
 
     fetch = tasks.add_parser(
         "fetch",
-        help="copy samples from a database to files of days",
-        description="Copy samples from a long or wide table to a file a day below data/sql of the plant, in read-only transactions. A "
+        help="copy samples from a database to daily files",
+        description="Copy samples from a long or wide table to daily files below data/sql of the plant, in read-only transactions. A "
         "second run reads only what is new.",
         epilog="examples:\n  python -m stiction.live fetch 'postgres://reader@host/plant?table=samples' -C north\n"
         "  stiction plant -C north scan 'postgres://reader@host/plant?table=samples'\n\n" + ENVIRONMENT,
@@ -131,8 +131,8 @@ def parser(program: str = "python -m stiction.live") -> argparse.ArgumentParser:
     )
     fetch.add_argument("url", metavar="URL", help="the database: postgres://, odbc://")
     fetch.add_argument("-C", "--folder", metavar="PLANT", type=Path, default=Path(), help="the folder of the plant [default: .]")
-    fetch.add_argument("--table", metavar="NAME", help="the table, unless the address names it")
-    fetch.add_argument("--since", metavar="DAY", help="read again from this day on, such as 2026-03-01")
+    fetch.add_argument("--table", metavar="NAME", help="the table, if the address does not name it")
+    fetch.add_argument("--since", metavar="DAY", help="first day to read, also if it was read before, such as 2026-03-01")
     fetch.add_argument("--output", metavar="FILE", type=Path, help="write the last day to this file instead, for stiction diagnose")
     return whole
 
@@ -168,7 +168,8 @@ def _note(text: str) -> None:
 
 @contextlib.contextmanager
 def _progress() -> Iterator[Callable[[str], None]]:
-    """Notes of a long run: all of them on a terminal, otherwise one in so many seconds. While none comes, the last one is repeated."""
+    """Print notes of a long run: all of them on a terminal, otherwise one per interval. Without a new note, repeat the last one.
+    """
     every_s = 0.0 if sys.stderr.isatty() else PROGRESS_S
     shown, last, ended = time.monotonic(), "", threading.Event()
 
@@ -232,7 +233,7 @@ def _watch(known: argparse.Namespace) -> int:
         print(f"{folder / 'client.der'} (SHA-256 {mark}): have the server trust it")
         return 0
     if not known.url:
-        raise Refused("no server is given, such as opc.tcp://server:4840")
+        raise Refused("no server is given; name one, such as opc.tcp://server:4840")
     options = Options(
         url=known.url,
         plant=known.folder,
@@ -258,7 +259,7 @@ def _watch(known: argparse.Namespace) -> int:
 
 
 def _address(given: str | None) -> str | None:
-    """The address of a webhook, perhaps from a file."""
+    """Return the address of a webhook, which may be in a file."""
     return Path(given[1:]).read_text(encoding="utf-8").strip() if given and given.startswith("@") else given or None
 
 
@@ -267,7 +268,7 @@ def _status(plant: Path, as_json: bool) -> int:
 
     status = read_status(plant)
     if status is None:
-        raise Refused(f"{plant}: no stiction watch has run here")
+        raise Refused(f"{plant}: stiction watch has never run here")
     age = time.time() - status["written"]
     status["running"] = age < 60.0
     code = 0 if status["running"] and status["connected_since"] is not None else 1

@@ -1,7 +1,8 @@
-"""Whether the time of a new value is believed.
+"""Decides whether the time of a new value is right.
 
-Times that come late are right: a device that was cut off delivers its values afterwards, and catches up. A clock that is wrong stays
-behind. Its values would be written between those of past hours, and the tags of a loop would no longer belong together.
+The times of late values are right: a device that was disconnected delivers its values afterwards and catches up. A source with a
+wrong clock stays behind. Its values would be written between those of past hours, so the tags of a loop would no longer match in
+time.
 """
 
 from __future__ import annotations
@@ -12,19 +13,21 @@ __all__: list[str] = []
 
 
 class Belief(Enum):
-    """What is thought of a time."""
+    """The judgement of a time."""
 
     RIGHT = "right"
     LATE = "late"
-    """It is later than all that is known of the tag, so it is stored."""
+    """The time is later than all known ones of the tag, so the value is stored."""
     KNOWN = "known"
-    """It lies among times that are known already, so it is not stored."""
+    """The time lies among times that are already known, so the value is not stored."""
     BEHIND = "behind"
-    """The source stays behind, so its clock is wrong, and the value is not stored."""
+    """The source stays behind: its clock is wrong, and the value is not stored."""
 
 
 LASTING_S = 60.0
-"""Seconds for which a source must be behind, by this computer, before its clock is wrong. A busy computer is behind for less."""
+"""Seconds for which a source must be behind, by this computer's clock, before its clock counts as wrong. A busy computer is
+behind for a shorter time.
+"""
 
 
 class SourceClocks:
@@ -35,11 +38,11 @@ class SourceClocks:
         self._late: dict[int, tuple[int, int, float]] = {}
 
     def was_late(self, index: int) -> bool:
-        """Whether the last value of a tag was behind."""
+        """Return whether the last value of a tag was behind."""
         return index in self._late
 
     def judge(self, index: int, moment: int, clock: int, known: int, tolerance: int, now_s: float) -> Belief:
-        """What is thought of the time of a value of a tag whose times are known up to `known`. All are in microseconds, but this
+        """Judge the time of a value of a tag whose times are known up to `known`. All times are in microseconds, except this
         computer's time `now_s`.
         """
         lag = clock - moment

@@ -1,4 +1,4 @@
-"""What a person can put right."""
+"""Errors that a user can correct."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ __all__: list[str] = []
 
 
 class Refused(Exception):
-    """Something that is not done; the message states why, and the remedy."""
+    """A refusal. The message states the reason and the remedy."""
 
 
 def redacted(url: str) -> str:
-    """An address without a password."""
+    """Return an address without its password."""
     return re.sub(r"(?i)([?&;][a-z_ ]*(?:password|pwd)\s*=)[^&;]*", r"\1", re.sub(r"(://[^:/@]*):.*@", r"\1@", url))
 
 

@@ -1,7 +1,7 @@
-"""Events of a plant: what its ranking newly says of a loop.
+"""Events of a plant: new conclusions on loops in its ranking.
 
-The verdicts, changes and the health of the data are those of the week's ranking. A loop has an event when they accuse its valve or
-its data in two successive judgements, and another when they no longer do.
+The verdicts, changes and the health of the data are those of the week's ranking. A loop has an event when two successive
+judgements find a fault of its valve or its data, and another when they no longer do.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ Reported = dict[str, dict[str, str]]
 
 
 def path_of(plant: Path) -> Path:
-    """The file of all events of a plant, a line of JSON each."""
+    """Return the path of the file with all events of a plant, one line of JSON each."""
     return plant / ".stiction" / "events.jsonl"
 
 
 def _verdict(row: Mapping[str, Any]) -> str | None:
-    """The conclusion that counts: a person's, that of a decisive test, or the verdict on operation."""
+    """Return the conclusion that counts: a person's, that of a decisive test, or the verdict on the operation."""
     test = row["test"] if row["test"] != "cannot tell" else None
     chosen = row["override"] or test or row["verdict"]
     return None if chosen is None else str(chosen)
 
 
 def derive(reported: Reported, rows: Iterable[Mapping[str, Any]], now: datetime | None = None) -> tuple[list[dict[str, Any]], Reported]:
-    """The events of a ranking, and what was reported of each loop after it."""
+    """Return the events of a ranking, and what has been reported on each loop after it."""
     at = (now or datetime.now(timezone.utc)).isoformat(timespec="seconds")
     events, after = [], {name: dict(each) for name, each in reported.items()}
     for row in rows:
@@ -52,7 +52,7 @@ def derive(reported: Reported, rows: Iterable[Mapping[str, Any]], now: datetime 
             events.append({"event": kind, "loop": row["loop"], "at": at, "text": text} | {key: row[key] for key in keys})
 
         def again(what: str, found: str | None) -> bool:
-            """Whether this was found in the judgement before, too."""
+            """Return whether the previous judgement found the same."""
             was = known.pop(f"{what} before", None)
             if found:
                 known[f"{what} before"] = found
@@ -78,7 +78,7 @@ def derive(reported: Reported, rows: Iterable[Mapping[str, Any]], now: datetime 
 
 
 def load(plant: Path) -> Reported:
-    """What was reported of each loop so far."""
+    """Return what has been reported on each loop so far."""
     try:
         found: Reported = json.loads((live_folder(plant) / "reported.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -87,7 +87,7 @@ def load(plant: Path) -> Reported:
 
 
 def keep(plant: Path, events: Iterable[Mapping[str, Any]], reported: Reported) -> None:
-    """Append events to their file, and store what was reported of each loop."""
+    """Append events to their file, and store what has been reported on each loop."""
     lines = "".join(json.dumps(event, ensure_ascii=False) + "\n" for event in events)
     if lines:
         with open(path_of(plant), "a", encoding="utf-8") as file:

@@ -1,7 +1,7 @@
 """The files of fetched days: ``data/sql/SOURCE/YYYY-MM-DD.parquet``, one folder for each table or server.
 
-A day is only added to. A source that no longer has old rows takes none away, and one that has other values for the same times replaces
-these, which is reported.
+The file of a day only grows. Rows that a source no longer has stay in it. If a source has other values for the same times, they
+replace the stored ones, with a note.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__: list[str] = []
 
 
 def folder_of(plant: Path, name: str) -> Path:
-    """The folder of a source."""
+    """Return the folder of a source."""
     plain = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip(".-")[:60]
     if plain != name:
         # Names that differ have folders that differ.
@@ -30,8 +30,8 @@ def folder_of(plant: Path, name: str) -> Path:
 
 
 def begin(folder: Path, tags: Iterable[str]) -> None:
-    """Make the folder of a source ready, while no other run writes to it: files of killed runs go, and its days of earlier versions,
-    which had one folder, come.
+    """Prepare the folder of a source while no other run writes to it. Partial files of killed runs are removed. Files of days by
+    earlier versions, which had one folder for all sources, are moved here.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for each in (folder, folder.parent):
@@ -48,7 +48,9 @@ def begin(folder: Path, tags: Iterable[str]) -> None:
 
 
 def add(path: Path, new: Iterable[tuple[str, hours.Rows]], note: Callable[[str], None]) -> int:
-    """Add the rows of a day to its file, and return the number of rows that the source gave. Without any the file stays as it is."""
+    """Add the rows of a day to its file, and return the number of rows that the source gave. Without rows the file stays
+    unchanged.
+    """
     count = 0
     changed: dict[str, int] = {}
     fresh = False
@@ -79,14 +81,14 @@ def add(path: Path, new: Iterable[tuple[str, hours.Rows]], note: Callable[[str],
     hours.written(path, tables(), lambda: fresh)
     for tag, differ in list(changed.items())[:5]:
         some = "1 value differs" if differ == 1 else f"{differ} values differ"
-        note(f"{path.parent.name} {path.stem}: {some} from what was fetched before of {tag}; the new ones are stored")
+        note(f"{path.parent.name} {path.stem}: {some} from those fetched before for {tag}; the new ones are stored")
     if len(changed) > 5:
-        note(f"{path.parent.name} {path.stem}: values of {len(changed) - 5} more tags differ, too")
+        note(f"{path.parent.name} {path.stem}: values of {len(changed) - 5} more tags also differ")
     return count
 
 
 def merged(known: hours.Rows, new: hours.Rows) -> tuple[hours.Rows, int]:
-    """The rows of a file and those of a source as one series, and the number of times with different values."""
+    """Return the rows of a file and those of a source as one series, and the number of times with different values."""
     kept = ~np.isin(known.time, new.time[new.status < hours.BAD])
     rest = hours.Rows(known.time[kept], known.value[kept], known.status[kept])
     return hours.joined([rest, new]), hours.differing(known, new)

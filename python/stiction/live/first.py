@@ -1,4 +1,4 @@
-"""A first ``plant.toml`` from a server or a database."""
+"""Proposes a first ``plant.toml`` from a server or a database."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__: list[str] = []
 
 
 def of_samples(plant: Path, samples: Callable[[Path], None], *, force: bool = False) -> tuple[int, int]:
-    """Propose the file from samples that `samples` writes to a path, and return the numbers of loops and doubts."""
+    """Propose ``plant.toml`` from samples that `samples` writes to a path, and return the numbers of loops and doubts."""
     path = plant / "plant.toml"
     if path.exists() and not force:
         raise Refused(f"{path} exists already; --force overwrites it")
@@ -36,7 +36,7 @@ def of_samples(plant: Path, samples: Callable[[Path], None], *, force: bool = Fa
 
 
 async def of_server(plant: Path, url: str, security: object, say: Callable[[str], None], *, force: bool = False) -> str:
-    """Propose the file from the variables of an OPC UA server, and list their nodes in ``live.toml``."""
+    """Propose ``plant.toml`` from the variables of an OPC UA server, and list their nodes in ``live.toml``."""
     from stiction.live import opcua, tags
 
     if (plant / "plant.toml").exists() and not force:
@@ -48,12 +48,12 @@ async def of_server(plant: Path, url: str, security: object, say: Callable[[str]
     except Refused:
         raise
     except Exception as error:
-        raise Refused(f"no connection to {url}: {error or type(error).__name__}; check the address, and that the server runs") from None
+        raise Refused(f"no connection to {url}: {error or type(error).__name__}; check the address and the server") from None
     try:
         file = _core.Plant('name = "new"', "the server")
         found = await tags.of_server(file, server, say)
         if not found:
-            raise Refused(f"no variable of {url} belongs to a loop by its name; write plant.toml and {tags.NAME} by hand")
+            raise Refused(f"no variable of {url} has the name of a loop's tag; write plant.toml and {tags.NAME} by hand")
         now = await server.clock()
         nodes = {k: node for k, name in enumerate(found) if (node := server.node_of(found[name])) is not None}
         values = await server.read(nodes)

@@ -1,7 +1,7 @@
 """Reads series to their end from a source that may cut its answers.
 
-A source ends an answer at a number of values of its own, and not every source states this. An answer is therefore evidence of the times
-from its first to its last value only. `Reading` asks for the times before and after them, until nothing new comes. It knows no
+A source limits the number of values in an answer, and not every source states the limit. So an answer covers only the times from
+its first to its last value. `Reading` asks for the times before and after them until nothing new comes. It does not depend on a
 protocol: it states what to ask for next, and takes the answers.
 """
 
@@ -14,20 +14,20 @@ from typing import Any
 __all__: list[str] = []
 
 MOST_ANSWERS = 5_000
-"""Answers about a series, at most. What is still missing then is reported as unread."""
+"""Maximum number of answers about a series. Values that are still missing after them are reported as unread."""
 MOST_VALUES = 5_000_000
-"""Values of a series, at most."""
+"""Maximum number of values of a series."""
 IDLE = 10
-"""Answers of a continuation in turn that bring nothing new, at most."""
+"""Maximum number of successive answers of a continuation that bring nothing new."""
 MOST_S = 3600.0
-"""Seconds for a part of the times of all series, at most."""
+"""Time limit for a part of the times of all series, s."""
 NEAR = 60_000_000
 """Times that differ by less than this, in microseconds, are asked for together."""
 
 
 @dataclass(frozen=True)
 class Unread:
-    """A part of a series that the source did not give to the end."""
+    """A part of a series that the source did not give completely."""
 
     begin: int
     end: int
@@ -36,42 +36,42 @@ class Unread:
 
 @dataclass
 class Answer:
-    """What a source answered about a series."""
+    """The answer of a source about a series."""
 
     values: Sequence[Any] = ()
     point: bytes | None = None
-    """Where the source continues this answer."""
+    """The point at which the source continues this answer."""
     code: int = 0
-    """Why there is no answer; 0 if there is one."""
+    """The code of the reason why there is no answer; 0 if there is one."""
     retry: bool = False
-    """Whether the source may answer if it is asked for this series alone."""
+    """Whether the source may answer a request for this series alone."""
 
 
 @dataclass
 class Span:
-    """A part of a series of which nothing is known yet. The values at its edges may be known."""
+    """A part of a series whose values are not known yet, except perhaps those at its edges."""
 
     index: int
     begin: int
     end: int
     is_whole: bool = False
     is_alone: bool = False
-    """Whether it is asked for alone, with its own edges."""
+    """Whether the span is requested alone, with its own edges."""
     point: bytes | None = None
     asked: tuple[int, int] = (0, 0)
     shared: bool = False
-    """Whether it was asked for together with others."""
+    """Whether the span was requested together with others."""
     low: int | None = None
     high: int | None = None
     is_new: bool = False
     idle: int = 0
     crowded: int | None = None
-    """A time before it, of which there may be more values than an answer holds."""
+    """A time before the span that may have more values than an answer holds."""
 
 
 @dataclass
 class _Series:
-    """What is known of a series."""
+    """The known part of a series."""
 
     answers: int = 0
     values: int = 0
@@ -82,7 +82,7 @@ class _Series:
 class Reading:
     """The reading of some series from one time to another, both included.
 
-    `time_of` and `key_of` state the time of a value (None without one), and what distinguishes it from others of the same time.
+    `time_of` returns the time of a value (None without one), and `key_of` what distinguishes it from others of the same time.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Reading:
         self.waiting = [Span(index, begin, end, is_whole=True) for index in places]
 
     def next(self) -> list[Span]:
-        """The spans to ask for in one request, all from and to the times of `Span.asked`; none at the end."""
+        """Return the spans to ask for in one request, all from and to the times of `Span.asked`; none at the end."""
         if not self.waiting:
             return []
         first = self.waiting[0]
@@ -129,9 +129,9 @@ class Reading:
         return first.is_whole == span.is_whole and abs(first.begin - span.begin) < NEAR and abs(first.end - span.end) < NEAR
 
     def take(self, span: Span, answer: Answer, count: int) -> Iterator[list[Any] | int | Unread]:
-        """Take the answer about a span, for which `count` values were asked for, and give its new values.
+        """Take the answer about a span, for which `count` values were requested, and yield its new values.
 
-        Gives the code of a series that has no history, and a part that stays unread.
+        Also yields the code of a series without history, and a part that stays unread.
         """
         series = self._series[span.index]
         if answer.retry and not span.is_alone:
@@ -156,7 +156,7 @@ class Reading:
         if new:
             yield new
             if span.crowded is not None:
-                yield Unread(span.crowded, span.crowded, "the source has more values of one time than it gives in an answer")
+                yield Unread(span.crowded, span.crowded, "the source has more values of one time than fit in one of its answers")
                 span.crowded = None
         if size == 0 and span.is_whole and not span.is_alone and span.shared:
             # The values of the others may have filled the answer.
@@ -171,12 +171,12 @@ class Reading:
         if series.answers >= MOST_ANSWERS or series.values >= MOST_VALUES:
             for each in rest:
                 begin = each.begin if each.high is None else max(each.begin, each.high)
-                yield Unread(begin, each.end, f"the source gave {series.values} values in {series.answers} answers without an end")
+                yield Unread(begin, each.end, f"{series.values} values in {series.answers} answers were not the end")
             return
         self.waiting = rest + self.waiting
 
     def _new(self, span: Span, series: _Series, times: Sequence[int | None], values: Sequence[Any]) -> list[Any]:
-        """The values that no answer brought before."""
+        """Return the values that no earlier answer brought."""
         if span.is_whole and span.low is None and span.point is None:
             # Of the values before, only the last one may still be valid.
             before = max((time for time in times if time is not None and time < span.begin), default=None)
@@ -200,7 +200,7 @@ class Reading:
         return new
 
     def _know(self, span: Span, series: _Series, times: Sequence[int | None], values: Sequence[Any], count: int) -> None:
-        """Extends what is known of a span, and remembers the values at its edges."""
+        """Extend the known part of a span, and remember the values at its edges."""
         known = [time for time in times if time is not None]
         if not known:
             return
@@ -222,7 +222,7 @@ class Reading:
             span.high = high if span.high is None else max(span.high, high)
 
     def _rest(self, span: Span, times: Sequence[int | None], size: int, largest: int) -> list[Span]:
-        """What is still unknown of a span after its answer."""
+        """Return the parts of a span that are still unknown after its answer."""
         index, begin, end = span.index, span.begin, span.end
         if span.is_new:
             rest = []

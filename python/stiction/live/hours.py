@@ -1,9 +1,9 @@
-"""Recorded values, and the files that hold an hour of them.
+"""Recorded values, and their files of one hour each.
 
 A collector appends each value to the *journal* of its hour, a file in ``.stiction/live/open`` of the plant. When the hour is
 over, the journal moves to ``.stiction/live/ready``. `fold` writes it to ``data/YYYY-MM-DD/HH.parquet`` (UTC), whole or not at
 all, and removes the journal. Values that arrive later for that hour make another journal, with which the file is written again.
-A second file of the same hour would not do, because the scan refuses files of one loop whose times interleave.
+A second file of the same hour is not possible, because the scan refuses files of one loop whose times interleave.
 
 A file of an hour is a long table: ``time`` (UTC), ``tag``, ``value``, ``status_code`` (OPC UA). It has one row group per tag, so
 that a scan reads only the loops that it needs. Every tag of the collector is in every file. A tag without a value in the hour
@@ -40,24 +40,25 @@ GOOD = 0
 BAD = 0x8000_0000
 """A status code from here on has no usable value."""
 HELD = 0x402
-"""The status code of a good value that was still valid at this time, but was stored earlier (interpolated)."""
+"""The status code of a good value that was stored earlier and was still valid at this time (interpolated)."""
 LOST = 0x809D_0000
 """The status code at the start of a gap: data were lost, because collection stopped (BadDataLost)."""
 NONE = 0x809B_0000
 """The status code of a tag that has no value in an hour (BadNoData)."""
 MARK = 0xFFFF_FFFF
-"""The tag of a record without a value, which states the time up to which all values are known. Its value is the number of the record:
-of several, the one with the highest number counts, because a clock may go back."""
+"""The tag of a record without a value, which states the time up to which all values are known. Its value is the number of the
+record. The record with the highest number counts, because a clock may go back.
+"""
 VOID = 1
-"""The status of a record of the tag `MARK` that takes back the values before it in its journal which have its time or a later one."""
+"""The status of a record of the tag `MARK` that voids the values before it in its journal with its time or a later one."""
 LEAD = 600_000_000
-"""Values may be this much ahead of the server's clock, in microseconds."""
+"""Microseconds by which values may be ahead of the server's clock."""
 MOST_ROWS = 2_000_000
-"""Rows in memory while an hour is written."""
+"""Maximum number of rows in memory while an hour is written."""
 MOST_BUFFERED = 1 << 20
-"""Bytes that wait for a write."""
+"""Maximum size of the data that wait for a write, bytes."""
 MOST_OPEN = 16
-"""Journals open at a time."""
+"""Maximum number of journals that are open at a time."""
 
 RECORD = np.dtype([("tag", "<u4"), ("status", "<u4"), ("time", "<i8"), ("value", "<f8")])
 PACK = struct.Struct("<IIqd").pack
@@ -96,7 +97,7 @@ def _journal_hour(path: Path) -> int:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Makes the names in a folder durable, where the system can."""
+    """Makes the names in a folder durable, if the system can."""
     if os.name == "posix":
         handle = os.open(folder, os.O_RDONLY)
         try:
@@ -107,7 +108,7 @@ def _sync_folder(folder: Path) -> None:
 
 @contextlib.contextmanager
 def alone(plant: Path, name: str, refusal: str) -> Iterator[None]:
-    """Holds a lock of a plant, which the system takes back from a process that is killed."""
+    """Holds a lock of a plant, which the system releases if the process is killed."""
     folder = live_folder(plant)
     folder.mkdir(parents=True, exist_ok=True)
     with open(folder / name, "a") as file:
@@ -156,13 +157,13 @@ class Recorder:
             self.flush()
 
     def mark(self, time: int) -> None:
-        """State that all values up to a time are known."""
+        """Record that all values up to a time are known."""
         self.sequence += 1
         self.add(MARK, time, float(self.sequence), 0)
         self.values -= 1
 
     def void(self, begin: int) -> None:
-        """Take back the values of a time and later ones, which a wrong clock dated."""
+        """Void the values of a time and of later times, which a wrong clock dated."""
         self.sequence += 1
         self.flush()
         record = PACK(MARK, VOID, begin, float(self.sequence))
@@ -176,7 +177,7 @@ class Recorder:
         self._forget()
 
     def flush(self, durable: bool = False) -> None:
-        """Write the values that wait. After an error, such as a full disk, they are lost and the journals whole."""
+        """Write the waiting values. An error, such as a full disk, loses them but leaves the journals intact."""
         waiting, self._waiting, self._bytes = self._waiting, {}, 0
         for hour, values in waiting.items():
             try:
@@ -248,7 +249,7 @@ class Recorder:
             self._forget()
 
     def _forget(self) -> None:
-        """Closes the journals. The next value opens its one again."""
+        """Closes the journals. The next value opens the journal of its hour again."""
         for file in self._files.values():
             file.close()
         self._files.clear()
@@ -256,11 +257,11 @@ class Recorder:
 
 
 _JOURNAL = re.compile(r"[0-9]{4}-(0[1-9]|1[0-2])-([0-2][0-9]|3[01])T([01][0-9]|2[0-3])\.[0-9]{1,12}\.values")
-"""The names of journals. Other files in their folders are not ours."""
+"""The names of journals. Other files in their folders are ignored."""
 
 
 def _write(file: BinaryIO, data: bytes | bytearray) -> None:
-    """Writes all bytes. A disk that becomes full takes some of them first."""
+    """Writes all bytes. A disk that becomes full may accept only some of them."""
     rest = memoryview(data)
     while rest:
         rest = rest[file.write(rest) :]
@@ -290,7 +291,7 @@ def _read_head(path: Path) -> tuple[list[str], int]:
 
 
 def _blocks(path: Path, begin: int, rows: int = 1 << 18) -> Iterator[Records]:
-    """The whole records of a journal, some at a time, without those of other hours, which a damaged file may have."""
+    """The complete records of a journal, in blocks, without records of other hours, which a damaged file may have."""
     hour = _journal_hour(path)
     with open(path, "rb") as file:
         file.seek(begin)
@@ -304,20 +305,20 @@ def _blocks(path: Path, begin: int, rows: int = 1 << 18) -> Iterator[Records]:
 
 @dataclass
 class Known:
-    """What the journals hold."""
+    """The content of the journals."""
 
     until: int | None = None
-    """The time up to which they hold all values; None without a journal."""
+    """The time up to which the journals hold all values; None without a journal."""
     last: dict[str, int] = field(default_factory=dict)
     """The last time of each tag."""
     sequence: int = 0
-    """The highest number of a record that states a time."""
+    """The highest number of the records with the tag `MARK`."""
     lost: dict[str, int] = field(default_factory=dict)
-    """Of each tag whose last row begins a gap (`LOST`), its time."""
+    """The time of the last row of each tag whose last row begins a gap (`LOST`)."""
 
 
 def known(plant: Path, before: int = 1 << 62) -> Known:
-    """What the journals hold up to a time. A wrong clock may have dated values after it."""
+    """Return the content of the journals up to a time. A wrong clock may have dated values after it."""
     folder = live_folder(plant)
     found = Known()
     newest = (-1.0, -(1 << 62))
@@ -401,7 +402,7 @@ def table_of(tag: str, rows: Rows) -> Any:
 def written(path: Path, tables: Iterator[Any], is_new: Callable[[], bool] = lambda: True) -> int:
     """Write tables as one Parquet file, each as a row group, whole or not at all, and return the number of rows.
 
-    A file stays as it is if `is_new` finds, after all tables, that they say nothing new.
+    A file stays unchanged if `is_new` finds, after all tables, that they contain nothing new.
     """
     import pyarrow.parquet as pq
 
@@ -454,7 +455,7 @@ def _rows(table: Any) -> Rows:
 
 
 class Stored:
-    """The rows of a file, by tag, each read when it is asked for."""
+    """The rows of a file by tag. Those of a tag are read when requested."""
 
     def __init__(self, path: Path) -> None:
         import pyarrow.parquet as pq
@@ -485,7 +486,7 @@ class Stored:
 
 
 def joined(parts: Sequence[Rows]) -> Rows:
-    """The rows of parts in order of time, equal ones once. A bad value beside a usable one of the same time is left out."""
+    """The rows of parts in order of time, without duplicates. A bad value is left out if a usable one has the same time."""
     time = np.concatenate([part.time for part in parts])
     value = np.concatenate([part.value for part in parts])
     status = np.concatenate([part.status for part in parts])
@@ -513,7 +514,7 @@ def joined(parts: Sequence[Rows]) -> Rows:
 
 
 def fold(plant: Path, data: Path) -> list[Folded]:
-    """Write all journals that are ready to the files of their hours, the oldest first, and remove them."""
+    """Write all ready journals to the files of their hours, the oldest first, and remove the journals."""
     for part in data.glob("[0-9]*/.[0-9][0-9].parquet.part"):
         # A run that was killed left it.
         part.unlink(missing_ok=True)
@@ -541,7 +542,7 @@ def _fold_hour(data: Path, hour: int, journals: Sequence[Path]) -> tuple[Folded,
     for path, (tags, begin) in zip(journals, heads):
         rest = (path.stat().st_size - begin) % RECORD.itemsize
         if not tags or rest:
-            folded.problems.append(f"the journal {path.name} was cut in the middle of a record, which was left out")
+            folded.problems.append(f"the journal {path.name} ends within a record, which was left out")
         elif strange := (path.stat().st_size - begin) // RECORD.itemsize - sum(map(len, _blocks(path, begin))):
             folded.problems.append(f"the journal {path.name} is damaged: records with times of other hours were left out ({strange})")
     path = hour_file(data, hour)
@@ -572,12 +573,13 @@ def _fold_hour(data: Path, hour: int, journals: Sequence[Path]) -> tuple[Folded,
         folded.rows = written(path, tables())
     if differ:
         some = f"{', '.join(differ[:3])}{', ...' if len(differ) > 3 else ''}"
-        folded.problems.append(f"{shown(hour)}: values that came later differ from the stored ones of the same times; both are kept ({some})")
+        folded.problems.append(f"{shown(hour)}: values that arrived later differ from the stored ones of the same times; both are kept ({some})")
     return folded, changed
 
 
 def differing(known: Rows, new: Rows) -> int:
-    """The number of times for which both have usable values, and a known one, not only held, is not among the new ones."""
+    """The number of times with usable values in both, at which a known value that is not only held is missing from the new ones.
+    """
     old, usable = (known.status < BAD) & (known.status & 0xFFF != HELD), new.status < BAD
     old[old] = np.isin(known.time[old], new.time[usable])
     if not old.any():
@@ -588,7 +590,7 @@ def differing(known: Rows, new: Rows) -> int:
 
 
 def same(a: Rows, b: Rows) -> bool:
-    """Whether two series are equal."""
+    """Return whether two series are equal."""
     return (
         len(a) == len(b)
         and bool(np.array_equal(a.time, b.time))
@@ -598,7 +600,7 @@ def same(a: Rows, b: Rows) -> bool:
 
 
 def _of_hour(hour: int, known: Rows | None, new: Rows | None, before: Any) -> Rows:
-    """The rows of a tag in an hour. Without any it holds its last value before."""
+    """The rows of a tag in an hour; without any, its last value before, as held."""
     parts = []
     if known is not None:
         # What was held at the start is found again.
@@ -619,7 +621,7 @@ def _of_hour(hour: int, known: Rows | None, new: Rows | None, before: Any) -> Ro
 def _batches(
     names: Sequence[str], journals: Sequence[Path], heads: Sequence[tuple[list[str], int]]
 ) -> Iterator[tuple[list[str], Mapping[str, Rows]]]:
-    """The tags in order, some at a time, each with its rows in the journals."""
+    """The tags in order, in batches, each with its rows in the journals."""
     place = {tag: k for k, tag in enumerate(names)}
     # From the numbers of a journal to those of the names.
     maps = [np.array([place[tag] for tag in tags] + [len(names)], np.int64) for tags, _ in heads]
@@ -675,9 +677,10 @@ def _batches(
 
 
 def steady(plant: Path, server: int, computer: int) -> int:
-    """The time from which the age of files is counted, so that a clock that jumps removes none.
+    """The time from which the age of files is counted, chosen so that a jumping clock removes no file.
 
-    It is the server's clock, but never ahead of this computer's, and from call to call it goes on at most twice as fast as that.
+    It is the server's clock, but never ahead of this computer's clock. Between calls it advances at most twice as fast as that
+    clock.
     """
     path = live_folder(plant) / "retention.json"
     try:

@@ -1,4 +1,4 @@
-"""Writes finished hours to their files, and judges them: a process of its own, so that collection never waits for it.
+"""Writes finished hours to their files and judges them, in its own process so that collection never waits for it.
 
 ``python -m stiction.live.judging`` reads its settings as JSON from standard input, and prints the result as JSON.
 """
@@ -18,7 +18,7 @@ __all__: list[str] = []
 def judge(
     plant: Path, data: Path, *, keep_s: float | None, most_bytes: float | None, now: int, time_limit_s: int | None = None
 ) -> dict[str, Any]:
-    """Write what is ready, remove what is too old, scan, and derive events."""
+    """Write ready hours, remove old files, scan, and derive events."""
     import stiction.plant
     from stiction.live import events, hours
 
@@ -65,7 +65,7 @@ def _rows(columns: dict[str, list[Any]]) -> Any:
 
 
 def main() -> int:
-    """Run it, as described in the module."""
+    """Run the judgement, as the module describes."""
     settings = json.load(sys.stdin)
     if hasattr(os, "nice"):
         os.nice(10)

@@ -68,7 +68,7 @@ SERVICES: frozenset[type] = frozenset(
         ua.TranslateBrowsePathsToNodeIdsRequest,
     }
 )
-"""The requests that may be sent. None of them changes a value, a node or a method's state."""
+"""The permitted requests. None of them writes a value, changes a node or calls a method."""
 
 POLICIES: dict[str, Any] = {
     "Aes256Sha256RsaPss": security_policies.SecurityPolicyAes256Sha256RsaPss,
@@ -81,11 +81,11 @@ APPLICATION = "urn:stiction:watch"
 EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 MICROSECOND = timedelta(microseconds=1)
 AT_ONCE = 500
-"""Nodes of one request."""
+"""Maximum number of nodes of one request."""
 MOST_NODES = 500_000
-"""Nodes that are browsed at most."""
+"""Maximum number of nodes that are browsed."""
 OVERFLOW = 0x480
-"""The bits of a status code that state that the server's queue overflowed before this value."""
+"""The bits of a status code that report an overflow of the server's queue before this value."""
 NO_FILTER = (
     ua.StatusCodes.BadMonitoredItemFilterUnsupported,
     ua.StatusCodes.BadMonitoredItemFilterInvalid,
@@ -168,18 +168,18 @@ class ReadOnlyClient(Client):
 
 @dataclass
 class Security:
-    """How a connection is secured."""
+    """The security settings of a connection."""
 
     policy: str | None = None
-    """The name of a policy, or ``none``; by default the best of the server."""
+    """The name of a policy, or ``none``; by default the best policy of the server."""
     folder: Path = Path("certificates")
     """The folder with ``client.der``, ``client.pem`` (its key), ``trusted`` and ``rejected``."""
     trust_first: bool = False
-    """Whether the first certificate of a server is trusted unseen."""
+    """Whether the first certificate of a server is trusted without a comparison."""
     user_certificate: Path | None = None
     user_key: Path | None = None
     any_name: bool = False
-    """Whether a certificate may be that of a different application or host."""
+    """Whether a certificate may be for a different application or host."""
 
 
 def make_certificate(folder: Path, days: int = 1825) -> str:
@@ -214,13 +214,13 @@ def _loaded(path: Path) -> x509.Certificate:
 
 
 def check_certificate(data: bytes, uri: str | None, host: str, security: Security) -> str | None:
-    """Check the certificate of a server on a host against the trusted ones, and return a note, if any. `uri` is that of the
-    server's application, if it is known.
+    """Check the certificate of a server on a host against the trusted ones, and return a note, if any. `uri` is the URI of the
+    server's application, if known.
 
     Raises
     ------
     Refused
-        If it is not valid or not trusted; the message states the remedy.
+        If the certificate is not valid or not trusted. The message states the remedy.
     """
     certificate = x509.load_der_x509_certificate(data)
     mark = fingerprint(data)
@@ -251,7 +251,7 @@ def check_certificate(data: bytes, uri: str | None, host: str, security: Securit
         try:
             each = _loaded(path)
         except (ValueError, OSError):
-            aside.append(f"{path} is no certificate; remove it")
+            aside.append(f"{path} is not a certificate; remove the file")
             continue
         if each.public_bytes(Encoding.DER) == data or (why := _no_issuer(each, certificate, now)) is None:
             is_trusted = True
@@ -273,7 +273,7 @@ def check_certificate(data: bytes, uri: str | None, host: str, security: Securit
 
 
 def _plain(host: str) -> str:
-    """A host in one spelling."""
+    """A host in a uniform spelling."""
     try:
         return str(ipaddress.ip_address(host))
     except ValueError:
@@ -291,7 +291,8 @@ def _names(certificate: x509.Certificate) -> tuple[list[str], set[str]]:
 
 
 def _no_issuer(issuer: x509.Certificate, certificate: x509.Certificate, now: datetime) -> str | None:
-    """Why a trusted certificate does not vouch for that of a server: empty if it did not sign it; None if it does."""
+    """Why a trusted certificate is no valid issuer of a server's certificate: empty if it did not sign that; None if it is one.
+    """
     try:
         certificate.verify_directly_issued_by(issuer)
     except Exception:
@@ -304,7 +305,7 @@ def _no_issuer(issuer: x509.Certificate, certificate: x509.Certificate, now: dat
         # Without the second one, its key has any use.
         is_authority = is_authority and missing.oid == x509.KeyUsage.oid
     if not is_authority:
-        return "signed it, but is not the certificate of an authority (CA), so it does not count"
+        return "signed it, but is not the certificate of an authority (CA)"
     if not issuer.not_valid_before_utc <= now <= issuer.not_valid_after_utc:
         return f"signed it, but is valid from {issuer.not_valid_before_utc:%Y-%m-%d} to {issuer.not_valid_after_utc:%Y-%m-%d} only"
     return None
@@ -329,7 +330,7 @@ class Monitored:
     index: int
     node: Any
     status: int = 0
-    """The status with which the server monitors it."""
+    """The status of its monitoring by the server."""
 
 
 def microseconds(at: datetime) -> int:
@@ -396,7 +397,7 @@ class Server:
         if not offered:
             uris = {str(endpoint.SecurityPolicyUri).rpartition("#")[2] for endpoint in endpoints}
             raise Refused(
-                f"the server offers {', '.join(sorted(uris)) or 'no security policy'}, of which none encrypts as needed; enable "
+                f"the server offers {', '.join(sorted(uris)) or 'no security policy'}, none of which is secure enough; enable "
                 "Basic256Sha256 or newer with SignAndEncrypt on the server, or accept an open connection with --security none"
             )
         name, endpoint = offered[0]
@@ -423,7 +424,7 @@ class Server:
         await self._user_certificate(client)
 
     def _check_peer(self, client: ReadOnlyClient) -> None:
-        """Refuses to give a name and a password to a server whose certificate is not trusted."""
+        """Refuses to send a name and a password to a server whose certificate is not trusted."""
         self._say_any_name()
         data = client.security_policy.peer_certificate or b""
         try:
@@ -435,7 +436,7 @@ class Server:
 
     def _say_any_name(self) -> None:
         if self.security.any_name:
-            self.say("the names in the server's certificate are not compared, because --any-name was given")
+            self.say("the names in the server's certificate were not compared, because --any-name was given")
 
     async def _user_certificate(self, client: ReadOnlyClient) -> None:
         own = self.security
@@ -495,14 +496,14 @@ class Server:
             raise Refused(f'"{text}" is not the id of a node, such as nsu=urn:plant;s=FIC101.PV or ns=2;i=17') from error
 
     def text_of(self, node: Any) -> str:
-        """The text of a node, by the name of its namespace, because the numbers of namespaces may change."""
+        """The text of a node with the name of its namespace, because the numbers of namespaces may change."""
         rest = node.to_string().partition(";")[2] if node.NamespaceIndex else node.to_string()
         if node.NamespaceIndex and node.NamespaceIndex < len(self.namespaces):
             return f"nsu={self.namespaces[node.NamespaceIndex]};{rest}"
         return str(node.to_string())
 
     async def browse(self) -> list[Found]:
-        """All variables below the folder of objects, except those of the server itself."""
+        """All variables below the Objects folder, except those of the server itself."""
         found: list[Found] = []
         open_: list[tuple[Any, str, bool]] = [(ua.NodeId(ua.ObjectIds.ObjectsFolder), "", False)]
         seen = {open_[0][0]}
@@ -556,7 +557,7 @@ class Server:
                 idle = 0 if new else idle + 1
                 own += new
             if result.ContinuationPoint:
-                self.say("the server lists the nodes of a folder without an end; the rest was not browsed")
+                self.say("the server's list of the nodes of a folder does not end; the rest was not browsed")
             all_.append(own)
         return all_
 
@@ -570,7 +571,7 @@ class Server:
         sample_s: float,
         queue: int,
     ) -> dict[int, int]:
-        """Subscribe to nodes by their index, and return the status of those that the server does not monitor."""
+        """Subscribe to nodes by their index, and return the status of each node that the server does not monitor."""
         parameters = ua.CreateSubscriptionParameters()
         parameters.RequestedPublishingInterval = 1000.0 * publish_s
         # A sign of life every few seconds, and an end of the subscription after two minutes without us.
@@ -632,7 +633,7 @@ class Server:
         on_values: Callable[[Sequence[tuple[int, Any]]], None],
         on_alive: Callable[[], None],
     ) -> None:
-        """Asks for notifications until the connection ends; its exception says why."""
+        """Asks for notifications until the connection ends. Its exception has the reason."""
         session, expected = self.session, None
         acknowledged: list[Any] = []
         while True:
@@ -645,7 +646,7 @@ class Server:
             message = result.NotificationMessage
             data = message.NotificationData or []
             if expected is not None and message.SequenceNumber != expected:
-                raise ConnectionError("the server left out a notification")
+                raise ConnectionError("the server skipped a notification")
             expected = message.SequenceNumber
             if data:
                 expected = 1 if expected == 0xFFFF_FFFF else expected + 1
@@ -660,7 +661,7 @@ class Server:
             on_alive()
 
     def failed(self) -> BaseException | None:
-        """Why notifications no longer arrive; None while they do."""
+        """The reason why notifications no longer arrive; None while they do."""
         if self._publishing is None or not self._publishing.done():
             return None
         if self._publishing.cancelled():
@@ -674,7 +675,7 @@ class Server:
     async def history(
         self, nodes: Mapping[int, Any], begin: int, end: int
     ) -> AsyncIterator[tuple[int, list[Any] | int | Unread]]:
-        """The recorded values of nodes, a part at a time, or a status code if the server has no history of a node."""
+        """Yield the recorded values of nodes in parts, or a status code if the server has no history of a node."""
         reading = Reading(
             list(nodes), begin, end, together=self._together, time_of=_time_of, key_of=lambda value: (_status_of(value), repr(value.Value))
         )
@@ -682,7 +683,7 @@ class Server:
         while spans := reading.next():
             if time.monotonic() > until:
                 for span in [*spans, *reading.waiting]:
-                    yield span.index, Unread(span.begin if span.high is None else span.high, span.end, f"it took more than {MOST_S / 60:.0f} min")
+                    yield span.index, Unread(span.begin if span.high is None else span.high, span.end, f"the reading took more than {MOST_S / 60:.0f} min")
                 return
             count = self._count
             for span, answer in zip(spans, await self._history([(nodes[span.index], span.point) for span in spans], *spans[0].asked)):
@@ -691,7 +692,9 @@ class Server:
             reading.together = self._together
 
     async def _history(self, asked: Sequence[tuple[Any, bytes | None]], begin: int, end: int) -> list[Answer]:
-        """What the server answers about nodes and where it continues. It is asked for less if it refuses the size of an answer."""
+        """The server's answer about nodes, and where it continues. If the server refuses the size of an answer, the request is
+        repeated with a smaller one.
+        """
         details = ua.ReadRawModifiedDetails()
         details.IsReadModified = False
         details.StartTime, details.EndTime = (EPOCH + timedelta(microseconds=at) for at in (begin, end))
@@ -742,7 +745,7 @@ class Server:
         return answers
 
     def _fewer(self) -> bool:
-        """Asks for half the values in an answer from now on, if that is possible."""
+        """Requests half as many values per answer from now on, if possible."""
         if self._count <= 10:
             return False
         self._count //= 2

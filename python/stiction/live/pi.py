@@ -1,8 +1,9 @@
-"""Samples from a PI Web API: ``streamsets/recorded``, written from its documentation and not tried on a real server.
+"""Samples from a PI Web API, by ``streamsets/recorded``. This module follows the documentation and was not tested on a real
+server.
 
-The address is ``pi://HOST/piwebapi/DATA-SERVER``. Only GET is sent. Points are those whose names belong to loops. A server limits the
-values of an answer. ``?maxCount=N`` at the end of the address asks for N at a time. A limit that the server states is obeyed, and
-answers that are shorter than asked for are not taken as complete.
+The address is ``pi://HOST/piwebapi/DATA-SERVER``. Only GET is sent. Points are those whose names belong to loops. A server limits
+the values of an answer. ``?maxCount=N`` at the end of the address requests N at a time. A limit that the server states is obeyed,
+and an answer that is shorter than requested does not count as complete.
 """
 
 from __future__ import annotations
@@ -31,33 +32,33 @@ from stiction.live.words import number_of
 __all__: list[str] = []
 
 MOST = 10_000
-"""Values of a point in one answer, unless the address states a number."""
+"""Number of values of a point that a request asks for, unless the address states a number."""
 POINTS = 1_000
-"""Points in one answer."""
+"""Maximum number of points in one answer."""
 ANSWER_S = 600.0
-"""Seconds that an answer may take."""
+"""Time limit for an answer, s."""
 MOST_BYTES = 1 << 30
-"""Bytes of an answer, at most."""
+"""Maximum size of an answer, bytes."""
 EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 DAYS = 7
-"""Days that are read at first."""
+"""Days that the first fetch reads."""
 
 
 def microseconds(text: str) -> int:
     """A time such as ``2026-03-02T05:00:00.1234567Z``."""
     match = re.fullmatch(r"(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d)(?:\.(\d+))?Z", text)
     if match is None:
-        raise Refused(f'"{text}" is no time of a PI Web API')
+        raise Refused(f'"{text}" is not a time of a PI Web API')
     at = datetime.fromisoformat(match[1]).replace(tzinfo=timezone.utc)
     return int((at - EPOCH) // timedelta(microseconds=1)) + int((match[2] or "0").ljust(6, "0")[:6])
 
 
 class _TooMany(Refused):
-    """The server refused a request, perhaps because of the number of values."""
+    """Refusal of a request by the server, perhaps because of the number of values."""
 
 
 def _reason(error: urllib.error.HTTPError) -> str:
-    """The reason of the server in one line."""
+    """The server's reason, in one line."""
     try:
         text = error.read(65_536).decode(errors="replace")
     except (OSError, http.client.HTTPException):
@@ -72,7 +73,7 @@ def _reason(error: urllib.error.HTTPError) -> str:
 
 
 def _body(answer: Any) -> bytes:
-    """The body of an answer. A server that drips it, or does not end it, is not waited for."""
+    """The body of an answer. A server that sends it too slowly, or does not end it, is abandoned."""
     until, body = time.monotonic() + ANSWER_S, bytearray()
     while part := answer.read1(1 << 20):
         body += part
@@ -145,20 +146,20 @@ class Points:
         except (OSError, ValueError, http.client.HTTPException) as error:
             raise Refused(f"{self.base}/{path}: {getattr(error, 'reason', error)}") from None
         if not isinstance(found, dict):
-            raise Refused(f"{self.base}/{path} answered with no object of JSON; check that the address is that of a PI Web API")
+            raise Refused(f"{self.base}/{path} did not answer with a JSON object; check that the address is that of a PI Web API")
         return found
 
     @staticmethod
     def _fewer(asked: int, error: _TooMany) -> int:
-        """The number of values or points to ask for after the server refused a number: the limit that it states, or half."""
+        """The number of values or points to request after the server refused a number: the limit that it states, or half."""
         about = re.search(r"(?i)max|count|exceed|limit|large|many", str(error).partition(" answered ")[2])
         if about is None or asked <= 1:
-            raise Refused(f"{error}; if it is the number of values, give a lower one at the end of the address, as in ?maxCount=1000") from None
+            raise Refused(f"{error}; if the number of values is too large, give a lower one at the end of the address, as in ?maxCount=1000") from None
         stated = [int(number.replace(",", "")) for number in re.findall(r"(?<![\w.])\d[\d,]*", str(error).partition(": ")[2])]
         return max((number for number in stated if 10 <= number < asked), default=asked // 2)
 
     def span(self, begin: int | None = None, end: int | None = None) -> tuple[int, int]:
-        """The last days; the server is not asked for its first value."""
+        """The last days. The first time on the server is not requested."""
         now = int((datetime.now(timezone.utc) - EPOCH) // timedelta(microseconds=1))
         return now - DAYS * 86_400_000_000, now
 
@@ -171,7 +172,7 @@ class Points:
         until = time.monotonic() + history.MOST_S
         while spans := reading.next():
             if time.monotonic() > until:
-                raise Refused(f"{', '.join(tags[:3])}: a day was not read in {history.MOST_S / 60:.0f} min; what was fetched so far stays")
+                raise Refused(f"{', '.join(tags[:3])}: a day was not read within {history.MOST_S / 60:.0f} min; samples fetched so far stay")
             streams, count = self._recorded([tags[span.index] for span in spans], *spans[0].asked)
             for span in spans:
                 tag = tags[span.index]
@@ -194,7 +195,7 @@ class Points:
                 yield tag, hours.joined([rows])
 
     def _recorded(self, tags: Sequence[str], begin: int, end: int) -> tuple[dict[str, list[Any]], int]:
-        """The answer about points, by their tags, and the number of values that were asked for."""
+        """The answer about points, by their tags, and the requested number of values."""
         names = {self._ids[tag]: tag for tag in tags}
         while True:
             query = {
@@ -216,11 +217,11 @@ class Points:
                     raise Refused(f"{tag}: {' '.join(map(str, errors))[:300]}")
                 found[tag] = stream.get("Items") or []
             if missing := [tag for tag in tags if tag not in found]:
-                raise Refused(f"{self.base}/streamsets/recorded did not answer about {', '.join(missing[:5])}; check them on the server")
+                raise Refused(f"{self.base}/streamsets/recorded did not answer about {', '.join(missing[:5])}; check these points on the server")
             return found, self.most
 
     def _value(self, item: dict[str, Any]) -> tuple[float, int]:
-        """The value and the status code. A digital state has a name, and those of the system are no values."""
+        """The value and the status code. A digital state has a name, and system states are no values."""
         value = item.get("Value")
         is_good = item.get("Good", True)
         if isinstance(value, dict):
@@ -233,4 +234,4 @@ class Points:
         return number, 0x4000_0000 if item.get("Questionable") else hours.GOOD
 
     def close(self) -> None:
-        """There is no connection to end."""
+        """Do nothing, because there is no connection to end."""

@@ -1,9 +1,9 @@
 """Events to a webhook, and the state of a watch as Prometheus metrics.
 
 Each event is one POST of JSON. ``X-Stiction-Signature`` is ``sha256=`` and the HMAC-SHA256, with the secret of the environment
-variable ``STICTION_WEBHOOK_SECRET``, of the text ``TIME.BODY``, where TIME is the header ``X-Stiction-Time`` (s since 1970). An event is
-sent again until the receiver answers with a 2xx code. ``X-Stiction-Event`` is its number, by which a receiver recognises an event
-that it has already.
+variable ``STICTION_WEBHOOK_SECRET``, of the text ``TIME.BODY``, where TIME is the header ``X-Stiction-Time`` (s since 1970). An
+event is sent again until the receiver answers with a 2xx code. ``X-Stiction-Event`` is its number, by which a receiver recognises
+a repeated event.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from stiction.live.errors import Refused
 __all__: list[str] = []
 
 LONGEST_PAUSE = 300.0
-"""Seconds between two attempts to send an event, at most."""
+"""Longest time between two attempts to send an event, s."""
 LONGEST_ANSWER = 30.0
-"""Seconds that a receiver has for its whole answer."""
+"""Time limit for the complete answer of a receiver, s."""
 MOST_OPEN = 10
-"""Answers that have not ended, at most."""
+"""Maximum number of answers that have not ended."""
 
 
 def signature(secret: str, at: str, body: bytes) -> str:
@@ -50,7 +50,7 @@ class _NoRedirect(urllib.request.HTTPRedirectHandler):
 
 
 class Pusher:
-    """Sends the events of a plant in their order, and remembers how far it came."""
+    """Sends the events of a plant in their order, and stores the number of the last one sent."""
 
     def __init__(self, plant: Path, url: str | None, say: Callable[[str], None]) -> None:
         if url is not None and not _is_address(url):
@@ -64,7 +64,7 @@ class Pusher:
         self.sent: int | None = None
 
     def wake(self) -> None:
-        """There may be new events."""
+        """Look for new events now."""
         self._wake.set()
 
     def _lines(self) -> list[bytes]:
@@ -78,7 +78,7 @@ class Pusher:
         return 0 if self.url is None or self.sent is None else max(0, len(self._lines()) - self.sent)
 
     async def run(self) -> None:
-        """Send events until it is cancelled."""
+        """Send events until the task is cancelled."""
         if self.url is None:
             return
         try:
@@ -98,9 +98,9 @@ class Pusher:
             else:
                 problem = ""
             if problem and problem != told:
-                self.say(f"the webhook did not take an event ({problem}); it is sent again")
+                self.say(f"the webhook did not accept an event ({problem}); it is sent again")
             elif told and not problem:
-                self.say("the webhook takes events again")
+                self.say("the webhook accepts events again")
             told, pause = problem, min(2.0 * pause, LONGEST_PAUSE) if problem else 1.0
             self._wake.clear()
             with contextlib.suppress(asyncio.TimeoutError):
@@ -114,10 +114,10 @@ class Pusher:
             part.replace(self.stored)
 
     async def _sent(self, body: bytes, number: int) -> str:
-        """Sends an event in a thread that no end waits for, and returns the problem, if any."""
+        """Sends an event in a thread that does not delay the end of the program, and returns the problem, if any."""
         self._open = [each for each in self._open if each.is_alive()]
         if len(self._open) >= MOST_OPEN:
-            return f"{MOST_OPEN} of its answers have not ended"
+            return f"{MOST_OPEN} of its answers are still incomplete"
         loop = asyncio.get_running_loop()
         done: asyncio.Future[str] = loop.create_future()
 
@@ -140,7 +140,7 @@ class Pusher:
         try:
             return await asyncio.wait_for(done, LONGEST_ANSWER)
         except asyncio.TimeoutError:
-            return f"its answer did not end in {LONGEST_ANSWER:.0f} s"
+            return f"its answer did not end within {LONGEST_ANSWER:.0f} s"
 
     def _post(self, body: bytes, number: int) -> str:
         """Sends an event, and returns the problem, if any."""
@@ -171,11 +171,11 @@ def _is_address(url: str) -> bool:
 
 
 GAUGES = (
-    ("stiction_up", "Whether the server is connected.", lambda s: int(s["connected_since"] is not None)),
+    ("stiction_up", "Whether the watch is connected to the server.", lambda s: int(s["connected_since"] is not None)),
     ("stiction_tags", "Tags that are collected.", lambda s: s["tags"]),
     ("stiction_tags_bad", "Tags without a good value.", lambda s: len(s["bad_tags"])),
     ("stiction_data_age_seconds", "Age of the newest value, by the server's clock.", lambda s: _age(s)),
-    ("stiction_values_per_second", "Values that arrive.", lambda s: s["values_per_s"]),
+    ("stiction_values_per_second", "Values that arrive per second.", lambda s: s["values_per_s"]),
     ("stiction_scan_seconds", "Duration of the last judgement.", lambda s: s["scan_s"]),
     ("stiction_write_seconds", "Duration of the last writing of hours.", lambda s: s["write_s"]),
     ("stiction_disk_full", "Whether values cannot be stored.", lambda s: int(s["disk_full"])),
@@ -208,7 +208,7 @@ def metrics(status: Mapping[str, Any]) -> str:
     lines += ["# TYPE stiction_unknown gauge"]
     for kind, count in sorted(status.get("unknown", {}).items()):
         lines.append(f'stiction_unknown{{kind="{kind}"}} {count}')
-    lines += ["# HELP stiction_loops Loops by the word of their verdict.", "# TYPE stiction_loops gauge"]
+    lines += ["# HELP stiction_loops Loops by the grade of their verdict.", "# TYPE stiction_loops gauge"]
     for word, count in sorted(status["words"].items()):
         lines.append(f'stiction_loops{{word="{word}"}} {count}')
     return "\n".join(lines) + "\n"

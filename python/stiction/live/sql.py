@@ -1,4 +1,4 @@
-"""Tables of samples in SQL databases: PostgreSQL (TimescaleDB, too), and any database with an ODBC driver.
+"""Tables of samples in SQL databases: PostgreSQL (also TimescaleDB), and any database with an ODBC driver.
 
 A table is long (times, tags, values, perhaps qualities) or wide (times, and a column per tag), as docs/recordings.md describes. It is
 read in a read-only transaction, loop by loop and day by day, so that memory holds one day of one loop. Each day is added to a file, which
@@ -30,22 +30,22 @@ __all__: list[str] = []
 
 DAY = 86_400_000_000
 ROWS = 20_000
-"""Rows that come from the database at a time."""
+"""Rows of one transfer from the database."""
 AGAIN = 2
-"""Days before the last one that are read again, because late values may have come."""
+"""Days before the last known one that are read again, because late values may have arrived."""
 QUALITIES = {"good": hours.GOOD, "uncertain": 0x4000_0000, "bad": hours.BAD}
 EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 FIRST = 315_532_800_000_000
-"""1980-01-01. Rows of an earlier day have a wrong time."""
+"""1980-01-01 in microseconds. Rows with an earlier time have a wrong time."""
 AHEAD = DAY
-"""Rows that are further ahead of this computer's clock have a wrong time."""
+"""Microseconds. Rows that are further ahead of this computer's clock have a wrong time."""
 CONNECT_S = 10
-"""Seconds until a server must have answered to a connection."""
+"""Time limit for a server to accept a connection, s."""
 LOCK_S = 30
-"""Seconds that a query waits for a table that another connection has locked."""
+"""Longest wait, s, of a query for a table that another connection has locked."""
 STATEMENT_S = 600
-"""Seconds that the database may take until the next rows."""
-LATER = "; what was fetched so far stays, and the rest comes next time"
+"""Time limit for the next rows from the database, s."""
+LATER = "; samples fetched so far stay, and the next fetch reads the rest"
 
 
 class Source:
@@ -54,14 +54,14 @@ class Source:
     name: str
     columns: list[str]
     mark: str
-    """How a query marks a value that is sent apart from it."""
+    """The placeholder in a query for a value that is sent separately."""
 
     def select(self, columns: Sequence[str], where: str, values: Sequence[Any], order: str = "") -> Iterator[Sequence[Any]]:
-        """The rows of a query, some at a time from the database."""
+        """The rows of a query, transferred in batches."""
         raise NotImplementedError
 
     def quoted(self, column: str) -> str:
-        """A column in a query."""
+        """A column name as a query quotes it."""
         return '"' + column.replace('"', '""') + '"'
 
     def close(self) -> None:
@@ -69,11 +69,13 @@ class Source:
         raise NotImplementedError
 
     def time(self, at: datetime, column: str) -> str:
-        """A time in a query, as the database compares it with a column of times."""
+        """A time as a query compares it with a column of times."""
         raise NotImplementedError
 
     def within(self, time: str, column: str) -> str:
-        """A time of a column, such as its maximum, among those that Python knows. PostgreSQL has infinite ones, and years BC."""
+        """A time of a column, such as its maximum, limited to the times that Python can represent. PostgreSQL has infinite times
+        and years BC.
+        """
         return time
 
 
@@ -141,7 +143,7 @@ class Postgres(Source):
         except self._error as error:
             raise Refused(f"table {self.name}: {' '.join(str(error).split())}{LATER}") from None
         except UnicodeDecodeError:
-            raise Refused(f"table {self.name}: has text that is not UTF-8; make a view that converts it, as in convert_from(tag, 'LATIN1')") from None
+            raise Refused(f"table {self.name}: holds text that is not UTF-8; make a view that converts the text, as in convert_from(tag, 'LATIN1')") from None
 
     def close(self) -> None:
         # The transaction only read, so nothing is lost without its end.
@@ -158,7 +160,7 @@ class Odbc(Source):
         try:
             import arrow_odbc
         except (ImportError, OSError) as error:
-            needed = 'pip install "stiction[odbc]", and the system\'s manager of drivers, such as unixodbc of Debian'
+            needed = 'pip install "stiction[odbc]", and the system\'s ODBC driver manager, such as unixodbc on Debian'
             raise ImportError(f"ODBC needs arrow-odbc ({error}): {needed}") from None
         self._error: type[Exception] = arrow_odbc.Error
         self._password = os.environ.get("STICTION_SQL_PASSWORD")
@@ -215,7 +217,7 @@ class Odbc(Source):
 
 
 def _in_full(schema: Any) -> Any:
-    """The columns as Arrow reads them, but with all digits: drivers state the digits of a number in two ways."""
+    """The columns as Arrow reads them, but with all digits of numbers, because drivers state the digits in two ways."""
     import pyarrow as pa
 
     return pa.schema([each.with_type(pa.float64()) if pa.types.is_floating(each.type) else each for each in schema])
@@ -243,16 +245,16 @@ def opened(url: str, table: str | None = None) -> Source:
     table = table or query.pop("table", None)
     query.pop("table", None)
     if not table:
-        raise Refused(f"{redacted(url)} names no table; add it, as in ?table=samples")
+        raise Refused(f"{redacted(url)} names no table; add one, as in ?table=samples")
     if parts.scheme in ("postgres", "postgresql"):
         return Postgres(urlunsplit(parts._replace(query=urlencode(query))), table)
     if parts.scheme == "odbc":
         return Odbc(url.partition("?table=")[0], table)
-    raise Refused(f"{parts.scheme}:// is no known address; use postgres://, odbc:// or pi://")
+    raise Refused(f"{parts.scheme}:// is not supported; use postgres://, odbc:// or pi://")
 
 
 class Table:
-    """The samples of a table: its layout and its loops."""
+    """The layout and the loops of a table of samples."""
 
     def __init__(self, source: Source, file: _core.Plant) -> None:
         self.source, self.file = source, file
@@ -260,7 +262,7 @@ class Table:
         shape = file.shape(source.columns)
         if shape is None:
             raise Refused(
-                f"table {source.name}: its columns {', '.join(source.columns[:8])} include no times; make a view with columns such as "
+                f"table {source.name}: its columns {', '.join(source.columns[:8])} include no column of times; make a view with columns such as "
                 "time, tag, value and quality"
             )
         self.time = source.columns[shape[0]]
@@ -299,7 +301,7 @@ class Table:
         return None if first is None else (self._us(first), self._us(last))
 
     def _us(self, at: Any) -> int:
-        """A time in microseconds. Without a zone it is in that of the plant."""
+        """A time in microseconds. A time without a zone is in the zone of the plant."""
         if not isinstance(at, datetime):
             raise Refused(f"table {self.source.name}, column {self.time}: holds {type(at).__name__}; cast it to timestamp in a view")
         if at.tzinfo is None:
@@ -319,12 +321,12 @@ class Table:
             for begin, status in QUALITIES.items():
                 if word.startswith(begin):
                     return status
-            raise Refused(f'table {self.source.name}, column {self.quality}: "{quality}" is no known quality; give good, uncertain or bad')
+            raise Refused(f'table {self.source.name}, column {self.quality}: "{quality}" is not a known quality; use good, uncertain or bad')
         try:
             code = int(quality) & 0xFFFF_FFFF
         except (TypeError, ValueError, OverflowError):
             raise Refused(
-                f'table {self.source.name}, column {self.quality}: "{str(quality)[:40]}" is no known quality; make a view with words (good, '
+                f'table {self.source.name}, column {self.quality}: "{str(quality)[:40]}" is not a known quality; make a view with words (good, '
                 "uncertain, bad), truth values or codes"
             ) from None
         if self.quality is not None and "statuscode" in self.quality.lower().replace("_", "") or code >= 0x4000_0000:
@@ -360,7 +362,7 @@ class Table:
                 yield tag, hours.joined([rows])
 
     def _at(self, us: int) -> datetime:
-        """A time as the database has it: with its zone, or by the clock of the plant."""
+        """A time as the database stores it: with its zone, or by the clock of the plant."""
         at = EPOCH + timedelta(microseconds=us)
         if self.file.zone != "UTC":
             from zoneinfo import ZoneInfo
@@ -386,10 +388,10 @@ def fetch(
     say: Callable[[str], None] = lambda _: None,
     note: Callable[[str], None] = lambda _: None,
 ) -> dict[str, int]:
-    """Add the rows of a table to a file a day below ``data/sql`` of a plant.
+    """Add the rows of a table to daily files below ``data/sql`` of a plant.
 
-    Only new days, and the last two before them, are read again. `say` is called as days are read, and `note` about what a person should
-    know.
+    Only new days, and the last two before them, are read again. `say` is called for each day, and `note` with warnings for the
+    user.
     """
     path = plant / "plant.toml"
     try:
@@ -409,7 +411,7 @@ def fetch(
     of = samples_of(url, table, file)
     folder = fetched.folder_of(plant, of.name.removeprefix("table "))
     try:
-        with hours.alone(plant, f"{folder.name}.lock", f"another fetch of {of.name} runs; wait for its end"):
+        with hours.alone(plant, f"{folder.name}.lock", f"another fetch of {of.name} is running; wait for its end"):
             known = _known(stored).get(key)
             span = believed(of, note)
             first, last = span[0] - span[0] % DAY, span[1]
@@ -418,7 +420,7 @@ def fetch(
                 try:
                     asked = int(datetime.strptime(since, "%Y-%m-%d").replace(tzinfo=timezone.utc).timestamp()) * 1_000_000
                 except ValueError:
-                    raise Refused(f'"{since}" is no day, such as 2026-03-01') from None
+                    raise Refused(f'"{since}" is not a day, such as 2026-03-01') from None
             elif isinstance(known, int) and known <= last:
                 # A clock that was ahead may have given a later day, and then all is read again.
                 asked = known - AGAIN * DAY
@@ -458,14 +460,14 @@ def _known(stored: Path) -> dict[str, Any]:
 
 
 def believed(of: Any, note: Callable[[str], None]) -> tuple[int, int]:
-    """The first and the last time of the samples, without those that cannot be right, which are reported."""
+    """The first and the last time of the samples. Impossible times are excluded and reported."""
     span: tuple[int, int] | None = of.span()
     if span is None:
         raise Refused(f"{of.name} has no rows")
     limit = time_ns() // 1000 + AHEAD
     for stray, where in ((span[0], "before 1980") if span[0] < FIRST else (0, ""), (span[1], "in the future") if span[1] > limit else (0, "")):
         if where:
-            note(f"{of.name} has rows {where}, such as of {hours.shown(stray)}; they are not read. Correct their times in the database")
+            note(f"{of.name} has rows {where}, such as of {hours.shown(stray)}, which are not read; correct their times in the database")
     if span[0] < FIRST or span[1] > limit:
         span = of.span(FIRST, limit)
         if span is None:

@@ -1,4 +1,4 @@
-"""The tags of a plant on a server: ``live.toml`` beside ``plant.toml``, or those that belong to loops by their names."""
+"""The tags of a plant on a server, from ``live.toml`` beside ``plant.toml``, or from the names of the server's variables."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MODE = re.compile(r'\s*"?([^"=]+?)"?\s*=\s*"(auto|manual|cascade)"\s*(?:#.*)?')
 
 
 def mode_words(text: str) -> dict[str, float]:
-    """The numbers of the words of modes under ``[modes]`` of a plant's file. Codes stay as they are."""
+    """The numbers for the words of modes under ``[modes]`` of a plant's file. Codes stay unchanged."""
     found, within = {}, False
     for line in text.split("\n"):
         if line.strip().startswith("["):
@@ -45,7 +45,7 @@ def read(path: Path) -> dict[str, str]:
         if bare.startswith("["):
             within = bare.replace(" ", "") == "[tags]"
             if not within:
-                raise Refused(f"{path}, line {number}: {bare} is not known; tags stand below [tags]")
+                raise Refused(f"{path}, line {number}: {bare} is not known; list tags below [tags]")
             continue
         match = _LINE.fullmatch(line)
         if not within or match is None:
@@ -65,7 +65,7 @@ def text_of(tags: Mapping[str, str], url: str) -> str:
 
 
 async def of_server(file: _core.Plant, server: opcua.Server, say: Callable[[str], None]) -> dict[str, str]:
-    """The variables of a server that belong to loops, by the identifiers of their nodes or by their paths."""
+    """The variables of a server whose node identifiers or paths are tags of loops."""
     found = await server.browse()
     chosen: dict[str, str] = {}
     most = 0
@@ -81,19 +81,20 @@ async def of_server(file: _core.Plant, server: opcua.Server, say: Callable[[str]
 
 
 async def of_plant(plant: Path, file: _core.Plant, server: opcua.Server, say: Callable[[str], None]) -> dict[str, str]:
-    """The tags of a plant. Without `NAME` they are found on the server, and the file is written."""
+    """The tags of a plant, from the file `NAME`. Without the file, the tags come from the server, and the file is written.
+    """
     path = plant / NAME
     if path.exists():
         known = read(path)
         if not known:
-            raise Refused(f"{path}: lists no tags; remove the file to have it made again")
+            raise Refused(f"{path}: lists no tags; remove the file, and it is made again")
         return known
     tags: dict[str, Any] = await of_server(file, server, say)
     if not tags:
         raise Refused(
-            f"no variable of {server.url} belongs to a loop by its name; list the tags in {path}, as in "
+            f"no variable of {server.url} has the name of a loop's tag; list the tags in {path}, as in "
             '"FIC101.PV" = "nsu=urn:plant;s=FIC101.PV" below [tags], and name them in plant.toml'
         )
     path.write_text(text_of(tags, server.url), encoding="utf-8")
-    say(f"{path} lists the tags; correct it, and start again, if it is wrong")
+    say(f"{path} lists the tags; if it is wrong, correct it and start again")
     return tags

@@ -1,7 +1,7 @@
-"""Collects the values of a plant from an OPC UA server, and has them judged hour by hour.
+"""Collects the values of a plant from an OPC UA server, and starts a judgement every hour.
 
-The server's clock decides when an hour is over, so that a played recording works like a plant. A connection that breaks is made
-again. The values in between come from the server's history if it has one. Otherwise the gap stays a gap.
+The server's clock decides when an hour is over, so a server that replays a recording works like a plant. A broken connection is
+made again. The values in between come from the server's history if it has one. Otherwise the gap remains.
 """
 
 from __future__ import annotations
@@ -36,27 +36,27 @@ US = 1_000_000
 FRESH = 60 * US
 """A value older than this when a connection begins is stored as held, at the time of the connection."""
 AHEAD = 600 * US
-"""A value whose time is this far ahead of the server's clock is not stored."""
+"""A value whose time is further ahead of the server's clock than this is not stored."""
 LATE = 600 * US
-"""A new value whose time is this far behind the server's clock is late, or its source has a wrong clock."""
+"""A new value whose time is further behind the server's clock than this is late, or its source has a wrong clock."""
 BEHIND = 7 * 86_400 * US
-"""A new value whose time is this far behind the server's clock is not stored."""
+"""A new value whose time is further behind the server's clock than this is not stored."""
 CHUNK = 6 * hours.HOUR
 """History is read in parts of this duration, so that the first hours are soon complete."""
 AGAIN_S = 30.0
-"""Seconds until hours that could not be judged are judged again."""
+"""Seconds until hours whose judgement failed are judged again."""
 LONGEST_PAUSE = 60.0
-"""Seconds between two attempts to connect, at most."""
+"""Longest time between two attempts to connect, s."""
 LASTING_S = 60.0
-"""A connection that lasted for so many seconds was a good one, and the next attempt comes soon."""
+"""Seconds. After a connection that lasted for longer, the next attempt comes soon."""
 DOUBT = hours.HOUR
-"""After a jump of the server's clock, no later hour is judged for this time of the clock, because it may go back."""
+"""After a jump of the server's clock, no later hour is judged for this time on that clock, because the clock may go back."""
 LAST_WAIT_S = 2.0
-"""Seconds that the end waits for the server, and as many for the judgement and the webhook."""
+"""Longest wait, s, of a stop for the server, and again for the judgement and the webhook."""
 PROGRESS_S = 50.0
-"""Seconds between two lines about a history that is being read."""
+"""Seconds between two lines on the progress of reading a history."""
 MOST_LINES = 20
-"""Lines of one kind in `KIND_S` seconds, at most; more are counted."""
+"""Maximum number of lines of one kind in `KIND_S` seconds; further lines are only counted."""
 KIND_S = 600.0
 
 
@@ -84,7 +84,7 @@ class Options:
 
 
 def matches(pattern: str, path: str) -> bool:
-    """Whether a pattern of ``plant.toml`` finds a path."""
+    """Whether a pattern of ``plant.toml`` matches a path."""
     parts = re.split(r"(\*\*/|\*|\?)", pattern)
     known = {"**/": "(?:.*/)?", "*": "[^/]*", "?": "[^/]"}
     return re.fullmatch("".join(known.get(part, re.escape(part)) for part in parts), path) is not None
@@ -173,7 +173,7 @@ class Watcher:
         self.options.say(f"{datetime.now(timezone.utc):%Y-%m-%d %H:%M:%S} {text}")
 
     def say_once(self, key: str, text: str, again_s: float = 600.0) -> None:
-        """Write a line unless one of the same key was written in the last minutes, or many of the same kind, the first word of the key.
+        """Write a line unless the last minutes had one of the same key, or many of its kind (the first word of the key).
         The next line states how many were left out.
         """
         now, kind = time.monotonic(), key.partition(" ")[0]
@@ -257,7 +257,7 @@ class Watcher:
             pause = min(2.0 * pause, LONGEST_PAUSE)
 
     async def _connection(self, server: opcua.Server) -> None:
-        """From the connection to its end, which is an exception, or the signal to stop."""
+        """Collect from the start of a connection until an exception or the signal to stop ends it."""
         await server.connect()
         self.clock = await server.clock()
         if not hasattr(self, "recorder"):
@@ -309,7 +309,7 @@ class Watcher:
             await asyncio.gather(self.filling, return_exceptions=True)
 
     async def _begin(self, server: opcua.Server) -> None:
-        """Finds the tags, and what earlier runs left."""
+        """Finds the tags and the state that earlier runs left."""
         self.tags = await tags.of_plant(self.options.plant, self.file, server, self.say)
         self.names = list(self.tags)
         place = {name: k for k, name in enumerate(self.names)}
@@ -330,26 +330,26 @@ class Watcher:
         self.recorder.sequence = hours.known(self.options.plant).sequence
 
     def _believe(self, known: hours.Known | None) -> None:
-        """Takes back times that a wrong clock of the server gave."""
+        """Voids times that a wrong clock of the server gave."""
         if known is not None:
             was, self.until = self.until, known.until or self.clock
             self.stored = self.until
             self.last = [min(at, self.until) for at in self.last]
             self.say(
-                f"the server's clock is {hours.shown(self.clock)}, and was {hours.shown(was)} before; what is known reaches to "
+                f"the server's clock is {hours.shown(self.clock)}, and was {hours.shown(was)} before; values are stored up to "
                 f"{hours.shown(self.until)}"
             )
 
     # Values.
 
     def _values(self, items: Sequence[tuple[int, Any]]) -> None:
-        """Stores what the server notifies."""
+        """Stores the values of a notification."""
         try:
             for index, value in items:
                 if 0 <= index < len(self.names):
                     self._value(index, value, live=True)
                 else:
-                    self.say_once("handle", f"the server sent a value of a tag that was not asked for (handle {index}); it was not stored")
+                    self.say_once("handle", f"the server sent a value of a tag without a subscription (handle {index}); it was not stored")
         except OSError as error:
             self._cannot_store(error)
 
@@ -359,10 +359,10 @@ class Watcher:
         self.last = [min(at, self.until) for at in self.last]
         if not self.full:
             self.full = True
-            self.say(f"values cannot be stored ({error.strerror}); free space on the disk. They are missing until then")
+            self.say(f"values cannot be stored ({error.strerror}), and are missing until then; free space on the disk")
 
     def _settle(self) -> None:
-        """Judges the values that were ahead of the last reading of the clock by the present one."""
+        """Judges values that were ahead of the last clock reading, with the present reading."""
         early, self._early = self._early, []
         for index, value in early:
             self._value(index, value, live=True, settled=True)
@@ -375,7 +375,7 @@ class Watcher:
             if at is not None and at.year <= 1970:
                 at = None
         if at is None:
-            self.say_once(f"timeless {index}", f"{self.names[index]}: has no time; the server's clock is used")
+            self.say_once(f"timeless {index}", f"{self.names[index]}: its values have no time; the server's clock is used")
         moment = self.clock if at is None else opcua.microseconds(at)
         if live and index in self._first:
             self._first.discard(index)
@@ -409,7 +409,7 @@ class Watcher:
             self.last[index] = moment
 
     def _is_dated_rightly(self, index: int, value: Any, moment: int, live: bool, settled: bool) -> bool:
-        """Whether a value of an unusual time, or of a source with unusual times, is stored now. What is not stored begins a gap."""
+        """Whether a value with an unusual time, or from a source with unusual times, is stored now. If not, a gap begins."""
         latest = self.clock + int(AHEAD * self.speed)
         if live and moment > latest and not settled:
             # The last reading of the clock may be an old one.
@@ -420,8 +420,8 @@ class Watcher:
             side = "ahead of" if moment > self.clock else "far behind"
             self.say_once(
                 f"{side} {index}",
-                f"{self.names[index]}: a value of {hours.shown(moment)} is {side} the server's clock ({hours.shown(self.clock)}); it was "
-                "not stored. Correct the clock of the source",
+                f"{self.names[index]}: a value of {hours.shown(moment)} is {side} the server's clock ({hours.shown(self.clock)}) and was "
+                "not stored; correct the clock of the source",
             )
             if live:
                 self._misdate(index)
@@ -432,7 +432,7 @@ class Watcher:
         return True
 
     def _is_believed(self, index: int, moment: int) -> bool:
-        """Whether a value's time can be right. What is not stored begins a gap."""
+        """Whether a value's time can be right. If not, a gap begins."""
         known = max(self.last[index], self._floor)
         # A recording that is played runs fast, and has begun to a moment ago.
         fastest = max(self._speeds, default=1.0)
@@ -450,7 +450,7 @@ class Watcher:
         return False
 
     def _misdate(self, index: int) -> bool:
-        """Begins a gap of a tag whose values are not stored, and returns whether they were until now."""
+        """Begins a gap of a tag whose values are not stored, and returns whether values were stored until now."""
         is_new = index not in self.misdating
         self.misdating.add(index)
         last = max(self.last[index], self.held.get(index, 0))
@@ -461,7 +461,7 @@ class Watcher:
         return is_new
 
     def _number(self, index: int, value: Any, status: int) -> float:
-        """The value as a number; not a number for a bad or other value."""
+        """The value as a number; NaN for a bad value or one without a number."""
         if status >= hours.BAD or value.Value is None:
             return math.nan
         kind, content = value.Value.VariantType, value.Value.Value
@@ -473,12 +473,12 @@ class Watcher:
         if not math.isnan(number) or isinstance(content, float):
             return number
         self.say_once(
-            f"kind {index}", f"{self.names[index]}: {str(content)[:40]!r} is no number and no known mode; it was stored as bad", 3600.0
+            f"kind {index}", f"{self.names[index]}: {str(content)[:40]!r} is neither a number nor a known mode; it was stored as bad", 3600.0
         )
         return math.nan
 
     def _alive(self) -> None:
-        """All values up to the last reading of the clock have arrived."""
+        """Records that all values up to the last clock reading have arrived."""
         if self._ticked > self.until and not self.full:
             self.until = self._ticked
             with contextlib.suppress(OSError):
@@ -487,11 +487,11 @@ class Watcher:
     # Gaps.
 
     def _filled(self) -> int | None:
-        """The time from which on values may still come from the server's history; None if nothing is to be filled in."""
+        """The time from which values may still come from the server's history; None if no gap is open."""
         return min(filter(None, (self.fill_from, self.dropped_from)), default=None)
 
     def _drop(self, index: int, before: int) -> None:
-        """Notes that the server dropped values of a tag between the last one and this time."""
+        """Records that the server dropped values of a tag between the last one and this time."""
         after = self.last[index] if self.last[index] > 0 else self._floor
         after = self.dropped.get(index, (after, 0))[0]
         if self.back is not None and self._before_back:
@@ -509,7 +509,7 @@ class Watcher:
             self._write_status()
 
     async def _refill(self, server: opcua.Server, nodes: Mapping[int, Any]) -> None:
-        """Reads what the server dropped from its history, and marks what stays missing."""
+        """Reads dropped values from the server's history, and marks the remaining gaps."""
         dropped, found = dict(self.dropped), dict.fromkeys(self.dropped, 0)
         begin, end = min(after for after, _ in dropped.values()), max(before for _, before in dropped.values())
         async for index, values in server.history({k: nodes[k] for k in dropped if k in nodes}, begin, end):
@@ -538,8 +538,8 @@ class Watcher:
                 self.dropped[index] = (before, self.dropped[index][1])
         self.dropped_from = min((after for after, _ in self.dropped.values()), default=None)
         count = sum(found.values())
-        came = f"{count} values came from its history" if count else "they are not in its history"
-        stays = f", and the gap stays one in {self._some(lost)}" if lost else ""
+        came = f"{count} values came from its history" if count else "none of them is in its history"
+        stays = f", and a gap remains in {self._some(lost)}" if lost else ""
         self.say_once("dropped", f"the server dropped values of {self._some(list(dropped))}, because its queue was full; {came}{stays}", 60.0)
 
     async def _fill(
@@ -550,7 +550,7 @@ class Watcher:
         last: Sequence[int],
         times: tuple[int, int, int],
     ) -> None:
-        """Reads what is missing from the server's history, and marks what stays missing."""
+        """Reads missing values from the server's history, and marks the remaining gaps."""
         gap, begin, now = times
         # A source whose clock is ahead of the server's has values after its present moment.
         limit = now + int(AHEAD * self.speed)
@@ -615,12 +615,12 @@ class Watcher:
             if index not in nodes:
                 self.recorder.add(index, now, math.nan, 0x8034_0000)  # BadNodeIdUnknown
         if lost:
-            self.say(f"the gap stays one in {lost} tags, without values and without held ones")
+            self.say(f"the gap remains in {lost} tags, without values and without held ones")
         self.recorder.flush()
         self.fill_from, self.was_wrong = None, False
 
     def _unread(self, index: int, part: history.Unread) -> None:
-        """Reports a part of the history that did not come to its end, and marks it as a gap."""
+        """Reports a part of the history that was not read completely, and marks it as a gap."""
         self.say_once(
             f"unread {index} {part.begin}",
             f"{self.names[index]}: the server's history from {hours.shown(part.begin)} to {hours.shown(part.end)} was not read to its end "
@@ -630,7 +630,9 @@ class Watcher:
             self.recorder.add(index, part.begin + 1, math.nan, hours.LOST)
 
     def _past(self, index: int, value: Any, begin: int) -> None:
-        """Stores a value of the history. The last value before `begin` holds from `begin` on, unless a gap of the tag began after it."""
+        """Stores a value of the history. The last value before `begin` is held from `begin` on, unless a gap of the tag began
+        after it.
+        """
         status = value.StatusCode.value if value.StatusCode is not None else 0
         if status == opcua.NO_BOUND:
             return
@@ -701,14 +703,14 @@ class Watcher:
                 await self._check(server, nodes)
 
     def _say_turned(self) -> None:
-        """Names the tags whose quality changed, in a line for each change."""
+        """Names the tags whose quality changed, in one line for each kind of change."""
         for what, places in self._turned.items():
             some = self._some(places)
             self.say_once(f"{what} {some}", f"{some}: {what}", 60.0)
         self._turned.clear()
 
     def _some(self, places: Sequence[int]) -> str:
-        """Names tags, the first of many."""
+        """Names tags, and of many only the first ones."""
         first = ", ".join(self.names[k] for k in places[:3])
         return f"{len(places)} tags ({first}{', ...' if len(places) > 3 else ''})" if len(places) > 1 else first
 
@@ -722,10 +724,10 @@ class Watcher:
                 if not self.full:
                     self.recorder.add(index, self.clock, math.nan, status)
             elif status < hours.BAD and index in self.bad:
-                raise ConnectionError(f"{self.names[index]} is back; all tags are subscribed again")
+                raise ConnectionError(f"{self.names[index]} exists again; all tags are subscribed again")
 
     def _compare(self, now: int) -> None:
-        """Reports how the server's clock differs from ours, and when it jumps."""
+        """Reports how the server's clock differs from this computer's clock, and when it jumps."""
         step, wall = (now - self.clock) / US, time.monotonic()
         passed = wall - self._compared if self._compared else math.inf
         if self._compared and wall > self._compared:
@@ -750,7 +752,7 @@ class Watcher:
             self._told_difference = difference
 
     def _jumped(self, now: int) -> None:
-        """The clock jumped ahead: for good, for a time, or back from a time when it was wrong."""
+        """Handles a clock that jumped ahead: permanently, temporarily, or back to the right time."""
         back = self.back
         if back is None or not back[0] <= now <= back[0] + (self.clock - back[1]) + int(AHEAD * self.speed):
             self.jumps.append((self.clock, now, int(time.time() * US)))
@@ -761,7 +763,7 @@ class Watcher:
         self._ask_again(now)
 
     def _set_right(self, back: tuple[int, int, int, int]) -> None:
-        """The clock that went back is right again, so all is known up to when it went back."""
+        """Handles a clock that went back and is right again, so all values are known up to when it went back."""
         self.back, self.was_wrong = None, True
         self.until = self.stored = back[0]
         if back[2] < back[0]:
@@ -774,7 +776,7 @@ class Watcher:
                 self._recall(self.until + int(5 * US * self.speed))
 
     def _went_back(self, now: int) -> None:
-        """The clock went back: for good, for a time, or from a time when it was wrong."""
+        """Handles a clock that went back: permanently, temporarily, or to the right time."""
         if self._undo(now):
             self._ask_again(now)
         if self.back is None and self.clock - now > FRESH:
@@ -785,7 +787,7 @@ class Watcher:
         self._write_status()
 
     def _undo(self, now: int) -> bool:
-        """Takes back what jumps of the server's clock dated wrongly, and returns whether there were any."""
+        """Voids values that jumps of the server's clock dated wrongly, and returns whether there were any."""
         undone = [each for each in self.jumps if self._is_undone(now, *each)]
         if not undone:
             return False
@@ -797,12 +799,14 @@ class Watcher:
         return True
 
     def _is_undone(self, now: int, before: int, after: int, computer: int) -> bool:
-        """Whether the clock is behind where it jumped to, or nearer to where it would be without the jump, by this computer's clock."""
+        """Whether a jump of the clock is undone: it is behind the time to which it jumped, or nearer to its time without the
+        jump, by this computer's clock.
+        """
         passed = int(max(0.0, time.time() * US - computer) * self.speed)
         return before < after and now < after or abs(now - before - passed) < abs(now - after - passed)
 
     def _take_back(self, until: int, void: int | None = None) -> None:
-        """Nothing is known after a time, and the values of another one and later ones are wrong."""
+        """Voids the values from the time `void` on, and counts nothing after the time `until` as known."""
         self.until = self.stored = min(self.until, until)
         self.last = [min(at, until) for at in self.last]
         self.held = {index: min(at, until) for index, at in self.held.items()}
@@ -822,19 +826,19 @@ class Watcher:
             self._cannot_store(error)
 
     def _recall(self, until: int) -> None:
-        """Finds the last values up to a time that are stored, after which a gap begins."""
+        """Finds the last stored values up to a time, after which a gap begins."""
         known = hours.known(self.options.plant, until).last
         self.last = [known.get(name, at) for name, at in zip(self.names, self.last)]
 
     def _ask_again(self, now: int) -> None:
         """Ends the connection, so that the next one fills the gap."""
         self.clock, self._ticked = now, 0
-        raise ConnectionError("the server's clock was wrong for a time; the values of this time are asked for again")
+        raise ConnectionError("the server's clock was wrong for a time; its values for that time are requested again")
 
     # Judgement.
 
     async def _judge(self) -> None:
-        """Runs the judgement whenever hours are ready, one at a time, in a process of its own."""
+        """Runs the judgement whenever hours are ready, one at a time, in a separate process."""
         ready = hours.live_folder(self.options.plant) / "ready"
         if ready.is_dir() and any(ready.iterdir()):
             self.judging.set()
@@ -876,9 +880,9 @@ class Watcher:
         try:
             found = json.loads(out.decode().strip().rpartition("\n")[2])
         except ValueError:
-            found = {"error": errors.decode(errors="replace").strip().rpartition("\n")[2] or f"it ended with {process.returncode}"}
+            found = {"error": errors.decode(errors="replace").strip().rpartition("\n")[2] or f"it ended with exit code {process.returncode}"}
         if "error" in found:
-            self.say_once("judging", f"the hours could not be judged, and are judged later: {found['error']}", 60.0)
+            self.say_once("judging", f"the hours could not be judged; a later attempt follows: {found['error']}", 60.0)
             # Such as while a person scans.
             asyncio.get_running_loop().call_later(AGAIN_S, self.judging.set)
             return
@@ -955,12 +959,12 @@ class Watcher:
 
 
 def _is_value(value: Any) -> bool:
-    """Whether it is more than the answer that there is no value at a bound."""
+    """Whether the answer is a value, and not the statement that a bound has none."""
     return value.StatusCode is None or value.StatusCode.value != opcua.NO_BOUND
 
 
 def _is_until(value: Any, time: int) -> bool:
-    """Whether its source dates it up to a time."""
+    """Whether the source time of a value is not after a time."""
     return value.SourceTimestamp is not None and opcua.microseconds(value.SourceTimestamp) <= time
 
 

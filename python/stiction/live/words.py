@@ -1,4 +1,4 @@
-"""Values of servers and databases as numbers, and numbers in words."""
+"""Values of servers and databases as numbers, and counts in words."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ WORDS = {
 
 
 def number_of(content: Any, modes: Mapping[str, float]) -> float:
-    """The number of a value; not a number for one that has none. `modes` are the words of a plant."""
+    """The number for a value, or NaN if it has none. `modes` are the mode words of a plant."""
     if isinstance(content, str):
         word = content.strip().lower()
         if word in modes or word in WORDS:

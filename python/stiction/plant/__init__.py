@@ -1,6 +1,6 @@
 """Plants of many loops, judged day by day, from folders with a ``plant.toml`` or from tables of other engines.
 
-`stiction.plant.spark` does the same on Apache Spark. The package does not import it by itself.
+`stiction.plant.spark` does the same on Apache Spark. Import it by name.
 """
 
 from __future__ import annotations
@@ -67,16 +67,16 @@ def scan(
     Parameters
     ----------
     threads : int, optional
-        Number of threads; by default as many as the machine has. The rows do not depend on it.
+        Number of threads; by default as many as the machine has. It does not affect the rows.
     memory : float, optional
         Memory to use, bytes; by default 500 MB.
     again : bool, default False
-        Whether existing results are judged again.
+        Whether windows with results are judged again.
     time_limit_s : int, optional
-        Longest time for a window of a loop, s, which is then a row with an error; by default `time_limit_s` in
+        Longest time for a window of a loop, s. Beyond it, the row of the window has an error. By default `time_limit_s` in
         ``plant.toml``, or 300.
     progress : callable, optional
-        Called with the number of finished days of loops.
+        Called with the number of finished days, summed over the loops.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def scan(
 
 @documented
 def check(folder: Folder) -> Checked:
-    """Read all data of a plant without judging them.
+    """Read all data of a plant without judging its loops.
 
     Returns
     -------
@@ -156,7 +156,7 @@ def windows(folder: Folder, *, since: str | None = None, until: str | None = Non
 
 @documented
 def groups(folder: Folder, *, week: str | None = None) -> list[Group]:
-    """Find loops that swing together in a week, as in its report.
+    """Find loops that swing together in a week, as in the report of the week.
 
     Returns
     -------
@@ -204,7 +204,7 @@ def propose(folder: Folder, data: Sequence[str], *, name: str | None = None) -> 
     Returns
     -------
     text : str
-        The text of the file, with doubts as comments.
+        The text of ``plant.toml``, with doubts as comments.
     doubts : list of str
         The doubts.
 
@@ -226,7 +226,7 @@ def take(folder: Folder, table: Any, traces: Any = None) -> Scanned:
     Parameters
     ----------
     table : table
-        Rows in the columns of `schema`; other columns are ignored. Any object with the Arrow capsule interface.
+        Rows in the columns of `schema`, in any object with the Arrow capsule interface. Other columns are ignored.
     traces : table, optional
         Traces of the windows from `diagnose_window`, with which a report finds loops that swing together.
 
@@ -244,12 +244,12 @@ def take(folder: Folder, table: Any, traces: Any = None) -> Scanned:
 
 
 def demo(folder: Folder, *, loops: int = 20, days: int = 7, seed: int = 1) -> None:
-    """Write a plant with known truth: ``plant.toml``, ``data``, ``truth.csv``.
+    """Write a simulated plant with known truth: ``plant.toml``, ``data`` and ``truth.csv``.
 
     Parameters
     ----------
     folder : path
-        Output folder. Files of these names are overwritten.
+        Output folder. Existing files of these names are overwritten.
     loops, days : int
         Number of loops and of days.
     seed : int, default 1
@@ -266,7 +266,7 @@ def model_version() -> str:
     Returns
     -------
     str
-        As in the rows of windows.
+        The version, as in the rows of windows.
     """
     return _core.model_version()
 
@@ -277,7 +277,7 @@ def schema() -> Any:
     Returns
     -------
     pyarrow.Schema
-        The metadata of its fields give unit and meaning.
+        The metadata of a field has its unit and meaning.
 
     Raises
     ------
@@ -306,7 +306,7 @@ def _of_text(words: str, origin: str) -> _core.Plant:
 
 
 def _plant(settings: Settings) -> _core.Plant:
-    """Return the content of a plant's file, which is parsed once per process."""
+    """Return the content of ``plant.toml``, which is parsed once per process."""
     if settings is None:
         return _of_text('name = "table"', "settings")
     if isinstance(settings, str):
@@ -322,7 +322,7 @@ def diagnose_table(table: Any, settings: Settings = None, *, threads: int | None
     ----------
     table : table
         A long table (times, tags, values, and optionally qualities) or a wide one, of one loop or of several, with the Arrow
-        capsule interface. Times have a time type. Tags may be a dictionary. Rows may have any order.
+        capsule interface. Times have a time type. Tags may be dictionary-encoded. Rows may have any order.
     settings : str or path, optional
         The text of a ``plant.toml``, or the path of its folder. By default the zone is UTC and everything is recognised.
     threads : int, optional
@@ -337,7 +337,7 @@ def diagnose_table(table: Any, settings: Settings = None, *, threads: int | None
     Raises
     ------
     TypeError, ValueError
-        On misuse, such as something that is not a table, a column without numbers, text or times, or invalid settings.
+        If `table` is not a table, a column holds neither numbers, text nor times, or the settings are invalid.
 
     Examples
     --------
@@ -359,24 +359,25 @@ def diagnose_window(
     Parameters
     ----------
     table : table
-        The samples of the window, as for `diagnose_table`, and at least the last sample of each tag on the day before.
+        The samples of the window, as for `diagnose_table`, with at least the last sample of each tag on the day before.
     settings : str or path or None
         As for `diagnose_table`.
     loop : str
         The loop.
     day : int
-        The day of the plant on which the window begins, days since 1970-01-01.
+        The day on which the window begins, by the plant's clock, days since 1970-01-01.
     days : int, default 1
         Its number of days.
 
     Returns
     -------
     table : Table
-        Its row; none without a sample of the OP.
+        The row of the window; none without a sample of the OP.
     trace : Table
-        The trace of its signal, for comparison with other loops; none for a signal that does not move.
+        The trace of the window's signal, for comparison with other loops; none for a signal that does not move.
     days : int
-        Number of days that the window beginning there should have. If it is more than one, judge it again with this number.
+        Number of days that a window from `day` on should have. If it differs from the given number, judge the window again with
+        it.
     """
     return _plant(settings).window(
         table, text("loop", loop), integer("day", day, least=-100_000_000), integer("days", days, least=1)

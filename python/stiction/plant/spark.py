@@ -1,10 +1,10 @@
-"""The scan of a plant on Apache Spark, with the same windows, rows and compiled code as the local scan.
+"""The scan of a plant on Apache Spark. Windows, rows and compiled code are those of the local scan.
 
 ``python -m stiction.plant.spark --plant DIR --output DIR --input DATA`` runs it; `scan` takes a data frame.
 
 One task on one core judges a window, from the samples of its days and the last sample of each tag on the day before. So a task
-needs memory only for a window, in a plant of any size. A window is a day. If ten periods of the loop's swing take longer, a
-second round judges a window of as many days as they take. The local scan does the same.
+needs memory for one window only, in a plant of any size. A window is a day. If ten periods of the loop's swing take longer, a
+second round judges a window of as many days as these periods. The local scan does the same.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ __all__ = ["MOST_ERRORS", "Pairs", "Plan", "Scan", "explain", "main", "pairs", "
 MOST_ERRORS = 0.05
 """Maximum share of loops with an error. Above it, a job ends with an error after writing."""
 TAKEN_TOGETHER = 20_000
-"""Rows that the driver writes to the store of a plant at a time."""
+"""Maximum number of rows that the driver writes to the store of a plant at a time."""
 WINDOWS_A_TASK = 16
-"""Windows per task, some seconds of work, which is the loss if a worker fails."""
+"""Maximum number of windows per task. They take some seconds, which are lost if a worker fails."""
 WINDOWS_A_CORE = 4_000
-"""Windows per core between two writes of the command, some minutes of work, which is the loss if the driver fails."""
+"""Windows per core between two writes of the command. They take some minutes, which are lost if the driver fails."""
 LOOPS_A_BLOCK = 200
-"""Loops that a task compares with as many others. Their traces of a week take some hundred megabytes."""
+"""Maximum number of loops that a task compares with as many others. Their traces of a week take some hundred megabytes."""
 ROWS_A_BATCH = "spark.sql.execution.arrow.maxRecordsPerBatch"
 PAIRS_TOGETHER = 200_000
-"""Pairs of loops that the driver may collect without first reducing them."""
+"""Maximum number of pairs of loops that the driver collects without first reducing them."""
 DAY_US = 86_400_000_000
 DAY_BITS, LENGTH_BITS = 28, 4
 """A window is one number, made of its loop, first day, and length, because Spark sorts numbers fast."""
@@ -64,10 +64,10 @@ class Plan(Result):
     windows: int = about(
         "Windows to judge, of one day each; a loop that swings slowly has fewer, longer ones."
     )
-    done: int = about("Windows that are already judged.")
+    done: int = about("Windows that were judged before.")
     partitions: int = about("Number of tasks.")
-    samples: int = about("Samples sent to the tasks; of a wide table, rows.")
-    bytes: int = about("Approximate size of these.")
+    samples: int = about("Samples sent to the tasks; for a wide table, rows.")
+    bytes: int = about("Approximate size of these samples.")
 
 
 @result
@@ -80,8 +80,8 @@ class Scan(Result):
         kind="pyspark.sql.DataFrame",
     )
     plan: Plan = about("The plan of the scan.")
-    windows: int = about("Rows.")
-    errors: int = about("Number of these that could not be judged.")
+    windows: int = about("Number of rows.")
+    errors: int = about("Number of windows that could not be judged.")
     loops_in_error: frozenset[str] = about("Loops with such windows.")
 
 
@@ -90,10 +90,10 @@ class Pairs(Result):
     """The pairs of loops that may swing together in a week."""
 
     week: str = about("The week.")
-    loops: int = about("Loops compared.")
-    blocks: int = about("Blocks of loops; each was compared with each.")
-    compared: int = about("Pairs of loops.")
-    kept: int = about("Number of pairs kept for the report, with each band in which they may swing in step.")
+    loops: int = about("Number of compared loops.")
+    blocks: int = about("Number of blocks of loops; each block was compared with each.")
+    compared: int = about("Number of compared pairs of loops.")
+    kept: int = about("Number of pairs kept for the report, counted once for each band in which they may swing in step.")
 
 
 Window: TypeAlias = tuple[int, int, int]
@@ -115,7 +115,7 @@ def _frame(spark: Any, rows: Sequence[tuple[Any, ...]], columns: str) -> Any:
 
 
 def probe(spark: Any) -> None:
-    """Check before any work that the executors have this version of the wheel.
+    """Check, before any work, that the executors have this version of the wheel.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def probe(spark: Any) -> None:
     Raises
     ------
     RuntimeError
-        If an executor has none, or another version or model; the message names it, and the remedy.
+        If an executor has no wheel, or one of another version or model. The message names the executor and the remedy.
     """
     expected = _made_by()
 
@@ -159,11 +159,11 @@ def probe(spark: Any) -> None:
     for answer in answers:
         if answer.problem:
             words = f"executor {answer.host} cannot use the wheel ({answer.problem})"
-            remedy = "ship it with --archives stiction.zip#deps and PYTHONPATH=./deps, or install it there"
+            remedy = "ship the wheel with --archives stiction.zip#deps and PYTHONPATH=./deps, or install it there"
             raise RuntimeError(f"{words}; {remedy}")
         if (answer.version, answer.model) != expected:
             words = f"executor {answer.host} has stiction {answer.version} ({answer.model})"
-            raise RuntimeError(f"{words}, but the driver {expected[0]} ({expected[1]}); ship the driver's wheel")
+            raise RuntimeError(f"{words}, but the driver has {expected[0]} ({expected[1]}); ship the driver's wheel")
 
 
 def _made_by() -> tuple[str, str]:
@@ -171,10 +171,10 @@ def _made_by() -> tuple[str, str]:
 
 
 def _same(expected: tuple[str, str]) -> None:
-    """Ends a task on an executor that joined later with another version or model than the driver."""
+    """Ends a task on an executor that joined later with a version or model different from the driver's."""
     found = _made_by()
     if found != expected:
-        raise RuntimeError(f"this executor has stiction {found}, but the driver {expected}; ship the driver's wheel")
+        raise RuntimeError(f"this executor has stiction {found}, but the driver has {expected}; ship the driver's wheel")
 
 
 def _cores(spark: Any) -> int:
@@ -185,12 +185,12 @@ def _cores(spark: Any) -> int:
 
 
 class _Input:
-    """A data frame of samples, with its loops, and its rows with loop and day."""
+    """A data frame of samples with its loops, and with the loop and the day of each row."""
 
     def __init__(self, df: Any, plant: _core.Plant, pattern: str | None) -> None:
         shape = plant.shape(df.columns)
         if shape is None:
-            raise ValueError(f"the columns {df.columns} include no times; a long table has times, tags and values")
+            raise ValueError(f"the columns {df.columns} include no column of times; a long table has times, tags and values")
         time, long, about = shape
         self.time = df.columns[time]
         kind = df.schema[self.time].dataType.typeName()
@@ -229,14 +229,14 @@ class _Input:
         self.payload = [name for name in self.samples.columns if name not in {"loop_id", "time", "day", "is_op", "tag"}]
 
     def samples_of(self, loops: set[int]) -> Any:
-        """The samples of these loops, and of other loops only if these are many."""
+        """The samples of these loops. If they are many or the table is wide, those of other loops are included."""
         if self.tag is None or 2 * len(loops) > len(self.names):
             return self.samples
         tags = sorted({tag for loop in loops for tag in self.tags[loop]})
         return self._cut(self._df.where(F.col(f"`{self.tag}`").isin(tags)))
 
     def _long(self, df: Any, moment: Any, day: Any, ops: list[int], names: list[str]) -> Any:
-        """The samples of a long table: loop, number of the tag within it, time, and other columns."""
+        """The samples of a long table: loop, number of the tag within the loop, time, and other columns."""
         places = [
             (tag, loop, k, tag == names[ops[loop]])
             for loop, own in enumerate(self.tags)
@@ -269,7 +269,7 @@ class _Input:
         return rows.select("own.*", "time", "day", *[f"of_{k}" for k in range(len(rest))], F.lit(True).alias("is_op"))
 
     def marks(self) -> Any:
-        """The number of samples of each loop, tag and day, a digest of them, and the last one."""
+        """The number of samples of each loop, tag and day, with their digest and the last sample."""
         keys = ["loop_id", "day", *(["tag"] if self.tag else [])]
         digest = F.xxhash64("time", *(["tag"] if self.tag else []), *self.payload)
         last = [F.max_by(name, "time").alias(name) for name in self.payload]
@@ -312,7 +312,7 @@ def _some(names: Sequence[str]) -> str:
 
 
 class _Chain:
-    """The windows, as far as they are known. Each begins where the one before ends."""
+    """The known windows. Each begins where the previous one ends."""
 
     def __init__(self, plant: _core.Plant, of: _Input, marks: Any, known: Any, since: int | None) -> None:
         self.plant, self.names = plant, of.names
@@ -344,7 +344,7 @@ class _Chain:
         return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
     def done(self, loop: int, day: int) -> int:
-        """The number of days of the window that begins on `day`, if it is judged; else 0."""
+        """The number of days of the window that begins on `day`, if the window is judged; else 0."""
         start = self.begin(day)
         kept = self.kept.get((self.names[loop], start))
         if kept is None:
@@ -366,7 +366,7 @@ class _Chain:
         return 1 << 62
 
     def walk(self) -> tuple[list[Window], list[Window], int]:
-        """Windows that are judged and valid, windows to judge, and the number judged before."""
+        """Return the judged and valid windows, the windows to judge, and the number judged before."""
         there: list[Window] = []
         open_: list[Window] = []
         done = 0
@@ -443,7 +443,7 @@ def _judge(spark: Any, of: _Input, marks: Any, chain: _Chain, windows: list[Wind
 
 
 def _groups(batches: Iterator[Any], key: str) -> Iterator[tuple[int, Any]]:
-    """Tables of the rows with one number in the column `key` each, from batches sorted by it."""
+    """Yield a table of the rows for each number in the column `key`, from batches sorted by this column."""
     import numpy as np
     import pyarrow as pa
 
@@ -494,7 +494,7 @@ def _plan(spark: Any, of: _Input, chain: _Chain) -> Plan:
 def explain(
     df: Any, settings: Settings = None, *, since: str | None = None, loops: str | None = None, known: Any = None
 ) -> Plan:
-    """Return the plan of `scan`, after reading the data once for loops and days.
+    """Return the plan of `scan`. The data are read once, for loops and days.
 
     Parameters
     ----------
@@ -510,7 +510,7 @@ def explain(
     Returns
     -------
     Plan
-        Windows, partitions, bytes.
+        The numbers of windows, partitions and bytes.
     """
     of, marks, chain = _begun(df, settings, since, loops, known)
     plan = _plan(df.sparkSession, of, chain)
@@ -538,14 +538,14 @@ def scan(
     Returns
     -------
     Scan
-        The rows, and their numbers.
+        The rows, with their counts.
 
     Raises
     ------
     RuntimeError
         If an executor has no wheel, or a wheel of another version or model.
     ValueError
-        If the columns include no times or loops, or the settings are invalid.
+        If the table has no column of times or no loop, or the settings are invalid.
     """
     (done,) = _scans(df, settings, since, loops, known, None)
     return done
@@ -554,8 +554,7 @@ def scan(
 def _scans(
     df: Any, settings: Settings, since: str | None, loops: str | None, known: Any, most: int | None
 ) -> Iterator[Scan]:
-    """Scans of about `most` windows each, one day after the other; one scan if nothing is new. Rows are valid until the next
-    scan."""
+    """Yield scans of about `most` windows each, day after day; one scan if nothing is new. Rows are valid until the next scan."""
     spark = df.sparkSession
     probe(spark)
     of, marks, chain = _begun(df, settings, since, loops, known)
@@ -627,8 +626,8 @@ def _traces(rows: Any) -> Any:
 def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None) -> Pairs:
     """Find pairs of loops that may swing together, in blocks, and keep them in the store of the plant.
 
-    The report of the week uses these pairs and finds the same groups as without them. For thousands of loops this is the slow
-    part of a report.
+    The report of the week uses these pairs and finds the same groups as without them. For thousands of loops, finding pairs is
+    the slow part of a report.
 
     Parameters
     ----------
@@ -646,7 +645,7 @@ def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None)
     RuntimeError
         If an executor has no wheel, or a wheel of another version or model.
     ValueError
-        If nothing was judged in the week, or the rows differ from those of the store.
+        If no window of the week was judged, or the rows differ from those of the store.
     """
     import pyarrow as pa
 
@@ -753,7 +752,7 @@ def _session(of: argparse.Namespace) -> Any:
     builder = SparkSession.builder.appName("stiction")
     if of.master and of.master.startswith("sc:"):
         if of.wheel:
-            raise ValueError("a wheel cannot be sent by Spark Connect; install it in the Python of the server's executors")
+            raise ValueError("Spark Connect cannot send a wheel; install it in the Python of the server's executors")
         builder = builder.remote(of.master)
     elif of.master:
         builder = builder.master(of.master)
@@ -773,7 +772,7 @@ def _session(of: argparse.Namespace) -> Any:
 
 
 def _quiet(spark: Any) -> None:
-    """Keeps Spark 4 from logging a stack trace for each path that is a pattern or does not exist yet, which is not a fault."""
+    """Prevents stack traces in the log of Spark 4 for paths that are patterns or do not exist yet, which are no faults."""
     jvm = getattr(spark, "_jvm", None)
     if jvm is not None:
         log4j = jvm.org.apache.logging.log4j
@@ -787,27 +786,27 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--plant", required=True, metavar="DIR", help="the folder of plant.toml, whose store gets the rows")
     parser.add_argument("--output", required=True, metavar="PATH", help="where rows are written, by run, as Parquet")
     parser.add_argument("--input", nargs="*", metavar="PATH", help="data; by default those named in plant.toml")
-    parser.add_argument("--format", default="parquet", help="their format, such as delta [default: parquet]")
+    parser.add_argument("--format", default="parquet", help="format of the data, such as delta [default: parquet]")
     parser.add_argument("--table", metavar="NAME", help="a table of the catalog instead of data")
     parser.add_argument("--since", metavar="DAY", help="judge windows from this day on, such as 2026-03-01")
     parser.add_argument("--loops", metavar="GLOB", help='judge only loops whose names match this pattern, such as "FIC*"')
     parser.add_argument(
-        "--windows", type=int, metavar="N", help=f"write after some N windows [default: {WINDOWS_A_CORE} a core]"
+        "--windows", type=int, metavar="N", help=f"write after about N windows [default: {WINDOWS_A_CORE} a core]"
     )
-    parser.add_argument("--again", action="store_true", help="judge everything again, not only new data")
+    parser.add_argument("--again", action="store_true", help="judge all windows again, not only new data")
     parser.add_argument(
         "--groups",
         nargs="?",
         const="",
         metavar="WEEK",
-        help="then compare all loops of a week, such as 2026-W10 [default: the last], for the groups of its report",
+        help="after the scan, compare all loops of a week, such as 2026-W10 [default: the last], for the groups in its report",
     )
     parser.add_argument("--explain", action="store_true", help="show windows, partitions and bytes, without judging")
-    parser.add_argument("--most-errors", type=float, default=MOST_ERRORS, metavar="SHARE", help="of loops [default: 0.05]")
+    parser.add_argument("--most-errors", type=float, default=MOST_ERRORS, metavar="SHARE", help="most loops with an error [default: 0.05]")
     parser.add_argument(
         "--master", metavar="URL", help="the cluster, unless spark-submit names it; sc://HOST:PORT is Spark Connect"
     )
-    parser.add_argument("--wheel", metavar="FILE.zip", help="the wheel, as a .zip, to be sent to the executors")
+    parser.add_argument("--wheel", metavar="FILE.zip", help="the wheel as a .zip, which is sent to the executors")
     parser.add_argument("--conf", action="append", default=[], metavar="NAME=VALUE", help="a setting of Spark")
     return parser.parse_args(arguments)
 
@@ -823,7 +822,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0, or 1 if it failed or too many loops have an error. In the latter case everything is written.
+        0, or 1 if the command failed or too many loops have an error. In the latter case all rows are written.
     """
     of = _arguments(arguments)
     try:
@@ -857,7 +856,7 @@ def _run(of: argparse.Namespace) -> int:
                 _taken(of.plant, done.rows)
                 done.rows.write.mode("append").parquet(f"{of.output.rstrip('/')}/run={run:04}")
             windows, errors, wrong = windows + done.windows, errors + done.errors, wrong | done.loops_in_error
-            print(f"{windows} of at most {done.plan.windows} windows are judged and written", file=sys.stderr)
+            print(f"{windows} of at most {done.plan.windows} windows were judged and written", file=sys.stderr)
         print(
             f"{windows} windows judged, {errors} of them with an error; {done.plan.loops} loops; "
             + (f"run {run:04}" if windows else "nothing was new")
@@ -869,11 +868,11 @@ def _run(of: argparse.Namespace) -> int:
             found = pairs(rows, folder, week=of.groups or None)
             print(
                 f"{found.compared} pairs of {found.loops} loops compared in {found.week}, "
-                f"{found.kept} kept for the groups of its report"
+                f"{found.kept} kept for the groups in the report of the week"
             )
         if len(wrong) > of.most_errors * done.plan.loops:
             words = f"{len(wrong)} of {done.plan.loops} loops have an error, more than {of.most_errors:.0%}"
-            raise RuntimeError(f"{words}; the rows are written, see their column error")
+            raise RuntimeError(f"{words}; all rows were written, and the column error has the reasons")
         return 0
     finally:
         spark.stop()

@@ -166,7 +166,7 @@ def test_one_table_is_fetched_by_one_run_at_a_time(tmp_path, monkeypatch):
     source = Historian("samples")
     source.rows_of["A.PV", START] = 1.0
     monkeypatch.setattr(sql, "samples_of", lambda *_: source)
-    with hours.alone(tmp_path, "samples.lock", ""), pytest.raises(Refused, match="another fetch of table samples runs; wait for its end"):
+    with hours.alone(tmp_path, "samples.lock", ""), pytest.raises(Refused, match="another fetch of table samples is running; wait for its end"):
         sql.fetch("a", tmp_path)
     sql.fetch("a", tmp_path)
     assert stored(tmp_path / "data") == {("A.PV", START): 1.0}

@@ -84,7 +84,7 @@ def test_a_kill_in_the_middle_of_a_record_loses_only_that_record(tmp_path):
     [journal] = (tmp_path / ".stiction/live/ready").iterdir()
     journal.write_bytes(journal.read_bytes()[:-5])
     [folded] = hours.fold(tmp_path, tmp_path / "data")
-    assert len(rows(tmp_path)["A.OP"]) == 9 and "cut in the middle" in folded.problems[0]
+    assert len(rows(tmp_path)["A.OP"]) == 9 and "ends within a record" in folded.problems[0]
 
 
 @pytest.mark.parametrize("length", range(0, 60, 7))

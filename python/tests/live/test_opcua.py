@@ -172,7 +172,7 @@ def test_the_names_in_a_certificate_are_compared_unless_it_is_reported_otherwise
     opcua.check_certificate(certificate("urn:other", hosts=()), "urn:server", "other", known)
     server = opcua.Server("opc.tcp://other:4840", known, say=said.append)
     server._say_any_name()
-    assert server.host == "other" and said == ["the names in the server's certificate are not compared, because --any-name was given"]
+    assert server.host == "other" and said == ["the names in the server's certificate were not compared, because --any-name was given"]
 
 
 def signed(issuer_ca, days=10, signs=None):
@@ -215,11 +215,11 @@ def test_only_a_valid_authority_vouches_for_a_server(tmp_path, is_ca, days, sign
     (tmp_path / "trusted/junk.der").write_bytes(b"junk")
     if words is None:
         # A junk file is named, whoever is trusted.
-        assert "junk.der is no certificate; remove it" in opcua.check_certificate(leaf, "urn:server", "plant-server", opcua.Security(folder=tmp_path))
+        assert "junk.der is not a certificate; remove the file" in opcua.check_certificate(leaf, "urn:server", "plant-server", opcua.Security(folder=tmp_path))
     else:
         with pytest.raises(Refused, match=words) as refused:
             opcua.check_certificate(leaf, "urn:server", "plant-server", opcua.Security(folder=tmp_path))
-        assert "junk.der is no certificate; remove it" in str(refused.value)
+        assert "junk.der is not a certificate; remove the file" in str(refused.value)
 
 
 def test_a_password_goes_only_to_a_trusted_certificate_also_on_an_open_channel(tmp_path):

@@ -93,7 +93,7 @@ def test_events_arrive_signed_in_order_and_once(tmp_path, receiver, monkeypatch)
     happened(tmp_path, "C")
     pushed(tmp_path, receiver.url, lambda pusher: pusher.sent == 4, said)
     assert receiver.taken == [(2, "A"), (3, "B"), (4, "C")] and receiver.refused == 0
-    assert "it answered 503" in said[0] and "takes events again" in said[1] and SECRET not in "".join(said)
+    assert "it answered 503" in said[0] and "accepts events again" in said[1] and SECRET not in "".join(said)
 
 
 def test_a_wrong_secret_is_refused_by_the_receiver(tmp_path, receiver, monkeypatch):
@@ -172,7 +172,7 @@ def test_a_malformed_answer_costs_a_retry_and_not_the_sending(tmp_path, answer, 
     finally:
         raw.server.shutdown()
         raw.server.server_close()
-    assert "the webhook did not take an event" in said[0]
+    assert "the webhook did not accept an event" in said[0]
     pushed(tmp_path, receiver.url, lambda pusher: pusher.sent == 1, said)
     assert receiver.taken == [(1, "A")]
 
@@ -191,7 +191,7 @@ def test_a_dripping_answer_ends_and_holds_up_no_end(tmp_path, monkeypatch):
     finally:
         raw.server.shutdown()
         raw.server.server_close()
-    assert "did not end in" in said[0]
+    assert "did not end within" in said[0]
 
 
 STATUS = {

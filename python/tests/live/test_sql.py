@@ -88,7 +88,7 @@ def test_days_without_rows_have_no_files(filled, fetched):
     done = sql.fetch(filled, fetched, table="apart")
     assert done == {"days": 2, "rows": 40, "loops": 1}
     assert sorted(path.name for path in (fetched / "data/sql/apart").iterdir()) == ["2026-03-02.parquet", "2026-03-05.parquet"]
-    with pytest.raises(Refused, match='"yesterday" is no day'):
+    with pytest.raises(Refused, match='"yesterday" is not a day'):
         sql.fetch(filled, fetched, table="apart", since="yesterday")
 
 
@@ -148,7 +148,7 @@ def test_a_table_that_forgets_old_rows_takes_none_away_and_corrections_are_repor
     sql.fetch(filled, fetched, table="rolling", note=notes.append)
     expected = dict(before["FIC1002.PV"]) | {times[0]: 7.5, times[2] + 1000: 8.5}
     assert stored(fetched)["FIC1002.PV"] == sorted(expected.items())
-    assert notes == ["rolling 2026-03-02: 1 value differs from what was fetched before of FIC1002.PV; the new ones are stored"]
+    assert notes == ["rolling 2026-03-02: 1 value differs from those fetched before for FIC1002.PV; the new ones are stored"]
 
 
 def test_days_of_an_earlier_version_come_to_the_folder_of_their_table(filled, fetched):
@@ -197,8 +197,8 @@ def test_odd_names_types_and_qualities_are_read_or_refused_by_name(filled, fetch
     sql.fetch(filled, fetched, table="braces")
     assert stored(fetched)["FIC1{}.PV"] == wanted["FIC1002.PV"][: len(stored(fetched)["FIC1{}.PV"])]
     for change, words in [
-        ("double precision USING 'NaN'::float8", '"nan" is no known quality'),
-        ("jsonb USING '{\"good\": 1}'::jsonb", "column quality: .* is no known quality"),
+        ("double precision USING 'NaN'::float8", '"nan" is not a known quality'),
+        ("jsonb USING '{\"good\": 1}'::jsonb", "column quality: .* is not a known quality"),
     ]:
         made(filled, "odd_quality", ["DROP TABLE IF EXISTS TABLE_", LONG, f"ALTER TABLE TABLE_ ALTER quality TYPE {change}"])
         with pytest.raises(Refused, match=words):
@@ -295,7 +295,7 @@ def test_faults_are_named_with_the_remedy(filled, fetched):
         (f"{filled}?table=none_such", 'table none_such: relation "none_such" does not exist'),
         (filled.replace("owner@", "owner:Pa55@") + "?table=samples", "STICTION_SQL_PASSWORD"),
         (f"{filled}?table=samples&password=Pa55", "STICTION_SQL_PASSWORD"),
-        ("mysql://host/db?table=a", "is no known address"),
+        ("mysql://host/db?table=a", "is not supported"),
         ("postgres://owner@127.0.0.1:1/postgres?table=samples", "postgres://owner@127.0.0.1:1/postgres"),
     ]:
         with pytest.raises(Refused) as refused:
@@ -304,7 +304,7 @@ def test_faults_are_named_with_the_remedy(filled, fetched):
     with psycopg.connect(filled) as connection:
         connection.execute("CREATE TABLE timeless (tag text, value float8)")
         connection.execute("CREATE TABLE doubtful AS SELECT tag, time, value, 'purple' AS quality FROM samples LIMIT 10")
-    for table, words in [("timeless", "include no times"), ("doubtful", '"purple" is no known quality')]:
+    for table, words in [("timeless", "include no column of times"), ("doubtful", '"purple" is not a known quality')]:
         with pytest.raises(Refused, match=words):
             sql.fetch(filled, fetched, table=table)
 

@@ -128,7 +128,7 @@ def test_a_gap_stays_a_gap_without_a_history(live):
     watch.end(kill=True)
     time.sleep(1.0)
     again = live.watch("--security", "none")
-    again.says("the gap stays one in")
+    again.says("the gap remains in")
     wait_for(all_judged(live, server), 120, "the judgement of all hours")
     assert again.end() == 0
     expected = of_plant(live.plant, server.info["begin"], server.info["end"])
@@ -459,7 +459,7 @@ def test_a_notification_left_out_is_filled_from_the_history(live):
     server.tell("play")
     wait_for(lambda: state(live).get("values", 0) > 1000, 30, "values")
     server.tell("skip")
-    watch.says("the server left out a notification")
+    watch.says("the server skipped a notification")
     watch.says("came from the server's history")
     wait_for(all_judged(live, server), 120, "the judgement of all hours")
     assert watch.end() == 0
@@ -539,7 +539,7 @@ def test_jumps_removed_tags_and_other_types_are_reported_and_store_no_wrong_valu
     wait_for(lambda: state(live).get("values", 0) > 500, 30, "values")
     server.tell("type FIC1002.PV")
     watch.says("FIC1002.PV: its type changed from Double to String")
-    watch.says("FIC1002.PV: 'out of order' is no number")
+    watch.says("FIC1002.PV: 'out of order' is neither a number")
     server.tell("remove LIC1003.PV")
     watch.says("LIC1003.PV: the server no longer knows it (BadNodeIdUnknown)")
     server.tell("jump 7200")
@@ -726,7 +726,7 @@ def test_a_full_disk_is_reported_and_its_gap_is_filled(live):
 
 def test_status_and_wrong_use(live):
     own = live.run("-m", "stiction.live", "watch", "--status", "-C", live.watched)
-    assert own.process.wait(150) == 2 and wait_for(lambda: own.log, 5) and "no stiction watch has run here" in own.log[-1]
+    assert own.process.wait(150) == 2 and wait_for(lambda: own.log, 5) and "stiction watch has never run here" in own.log[-1]
     live.serve(*TWO_HOURS)
     watch = live.watch("--security", "none")
     watch.says("connected to")
