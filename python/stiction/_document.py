@@ -61,7 +61,7 @@ class Found(Result):
     relation: Relation | None = about("The likely mistake in the columns; None if OP and PV seem to belong together.")
     no_response: NoResponse | None = about("The behaviour of a PV that does not respond; None if it seems to respond.")
     few_slips: FewSlips | None = about(
-        "Number of slips missing from a record that looks stuck; None if it does not, or has enough."
+        "Slips of a record that looks stuck but has too few of them to decide; None for other records."
     )
     windows: list[Window] = about("The windows of the judged segment that were weighed one by one, in order of time.")
     notes: list[str] = about("Remarks to the user by the reader of the file or another step.")
@@ -88,8 +88,8 @@ class Judged(Result):
 
 @result
 class PlantTime(Result):
-    """The clock for the instants of a recording: that of the plant at the beginning. A recording across a change to
-    or from summer time keeps it, so that its times have one order.
+    """The clock for the times of a recording: that of the plant at the beginning. It stays the same across a change
+    to or from summer time, so that the times stay in order.
     """
 
     name: str = about("Name of the clock, such as `CET`, `+05:30` or `UTC`; empty if it was not recorded.")
@@ -213,10 +213,10 @@ class Peak(Result):
         "periods in the signal are left out."
     )
     regularity: float | None = about(
-        "Regularity of the band (`Regularity::index`). A band-pass makes noise look regular, so it counts only "
+        "Regularity of the band (`Regularity::index`). A band-pass makes noise look regular, so the index counts only "
         "together with the peak's significance."
     )
-    decay_ratio: float | None = about("Decay ratio of the band; noise in such a band has one below a half.")
+    decay_ratio: float | None = about("Decay ratio of the band; that of noise in such a band is below 0.5.")
     chance: float = about("The chance that the peak is noise.")
     over_background: float = about("Power of the peak over that of the background.")
     harmonic: int | None = about(
@@ -224,17 +224,17 @@ class Peak(Result):
     )
     band: tuple[float, float] = about("The band, cycles per sample.")
     is_oscillation: bool = about(
-        "Whether it is a separate oscillation: regular (r > 1), lasting (R > 0.5), with at least a tenth of the "
-        "signal's variance, and no harmonic of another. A tenth is ours: a weaker oscillation has a third of the "
-        "rest's amplitude and is not the loop's main problem."
+        "Whether it is a separate oscillation: regular (r > 1), sustained (R > 0.5), with at least a tenth of the "
+        "signal's variance, and no harmonic of another. The tenth is our choice: a weaker oscillation has a third of "
+        "the rest's amplitude and is not the loop's main problem."
     )
 
 
 @result
 class Episode(Result):
-    """A time of oscillation."""
+    """A time span with oscillation."""
 
-    from_s: float = about("Its begin, s from the first sample.")
+    from_s: float = about("Its beginning, s from the first sample.")
     to_s: float = about("Its end, s from the first sample.")
     half_waves: int = about("Half waves that belong to the oscillation.")
     amplitude: float = about("Median height of those half waves, in the signal's units.")
@@ -257,7 +257,7 @@ class Kpi(Result):
     value: float | None = about("Its value; None where the data do not give one.")
     unit: str = about("Its unit; empty for a ratio, `PV` for the units of the process value.")
     meaning: str = about("Its meaning, a sentence.")
-    note: str | None = about("Why there is no value, or its assumption.")
+    note: str | None = about("Why there is no value, or the assumption behind it.")
 
 
 @result
@@ -276,7 +276,7 @@ class NoResponse(Result):
     silence: str = about(
         "The behaviour of the PV: `PV at its low end`, `PV at its high end`, `PV frozen` or `PV moves without the OP`."
     )
-    decides: bool = about("Whether the verdict rests on it.")
+    decides: bool = about("Whether the verdict is based on it.")
     rest: Rest | None = about("The rest of the PV in which the OP travels farthest; None if the PV moves.")
     faults: list[Fault] = about("Possible faults, the likeliest first.")
 
@@ -289,7 +289,7 @@ class Rest(Result):
     to_s: float = about("Its end, s on the recording's clock.")
     op_travel: float = about("OP travel in it, percent.")
     error: float = about("Mean of SP less PV in it, in units of the PV.")
-    overwhelming: bool = about("Whether it alone names the fault.")
+    overwhelming: bool = about("Whether it alone is enough to name the fault.")
 
 
 @result
@@ -339,7 +339,7 @@ class Limit(Result):
     """An upper limit of S."""
 
     value: float = about("Stick band plus dead band, percent of span.")
-    confidence: float = about("Of valves that stick by more, the share that would have been detected.")
+    confidence: float = about("Share of the valves with a larger S that would have been detected.")
 
 
 @result
@@ -357,7 +357,7 @@ class Alternative(Result):
     """A cause other than the concluded one, and how likely it is."""
 
     cause: str = about("The cause, such as `aggressive tuning`.")
-    likelihood: float = about("Its probability. All of them and that of sticking add up to one.")
+    likelihood: float = about("Its probability. Those of all causes and that of sticking add up to one.")
     because: str = about("The evidence for it, and how to distinguish it: a sentence.")
 
 
@@ -368,8 +368,8 @@ class TestPlan(Result):
     name: str = about("Tag of the loop.")
     pv_unit: str | None = about("Unit of the PV, if known.")
     each: int = about("Turns of each size.")
-    grow: list[Turn] = about("The turns of the first part, in order. It ends when the PV answers.")
-    shrink_by: float = about("Each size of the second part is this multiple of the last one.")
+    grow: list[Turn] = about("The turns of the first part, in order. This part ends when the PV answers.")
+    shrink_by: float = about("Each size of the second part is this multiple of the previous one.")
     ends_after: int = about("The second part ends when the PV has not answered this many sizes in a row.")
     answer: float = about("The PV change that counts as an answer, in PV units.")
     rises: bool | None = about("Whether the PV rises when the OP rises; None if the recording does not show it.")
@@ -378,8 +378,8 @@ class TestPlan(Result):
     op_low: float = about("The lowest OP, percent.")
     op_high: float = about("The highest OP, percent.")
     record_every_s: float = about("The longest sample interval of OP and PV, s, without compression.")
-    total_s: float = about("The longest time in manual, s. The test ends then.")
-    expected_s: float = about("The time in manual that is expected, s.")
+    total_s: float = about("The longest time in manual, s. The test ends after it.")
+    expected_s: float = about("The expected time in manual, s.")
     summary: str = about("A summary of the test.")
     instructions: list[str] = about("The instructions, in order.")
 
@@ -401,7 +401,7 @@ class Stiction(Result):
     coverage: float | None = about(
         "The nominal coverage of the intervals, such as 0.9; None where they are not of that kind."
     )
-    model: str | None = about("Its source: the valve model, or the measured position.")
+    model: str | None = about("The source of the numbers: the valve model, or the measured position.")
     why_not: str | None = about("Why a number is missing.")
     definitions: list[Definition] = about('The competing definitions of "stiction in percent", side by side.')
 
@@ -443,7 +443,7 @@ class ValveChange(Result):
 
     change: str = about("What changed.")
     time_s: float = about("When: the time of the first window after it, s.")
-    interval_s: list[float] = about("The interval of that time, 95 %, s.")
+    interval_s: list[float] = about("The 95 % interval of that time, s.")
     found_s: float = about("The time of the window with which it was found, s.")
 
 
@@ -457,7 +457,7 @@ class Window(Result):
     S: Estimate | None = about("Stick band plus dead band, percent of span, where it could be quantified.")
     J: Estimate | None = about("Slip jump, percent of span, where it could be quantified.")
     S_below: Limit | None = about(
-        "The detection limit (95 %): an S above it, percent of span, would have shown in this window."
+        "The detection limit (95 %): an S above it, percent of span, would have been visible in this window."
     )
 
 
@@ -472,17 +472,17 @@ class Observation(Result):
     J: Estimate | None = about("Slip jump, percent of span, where it was quantified.", default=None)
     weight: float = about(
         "Weight among those that decide by majority or have no pool, such as its number of cycles; 1 if all are alike. "
-        "One of weight 0 does not count.", default=1.0
+        "An observation of weight 0 does not count.", default=1.0
     )
     windows: float = about(
-        "Number of windows of a long recording in it, what overlaps counted once; 1 for a short one.", default=1.0
+        "Number of windows of a long recording in it, with overlaps counted once; 1 for a short recording.", default=1.0
     )
     grade: str | None = about(
         "The verdict in one graded word; None for that of the conclusion and the probability.", default=None
     )
     pool: str | None = about(
-        "What these windows say together, which adds up with those of others as if they were of one recording; None "
-        "without a PV, or if they did not give the probability.", default=None
+        "The combined evidence of these windows, which adds to that of other observations as if all were one "
+        "recording; None without a PV, or if the windows did not give the probability.", default=None
     )
 
 
@@ -491,15 +491,15 @@ class History(Result):
     """The combined observations of one valve in its present state."""
 
     class_: str = about(
-        "The conclusion: by the combined probability, else that of more than half of the weight of those that decided."
+        "The conclusion by the combined probability; without one, the conclusion with more than half of the weight of "
+        "all decisions."
     )
     grade: str = about("The conclusion in one graded word, as in `Verdict`.")
     probability: float | None = about("The combined probability that the valve sticks; None if no observation has one.")
-    observations: int = about("How many observations there are, since the last change of the valve.")
-    decided: int = about("How many of them decided, or have a probability.")
+    observations: int = about("Number of observations since the last change of the valve.")
+    decided: int = about("Number of these that decided, or have a probability.")
     changes: list[ValveChange] = about(
-        "The changes of the valve. The observations before the last of which the valve began or ceased to stick do not "
-        "count."
+        "The changes of the valve. Observations before the valve last began or ceased to stick do not count."
     )
     drift: Drift | None = about("Whether S drifts; None with too few observations of S.")
     trend: str = about("The drift in a sentence.")
@@ -593,7 +593,7 @@ class FittedProcess(Result):
     gain: Estimate | None = about(
         "Units of PV per percent; None for an integrating one, and if it cannot be separated from the lag."
     )
-    tau: Estimate | None = about("Time constant, s; None likewise.")
+    tau: Estimate | None = about("Time constant, s; None in the same cases.")
     slope: Estimate = about(
         "Initial slope of the PV after a step of one percent, units of PV per second: gain over lag, which may be "
         "known if the two are not."
@@ -840,7 +840,7 @@ class SignatureReading(Result):
         "Stick band plus dead band, percent of span, with its 90 % interval, outside the part of the stroke that "
         "binds."
     )
-    J: Estimate | None = about("Slip jump, percent of span, with its 90 % interval; None like S.")
+    J: Estimate | None = about("Slip jump, percent of span, with its 90 % interval; None if S is.")
     op: list[float] = about("The OP range of the ramps, percent.")
     vp: list[float] = about("The range of the stem, percent; of the PV as a position if no position was recorded.")
     offset: float = about("Mean of the simulated stem minus VP, percent: the calibration error.")
@@ -908,7 +908,7 @@ class Unknown(Result):
         "judged`."
     )
     name: str = about("Its file, loop or tag.")
-    count: int = about("How many: of a loop, its windows that were not judged, else 1.")
+    count: int = about("Number of windows of a loop that were not judged; 1 for all other kinds.")
     reason: str = about("The reason, with a remedy.")
 
 
@@ -963,14 +963,14 @@ class Scanned(Result):
     loops: int = about("Loops in them.")
     windows: int = about("Windows that were judged in this run.")
     errors: int = about("Of these, windows that could not be judged.")
-    parts: int = about("Parts in which they are kept.")
+    parts: int = about("Number of parts of the store that keep their rows.")
     problems: list[Problem] = about("Files and loops that could not be read.")
     unknown: list[Unknown] = about(
         "These, loops without a PV, tags without a partner, and the windows of this run that could not be judged."
     )
     no_recordings: list[str] = about("Files that are no recordings because they have no OP, a sentence each.")
     damaged: list[str] = about("Files of earlier runs that were found damaged, a sentence each.")
-    changes: Changes = about("How the data files differ from those of the scan before.")
+    changes: Changes = about("How the data files differ from those of the previous scan.")
 
 
 @result

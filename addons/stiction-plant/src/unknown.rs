@@ -43,7 +43,7 @@ pub struct Unknown {
     pub kind: Kind,
     /// Its file, loop or tag.
     pub name: String,
-    /// How many: of a loop, its windows that were not judged, else 1.
+    /// Number of windows of a loop that were not judged; 1 for all other kinds.
     pub count: usize,
     /// The reason, with a remedy.
     pub reason: String,

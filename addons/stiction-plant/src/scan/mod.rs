@@ -104,7 +104,7 @@ pub struct Manifest {
     pub windows: usize,
     /// Of these, windows that could not be judged.
     pub errors: usize,
-    /// Parts in which they are kept.
+    /// Number of parts of the store that keep their rows.
     pub parts: usize,
     /// Files and loops that could not be read.
     pub problems: Vec<Problem>,
@@ -114,7 +114,7 @@ pub struct Manifest {
     pub no_recordings: Vec<String>,
     /// Files of earlier runs that were found damaged, a sentence each.
     pub damaged: Vec<String>,
-    /// How the data files differ from those of the scan before.
+    /// How the data files differ from those of the previous scan.
     pub changes: Changes,
 }
 

@@ -125,7 +125,7 @@ pub struct Event {
     /// When: the time of the first window after it, s.
     #[cfg_attr(feature = "serde", serde(rename = "time_s"))]
     pub time: f64,
-    /// The interval of that time, 95 %, s.
+    /// The 95 % interval of that time, s.
     #[cfg_attr(feature = "serde", serde(rename = "interval_s"), schemars(with = "[f64; 2]"))]
     pub interval: (f64, f64),
     /// The time of the window with which it was found, s.

@@ -36,19 +36,19 @@ pub const SIGNIFICANT: f64 = 0.05;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct History {
-    /// The conclusion: by the combined probability, else that of more than half of the weight of those that
-    /// decided.
+    /// The conclusion by the combined probability; without one, the conclusion with more than half of the weight of all
+    /// decisions.
     pub class: VerdictClass,
     /// The conclusion in one graded word, as in `Verdict`.
     pub grade: Grade,
     /// The combined probability that the valve sticks; `None` if no observation has one.
     pub probability: Option<f64>,
-    /// How many observations there are, since the last change of the valve.
+    /// Number of observations since the last change of the valve.
     #[cfg_attr(feature = "serde", serde(rename = "windows"))]
     pub observations: usize,
-    /// How many of them decided, or have a probability.
+    /// Number of these that decided, or have a probability.
     pub decided: usize,
-    /// The changes of the valve. The observations before the last of which the valve began or ceased to stick do not count.
+    /// The changes of the valve. Observations before the valve last began or ceased to stick do not count.
     pub changes: Vec<Event>,
     /// Whether S drifts; `None` with too few observations of S.
     pub drift: Option<Drift>,

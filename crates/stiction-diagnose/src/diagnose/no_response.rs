@@ -93,7 +93,7 @@ pub struct NoResponse {
     /// The behaviour of the PV: `PV at its low end`, `PV at its high end`, `PV frozen` or `PV moves without the
     /// OP`.
     pub silence: Silence,
-    /// Whether the verdict rests on it.
+    /// Whether the verdict is based on it.
     pub decides: bool,
     /// The rest of the PV in which the OP travels farthest; `None` if the PV moves.
     pub rest: Option<Rest>,
@@ -151,7 +151,7 @@ pub struct Rest {
     pub op_travel: f64,
     /// Mean of SP less PV in it, in units of the PV.
     pub error: f64,
-    /// Whether it alone names the fault.
+    /// Whether it alone is enough to name the fault.
     pub overwhelming: bool,
 }
 

@@ -22,13 +22,13 @@ pub struct Observation {
     /// Slip jump, percent of span, where it was quantified.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
-    /// Weight among those that decide by majority or have no pool, such as its number of cycles; 1 if all are alike.
-    /// One of weight 0 does not count.
+    /// Weight among those that decide by majority or have no pool, such as its number of cycles; 1 if all are alike. An
+    /// observation of weight 0 does not count.
     pub weight: f64,
-    /// Number of windows of a long recording in it, what overlaps counted once; 1 for a short one.
+    /// Number of windows of a long recording in it, with overlaps counted once; 1 for a short recording.
     pub windows: f64,
-    /// What these windows say together, which adds up with those of others as if they were of one recording; `None`
-    /// without a PV, or if they did not give the probability.
+    /// The combined evidence of these windows, which adds to that of other observations as if all were one recording;
+    /// `None` without a PV, or if the windows did not give the probability.
     #[cfg_attr(feature = "serde", schemars(with = "Option<String>"))]
     pub pool: Option<Pool>,
 }

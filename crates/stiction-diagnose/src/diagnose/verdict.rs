@@ -234,7 +234,7 @@ pub struct Override {
 pub struct Limit {
     /// Stick band plus dead band, percent of span.
     pub value: f64,
-    /// Of valves that stick by more, the share that would have been detected.
+    /// Share of the valves with a larger S that would have been detected.
     pub confidence: f64,
 }
 
@@ -244,7 +244,7 @@ pub struct Limit {
 pub struct Alternative {
     /// The cause, such as `aggressive tuning`.
     pub cause: Cause,
-    /// Its probability. All of them and that of sticking add up to one.
+    /// Its probability. Those of all causes and that of sticking add up to one.
     pub likelihood: f64,
     /// The evidence for it, and how to distinguish it: a sentence.
     pub because: String,
@@ -254,7 +254,7 @@ pub struct Alternative {
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Stiction {
-    /// Its source: the valve model, or the measured position.
+    /// The source of the numbers: the valve model, or the measured position.
     pub model: Option<String>,
     /// Stick band plus dead band, percent of span.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]

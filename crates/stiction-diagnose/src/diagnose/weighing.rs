@@ -62,8 +62,8 @@ pub struct Weighing {
     /// J over S if the valve sticks, with its 90 % interval of any width.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub j_over_s: Estimate,
-    /// The detection limit, percent of span: an S above it would have shown in the windows; `None` where nothing
-    /// could have been seen.
+    /// The detection limit, percent of span: an S above it would have been visible in the windows; `None` if S of any
+    /// size could have been missed.
     #[cfg_attr(
         feature = "serde",
         serde(rename = "S_below", serialize_with = "Limit::of_evidence"),
@@ -73,7 +73,7 @@ pub struct Weighing {
     /// Standard errors by which a sticking valve predicts the PV better than one that follows, for all windows
     /// together: their sum over the root of their number; 0 if nothing can be predicted.
     pub z: f64,
-    /// Range of the OP in its widest window, percent of span.
+    /// Range of the OP in the window where it is widest, percent of span.
     pub op_range: f64,
     /// Distance of the windows from the training loops, the median: above 1 they are unlike all of them.
     pub distance: f64,

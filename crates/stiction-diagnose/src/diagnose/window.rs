@@ -25,7 +25,7 @@ pub struct Window {
     /// Slip jump, percent of span, where it could be quantified.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
-    /// The detection limit (95 %): an S above it, percent of span, would have shown in this window.
+    /// The detection limit (95 %): an S above it, percent of span, would have been visible in this window.
     #[cfg_attr(
         feature = "serde",
         serde(rename = "S_below", serialize_with = "Limit::of_evidence"),

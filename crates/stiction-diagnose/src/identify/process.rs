@@ -93,7 +93,7 @@ pub struct FittedProcess {
     pub kind: ProcessKind,
     /// Units of PV per percent; `None` for an integrating one, and if it cannot be separated from the lag.
     pub gain: Option<Estimate>,
-    /// Time constant, s; `None` likewise.
+    /// Time constant, s; `None` in the same cases.
     #[cfg_attr(feature = "serde", serde(rename = "tau"))]
     pub lag_s: Option<Estimate>,
     /// Initial slope of the PV after a step of one percent, units of PV per second: gain over lag, which may be

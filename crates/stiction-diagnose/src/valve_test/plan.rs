@@ -73,9 +73,9 @@ pub struct TestPlan {
     pub pv_unit: Option<String>,
     /// Turns of each size.
     pub each: usize,
-    /// The turns of the first part, in order. It ends when the PV answers.
+    /// The turns of the first part, in order. This part ends when the PV answers.
     pub grow: Vec<Turn>,
-    /// Each size of the second part is this multiple of the last one.
+    /// Each size of the second part is this multiple of the previous one.
     pub shrink_by: f64,
     /// The second part ends when the PV has not answered this many sizes in a row.
     pub ends_after: usize,
@@ -93,9 +93,9 @@ pub struct TestPlan {
     pub op_high: f64,
     /// The longest sample interval of OP and PV, s, without compression.
     pub record_every_s: f64,
-    /// The longest time in manual, s. The test ends then.
+    /// The longest time in manual, s. The test ends after it.
     pub total_s: f64,
-    /// The time in manual that is expected, s.
+    /// The expected time in manual, s.
     #[cfg_attr(feature = "serde", serde(default))]
     pub expected_s: f64,
     /// A summary of the test.

@@ -97,7 +97,7 @@ pub struct Signature {
     /// Stick band plus dead band, percent of span, with its 90 % interval, outside the part of the stroke that binds.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Option<Estimate>,
-    /// Slip jump, percent of span, with its 90 % interval; `None` like S.
+    /// Slip jump, percent of span, with its 90 % interval; `None` if S is.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
     /// The OP range of the ramps, percent.

@@ -11,11 +11,11 @@ pub const LEAST_PEAK: f64 = 0.4;
 /// Fewest half waves of an episode: three periods; fewer are a decaying disturbance.
 pub const FEWEST_HALF_WAVES: usize = 6;
 
-/// A time of oscillation.
+/// A time span with oscillation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Episode {
-    /// Its begin, s from the first sample.
+    /// Its beginning, s from the first sample.
     pub from_s: f64,
     /// Its end, s from the first sample.
     pub to_s: f64,

@@ -19,10 +19,10 @@ pub struct Peak {
     /// Share of the band in the signal's variance, without drift: oscillations with fewer than [`FEWEST_PERIODS`]
     /// periods in the signal are left out.
     pub share: f64,
-    /// Regularity of the band ([`Regularity::index`]). A band-pass makes noise look regular, so it counts only
+    /// Regularity of the band ([`Regularity::index`]). A band-pass makes noise look regular, so the index counts only
     /// together with the peak's significance.
     pub regularity: Option<f64>,
-    /// Decay ratio of the band; noise in such a band has one below a half.
+    /// Decay ratio of the band; that of noise in such a band is below 0.5.
     pub decay_ratio: Option<f64>,
     /// The chance that the peak is noise.
     pub chance: f64,
@@ -33,10 +33,10 @@ pub struct Peak {
     /// The band, cycles per sample.
     #[cfg_attr(feature = "serde", schemars(with = "[f64; 2]"))]
     pub band: (f64, f64),
-    /// Whether it is a separate oscillation: regular (r > 1), lasting (R > 0.5), with at least a tenth of the
+    /// Whether it is a separate oscillation: regular (r > 1), sustained (R > 0.5), with at least a tenth of the
     /// signal's variance, and no harmonic of another.
     ///
-    /// A tenth is ours: a weaker oscillation has a third of the rest's amplitude and is not the loop's main
+    /// The tenth is our choice: a weaker oscillation has a third of the rest's amplitude and is not the loop's main
     /// problem.
     pub is_oscillation: bool,
 }

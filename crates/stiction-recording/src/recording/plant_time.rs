@@ -1,7 +1,7 @@
 //! The plant's clock.
 
-/// The clock for the instants of a recording: that of the plant at the beginning. A recording across a change to or
-/// from summer time keeps it, so that its times have one order.
+/// The clock for the times of a recording: that of the plant at the beginning. It stays the same across a change to or
+/// from summer time, so that the times stay in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct PlantTime {
