@@ -113,13 +113,13 @@ class Masked(Result):
     signal: str = about("The signal, such as `PV`.")
     value: float = about("The recorded value.")
     count: int = about("Number of samples.")
-    first_s: float = about("Time of the first of them, s on the recording's clock.")
+    first_s: float = about("Time of the first such sample, s on the recording's clock.")
     kind: str = about("Why it is no measurement.")
 
 
 @result
 class SignalRange(Result):
-    """The instrument range of a signal: which values are 0 % and 100 %."""
+    """The instrument range of a signal: the values at 0 % and 100 %."""
 
     low: float = about("The value at 0 %.")
     high: float = about("The value at 100 %.")
@@ -132,7 +132,7 @@ class SignalRange(Result):
 
 @result
 class Fitness(Result):
-    """Whether a recording can answer, and why."""
+    """Whether a recording is fit for a diagnosis, and why."""
 
     class_: str = about("The worst class of the measures.", kind='{"fit", "caveats", "unfit"}')
     reasons: list[str] = about("Why it is not fit: the sentences of the bad measures, the worst first.")
@@ -294,7 +294,7 @@ class Rest(Result):
 
 @result
 class Fault(Result):
-    """A possible fault behind a PV that does not respond, in documents."""
+    """A possible fault that explains why the PV does not respond, in documents."""
 
     name: str = about("Its name, such as `line isolated`.")
     told_by: str = about("How to distinguish it from the others.")
@@ -311,7 +311,7 @@ class Verdict(Result):
         "The others are `sticks` and `does not respond`."
     )
     probability: float | None = about(
-        "The probability of sticking that the recording can show, where a calibrated model gives one."
+        "The probability of stiction that the recording can show, where a calibrated model gives one."
     )
     basis: str = about("Its basis, such as `evidence in OP and PV`.")
     S_below: Limit | None = about(
@@ -526,11 +526,11 @@ class Drift(Result):
 class RepairEffect(Result):
     """Before and after a repair."""
 
-    time_s: float = about("Its time, s on the clock of the observations.")
+    time_s: float = about("Time of the repair, s on the clock of the observations.")
     outcome: str = about("The outcome.", kind='{"worked", "helped", "no change", "worse", "cannot tell"}')
     words: str = about("The outcome in a sentence.")
-    before: int = about("Observations before it.")
-    after: int = about("Observations after it.")
+    before: int = about("Number of observations before the repair.")
+    after: int = about("Number of observations after the repair.")
     probability: Contrast | None = about(
         "The probability that the valve sticks, by the mean log-odds of a side; None with too few observations."
     )
@@ -541,8 +541,8 @@ class RepairEffect(Result):
 class Contrast(Result):
     """A quantity before and after."""
 
-    before_count: int = about("Observations before that have it.")
-    after_count: int = about("Observations after that have it.")
+    before_count: int = about("Number of observations of the quantity before the repair.")
+    after_count: int = about("Number of observations of the quantity after the repair.")
     before: float = about("Its typical value before.")
     after: float = about("Its typical value after.")
     p_value: float = about("Probability of as large a difference by chance, two-sided.")
@@ -629,7 +629,7 @@ class FittedCycle(Result):
     )
     explained: bool | None = about(
         "Whether the valve explains the swing: the fitted loop cycles as the recording does, or most of the swing "
-        "would vanish without it (`MOST_LEFT`). None if nothing oscillates."
+        "would vanish if the valve followed its OP (`MOST_LEFT`). None if nothing oscillates."
     )
     sentence: str = about("The same in words.")
 
@@ -869,7 +869,7 @@ class Checked(Result):
 
     plant: str = about("Name of the plant.")
     files: int = about("Files named in the plant's file.")
-    loops: list[LoopThere] = about("Loops in them.")
+    loops: list[LoopThere] = about("Loops in these files.")
     problems: list[Problem] = about("Problems.")
     unknown: list[Unknown] = about("These problems, loops without a PV, and tags without a partner.")
     no_recordings: list[str] = about("Files that are no recordings because they have no OP, a sentence each.")
@@ -881,8 +881,8 @@ class LoopThere(Result):
 
     loop: str = about("Its tag.")
     days: int = about("Days with samples.")
-    first_day: str | None = about("The first of them.")
-    last_day: str | None = about("The last of them.")
+    first_day: str | None = about("The first of these days.")
+    last_day: str | None = about("The last of these days.")
     in_plant_file: bool = about("Whether it is in the plant's file.")
     tags: list[str] = about('The tags of its signals in its last file, such as `op = "FIC101.OP"`.')
     op_range: list[float] | None = about("The values of OP that are 0 % and 100 %.", kind='list of two floats or None')
@@ -919,8 +919,8 @@ class Status(Result):
     plant: str = about("Name of the plant.")
     loops: int = about("Loops with a window.")
     days: int = about("Days of the plant with a window.")
-    first_day: str | None = about("The first of them.")
-    last_day: str | None = about("The last of them.")
+    first_day: str | None = about("The first of these days.")
+    last_day: str | None = about("The last of these days.")
     windows: int = about("Windows that count.")
     errors: int = about("Of these, windows that could not be judged.")
     time_limited: int = about("Of these, windows that reached the time limit of their scan.")
@@ -960,7 +960,7 @@ class Scanned(Result):
     engine_version: str = about("Version of the program.")
     model_version: str = about("The training of the verdict.")
     files: int = about("Files that were examined.")
-    loops: int = about("Loops in them.")
+    loops: int = about("Loops in these files.")
     windows: int = about("Windows that were judged in this run.")
     errors: int = about("Of these, windows that could not be judged.")
     parts: int = about("Number of parts of the store that keep their rows.")

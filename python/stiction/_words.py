@@ -1,4 +1,4 @@
-"""Documentation written once, for attributes beside their types, and for parameters that functions share."""
+"""Documentation of attributes beside their types, and of parameters that functions share."""
 
 from __future__ import annotations
 

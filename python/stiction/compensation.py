@@ -117,21 +117,21 @@ def compensate(
     Parameters
     ----------
     scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`. The simulation ends with the measurement, whatever the duration in the scenario.
+        A control loop, see `stiction.scenario`. The simulation ends with the measurement, not after the duration of the scenario.
     method : str
         Name of a compensator, see `compensators`.
     parameters : mapping, optional
-        Parameters by their names in the result, such as ``{"amplitude": 2}``. The others are chosen from the properties of valve
-        and loop.
+        Parameters by their names in the result, such as ``{"amplitude": 2}``. Other parameters are chosen from the properties of
+        valve and loop.
     S, J : float, optional
         S and J assumed for choosing parameters, percent of span; by default those of the valve.
     at_s : float, optional
         Time at which the compensator is switched on, s; by default after ten cycles, or ten settling times of the
         process if that is longer.
     settle_s : float, optional
-        Settling time before the measurement, s; its default is that of `at_s`.
+        Settling time before the measurement, s; by default equal to the default of `at_s`.
     window_s : float, optional
-        Duration of the measurement, s; its default is that of `at_s`.
+        Duration of the measurement, s; by default equal to the default of `at_s`.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def compensate(
 
     Notes
     -----
-    The knocker is from Hägglund, J. Process Control 12 (2002) 507. `compensators` lists the sources of the others.
+    The knocker is from Hägglund, J. Process Control 12 (2002) 507. `compensators` lists the sources of the other compensators.
 
     Examples
     --------

@@ -128,7 +128,7 @@ def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
     pv : array_like
         Process value, in its units.
     longest_delay : int, default 40
-        The longest dead time to try, samples. The best one is used.
+        The longest dead time to try, samples. The best delay is used.
 
     Raises
     ------

@@ -374,7 +374,7 @@ def segments(recording: RecordingLike, *, sample_time: float | None = None) -> l
     Returns
     -------
     list of Segment
-        In order of time.
+        The segments, in order of time.
 
     Raises
     ------

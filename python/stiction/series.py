@@ -32,7 +32,7 @@ class ZeroCrossings(Result):
     """The zero crossings of a series, one entry per crossing."""
 
     place: Array = about("Place of the crossing, samples, interpolated.")
-    next: npt.NDArray[np.int64] = about("The first sample beyond it.")
+    next: npt.NDArray[np.int64] = about("The first sample after the crossing.")
     upward: npt.NDArray[np.bool_] = about("Whether it goes from below zero to above zero.")
 
 

@@ -45,7 +45,7 @@ class Valve(_core.Valve):
         TypeError
             If `op` holds no real numbers.
         ValueError
-            If a sample is not finite. Then the valve has not moved.
+            If a sample is not finite. In this case the valve has not moved.
 
         Examples
         --------

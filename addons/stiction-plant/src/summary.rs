@@ -22,7 +22,7 @@ pub struct Checked {
     pub plant: String,
     /// Files named in the plant's file.
     pub files: usize,
-    /// Loops in them.
+    /// Loops in these files.
     pub loops: Vec<LoopThere>,
     /// Problems.
     pub problems: Vec<Problem>,
@@ -40,9 +40,9 @@ pub struct LoopThere {
     pub name: String,
     /// Days with samples.
     pub days: usize,
-    /// The first of them.
+    /// The first of these days.
     pub first_day: Option<String>,
-    /// The last of them.
+    /// The last of these days.
     pub last_day: Option<String>,
     /// Whether it is in the plant's file.
     pub in_plant_file: bool,
@@ -65,9 +65,9 @@ pub struct Status {
     pub loops: usize,
     /// Days of the plant with a window.
     pub days: usize,
-    /// The first of them.
+    /// The first of these days.
     pub first_day: Option<String>,
-    /// The last of them.
+    /// The last of these days.
     pub last_day: Option<String>,
     /// Windows that count.
     pub windows: usize,

@@ -52,7 +52,7 @@ def _secured(parser: argparse.ArgumentParser) -> None:
     own.add_argument("--trust-first", action="store_true", help="trust the first certificate of a server without a comparison")
     own.add_argument("--any-name", action="store_true", help="accept a certificate of a different host or application")
     own.add_argument("--user-certificate", metavar="FILE", type=Path, help="log in with this certificate")
-    own.add_argument("--user-key", metavar="FILE", type=Path, help="its key")
+    own.add_argument("--user-key", metavar="FILE", type=Path, help="the key of that certificate")
 
 
 ENVIRONMENT = """\
@@ -98,8 +98,8 @@ def parser(program: str = "python -m stiction.live") -> argparse.ArgumentParser:
     watch.add_argument("--disk", metavar="SIZE", type=size, help="remove the oldest files beyond this size, such as 20GB")
     watch.add_argument("--time-limit", metavar="TIME", type=duration, help="longest time to judge a window of a loop; beyond it, its "
                        "row has an error [default: time_limit_s in plant.toml, or 5min]")  # fmt: skip
-    watch.add_argument("--webhook", metavar="URL", help="send events to this address, or to the address in the file of "
-                       "@FILE [default: STICTION_WEBHOOK of the environment]")  # fmt: skip
+    watch.add_argument("--webhook", metavar="URL", help="address to which events are sent; @FILE names a file that holds "
+                       "it [default: STICTION_WEBHOOK of the environment]")  # fmt: skip
     watch.add_argument("--metrics", metavar="ADDRESS", help="serve Prometheus metrics at this address, such as 127.0.0.1:9464")
     watch.add_argument("--status", action="store_true", help="print the state of the running watch, and end")
     watch.add_argument("--json", action="store_true", help="print the state as JSON")

@@ -177,7 +177,7 @@ GAUGES = (
     ("stiction_data_age_seconds", "Age of the newest value, by the server's clock.", lambda s: _age(s)),
     ("stiction_values_per_second", "Values that arrive per second.", lambda s: s["values_per_s"]),
     ("stiction_scan_seconds", "Duration of the last judgement.", lambda s: s["scan_s"]),
-    ("stiction_write_seconds", "Duration of the last writing of hours.", lambda s: s["write_s"]),
+    ("stiction_write_seconds", "Duration of the last write of finished hours.", lambda s: s["write_s"]),
     ("stiction_disk_full", "Whether values cannot be stored.", lambda s: int(s["disk_full"])),
     ("stiction_events_unsent", "Events that wait for the webhook.", lambda s: s["events_unsent"]),
 )

@@ -404,7 +404,7 @@ def fetch(
 
     if not any(matches(pattern, "data/sql/samples/2026-03-02.parquet") for pattern in file.data):
         raise Refused(
-            f'{path}, data: does not name the fetched files, data/sql/samples/2026-03-02.parquet; add "data/**/*.parquet"'
+            f'{path}, data: does not name the fetched files, such as data/sql/samples/2026-03-02.parquet; add "data/**/*.parquet"'
         )
     stored = hours.live_folder(plant) / "fetched.json"
     key = f"{redacted(url).partition('?maxCount=')[0]} {table or ''}"

@@ -1,7 +1,7 @@
 """Collects the values of a plant from an OPC UA server, and starts a judgement every hour.
 
 The server's clock decides when an hour is over, so a server that replays a recording works like a plant. A broken connection is
-made again. The values in between come from the server's history if it has one. Otherwise the gap remains.
+made again. The missed values come from the server's history if it has one. Otherwise a gap remains.
 """
 
 from __future__ import annotations

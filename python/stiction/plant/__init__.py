@@ -67,7 +67,7 @@ def scan(
     Parameters
     ----------
     threads : int, optional
-        Number of threads; by default as many as the machine has. It does not affect the rows.
+        Number of threads; by default as many as the machine has. The number does not affect the rows.
     memory : float, optional
         Memory to use, bytes; by default 500 MB.
     again : bool, default False
@@ -324,7 +324,8 @@ def diagnose_table(table: Any, settings: Settings = None, *, threads: int | None
         A long table (times, tags, values, and optionally qualities) or a wide one, of one loop or of several, with the Arrow
         capsule interface. Times have a time type. Tags may be dictionary-encoded. Rows may have any order.
     settings : str or path, optional
-        The text of a ``plant.toml``, or the path of its folder. By default the zone is UTC and everything is recognised.
+        The text of a ``plant.toml``, or the path of its folder. By default the zone is UTC, and loops and columns are recognised
+        by their names.
     threads : int, optional
         Number of threads; by default as many as the machine has. Use 1 if an engine gives each task one core.
 

@@ -530,7 +530,8 @@ def scan(
         Samples, long or wide, from Parquet, Delta or a table. The columns are recognised by their names, as in files. The column
         of times is a timestamp.
     settings : str or path, optional
-        The text of a ``plant.toml``, or the path of its folder. By default the zone is UTC and everything is recognised.
+        The text of a ``plant.toml``, or the path of its folder. By default the zone is UTC, and loops and columns are recognised
+        by their names.
     known : pyspark.sql.DataFrame, optional
         Rows of earlier scans. If they have a column ``run``, the last run of each window counts. Windows among them with the
         same samples and settings are not judged again.

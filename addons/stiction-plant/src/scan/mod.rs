@@ -98,7 +98,7 @@ pub struct Manifest {
     pub model_version: String,
     /// Files that were examined.
     pub files: usize,
-    /// Loops in them.
+    /// Loops in these files.
     pub loops: usize,
     /// Windows that were judged in this run.
     pub windows: usize,

@@ -115,7 +115,7 @@ impl NoResponse {
     }
 }
 
-/// A possible fault behind a PV that does not respond, in documents.
+/// A possible fault that explains why the PV does not respond, in documents.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 #[schemars(rename = "Fault")]

@@ -39,9 +39,9 @@ named! {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Contrast {
-    /// Observations before that have it.
+    /// Number of observations of the quantity before the repair.
     pub before_count: usize,
-    /// Observations after that have it.
+    /// Number of observations of the quantity after the repair.
     pub after_count: usize,
     /// Its typical value before.
     pub before: f64,
@@ -59,12 +59,12 @@ pub struct Contrast {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Repair {
-    /// Its time, s on the clock of the observations.
+    /// Time of the repair, s on the clock of the observations.
     #[cfg_attr(feature = "serde", serde(rename = "time_s"))]
     pub time: f64,
-    /// Observations before it.
+    /// Number of observations before the repair.
     pub before: usize,
-    /// Observations after it.
+    /// Number of observations after the repair.
     pub after: usize,
     /// The probability that the valve sticks, by the mean log-odds of a side; `None` with too few observations.
     pub probability: Option<Contrast>,

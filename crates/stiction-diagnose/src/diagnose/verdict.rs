@@ -176,7 +176,7 @@ pub struct Verdict {
     /// `too little to matter` and `data cannot answer`, and `does not stick` into `fine` and `no stiction visible`. The
     /// others are `sticks` and `does not respond`.
     pub grade: Grade,
-    /// The probability of sticking that the recording can show, where a calibrated model gives one.
+    /// The probability of stiction that the recording can show, where a calibrated model gives one.
     pub probability: Option<f64>,
     /// Its basis, such as `evidence in OP and PV`.
     pub basis: Basis,

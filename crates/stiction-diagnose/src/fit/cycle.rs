@@ -69,7 +69,7 @@ pub struct Cycle {
     /// OP; `None` if nothing oscillates or it could not be computed.
     pub pv_swing_left: Option<Estimate>,
     /// Whether the valve explains the swing: the fitted loop cycles as the recording does, or most of the swing would
-    /// vanish without it ([`MOST_LEFT`]). `None` if nothing oscillates.
+    /// vanish if the valve followed its OP ([`MOST_LEFT`]). `None` if nothing oscillates.
     pub explained: Option<bool>,
     /// The same in words.
     pub sentence: String,

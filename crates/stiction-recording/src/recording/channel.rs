@@ -46,7 +46,7 @@ impl RangeSource {
     }
 }
 
-/// The instrument range of a signal: which values are 0 % and 100 %.
+/// The instrument range of a signal: the values at 0 % and 100 %.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", schemars(rename = "SignalRange"))]

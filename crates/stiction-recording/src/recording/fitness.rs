@@ -88,7 +88,7 @@ pub struct Measure {
     pub reason: String,
 }
 
-/// Whether a recording can answer, and why.
+/// Whether a recording is fit for a diagnosis, and why.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Fitness {

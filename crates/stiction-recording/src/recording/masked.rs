@@ -62,7 +62,7 @@ pub struct Masked {
     pub value: f64,
     /// Number of samples.
     pub count: usize,
-    /// Time of the first of them, s on the recording's clock.
+    /// Time of the first such sample, s on the recording's clock.
     pub first_s: f64,
     /// Why it is no measurement.
     pub kind: MaskedKind,
