@@ -220,7 +220,7 @@ class Peak(Result):
     chance: float = about("The chance that the peak is noise.")
     over_background: float = about("Power of the peak over that of the background.")
     harmonic: int | None = about(
-        "Which harmonic of a stronger peak it is; then it is part of that oscillation's shape."
+        "Its number as a harmonic of a stronger peak; a harmonic is part of that oscillation's shape."
     )
     band: tuple[float, float] = about("The band, cycles per sample.")
     is_oscillation: bool = about(
@@ -316,15 +316,15 @@ class Verdict(Result):
     basis: str = about("Its basis, such as `evidence in OP and PV`.")
     S_below: Limit | None = about(
         "The detection limit of this recording: an S above it is ruled out with this confidence. It is given for a "
-        "cleared valve and if nothing is decided. None if the valve is at fault, if S is a number with an interval, if "
-        "no limit is known, and for mistaken columns, unfit data or a recording unlike the training."
+        "cleared valve and if nothing is decided. None if the valve is at fault, S has an interval or no limit is "
+        "known. Also None for mistaken columns, unfit data or a recording unlike the training."
     )
     votes: Votes = about("How the families of methods voted.")
     reasons: list[str] = about("Why, in sentences.")
     contradictions: list[str] = about("Evidence against the conclusion, in sentences.")
     alternatives: list[Alternative] = about("Other possible causes, the likeliest first.")
     confirm: TestPlan | None = about(
-        "The manual test that would decide, as `stiction test plan` sizes it. None where none is needed, or where "
+        "The manual test that would decide, as `stiction test plan` sizes it. None where no test is needed, or where "
         "`no_test` gives the reason."
     )
     no_test: str | None = about("Why no test can be made where one is needed.")
@@ -399,7 +399,7 @@ class Stiction(Result):
     S: Estimate | None = about("Stick band plus dead band, percent of span.")
     J: Estimate | None = about("Slip jump, percent of span.")
     coverage: float | None = about(
-        "The nominal coverage of the intervals, such as 0.9; None where they are not of that kind."
+        "The nominal coverage of the intervals, such as 0.9; None if the intervals have none."
     )
     model: str | None = about("The source of the numbers: the valve model, or the measured position.")
     why_not: str | None = about("Why a number is missing.")
@@ -434,7 +434,7 @@ class FewSlips(Result):
     step: float = about(
         "Size of OP steps that would make the valve slip, percent of span: half more than the estimated S."
     )
-    words: str = about("The same in a sentence.")
+    words: str = about("These numbers in a sentence.")
 
 
 @result
@@ -517,7 +517,7 @@ class Drift(Result):
     low: float = about("Lower end of its 95 % interval.")
     high: float = about("Upper end of its 95 % interval.")
     p_value: float = about("Probability of such a slope without a drift, two-sided.")
-    robust_per_day: float = about("The same by the median of the slopes of all pairs, 1/day.")
+    robust_per_day: float = about("The growth by the median of the slopes of all pairs, 1/day.")
     robust_p_value: float = about("p-value of Mann and Kendall's test.")
     significant: bool = about("Whether both tests and both slopes show that S drifts.")
 
@@ -591,7 +591,7 @@ class FittedProcess(Result):
 
     kind: str = about("Its behaviour under a constant input.", kind='{"self-regulating", "integrating"}')
     gain: Estimate | None = about(
-        "Units of PV per percent; None for an integrating one, and if it cannot be separated from the lag."
+        "Gain, units of PV per percent; None for an integrating one, and if it cannot be separated from the lag."
     )
     tau: Estimate | None = about("Time constant, s; None in the same cases.")
     slope: Estimate = about(
@@ -640,7 +640,7 @@ class RecordedSwing(Result):
 
     period_s: float = about("Its period, s.")
     op: float = about("The `swing()` of the OP, as in `Oscillation`, percent of span.")
-    pv: float = about("The same of the PV about its set point, in its units.")
+    pv: float = about("The `swing()` of the PV about its set point, in its units.")
 
 
 @result
@@ -649,7 +649,7 @@ class PredictedSwing(Result):
 
     period_s: Estimate = about("Period of its limit cycle, s.")
     op: Estimate = about("Half of the OP's peak-to-peak value, percent of span.")
-    pv: Estimate = about("The same of the PV, in its units.")
+    pv: Estimate = about("Half of the PV's peak-to-peak value, in its units.")
 
 
 @result
@@ -670,9 +670,13 @@ class Prospect(Result):
         "compensator."
     )
     pv_swing: Estimate = about("The `swing()` of the PV about its set point, in its units.")
-    pv_swing_ratio: Estimate = about("The same over that of the present loop, loop by loop; 20 for 20 or more.")
+    pv_swing_ratio: Estimate = about(
+        "Ratio of the PV swing to that of the present loop, for each drawn loop; 20 for 20 or more."
+    )
     error: Estimate = about("Mean absolute control error, in units of the PV.")
-    error_ratio: Estimate = about("The same over that of the present loop, loop by loop; 20 for 20 or more.")
+    error_ratio: Estimate = about(
+        "Ratio of the control error to that of the present loop, for each drawn loop; 20 for 20 or more."
+    )
     travel: Estimate = about("Valve travel, percent of span per hour.")
     settling_s: Estimate | None = about("Time to settle after a load step, s; None if half of the loops do not settle.")
     sure: float = about(
@@ -688,7 +692,7 @@ class Proposal(Result):
 
     kc: float = about("Gain, percent per unit of PV.")
     ti: float = about("Integral time, s.")
-    ms: Estimate = about("The largest sensitivity of the loop with it, over all drawn loops; 2 or less is robust.")
+    ms: Estimate = about("Largest sensitivity (Ms) with this tuning, over all drawn loops; 2 or less is robust.")
     rule: str = about("Its rule.")
 
     _documented_as: ClassVar[Mapping[str, str]] = {
@@ -904,7 +908,7 @@ class Unknown(Result):
     """Something that is not known, with the reason."""
 
     kind: str = about(
-        "What it is: `file not read`, `loop not read`, `loop without a PV`, `tag without a partner` or `window not "
+        "Its kind: `file not read`, `loop not read`, `loop without a PV`, `tag without a partner` or `window not "
         "judged`."
     )
     name: str = about("Its file, loop or tag.")
@@ -966,7 +970,7 @@ class Scanned(Result):
     parts: int = about("Number of parts of the store that keep their rows.")
     problems: list[Problem] = about("Files and loops that could not be read.")
     unknown: list[Unknown] = about(
-        "These, loops without a PV, tags without a partner, and the windows of this run that could not be judged."
+        "These problems, loops without a PV, tags without a partner, and the windows of this run that were not judged."
     )
     no_recordings: list[str] = about("Files that are no recordings because they have no OP, a sentence each.")
     damaged: list[str] = about("Files of earlier runs that were found damaged, a sentence each.")

@@ -17,7 +17,7 @@ use stiction_score::scoreboard::Share;
 pub struct Trial {
     /// Networks that were simulated.
     pub networks: usize,
-    /// Loops in these files.
+    /// Loops in these networks.
     pub loops: usize,
     /// Of all valves whose oscillation reaches another loop: those in a group with such a loop.
     pub sources: Share,

@@ -39,7 +39,7 @@ impl Kind {
 /// Something that is not known, with the reason.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct Unknown {
-    /// What it is: `file not read`, `loop not read`, `loop without a PV`, `tag without a partner` or `window not judged`.
+    /// Its kind: `file not read`, `loop not read`, `loop without a PV`, `tag without a partner` or `window not judged`.
     pub kind: Kind,
     /// Its file, loop or tag.
     pub name: String,

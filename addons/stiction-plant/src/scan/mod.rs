@@ -108,7 +108,7 @@ pub struct Manifest {
     pub parts: usize,
     /// Files and loops that could not be read.
     pub problems: Vec<Problem>,
-    /// These, loops without a PV, tags without a partner, and the windows of this run that could not be judged.
+    /// These problems, loops without a PV, tags without a partner, and the windows of this run that were not judged.
     pub unknown: Vec<Unknown>,
     /// Files that are no recordings because they have no OP, a sentence each.
     pub no_recordings: Vec<String>,

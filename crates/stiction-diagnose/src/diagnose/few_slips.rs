@@ -31,7 +31,7 @@ pub struct FewSlips {
     pub needed: usize,
     /// Size of OP steps that would make the valve slip, percent of span: half more than the estimated S.
     pub step: f64,
-    /// The same in a sentence.
+    /// These numbers in a sentence.
     pub words: String,
 }
 

@@ -68,7 +68,7 @@ pub struct Drift {
     pub high: f64,
     /// Probability of such a slope without a drift, two-sided.
     pub p_value: f64,
-    /// The same by the median of the slopes of all pairs, 1/day.
+    /// The growth by the median of the slopes of all pairs, 1/day.
     pub robust_per_day: f64,
     /// p-value of Mann and Kendall's test.
     pub robust_p_value: f64,

@@ -181,8 +181,8 @@ pub struct Verdict {
     /// Its basis, such as `evidence in OP and PV`.
     pub basis: Basis,
     /// The detection limit of this recording: an S above it is ruled out with this confidence. It is given for a
-    /// cleared valve and if nothing is decided. `None` if the valve is at fault, if S is a number with an interval,
-    /// if no limit is known, and for mistaken columns, unfit data or a recording unlike the training.
+    /// cleared valve and if nothing is decided. `None` if the valve is at fault, S has an interval or no limit is
+    /// known. Also `None` for mistaken columns, unfit data or a recording unlike the training.
     #[cfg_attr(feature = "serde", serde(rename = "S_below"))]
     pub s_below: Option<Limit>,
     /// How the families of methods voted.
@@ -193,8 +193,8 @@ pub struct Verdict {
     pub contradictions: Vec<String>,
     /// Other possible causes, the likeliest first.
     pub alternatives: Vec<Alternative>,
-    /// The manual test that would decide, as `stiction test plan` sizes it. `None` where none is needed, or where `no_test`
-    /// gives the reason.
+    /// The manual test that would decide, as `stiction test plan` sizes it. `None` where no test is needed, or where
+    /// `no_test` gives the reason.
     pub confirm: Option<TestPlan>,
     /// Why no test can be made where one is needed.
     pub no_test: Option<String>,
@@ -262,7 +262,7 @@ pub struct Stiction {
     /// Slip jump, percent of span.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
-    /// The nominal coverage of the intervals, such as 0.9; `None` where they are not of that kind.
+    /// The nominal coverage of the intervals, such as 0.9; `None` if the intervals have none.
     pub coverage: Option<f64>,
     /// Why a number is missing.
     pub why_not: Option<String>,

@@ -39,7 +39,7 @@ pub struct Swing {
     pub period_s: f64,
     /// The [`swing()`] of the OP, as in `Oscillation`, percent of span.
     pub op: f64,
-    /// The same of the PV about its set point, in its units.
+    /// The [`swing()`] of the PV about its set point, in its units.
     pub pv: f64,
 }
 
@@ -51,7 +51,7 @@ pub struct Predicted {
     pub period_s: Estimate,
     /// Half of the OP's peak-to-peak value, percent of span.
     pub op: Estimate,
-    /// The same of the PV, in its units.
+    /// Half of the PV's peak-to-peak value, in its units.
     pub pv: Estimate,
 }
 

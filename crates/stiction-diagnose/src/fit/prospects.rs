@@ -137,7 +137,7 @@ pub struct Proposal {
     pub kc: f64,
     /// Integral time, s.
     pub ti: f64,
-    /// The largest sensitivity of the loop with it, over all drawn loops; 2 or less is robust.
+    /// Largest sensitivity (Ms) with this tuning, over all drawn loops; 2 or less is robust.
     #[cfg_attr(feature = "serde", serde(rename = "Ms"))]
     pub ms: Estimate,
     /// Its rule.
@@ -154,11 +154,11 @@ pub struct Prospect {
     pub action: Remedy,
     /// The [`swing()`] of the PV about its set point, in its units.
     pub pv_swing: Estimate,
-    /// The same over that of the present loop, loop by loop; 20 for 20 or more.
+    /// Ratio of the PV swing to that of the present loop, for each drawn loop; 20 for 20 or more.
     pub pv_swing_ratio: Estimate,
     /// Mean absolute control error, in units of the PV.
     pub error: Estimate,
-    /// The same over that of the present loop, loop by loop; 20 for 20 or more.
+    /// Ratio of the control error to that of the present loop, for each drawn loop; 20 for 20 or more.
     pub error_ratio: Estimate,
     /// Valve travel, percent of span per hour.
     pub travel: Estimate,

@@ -91,7 +91,7 @@ impl Candidate {
 pub struct FittedProcess {
     /// Its behaviour under a constant input.
     pub kind: ProcessKind,
-    /// Units of PV per percent; `None` for an integrating one, and if it cannot be separated from the lag.
+    /// Gain, units of PV per percent; `None` for an integrating one, and if it cannot be separated from the lag.
     pub gain: Option<Estimate>,
     /// Time constant, s; `None` in the same cases.
     #[cfg_attr(feature = "serde", serde(rename = "tau"))]
