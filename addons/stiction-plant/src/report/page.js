@@ -24,3 +24,7 @@ for (const tile of document.querySelectorAll("svg.map [data-k]")) {
     tile.append(title);
   });
 }
+// On paper stand all orders with their actions, and the loops whose data are not good.
+addEventListener("beforeprint", () => {
+  for (const each of document.querySelectorAll("details[data-print]")) each.open = true;
+});

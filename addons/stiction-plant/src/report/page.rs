@@ -635,7 +635,7 @@ fn work(orders: &[Order]) -> Markup {
             @if orders.is_empty() { p { "No valve needs a repair." } }
             ol.work { @for order in first { (line(order)) } }
             @if !rest.is_empty() {
-                details {
+                details data-print {
                     summary { (counted(rest.len(), "more order")) }
                     ol.work start=(FIRST + 1) { @for order in rest { (line(order)) } }
                 }
@@ -656,8 +656,8 @@ fn line(order: &Order) -> Markup {
     html! {
         li {
             b { (linked(&order.name, order.page.as_ref())) }
-            " " (capital(&order.finding)) "." span.soft { " Priority " (WorkOrder::from(order).priority) " of 4, " (order.status.name()) "." }
-            details {
+            " " (capital(&order.finding)) "." span.soft { " Priority class " (WorkOrder::from(order).priority) " of 4, " (order.status.name()) "." }
+            details data-print {
                 summary { "Action, evidence and test" }
                 p { (order.action) "." }
                 p { "Evidence: " (order.evidence) "." }
@@ -699,7 +699,7 @@ fn health(ranking: &Ranking<'_>) -> Markup {
         @for kind in Health::ALL.into_iter().filter(|health| *health != Health::Good) {
             @let rows = of(kind);
             @if !rows.is_empty() {
-                details {
+                details data-print {
                     summary { (kind.name()) ": " (counted(rows.len(), "loop")) }
                     ul {
                         @for row in rows.iter().take(100) {

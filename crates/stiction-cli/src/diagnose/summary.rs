@@ -39,7 +39,11 @@ pub fn one(loop_: &Diagnosed) -> String {
         out += &field("override", overruled);
     }
     if lacks_pv(diagnosis) {
-        out += &field("", "The verdict rests on the OP alone, because no PV was read.");
+        let signals = match diagnosis.verdict.basis {
+            Basis::ValvePosition => "the OP and the valve position",
+            _ => "the OP alone",
+        };
+        out += &field("", &format!("The verdict rests on {signals}, because no PV was read."));
     }
     for side in &screen.sides {
         out += &field("", &side.heading);

@@ -41,7 +41,7 @@ use crate::parallel::*;
 use crate::series::detrended;
 use crate::spoken::{LARGEST_FACTOR, rough, set};
 use crate::valve::{Assembly, Model};
-use crate::what_if::positioned;
+use crate::what_if::{WEARING, positioned};
 
 /// Assumed speed of an unknown stem, percent per second: a stroke in ten seconds.
 pub const STEM_SPEED: f64 = 10.0;
@@ -571,7 +571,10 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
         ));
     }
     // Never a positioner: one slower than a slip leaves J, and may hunt.
-    let interim = actions.iter().filter(|row| row.certain()).find_map(|row| match row.action {
+    let present = find(Remedy::AsItIs).map_or(f64::INFINITY, |row| row.travel.value);
+    let spares = |row: &&Prospect| row.travel.value <= WEARING * present;
+    let interim = actions.iter().filter(|row| row.certain()).filter(spares);
+    let interim = interim.into_iter().find_map(|row| match row.action {
         Remedy::Compensate(method) => Some((row, method.describe().name)),
         _ => None,
     });

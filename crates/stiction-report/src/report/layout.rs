@@ -688,7 +688,7 @@ impl Page {
         let svg = figure.still(&id)?;
         Ok(html! {
             figure {
-                div.sheet { (PreEscaped(terse(&svg))) }
+                div.sheet tabindex="0" { (PreEscaped(terse(&svg))) }
                 @if !figure.caption.is_empty() { figcaption #(Figure::caption_id(&id)) { (figure.caption) } }
             }
         })
@@ -705,7 +705,7 @@ impl Page {
         let live = figure.live(&id)?;
         Ok(html! {
             figure #(id) data-live {
-                div.sheet { (PreEscaped(terse(&live.svg))) }
+                div.sheet tabindex="0" { (PreEscaped(terse(&live.svg))) }
                 script type="application/json" { (PreEscaped(live.data)) }
                 @if !figure.caption.is_empty() { figcaption #(Figure::caption_id(&id)) { (figure.caption) } }
             }

@@ -2,7 +2,7 @@
 import { useComputed, useSignal } from "@preact/signals";
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { t } from "../../texts";
-import { at, NOTHING, page, percent, rough, status, time, turn, walk, way, type At, type Row } from "./state";
+import { at, limit, NOTHING, page, percent, rough, status, time, turn, walk, way, type At, type Row } from "./state";
 import { Grade, Tile } from "./words";
 
 const w = t.plant;
@@ -55,8 +55,8 @@ const COLUMNS: Column[] = [
   {
     key: "s",
     number: true,
-    by: (row) => row.S ?? row.S_below,
-    cell: (row) => (row.S == null && row.S_below != null ? `< ${rough(row.S_below)}` : number(row.S)),
+    by: (row) => row.S ?? limit(row),
+    cell: (row) => (limit(row) != null ? `< ${rough(limit(row)!)}` : number(row.S)),
   },
   { key: "j", number: true, by: (row) => row.J, cell: (row) => number(row.J) },
   {

@@ -4,7 +4,7 @@ import { call, type Answer } from "../../api";
 import { t } from "../../texts";
 import { Forms } from "./forms";
 import { HistoryChart } from "./history";
-import { at, entered, open, percent, rough, stamp, time, turn, walk, way, type Row } from "./state";
+import { at, entered, limit, open, percent, rough, stamp, time, turn, walk, way, type Row } from "./state";
 import { TrendOfDay } from "./trend";
 import { Grade, Loop, Tile } from "./words";
 
@@ -37,7 +37,7 @@ function Facts(props: { row: Row; upstream: readonly string[] }) {
   const f = w.loop.row;
   const facts: [string, preact.ComponentChildren][] = [
     [f.p, row.probability == null ? "–" : `${percent(row.probability)} %, ${w.loop.windows(row.windows_judged)}`],
-    [f.s, row.S == null && row.S_below != null ? `< ${rough(row.S_below)} %` : range(row.S, row.S_low, row.S_high)],
+    [f.s, limit(row) != null ? `< ${rough(limit(row)!)} %` : range(row.S, row.S_low, row.S_high)],
     [f.j, range(row.J, row.J_low, row.J_high)],
   ];
   if (row.period_s != null) facts.push([f.period, w.every(time(row.period_s))]);

@@ -166,7 +166,9 @@ export function percent(p: number): string {
 
 /** A time as people say it. */
 export function time(seconds: number): string {
-  const [s, min, h] = [Math.round(seconds), Math.floor(seconds / 60), Math.floor(seconds / 3600)];
+  // As the report rounds.
+  const [s, min] = [Math.round(seconds), seconds < 1800 ? Math.floor(seconds / 60) : Math.round(seconds / 60)];
+  const h = Math.floor(min / 60);
   if (s < 120) return `${s} s`;
   if (h < 2) return `${min} min${s % 60 && min < 30 ? ` ${s % 60} s` : ""}`;
   if (h < 48) return `${h} h${min % 60 ? ` ${min % 60} min` : ""}`;
@@ -177,6 +179,11 @@ export function time(seconds: number): string {
 export function graded(name: string | null | undefined): { symbol: string; tone: string } {
   const word = status.value?.words.grades.find((grade) => grade.name === name);
   return { symbol: word?.symbol ?? "", tone: word?.tone ?? "open" };
+}
+
+/** The limit of S that stands in place of an unknown S, where the valve is not suspected. */
+export function limit(row: Row): number | null {
+  return row.S == null && graded(row.grade).tone === "good" ? (row.S_below ?? null) : null;
 }
 
 /** The letter of an action. */
