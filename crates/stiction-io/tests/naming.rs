@@ -199,6 +199,7 @@ fn what_people_call_signals() {
         ("t,Temperature,SP,FIC101.OP", "FIC101: PV 1 SP 2 OP 3"),
         ("t,Flow (m3/h),Flow setpoint (m3/h),Valve output (%)", "Flow: PV 1 SP 2 OP 3"),
         ("Zeit,Istwert (m3/h),Sollwert (m3/h),Stellwert (%)", "f: PV 1 SP 2 OP 3"),
+        ("Zeit,FIC4711.X,FIC4711.W,FIC4711.Y", "FIC4711: PV 1 SP 2 OP 3"),
         ("Zeit,Regelgröße,Führungsgröße,Stellgröße", "f: PV 1 SP 2 OP 3"),
         ("Zeit,Regelgroesse,Fuehrungsgroesse,Stellgroesse", "f: PV 1 SP 2 OP 3"),
     ] {

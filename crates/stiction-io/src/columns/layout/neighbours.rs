@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use super::content::Content;
-use crate::columns::role::{self, Role, Signal};
+use crate::columns::role::{self, Role, SEPARATORS, Signal};
 use crate::remedy::{Remedy, Wording};
 use std::collections::HashSet;
 use stiction_recording::recording::Mode;
@@ -98,6 +98,33 @@ pub fn take_quantity(
     ));
     let why = "it is the only measured quantity";
     candidates[*quantity] = Some(Candidate::recognised(loop_name, Role::Signal(Signal::Pv), why));
+}
+
+/// The signal of a name that ends with W, X or Y after a separator, the letters of German control engineering for SP, PV and
+/// OP, and the tag before it; `None` unless all three of the tag are among the names.
+pub fn by_letter<'a>(name: &'a str, names: &[&str]) -> Option<(&'a str, Signal)> {
+    const LETTERS: [(&str, Signal); 3] = [("W", Signal::Sp), ("X", Signal::Pv), ("Y", Signal::Op)];
+    let (tag, own) = name.rsplit_once(SEPARATORS)?;
+    let (_, signal) = LETTERS.into_iter().find(|(letter, _)| own.eq_ignore_ascii_case(letter))?;
+    let is_there = |(letter, _): &(&str, Signal)| {
+        let mut tags = names.iter().filter_map(|other| other.rsplit_once(SEPARATORS));
+        tags.any(|(other, last)| other == tag && last.eq_ignore_ascii_case(letter))
+    };
+    LETTERS.iter().all(is_there).then_some((tag, signal))
+}
+
+/// Takes the names of [`by_letter`].
+pub fn take_letters(candidates: &mut [Option<Candidate>], names: &[&str]) {
+    for (candidate, name) in candidates.iter_mut().zip(names) {
+        if candidate.as_ref().is_none_or(|candidate| !candidate.given)
+            && let Some((tag, signal)) = by_letter(name, names)
+        {
+            let why =
+                format!("W, X and Y of one tag are SP, PV and OP, so it is the {}", signal.name());
+            let tag = (!tag.is_empty()).then(|| tag.to_owned());
+            *candidate = Some(Candidate::recognised(tag, Role::Signal(signal), why));
+        }
+    }
 }
 
 /// MV is the manipulated variable, which is the OP. Beside another OP it is the measured valve position. Adds a note

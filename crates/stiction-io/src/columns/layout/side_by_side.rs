@@ -2,6 +2,7 @@
 //! table.
 
 use super::given::Given;
+use super::neighbours::by_letter;
 use super::plan::{Layout, Plan, Recognised};
 use crate::cells::number;
 use crate::columns::options::{Mapped, ReadOptions};
@@ -169,7 +170,10 @@ fn clocks(names: &[&str], options: &ReadOptions) -> Vec<Clock> {
     let role = |i: usize| given.mapped(names[i]).map(|mapped| mapped.role);
     let told: Vec<usize> = (0..names.len()).filter(|i| role(*i) == Some(Role::Time)).collect();
     let is_single = told.len() == 1 || options.sample_time.is_some();
-    if is_single || options.map.iter().any(|each| matches!(each.role, Role::Tag | Role::Value)) {
+    if is_single
+        || names.iter().any(|name| by_letter(name, names).is_some())
+        || options.map.iter().any(|each| matches!(each.role, Role::Tag | Role::Value))
+    {
         return vec![];
     }
     // A long table, such as that of IP.21 with NAME, IP_TREND_TIME and IP_TREND_VALUE.
