@@ -87,7 +87,7 @@ mod tests {
             few.words,
             "looks stuck, with 2 slips of the 8 needed; OP steps of 4.5 % up and down should cause the others"
         );
-        assert!(of(1, 1.0).unwrap().words.contains("1 slip seen"));
+        assert!(of(1, 1.0).unwrap().words.contains("with 1 slip of"));
         assert_eq!(of(NEEDED, 2.0), None);
     }
 }
