@@ -233,7 +233,8 @@ struct Scan {
     /// Judge everything again, not only new data
     #[arg(long)]
     again: bool,
-    /// Longest time for a window, after which its row is an error [default: time_limit_s in plant.toml, or 300]
+    /// Longest time to judge a window. If a window takes longer, its row has an error
+    /// [default: time_limit_s in plant.toml, or 300]
     #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(1..))]
     time_limit: Option<u32>,
     /// Print the results as JSON

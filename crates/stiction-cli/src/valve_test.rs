@@ -169,7 +169,7 @@ struct Read {
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
-    /// Draw the PV answers over the OP turns to this file, .svg or .png
+    /// Plot the PV answers against the OP turns in this file, .svg or .png
     #[arg(long, value_name = "FILE")]
     plot: Option<Out>,
     /// Write a page for your records to this file, in HTML
@@ -396,7 +396,7 @@ fn plan_of(file: &In) -> Result<TestPlan> {
         serde_json::from_str(&text).with_context(|| format!("--plan {}", file.origin()))?;
     if json.get("signature").is_some() {
         bail!(
-            "--plan {}: this is the plan of a signature, which is read without --plan",
+            "--plan {}: this is the plan of a signature; leave out --plan to read a signature",
             file.origin()
         );
     }

@@ -60,7 +60,7 @@ static METHOD: Method = Method {
     name: "damarla-regression",
     title: "Damarla's ratio of slopes",
     source: "Damarla et al., Ind. Eng. Chem. Res. 61 (2022) 502-514; definition as read in a public \
-             implementation, the paper not read",
+             implementation, not in the paper",
     statistic: "stiction index, % of windows",
     rule: "sticks if the stiction index, the share of windows in which the OP's slope is at least 15 \
            times the PV's, is above the threshold 0",

@@ -59,8 +59,8 @@ const MOST_STEPS: usize = 30;
 static METHOD: Method = Method {
     name: "damarla-sigmoid",
     title: "Damarla's sigmoid",
-    source: "Damarla et al., AdCONIP (2022) 210-215; definition as read in a public implementation, the \
-             paper not read",
+    source: "Damarla et al., AdCONIP (2022) 210-215; definition as read in a public \
+             implementation, not in the paper",
     statistic: "R, correlation of the OP with the sigmoid",
     rule: "sticks if R reaches the threshold 0.5",
     applies: Applies::AnyLoop,

@@ -80,7 +80,7 @@ macro_rules! method {
             name: $name,
             title: $title,
             source: "Damarla et al., Ind. Eng. Chem. Res. 62 (2023) 4410-4421; definitions as read in a \
-                     public implementation, the paper not read",
+                     public implementation, not in the paper",
             statistic: "Omega, share of marked windows",
             rule: $rule,
             applies: Applies::SelfRegulating,
