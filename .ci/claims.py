@@ -34,7 +34,14 @@ CARDS = {"crates/stiction-diagnose/model/README.md", "crates/stiction-diagnose/m
 PAGES = ["README.md", "python/README.md", "docs/*.md", "samples/*.md", "paper/*.md", *sorted(CARDS)]
 HELP = "--help"
 # Pages of measurements.
-MEASURED = {"docs/accuracy.md", "docs/every-method.md", "docs/population.md", "BENCHMARKS.md"}
+MEASURED = {
+    "docs/accuracy.md",
+    "docs/accuracy-loops.md",
+    "docs/accuracy-tests.md",
+    "docs/every-method.md",
+    "docs/population.md",
+    "BENCHMARKS.md",
+}
 # Written by a program, or not about the program.
 LEFT_OUT = {"docs/style.md", "docs/python-api.md", "docs/methods.md", "docs/crates.md", "CHANGELOG.md", "CONTRIBUTING.md", "ARCHITECTURE.md"}
 NUMBER = r"(?<![\w.])\d[\d,.]*"

@@ -152,6 +152,8 @@ pub const CONTENTS: &[Section] = &[
         about: "How often the diagnosis is right, and the targets that it missed.",
         pages: &[
             written!("accuracy.html", "Accuracy", "docs/accuracy.md"),
+            written!("accuracy-loops.html", "Other loops and records", "docs/accuracy-loops.md"),
+            written!("accuracy-tests.html", "Tests, fits and plants", "docs/accuracy-tests.md"),
             written!("every-method.html", "Every method", "docs/every-method.md"),
             written!("scoreboard.html", "The scoreboard", "docs/scoreboard.md"),
             written!("benchmark.html", "The benchmark of detectors", "docs/benchmark.md"),

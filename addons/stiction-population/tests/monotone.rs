@@ -85,7 +85,7 @@ fn an_unmoved_valve_is_seldom_cleared() {
 }
 
 #[test]
-#[ignore = "minutes; prints the figures of docs/accuracy.md"]
+#[ignore = "minutes; prints the figures of docs/accuracy-loops.md"]
 fn suspicion_rises_with_s() {
     let [kept, all, gained, lost, designs] = counted(20_000..20_260);
     println!(

@@ -52,7 +52,7 @@ fn accused(classes: impl ParallelIterator<Item = VerdictClass>) -> String {
 }
 
 #[test]
-#[ignore = "minutes; prints the figures of docs/accuracy.md"]
+#[ignore = "minutes; prints the figures of docs/accuracy-loops.md"]
 fn cycles_of_textbooks() {
     let seeds = || 60_000..66_000_u64;
     println!("sticking loops found: {}", accused(seeds().into_par_iter().filter_map(sticking)));

@@ -1,5 +1,6 @@
-//! How well loops are identified from what a plant would have recorded of them. The tables of `docs/accuracy.md` are
-//! what `cargo test --release -p stiction-score --test score fit:: -- --ignored --nocapture` prints.
+//! How well loops are identified from what a plant would have recorded of them. The tables of
+//! `docs/accuracy-tests.md` are what
+//! `cargo test --release -p stiction-score --test score fit:: -- --ignored --nocapture` prints.
 
 use rayon::prelude::*;
 use std::collections::BTreeMap;

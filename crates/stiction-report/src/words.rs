@@ -350,7 +350,7 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
             }
         },
     };
-    // The likeliest to decide goes first (`docs/accuracy.md`, Advice followed). No test can be planned without a PV.
+    // The likeliest to decide goes first (`docs/accuracy-loops.md`, Advice followed). No test can be planned without a PV.
     Some(match segment.pv {
         None => sentence(&format!("{ask}, or {position}, may decide")),
         Some(_) => sentence(&format!("a test of the valve, {position}, or {ask} may decide")),
