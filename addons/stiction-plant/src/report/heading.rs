@@ -1,6 +1,7 @@
 //! The head of the page of a loop: the verdict of the week, its action and its size, above one window of it.
 
 use crate::report::action::Action;
+use crate::report::health::Health;
 use crate::report::orders;
 use crate::report::ranking::LoopRow;
 use crate::week::Week;
@@ -86,6 +87,7 @@ fn action(row: &LoopRow) -> String {
             Some(group) => format!("Look upstream, in group {group} of loops that swing together."),
             None => cause("Look upstream"),
         },
+        Action::CheckData if row.health == Health::Good => cause("Check the data"),
         Action::CheckData => format!("Check the data: {}.", row.health.name()),
         Action::Leave if row.grade == Some(Grade::Unclear) && !row.is_decided() => {
             "No work order this week.".to_owned()

@@ -188,7 +188,7 @@ impl Shown {
             let caption = &figure.caption;
             let image = html! {
                 figure {
-                    div.wide { img src={ (tag) "-" (name) ".svg" } alt={ (tag) ": " (caption) }; }
+                    div.wide tabindex="0" { img src={ (tag) "-" (name) ".svg" } alt={ (tag) ": " (caption) }; }
                     figcaption { (caption) }
                 }
             };
