@@ -208,7 +208,7 @@ def test_plots_have_names_units_and_legends():
         (lambda: stiction.simulate("paper/flow-cascade"), ValueError, "`simulate_cascade` simulates it"),
         (lambda: stiction.closed_loop.simulate_cascade(PAPER), ValueError, "`simulate` simulates it"),
         (lambda: stiction.closed_loop.simulate_open_loop(PAPER), ValueError, "`simulate` simulates it"),
-        (lambda: stiction.simulate("nothing"), ValueError, 'no scenario file or built-in scenario "nothing"'),
+        (lambda: stiction.simulate("nothing"), ValueError, 'no scenario file or built-in "nothing"'),
         (lambda: stiction.simulate(PAPER, 3), TypeError, "settings must be a mapping"),
         (lambda: stiction.simulate(PAPER, {"valve.S": -1}), ValueError, "S is -1"),
         (lambda: stiction.simulate(PAPER, {"valve.S": {1}}), ValueError, "S"),

@@ -49,7 +49,7 @@ fn a_repair_is_seen_in_the_measured_position() {
     let late = ["history", "FIC7.csv", "--window", "1h", "--repair", "2026-03-01T03:00"];
     let text = run(&folder, &[&late[..], &["--zone", "UTC"]].concat()).quiet_success();
     let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(words.contains("has 3 before and 9 after"), "{text}");
+    assert!(words.contains("there are 3 before and 9 after"), "{text}");
 }
 
 #[test]
