@@ -62,7 +62,7 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
     }
     writeln!(
         out,
-        "\nA fault is a valve that sticks or does not respond so that the record can show it. Other faults \
+        "\nA fault is a valve that sticks or does not respond, if the record can show this. Other faults \
          are left out unless stated otherwise. Brackets are 95 % intervals (Wilson)."
     )?;
     for (title, op_only) in [("OP and PV", false), ("OP alone", true)] {
@@ -79,9 +79,9 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
         }
         if let Some(families) = &learned.families {
             let said = "Each family of loops in turn was left out of the training of smaller models, which \
-                then judged it. A family of one class is completed by loops of the other class, weighted to \
-                the population's shares. Brackets give 95 % intervals and plain counts. The columns \
-                \"reported\" and \"stretched\" use values found on the other families.";
+                then judged this family. A family with only faulty or only healthy valves is completed by loops \
+                of the other class, weighted to the population's shares. Brackets give 95 % intervals and plain \
+                counts. The columns \"reported\" and \"stretched\" use bounds and stretch factors found on the other families.";
             writeln!(out, "\n### Families left out\n\n{said}\n")?;
             out += &families[usize::from(op_only)].table();
         }
@@ -89,11 +89,11 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
     writeln!(out, "\n## Decisions\n\n{}", decide::table(bundle, &test.data.full)?)?;
     writeln!(
         out,
-        "The next table shows the search for the thresholds on the calibration loops. Shares of decisions and of \
-         healthy loops are upper ends of one-sided 90 % intervals.\n\n{}",
+        "The next table shows the search for the thresholds on the calibration loops. For shares of decisions and of \
+         healthy loops, the table gives upper ends of one-sided 90 % intervals.\n\n{}",
         learned.choice.table()
     )?;
-    let share = "The table gives each feature's share of the gain of all splits, for OP and PV.";
+    let share = "The table gives each feature's share of the total gain of all splits, for models of OP and PV.";
     writeln!(out, "## Main features\n\n{share}\n\n| fault | | median of S | |\n|---|---|---|---|")?;
     let ranked = |gains: &[f64]| {
         let mut ranked: Vec<(f64, &str)> =
@@ -120,9 +120,16 @@ fn detected(out: &mut String, found: &Detection) -> std::fmt::Result {
     writeln!(out, "\n| fault or none | |\n|---|---|")?;
     writeln!(out, "| AUC | {auc:.4} |\n| Brier | {brier:.4} |\n| log loss | {log_loss:.4} |")?;
     writeln!(out, "| decided (at most 0.2 or at least 0.8) | {decided} |")?;
-    writeln!(out, "| right, of these | {right} |\n| faults called (0.8) | {recall} |")?;
-    writeln!(out, "| precision (0.8) | {precision} |")?;
-    writeln!(out, "| faults invisible in the record, called (0.8) | {} |", found.hidden_called)?;
+    writeln!(
+        out,
+        "| right, of the decided | {right} |\n| faults called (at least 0.8) | {recall} |"
+    )?;
+    writeln!(out, "| precision (at least 0.8) | {precision} |")?;
+    writeln!(
+        out,
+        "| faults invisible in the record, called (at least 0.8) | {} |",
+        found.hidden_called
+    )?;
     writeln!(out, "| likeliest cause right, for loops without a fault | {} |", found.causes)?;
 
     writeln!(out, "\n| probability | loops | predicted | observed |\n|---|---|---|---|")?;
@@ -156,12 +163,16 @@ fn limited(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::R
     }
     writeln!(
         out,
-        "\nThe detection limit should hold for {LIMIT} of the valves at fault, visible or not. It holds if S is at \
-         or below the limit, or if there is no limit.\n\n| valves at fault | limit holds |\n|---|---|"
+        "\nThe detection limit should hold for {LIMIT} of the valves at fault, visible or not. The limit holds if S \
+         is at or below the limit, or if there is no limit.\n\n| valves at fault | limit holds |\n|---|---|"
     )?;
     writeln!(out, "| all | {} |", Share::of(faulty.iter().map(holds)))?;
     let cleared = |(_, weighed): &&(&Truth, &Weighed)| weighed.probability <= 0.2;
-    writeln!(out, "| cleared (0.2) | {} |", Share::of(faulty.iter().filter(cleared).map(holds)))?;
+    writeln!(
+        out,
+        "| cleared (at most 0.2) | {} |",
+        Share::of(faulty.iter().filter(cleared).map(holds))
+    )?;
     for (name, part) in groups {
         writeln!(out, "| {name} | {} |", Share::of(part.iter().map(holds)))?;
     }
@@ -179,8 +190,9 @@ fn limited(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::R
     let median = |values: &[f64]| values.get(values.len() / 2).copied().unwrap_or(f64::NAN);
     writeln!(
         out,
-        "\nA limit exists for {} loops without a fault. Its median is {:.2} % of span, or {:.2} spans of the OP. \
-         It is below 1 % for {} loops. A distance above 1 (unlike all training loops) occurs in {} loops.",
+        "\nA limit exists for {} loops without a fault. The median limit of all these loops is {:.2} % of \
+         span, or {:.2} times the range of the OP. The limit is below 1 % of span for {} loops. A distance above 1 \
+         (unlike all training loops) occurs in {} loops.",
         Share::of(limits.iter().map(|limit| limit.is_finite())),
         median(&limits),
         median(&spans),
@@ -194,9 +206,9 @@ fn extent(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::Re
     let all = estimates(&test.truth, weighed, known, |weighed| weighed.s);
     writeln!(
         out,
-        "\nEstimates are for visibly sticking valves with at least {FEWEST_SLIPS} slips. Intervals should cover \
-         {COVERAGE}. \"Quantified\" means an interval with a half-width of at most {QUANTIFIED} of the \
-         estimate.\n\n\
+        "\nEstimates are for visibly sticking valves with at least {FEWEST_SLIPS} slips. Intervals should contain \
+         the true value for {COVERAGE} of these valves. \"Quantified\" means that the half-width of the interval \
+         is at most {QUANTIFIED} of the estimate.\n\n\
          | | share | error, median | error, 90 % | coverage | width, median |\n\
          |---|---|---|---|---|---|"
     )?;

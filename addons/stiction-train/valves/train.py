@@ -3,11 +3,11 @@
     python addons/stiction-train/valves/train.py target/valves crates/stiction-diagnose/model
 
 reads `valves.pools`, `valves.pools.csv`, `valves.columns.csv` and `valves.confidence.csv` in the first folder (and `invented.*`, if
-they are there, to measure only), and writes `valves.bin` and its card `VALVES.md` into the second.
+these files exist, to measure only), and writes `valves.bin` and its card `VALVES.md` into the second.
 
-Each valve gives a row for its whole record, and one for its first and last half, quarter and so on, which together weigh as much. All
-are learned from; thresholds and tables are of whole records. Valves whose record cannot show their fault are left out. Those with a single window are learned from, but a diagnosis keeps the
-probability of the first model for a single window. So thresholds and tables are of valves with two windows or more. All choices
+Each valve gives a row for its whole record, and rows for its first and last half, quarter and so on, which together weigh as much as
+the first. The training uses all rows; thresholds and tables use whole records. Valves whose record cannot show their fault are left out.
+Valves with a single window are used for training, but a diagnosis keeps the probability of the first model for a single window. So thresholds and tables are of valves with two windows or more. All choices
 are made on predictions for valves that a trial model was not trained on: five folds for thresholds and S, and every family of
 loops in turn for the confidence. LightGBM is deterministic on one version of it, on any number of threads.
 """
@@ -257,7 +257,7 @@ def text(of: str) -> bytes:
     return struct.pack("<I", len(of)) + of.encode()
 
 
-# What it says of valves that it has not seen.
+# Accuracy on valves that the model has not seen.
 
 
 def auc(fault: np.ndarray, p: np.ndarray) -> float:
@@ -270,7 +270,7 @@ def auc(fault: np.ndarray, p: np.ndarray) -> float:
 
 HEAD = (
     "| valves | number | AUC | log loss | found where 1 % of the healthy are accused | decided | right | faults found | "
-    "healthy accused | healthy cleared | faults cleared | sure | of them wrong |\n" + "|---" * 13 + "|\n"
+    "healthy accused | healthy cleared | faults cleared | sure (0.98) | wrong, of the sure |\n" + "|---" * 13 + "|\n"
 )
 
 
@@ -316,7 +316,7 @@ def of_s(valves: Valves, quantiles: list[np.ndarray], shifts: list[tuple[float, 
     width = high - low
     shift = np.array([shifts[min(int((np.array([w for w, _ in shifts]) < each).sum()), len(shifts) - 1)][1] for each in width])
     low, high = np.minimum(low - shift, middle), np.maximum(high + shift, middle)
-    out = "| windows | valves called | S is a number | median error | within 15 % | interval holds it |\n|---|---|---|---|---|---|\n"
+    out = "| windows | valves accused | S is a number | median error | error below 15 % | interval contains S |\n|---|---|---|---|---|---|\n"
     for least, most, what in LENGTHS:
         own = valves.several & valves.has_s & (p >= accuse) & (valves.windows > least) & (valves.windows <= most)
         number = own & ((np.exp(high) - np.exp(low)) <= 2 * 0.35 * np.exp(middle))
@@ -393,20 +393,20 @@ def main() -> int:
         f"# The model of valves: {name}\n\n"
         f"`addons/stiction-train/train.sh` trained this model with LightGBM {lightgbm.__version__}. It has {len(content):,} bytes and {len(names)} "
         f"features. The training has {valves.whole.sum()} simulated valves, {(valves.known & valves.whole).sum()} of them healthy or visibly at "
-        f"fault, with records of 1 to 64 usual lengths. It uses the whole record of each valve and parts of it. The tables cover the "
-        f"{valves.several.sum()} of these valves with two windows or more, each judged by a model trained without its fold. A single window "
+        f"fault, with records of 1 to 64 usual lengths. The training uses the whole record of each valve, and parts of this record. The tables cover the "
+        f"{valves.several.sum()} of these valves with two windows or more. Each valve is judged by a model trained without the fold of this valve. A single window "
         f"keeps the probability of the single-window model.\n\n"
-        f"A valve is accused from {accuse:.2f} and cleared up to {clear:.2f}. Log-odds beyond those of 0.90 are compressed so that 0.98 is "
-        f"reported at {sides[0][0]:.1f} against a fault and at {sides[1][0]:.1f} for one. From there on, decisions on left-out families ({len(left)}) "
+        f"A valve is accused from a probability of {accuse:.2f} and cleared up to {clear:.2f}. Log-odds beyond those of 0.90 are compressed so that a confidence of 0.98 is "
+        f"reported at log-odds of {sides[0][0]:.1f} against a fault and of {sides[1][0]:.1f} for one. Beyond these log-odds, decisions on left-out families ({len(left)}) "
         f"are right in 96 % or more. These bounds are never below those for a single window.\n\n## Accuracy by number of windows\n\n" + lengths(valves, p, accuse, clear)
         + "\n## Calibration\n\n" + calibration(valves, p)
         + "\n## S\n\n" + of_s(valves, quantiles, shifts, p, accuse)
-        + "\n## Longer records\n\nThe table counts valves that the first part of their record left undecided, and those of them that more of the record "
-        + "decided.\n\n"
+        + "\n## Longer records\n\nThe table counts valves that are undecided by the first part of their record, and the share of these valves that a "
+        + "longer part decides.\n\n"
         + longer(valves, p, accuse, clear)
     )  # fmt: skip
     if families:
-        card += "\n## Families left out in turn\n\nSmaller models, trained without each family, judged it.\n\n" + HEAD
+        card += "\n## Families left out in turn\n\nEach family was judged by smaller models that were trained without this family.\n\n" + HEAD
         for (family, *_), (of, truth) in zip(left, families):
             card += line(family, truth, of, accuse, clear)
     if (asked.folder / "invented.pools").exists():
