@@ -394,8 +394,8 @@ def main() -> int:
         f"`addons/stiction-train/train.sh` trained this model with LightGBM {lightgbm.__version__}. It has {len(content):,} bytes and {len(names)} "
         f"features. The training has {valves.whole.sum()} simulated valves, {(valves.known & valves.whole).sum()} of them healthy or visibly at "
         f"fault, with records of 1 to 64 usual lengths. The training uses the whole record of each valve, and parts of this record. The tables cover the "
-        f"{valves.several.sum()} of these valves with two windows or more. Each valve is judged by a model trained without the fold of this valve. A single window "
-        f"keeps the probability of the single-window model.\n\n"
+        f"{valves.several.sum()} of these valves with two windows or more. Each valve is judged by a model trained without the fold of this valve. A valve with a single "
+        f"window keeps the probability from the single-window model.\n\n"
         f"A valve is accused from a probability of {accuse:.2f} and cleared up to {clear:.2f}. Log-odds beyond those of 0.90 are compressed so that a confidence of 0.98 is "
         f"reported at log-odds of {sides[0][0]:.1f} against a fault and of {sides[1][0]:.1f} for one. Beyond these log-odds, decisions on left-out families ({len(left)}) "
         f"are right in 96 % or more. These bounds are never below those for a single window.\n\n## Accuracy by number of windows\n\n" + lengths(valves, p, accuse, clear)

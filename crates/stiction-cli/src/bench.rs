@@ -58,7 +58,7 @@ pub struct Args {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Measure on members of the mixed population
+    /// Measure the accuracy on simulated loops of the mixed population
     #[command(after_help = "Examples:
   stiction bench simulated 1000
   stiction bench simulated 1000 --method horch --method kano")]

@@ -54,7 +54,7 @@ pub struct Args {
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
-    /// Write a mapping file that interprets FILE in the same way without guesses; correct it and give it to --mapping
+    /// Write a mapping file that states how FILE was interpreted; correct it, and give it to --mapping
     #[arg(long, value_name = "TOML")]
     write_map: Option<Out>,
     #[command(flatten)]

@@ -44,8 +44,8 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-/// Diagnose and simulate sticking control valves: recorded loops, valve models, simulated loops, and the paper's
-/// figures.
+/// Diagnose sticking control valves from recorded loops, simulate valves and loops, and draw the figures of the
+/// underlying paper.
 ///
 /// Exit code 0: success. Exit code 1: a result that --fail-on or --fail names, or no collector for watch --status. Exit
 /// code 2: failure, and the message says why.

@@ -228,7 +228,7 @@ impl Known {
         let mut remarks = store.damaged();
         if is_default && last > week {
             remarks.push(format!(
-                "there are windows up to {last}, after this week; if their times are wrong, correct the clock of the data"
+                "there are windows up to {last}, after this week; if their times are wrong, correct the time stamps of the data"
             ));
         }
         Ok(Self { log, rows, week, groups: vec![], remarks })

@@ -196,8 +196,7 @@ fn missed(ends: &[Found]) -> String {
             if exact.state == State::Cycle && approximate.state == State::NoCycle =>
         {
             paragraph(
-                "The describing function misses this cycle, which is far from a sine. A simulation shows the exact \
-                 one.",
+                "The describing function misses this cycle, which is far from a sine. A simulation shows it.",
             )
         }
         _ => String::new(),

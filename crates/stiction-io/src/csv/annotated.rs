@@ -81,7 +81,7 @@ pub(super) fn read(text: &str, budget: &mut Budget) -> Result<Sheet, String> {
     for (head, line) in used.iter().map(|table| (&heads[*table].0, heads[*table].1)) {
         if head.place(TIME).is_none() {
             return Err(format!(
-                "has a table without the column \"_time\" below row {line}; its columns are {}; keep _time in the query",
+                "has a table below row {line} without the column \"_time\"; its columns are {}; keep _time in the query",
                 list(&head.names.iter().map(|name| &**name).collect::<Vec<_>>())
             ));
         }

@@ -242,7 +242,7 @@ fn size_figure(diagnosis: &Diagnosis) -> Option<Figure> {
         let (values, places): (Vec<f64>, Vec<f64>) = definitions.into_iter().unzip();
         panel =
             panel.with(Series::points("other definitions", values, places).colour(colour::BLACK));
-        caption += "; the definitions of the table are above them";
+        caption += "; the points above them are the other definitions in the table";
     }
     let figure = Figure::new("").caption(format!("{caption}.")).width(WIDTH).with(panel);
     Some(figure).filter(|figure| figure.check().is_ok())
