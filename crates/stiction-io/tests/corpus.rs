@@ -144,17 +144,17 @@ pub const CASES: &[Case] = &[
     read!(
         "influx-tags.csv",
         "FIC101(flow) @1677916800 op 0:45 1:46 pv 0:60 1:b | LIC2(level) @1677916800 op 0:50 1:51 pv 0:1 1:2",
-        "of 4 tables; its signals are named by \"id\""
+        "with 4 tables; its signals are named by \"id\""
     ),
     read!(
         "influx-pivoted.csv",
         "FIC101(flow) @1677916800 op 0:45 1:46 pv 0:60 1:61 | FIC102(flow) @1677916800 op 0:50 1:51 pv 0:1 1:2",
-        "of 2 tables; its signals are named by \"loop\""
+        "with 2 tables; its signals are named by \"loop\""
     ),
     read!(
         "influx-headers.csv",
         "f @1677916800 op 0:45 1:46 2:47 pv 0:60 1:61 2:62 sp 0:60 1:60 2:60",
-        "of 2 tables"
+        "with 2 tables"
     ),
     refused!(
         "influx-error.csv",
@@ -370,7 +370,7 @@ pub const CASES: &[Case] = &[
         "cut-in-number.csv",
         "f op 0:50.125 1:50.25 2:50.375 3:50.5 4:50.625 5:50.75 6:50.875 7:51 8:51.125 9:51.25 10:51",
         "row 12 seems to be cut short",
-        "the last value, \"51\""
+        "its last value, \"51\""
     ),
     read!(
         "cut-in-zeros.csv",

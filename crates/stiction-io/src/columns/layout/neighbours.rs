@@ -100,24 +100,27 @@ pub fn take_quantity(
     candidates[*quantity] = Some(Candidate::recognised(loop_name, Role::Signal(Signal::Pv), why));
 }
 
-/// The signal of a name that ends with W, X or Y after a separator, the letters of German control engineering for SP, PV and
-/// OP, and the tag before it; `None` unless all three of the tag are among the names.
-pub fn by_letter<'a>(name: &'a str, names: &[&str]) -> Option<(&'a str, Signal)> {
+/// For each name that ends with W, X or Y after a separator, the letters of German control engineering for SP, PV and OP, the tag
+/// before it and the signal; `None` unless all three of the tag are among the names.
+pub fn by_letter<'a>(names: &[&'a str]) -> Vec<Option<(&'a str, Signal)>> {
     const LETTERS: [(&str, Signal); 3] = [("W", Signal::Sp), ("X", Signal::Pv), ("Y", Signal::Op)];
-    let (tag, own) = name.rsplit_once(SEPARATORS)?;
-    let (_, signal) = LETTERS.into_iter().find(|(letter, _)| own.eq_ignore_ascii_case(letter))?;
-    let is_there = |(letter, _): &(&str, Signal)| {
-        let mut tags = names.iter().filter_map(|other| other.rsplit_once(SEPARATORS));
-        tags.any(|(other, last)| other == tag && last.eq_ignore_ascii_case(letter))
+    let split = |name: &&'a str| {
+        let (tag, last) = name.rsplit_once(SEPARATORS)?;
+        let signal = LETTERS.iter().find(|(letter, _)| last.eq_ignore_ascii_case(letter))?.1;
+        Some((tag, signal))
     };
-    LETTERS.iter().all(is_there).then_some((tag, signal))
+    let all: Vec<Option<(&str, Signal)>> = names.iter().map(split).collect();
+    let there: HashSet<(&str, Signal)> = all.iter().flatten().copied().collect();
+    let is_whole =
+        |(tag, _): &(&str, Signal)| LETTERS.iter().all(|of| there.contains(&(tag, of.1)));
+    all.iter().map(|each| each.filter(is_whole)).collect()
 }
 
 /// Takes the names of [`by_letter`].
 pub fn take_letters(candidates: &mut [Option<Candidate>], names: &[&str]) {
-    for (candidate, name) in candidates.iter_mut().zip(names) {
-        if candidate.as_ref().is_none_or(|candidate| !candidate.given)
-            && let Some((tag, signal)) = by_letter(name, names)
+    for (candidate, letter) in candidates.iter_mut().zip(by_letter(names)) {
+        if let Some((tag, signal)) = letter
+            && candidate.as_ref().is_none_or(|candidate| !candidate.given)
         {
             let why =
                 format!("W, X and Y of one tag are SP, PV and OP, so it is the {}", signal.name());

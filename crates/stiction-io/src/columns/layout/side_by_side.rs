@@ -171,7 +171,7 @@ fn clocks(names: &[&str], options: &ReadOptions) -> Vec<Clock> {
     let told: Vec<usize> = (0..names.len()).filter(|i| role(*i) == Some(Role::Time)).collect();
     let is_single = told.len() == 1 || options.sample_time.is_some();
     if is_single
-        || names.iter().any(|name| by_letter(name, names).is_some())
+        || by_letter(names).iter().any(Option::is_some)
         || options.map.iter().any(|each| matches!(each.role, Role::Tag | Role::Value))
     {
         return vec![];
