@@ -434,15 +434,7 @@ fn ranked<'a>(
         let all = numbers(of);
         (!all.is_empty()).then(|| mean(&all))
     };
-    // Where S drifts, each window's is carried to the last one's time.
-    let end = now.iter().map(|seen| seen.time).fold(f64::NEG_INFINITY, f64::max);
-    let per_day = drift.filter(|drift| drift.significant).map_or(0.0, |drift| drift.per_day);
-    let carried = |seen: &Observation| {
-        let by = (per_day * (end - seen.time) / 86_400.0).exp();
-        let s = seen.s?;
-        Some(Estimate { value: by * s.value, low: by * s.low, high: by * s.high })
-    };
-    let s = estimate(now.iter().filter_map(carried).collect());
+    let s = estimate(at_the_end(&now, drift));
     let j = estimate(now.iter().filter_map(|seen| seen.j).collect());
     let alternative = alternative(&judged);
     let last = &judged[judged.len().saturating_sub(LAST)..];
@@ -587,6 +579,18 @@ fn combined(observations: &[Observation]) -> Option<History> {
     (!observations.is_empty()).then(|| together(observations).ok())?
 }
 
+/// S of each window. Where it drifts, each is carried to the time of the last one by the fitted drift.
+fn at_the_end(now: &[Observation], drift: Option<Drift>) -> Vec<Estimate> {
+    let end = now.iter().map(|seen| seen.time).fold(f64::NEG_INFINITY, f64::max);
+    let per_day = drift.filter(|drift| drift.significant).map_or(0.0, |drift| drift.per_day);
+    let carried = |seen: &Observation| {
+        let by = (per_day * (end - seen.time) / 86_400.0).exp();
+        let s = seen.s?;
+        Some(Estimate { value: by * s.value, low: by * s.low, high: by * s.high })
+    };
+    now.iter().filter_map(carried).collect()
+}
+
 fn middle(of: &[f64]) -> Option<f64> {
     (!of.is_empty()).then(|| median(of))
 }
@@ -607,4 +611,43 @@ fn alternative(judged: &[&WindowRow]) -> Option<(Cause, f64)> {
     let all = Cause::ALL.into_iter().map(|cause| (cause, sum(cause)));
     let (cause, total) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
     (total > 0.0).then(|| (cause, total / named as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiction_diagnose::diagnose::VerdictClass;
+
+    #[test]
+    fn s_of_a_valve_that_gets_worse_is_that_of_the_end() {
+        // S doubles each day.
+        let seen = |day: f64| Observation {
+            time: day * 86_400.0,
+            class: VerdictClass::Sticks,
+            grade: None,
+            probability: Some(0.95),
+            s: Some(Estimate { value: day.exp2(), low: 0.9 * day.exp2(), high: 1.1 * day.exp2() }),
+            j: None,
+            weight: 1.0,
+            windows: 1.0,
+            pool: None,
+        };
+        let now: Vec<Observation> = (0..7).map(|day| seen(f64::from(day))).collect();
+        let per_day = 2f64.ln();
+        let drift = |significant| Drift {
+            per_day,
+            low: per_day,
+            high: per_day,
+            p_value: 0.001,
+            robust_per_day: per_day,
+            robust_p_value: 0.001,
+            significant,
+        };
+        let of = |drift| estimate(at_the_end(&now, drift)).unwrap();
+        let end = of(Some(drift(true)));
+        assert!((end.value - 64.0).abs() < 1e-9 && (end.low - 57.6).abs() < 1e-9, "{end:?}");
+        for none in [None, Some(drift(false))] {
+            assert_eq!(of(none).value, 8.0);
+        }
+    }
 }

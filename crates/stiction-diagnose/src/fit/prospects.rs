@@ -572,9 +572,8 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
     }
     // Never a positioner: one slower than a slip leaves J, and may hunt.
     let present = find(Remedy::AsItIs).map_or(f64::INFINITY, |row| row.travel.value);
-    let spares = |row: &&Prospect| row.travel.value <= WEARING * present;
-    let interim = actions.iter().filter(|row| row.certain()).filter(spares);
-    let interim = interim.into_iter().find_map(|row| match row.action {
+    let spares = |row: &&Prospect| row.certain() && row.travel.value <= WEARING * present;
+    let interim = actions.iter().filter(spares).find_map(|row| match row.action {
         Remedy::Compensate(method) => Some((row, method.describe().name)),
         _ => None,
     });

@@ -339,3 +339,51 @@ impl Kernel for Densities<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_loop::NormalStream;
+
+    #[test]
+    fn densities_are_those_of_a_cholesky_factor_for_each_case() {
+        let mut draw = NormalStream::new(3);
+        for n in [1, 5, PIECE] {
+            let root = DMatrix::from_fn(n, n, |_, _| draw.draw());
+            let covariance = &root * root.transpose() + DMatrix::identity(n, n);
+            let found = DVector::from_fn(n, |_, _| 3.0 * draw.draw());
+            let information = Cholesky::new(covariance.clone()).unwrap().inverse();
+            let uneven = UNEVEN;
+            let piece = Piece { from: 0, found, covariance, information, uneven };
+            let answered = Answered(vec![piece]);
+            // More cases than share lanes, and not a multiple of them.
+            let moves: Vec<Vec<f64>> =
+                (0..11).map(|_| (0..=n).map(|_| 2.0 * draw.draw()).collect()).collect();
+            let gain = |case: usize| 0.3 * case as f64 - 1.0;
+            let cases: Vec<(&[f64], f64)> =
+                moves.iter().enumerate().map(|(case, m)| (&m[..], gain(case))).collect();
+            let piece = &answered.0[0];
+            for ((moves, gain), log) in cases.iter().zip(answered.densities(&cases)) {
+                let (mut apart, mut spread) = (piece.found.clone(), piece.covariance.clone());
+                for (i, m) in moves[1..].iter().enumerate() {
+                    apart[i] -= gain * m;
+                    spread[(i, i)] += (UNEVEN * gain * m).powi(2);
+                }
+                let factor = Cholesky::new(spread).unwrap();
+                let q = apart.dot(&factor.solve(&apart));
+                let expected = -0.5 * factor.determinant().ln()
+                    - 0.5 * (FREEDOM + n as f64) * (q / FREEDOM).ln_1p();
+                assert!((log - expected).abs() < 1e-9 * (1.0 + expected.abs()), "{log} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_covariance_that_is_none_has_no_density() {
+        let covariance = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 1.0]);
+        let (found, information) = (DVector::zeros(2), DMatrix::identity(2, 2));
+        let piece = Piece { from: 0, found, covariance, information, uneven: UNEVEN };
+        let still = Answered(vec![piece]).densities(&[(&[0.0, 0.0, 0.0], 1.0)]);
+        assert_eq!(still, [f64::NEG_INFINITY]);
+    }
+}
