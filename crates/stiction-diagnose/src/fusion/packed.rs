@@ -138,7 +138,7 @@ impl Cuts {
         }
         let mut steps = vec![Step::leaf(0.0); nodes];
         let mut k = 0;
-        places_of(is_split, true).try_for_each(|place| {
+        each_place(is_split, true, |place| {
             let feature = of_features.at(features, k);
             let cuts = self.0.get(feature).ok_or_else(|| damaged("has an unknown feature"))?;
             let threshold = cuts.get(of_cuts.at(places, k));
@@ -149,11 +149,12 @@ impl Cuts {
             Ok(())
         })?;
         let mut leaves = leaves.iter();
-        places_of(is_split, false).for_each(|place| {
+        each_place(is_split, false, |place| {
             if let Some((step, bytes)) = steps.get_mut(place).zip(leaves.next()) {
                 *step = Step::leaf(f32::from(i16::from_le_bytes(*bytes)) * unit);
             }
-        });
+            Ok(())
+        })?;
         let trees = Ensemble::of_steps(base, steps)?;
         match trees.trees() == count {
             true => Ok(trees),
@@ -178,17 +179,19 @@ fn write_bits(out: &mut Writer, bits: impl Iterator<Item = bool>) {
     }
 }
 
-/// The places of the bits that are set, or of the others: 64 at a time, for the processor cannot predict each.
-fn places_of(bits: &[u8], set: bool) -> impl Iterator<Item = usize> {
-    bits.chunks(8).enumerate().flat_map(move |(k, bytes)| {
-        let word = bytes.iter().rev().fold(0u64, |word, byte| word << 8 | u64::from(*byte));
+/// Visits the places of the bits that are set, or of the others: 64 at a time, for the processor cannot predict each.
+fn each_place(bits: &[u8], set: bool, mut visit: impl FnMut(usize) -> Result<()>) -> Result<()> {
+    for (k, bytes) in bits.chunks(8).enumerate() {
+        let mut word = [0; 8];
+        word[..bytes.len()].copy_from_slice(bytes);
+        let word = u64::from_le_bytes(word);
         let mut left = if set { word } else { !word };
-        (0..left.count_ones()).map(move |_| {
-            let place = 64 * k + left.trailing_zeros() as usize;
+        while left != 0 {
+            visit(64 * k + left.trailing_zeros() as usize)?;
             left &= left - 1;
-            place
-        })
-    })
+        }
+    }
+    Ok(())
 }
 
 fn bit(bytes: &[u8], k: usize) -> bool {

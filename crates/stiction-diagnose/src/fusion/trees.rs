@@ -47,6 +47,9 @@ pub(super) struct Step {
 /// The feature of a leaf, in memory and in a file.
 const LEAF: u16 = 0x7fff;
 
+/// The largest number of splits from the root of a tree to a leaf.
+const DEEPEST: usize = u8::MAX as usize;
+
 /// The bit of a feature that sends missing values right.
 const MISSING_RIGHT: u16 = 0x8000;
 
@@ -63,8 +66,8 @@ impl Ensemble {
     /// branch, all of its right branch.
     ///
     /// # Errors
-    /// If a tree is not complete, continues after its end or branches right beyond 65,535 nodes, a feature is
-    /// [`MOST_FEATURES`] or beyond, a threshold is NaN, or the base or a leaf is not finite.
+    /// If a tree is not complete, continues after its end or branches right beyond 65,535 nodes, has more than 255
+    /// splits in a row, a feature is [`MOST_FEATURES`] or beyond, a threshold is NaN, or the base or a leaf is not finite.
     pub fn new(base: f64, trees: &[Vec<Node>]) -> Result<Self> {
         let steps = trees.iter().flatten().map(|node| Step::of(*node)).collect::<Result<_>>()?;
         let all = Self::of_steps(base, steps)?;
@@ -84,7 +87,7 @@ impl Ensemble {
             return Err(damaged("a sum of trees has no base or too many nodes"));
         }
         // After its first entry, the splits whose right branch has not begun, `depth` of them.
-        let (mut open, mut depth) = (vec![0, 0], 0);
+        let (mut open, mut depth) = ([0_u32; DEEPEST + 1], 0_u8);
         let (mut roots, mut root, mut whole) = (vec![], 0, true);
         for place in 0..steps.len() {
             if whole {
@@ -102,14 +105,14 @@ impl Ensemble {
             }
             // Behind a leaf begins the right branch of the last open split. What a split gets here is overwritten.
             // Without a branch, for the processor could not predict it.
-            let split = select(leaf, open[depth], place);
-            steps[split].right = u16::try_from(place + 1 - root)
-                .map_err(|_| damaged("a tree has too many nodes"))?;
-            open[depth + 1] = place;
-            depth = select(leaf, depth.wrapping_sub(1), depth + 1);
-            if depth + 1 == open.len() {
-                open.push(0);
+            let split = select(leaf, open[usize::from(depth)] as usize, place);
+            let right = u16::try_from(place + 1 - root);
+            steps[split].right = right.map_err(|_| damaged("a tree has too many nodes"))?;
+            if !leaf & (usize::from(depth) == DEEPEST) {
+                return Err(damaged("a tree is too deep"));
             }
+            open[usize::from(depth.wrapping_add(1))] = place as u32;
+            depth = select(leaf, depth.wrapping_sub(1), depth.wrapping_add(1));
         }
         match whole {
             true => Ok(Self { base, steps, roots }),
