@@ -63,7 +63,8 @@ impl Trial {
         let duration = f64::from(days) * 86_400.0;
         let samples = network.run(None)?.record(duration)?;
         let names: Vec<String> = (0..samples.len()).map(|k| format!("L{k:02}")).collect();
-        let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+        let detectors = Detectors::None;
+        let options = DiagnoseOptions { detectors, plan: false, ..DiagnoseOptions::default() };
         let (mut traces, mut loops) = (vec![], vec![]);
         for ((own, each), name) in samples.iter().zip(&network.loops).zip(&names) {
             let whole = own.recording(name, each)?;

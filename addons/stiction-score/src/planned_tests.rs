@@ -294,7 +294,8 @@ type Plan<'a> = &'a mut dyn FnMut(&Recording, ToPlan) -> Option<TestPlan>;
 fn planned(test: &mut dyn FnMut(Plan<'_>) -> Result<Option<Tested>>) -> Result<One> {
     let mut undecided = false;
     let tested = test(&mut |before, of| {
-        let asked = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+        let detectors = Detectors::None;
+        let asked = DiagnoseOptions { detectors, plan: false, ..DiagnoseOptions::default() };
         let diagnosis = diagnose(before, &asked).ok()?;
         undecided = diagnosis.verdict.class == VerdictClass::CannotTell;
         let options = PlanOptions {

@@ -391,6 +391,7 @@ fn measured(
         options: DiagnoseOptions {
             detectors,
             evidence: args.reports.is_some(),
+            plan: args.reports.is_some(),
             ..DiagnoseOptions::default()
         },
         time: args.time,
@@ -438,8 +439,7 @@ fn compared(args: &DetectorArgs) -> Result<()> {
         }
         None => {
             let detectors = args.methods.detectors()?;
-            let options =
-                DiagnoseOptions { detectors, evidence: false, ..DiagnoseOptions::default() };
+            let options = DiagnoseOptions { detectors, plan: false, ..DiagnoseOptions::default() };
             entrants::own(&source, &options)?
         }
     };

@@ -95,6 +95,8 @@ pub fn run(args: Args) -> Result<ExitCode> {
         grid: GridOptions { sample_time: args.grid },
         kpis: KpiOptions { dead_time: args.dead_time },
         evidence: args.report.is_some(),
+        // A table of CSV has none.
+        plan: args.csv.is_none() || args.json || args.report.is_some(),
         ..DiagnoseOptions::default()
     };
     let files = files::with_folders(&args.files)?;

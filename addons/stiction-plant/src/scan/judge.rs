@@ -74,6 +74,7 @@ impl<'a> Judge<'a> {
         let fine_up_to = self.plant.file.fine_up_to.unwrap_or(FINE_UP_TO);
         let options = DiagnoseOptions {
             detectors: Detectors::None,
+            plan: false,
             fine_up_to,
             ..DiagnoseOptions::default()
         };

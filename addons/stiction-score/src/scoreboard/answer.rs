@@ -73,7 +73,7 @@ impl Answer {
 /// As [`diagnose`], for example if the OP has no usable sample.
 pub fn answer_of(recording: &Recording, method: Option<MethodId>) -> Result<Answer> {
     let detectors = method.map_or(Detectors::None, |method| Detectors::Only(vec![method]));
-    let options = DiagnoseOptions { detectors, evidence: false, ..DiagnoseOptions::default() };
+    let options = DiagnoseOptions { detectors, plan: false, ..DiagnoseOptions::default() };
     let answers = answers_of(&diagnose(recording, &options)?, 0.0);
     let wanted = method.map_or(super::VERDICT, |method| method.name());
     let found = answers.into_iter().find(|(name, _)| *name == wanted);

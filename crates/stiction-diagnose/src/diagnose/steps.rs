@@ -37,6 +37,8 @@ pub struct DiagnoseOptions {
     /// Whether findings keep the [data](Finding::looked_at) that a report draws. They need about twice the memory of
     /// the recording.
     pub evidence: bool,
+    /// Whether the verdict gets [the plan of a test](super::Verdict::confirm), which takes a tenth of the time.
+    pub plan: bool,
     /// The largest detection limit, percent of span, up to which a cleared valve is [fine](super::Grade::Fine).
     pub fine_up_to: f64,
 }
@@ -49,6 +51,7 @@ impl Default for DiagnoseOptions {
             kpis: KpiOptions::default(),
             detectors: Detectors::default(),
             evidence: false,
+            plan: true,
             fine_up_to: FINE_UP_TO,
         }
     }
@@ -210,7 +213,7 @@ pub fn diagnose_with_progress(
     if let Some(subject) = subject.as_ref().filter(|_| is_open) {
         stiction.definitions = definitions(subject, &findings, stiction.s.map(|s| s.value));
     }
-    let test_due = subject.is_some() && is_open && !by_position;
+    let test_due = options.plan && subject.is_some() && is_open && !by_position;
     // Beside a test the windows count only if they would give the verdict without it.
     let operation = || conclude(&Seen { test: None, ..seen }).verdict.probability;
     let pool_counts = !by_test || weighed.is_some_and(|of| operation() == Some(of.probability));

@@ -433,6 +433,7 @@ impl Operation {
         let asked = DiagnoseOptions {
             detectors: Detectors::None,
             grid: options.grid,
+            plan: false,
             ..DiagnoseOptions::default()
         };
         let Ok(diagnosis) = diagnose(&before, &asked) else { return Ok(silent) };
