@@ -1,6 +1,7 @@
 //! All steps from a recording to its diagnosis.
 
 use super::belonging::Belonging;
+use super::change::present_since;
 use super::conclude::{Conclusion, Seen, conclude};
 use super::definitions::definitions;
 use super::diagnosis::{Diagnosis, Judged, silent};
@@ -172,7 +173,7 @@ pub fn diagnose_with_progress(
     let segment = grid.longest();
     let recent = segment.and_then(recent);
     let read = recent.as_ref().or(segment);
-    let oscillations = read.map_or_else(Oscillations::default, Oscillations::of);
+    let mut oscillations = read.map_or_else(Oscillations::default, Oscillations::of);
     let period = read.and_then(|segment| oscillations.period(segment));
 
     let (fit, fitness) = assessed(recording, &grid, period, &stops);
@@ -192,6 +193,9 @@ pub fn diagnose_with_progress(
     let measured = matches!(position, Some(Ok(_)));
     let belonging = read.map_or_else(Belonging::default, |s| Belonging::of(s, measured));
     let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
+    if let Some(now) = read.zip(weighed).and_then(|(segment, of)| since_change(segment, of)) {
+        oscillations = Oscillations::of(&now);
+    }
     let test = tested::tested(recording, options.grid, weighed);
     let seen = Seen {
         fitness: &fitness,
@@ -268,6 +272,13 @@ pub fn diagnose_with_progress(
         }
     }
     Ok(diagnosis)
+}
+
+/// The part of a segment in which the valve is in its present state; `None` if that is all of it.
+fn since_change(segment: &Segment, weighing: &Weighing) -> Option<Segment> {
+    let before = (present_since(&weighing.changes) - segment.from) / segment.sample_time;
+    let before = (before > 0.0).then_some(before.round() as usize)?;
+    Some(segment.part(before, segment.len().checked_sub(before).filter(|left| *left > 1)?))
 }
 
 /// The findings of the methods; without a subject, all abstain.

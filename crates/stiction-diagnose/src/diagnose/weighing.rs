@@ -17,8 +17,9 @@ use crate::evidence::{Evidence, Line, features, windows};
 use crate::finding::Abstention;
 use crate::fusion::{self, Cause, Decision, Estimate, Pool, Valves, Weighed, logit, sigmoid};
 use crate::parallel::*;
+use crate::recording::fitness::levels;
 use crate::recording::{Doubt, Segment};
-use crate::series::{median, quantile};
+use crate::series::{median, quantile, span};
 
 /// S is a number, and not only a bound, if its interval reaches at most this share of it to either side on average.
 pub const WIDEST: f64 = 0.35;
@@ -143,7 +144,7 @@ impl Weighing {
                 probability: says.probability,
                 s: quantified(says.s),
                 j: jump(says.s, says.j_over_s),
-                limit: says.limit,
+                limit: says.limit.map(|limit| limit.max(resolved(part))),
             };
             Ok((window, evidence, says))
         };
@@ -230,7 +231,8 @@ impl Weighing {
         let s = together.map_or_else(of_windows, |all| all.s);
         let j_over_s =
             Estimate { value: of_j(|e| e.value), low: of_j(|e| e.low), high: of_j(|e| e.high) };
-        let limits: Vec<Option<f64>> = says.iter().map(|says| says.limit).collect();
+        let limits: Vec<Option<f64>> =
+            weighed[first..].iter().map(|(window, ..)| window.limit).collect();
         let told: Vec<_> = now.iter().filter_map(|(_, e, _)| e.information.as_ref()).collect();
         let z = told.iter().map(|of| of.z()).sum::<f64>() / (told.len().max(1) as f64).sqrt();
         let op_range = told.iter().map(|of| of.op_range).fold(0.0, f64::max);
@@ -317,6 +319,13 @@ impl Weighing {
     }
 }
 
+/// The smallest S that a coarse PV can show, percent of span: a slip must move it by two of its steps. With the ratio of
+/// the ranges of PV and OP as gain, these are twice the range of the OP over the number of steps.
+fn resolved(part: &Segment) -> f64 {
+    let levels = part.pv.as_deref().and_then(levels);
+    levels.map_or(0.0, |levels| 2.0 * span(&part.op) / (levels - 1.0))
+}
+
 /// The probability of the mean of [`log_odds`], of `(probability, weight)`; a half without any weight.
 pub(super) fn mean_log_odds(each: impl Iterator<Item = (f64, f64)>) -> f64 {
     let (mut sum, mut total) = (0.0, 0.0);
@@ -381,6 +390,7 @@ pub(super) fn jump(s: Estimate, j_over_s: Estimate) -> Option<Estimate> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::{Grid, GridOptions, Recording};
 
     #[test]
     fn windows_that_overlap_are_fewer() {
@@ -391,6 +401,20 @@ mod tests {
         assert_eq!(of(&[0.0, 1_000.0, 1_050.0, 1_060.0]), [1.0, 1.0, 0.5, 0.1]);
         assert_eq!(of(&[0.0, 0.0]), [1.0, 0.0]);
         assert_eq!(of(&[]), [0.0; 0]);
+    }
+
+    #[test]
+    fn a_coarse_pv_hides_what_moves_it_by_less_than_two_of_its_steps() {
+        let op: Vec<f64> = (0..400).map(|k| 50.0 + (f64::from(k) * 0.1).sin()).collect();
+        let of = |step: f64| {
+            let pv: Vec<f64> = op.iter().map(|v| step * (3.0 * v / step).round()).collect();
+            let recording = Recording::regular("", 1.0, &op, Some(&pv), None).unwrap();
+            let grid = Grid::of(&recording, &GridOptions::default()).unwrap();
+            resolved(grid.longest().unwrap())
+        };
+        // Three, 13 and hundreds of levels.
+        assert!((of(3.0) - 2.0).abs() < 0.01 && (of(0.5) - 1.0 / 3.0).abs() < 0.01);
+        assert!(of(0.01) < 0.1);
     }
 
     #[test]
