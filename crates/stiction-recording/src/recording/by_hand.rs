@@ -3,9 +3,10 @@
 //! # Method
 //! By the mode, if it is recorded: each time in manual in which the OP is set at least twice.
 //!
-//! Otherwise by the OP: at least [`FEWEST_TURNS`] consecutive levels, each held for four samples or more without
-//! any change. Either at least four different sizes, where seven of ten steps reverse the last one, and the levels lie
-//! around a value that moves little. Or a staircase of nearly one size and hold, in runs up and down of at least
+//! Otherwise by the OP. If it moves with nearly every sample, at least [`FEWEST_HELD`] consecutive levels of two samples or
+//! more are those of an operator. Else they are at least [`FEWEST_TURNS`] consecutive levels, each held for four samples or
+//! more without any change. Either at least four different sizes, where seven of ten steps reverse the last one, and the levels
+//! lie around a value that moves little. Or a staircase of nearly one size and hold, in runs up and down of at least
 //! [`FEWEST_STEPS`]. A coarse OP that creeps makes steps of one size, too, but holds them for any time. Other times
 //! with alternating levels are included. A slow or coarse controller does all that too, but its moves follow from PV
 //! and SP (`law`), or its steps differ in size.
@@ -37,6 +38,12 @@ const ASKEW: f64 = 0.35;
 const BESIDE: usize = 4;
 /// Samples between two levels.
 const NEAR: usize = 2;
+/// Fewest levels of an operator, and different ones among them, if the OP moves with nearly every other sample.
+const FEWEST_HELD: usize = 6;
+const FEWEST_DIFFERENT: usize = 3;
+/// Fewest other samples, and the largest share of them that repeat the last one.
+const FEWEST_OUTSIDE: usize = 100;
+const STILL: f64 = 0.1;
 /// Share of steps that reverse the last one.
 const TO_AND_FRO: f64 = 0.7;
 /// Fewest reversals of another time in manual beside a test.
@@ -236,34 +243,70 @@ struct Level {
 
 fn by_output(recording: &Recording) -> Vec<Set> {
     let op = usable(&recording.op);
-    let mut held: Vec<Level> = vec![];
-    let mut first = 0;
-    for run in op.chunk_by(|a, b| (a.1 - b.1).abs() <= 1e-9) {
-        let to = first + run.len();
-        if run.len() >= HELD {
-            held.push(Level { from: first, to, op: run[0].1 });
-        }
-        first = to;
-    }
-    let chains: Vec<&[Level]> = held.chunk_by(|a, b| b.from <= a.to + NEAR).collect();
-    let [pv, sp] =
-        [&recording.pv, &recording.sp].map(|channel| channel.as_ref().map_or(vec![], usable));
-    let by_operator = |chain: &&[Level]| {
-        let staircase = goes_up_and_down(chain);
-        (is_test(chain) || staircase)
-            && (staircase && is_even(chain) || !law::is_obeyed(chain, &op, &pv, &sp))
-    };
-    if !chains.iter().any(by_operator) {
-        return vec![];
-    }
+    let still = among_moves(&op);
+    let chains = if still.is_empty() { by_pattern(&op, recording) } else { still };
     let mut sets = vec![];
-    let is_by_hand = |chain: &&[Level]| goes_to_and_fro(chain) || goes_up_and_down(chain);
-    for chain in chains.into_iter().filter(is_by_hand) {
+    for chain in chains {
         sets.extend(chain.iter().map(|level| Set { at_s: op[level.from].0, op: Some(level.op) }));
         let to = chain.last().map_or(0, |last| last.to);
         sets.push(Set { at_s: op[to.min(op.len() - 1)].0, op: None });
     }
     sets
+}
+
+/// Levels of at least so many samples, with at most so many samples between two of a chain.
+fn chains(op: &[(f64, f64)], samples: usize, between: usize) -> Vec<Vec<Level>> {
+    let mut held: Vec<Level> = vec![];
+    let mut first = 0;
+    for run in op.chunk_by(|a, b| is_still(&[*a, *b])) {
+        let to = first + run.len();
+        if run.len() >= samples {
+            held.push(Level { from: first, to, op: run[0].1 });
+        }
+        first = to;
+    }
+    held.chunk_by(|a, b| b.from <= a.to + between).map(<[Level]>::to_vec).collect()
+}
+
+fn is_still(two: &[(f64, f64)]) -> bool {
+    (two[0].1 - two[1].1).abs() <= 1e-9
+}
+
+/// The chains of at least [`FEWEST_HELD`] levels, if the OP moves with nearly every other sample.
+fn among_moves(op: &[(f64, f64)]) -> Vec<Vec<Level>> {
+    let mut chains = chains(op, 2, 1);
+    chains.retain(|chain| {
+        let mut levels: Vec<f64> = chain.iter().map(|level| level.op).collect();
+        levels.sort_by(f64::total_cmp);
+        levels.dedup();
+        chain.len() >= FEWEST_HELD && levels.len() >= FEWEST_DIFFERENT
+    });
+    let mut outside = vec![true; op.len()];
+    for chain in &chains {
+        outside[chain[0].from..chain[chain.len() - 1].to].fill(false);
+    }
+    let pairs = || op.windows(2).zip(&outside).filter(|(_, outside)| **outside);
+    let still = pairs().filter(|(two, _)| is_still(two)).count();
+    let moves =
+        pairs().count() >= FEWEST_OUTSIDE && (still as f64) < STILL * pairs().count() as f64;
+    if moves { chains } else { vec![] }
+}
+
+/// The chains of levels that no controller would make, and beside one of them the times with alternating levels.
+fn by_pattern(op: &[(f64, f64)], recording: &Recording) -> Vec<Vec<Level>> {
+    let mut chains = chains(op, HELD, NEAR);
+    let [pv, sp] =
+        [&recording.pv, &recording.sp].map(|channel| channel.as_ref().map_or(vec![], usable));
+    let by_operator = |chain: &Vec<Level>| {
+        let staircase = goes_up_and_down(chain);
+        (is_test(chain) || staircase)
+            && (staircase && is_even(chain) || !law::is_obeyed(chain, op, &pv, &sp))
+    };
+    if !chains.iter().any(by_operator) {
+        return vec![];
+    }
+    chains.retain(|chain| goes_to_and_fro(chain) || goes_up_and_down(chain));
+    chains
 }
 
 /// Steps of a chain, percent.
@@ -366,6 +409,24 @@ mod tests {
         for turns in [0, 3, FEWEST_TURNS - 1] {
             let recording = Recording::regular("", 2.0, &op(turns), None, None).unwrap();
             assert_eq!(ByHand::of(&recording), None, "{turns}");
+        }
+    }
+
+    #[test]
+    fn short_holds_are_found_where_the_op_otherwise_moves() {
+        let of = |op: &[f64]| {
+            let recording = Recording::regular("", 2.0, op, None, None).unwrap();
+            ByHand::of(&recording).map(|found| found.turns())
+        };
+        let wanders = |k: usize| 40.0 + (0.37 * k as f64).sin();
+        let moves: Vec<f64> = (0..100).map(wanders).collect();
+        for levels in [5, 6, 9] {
+            let holds = (0..2 * levels).map(|k| [40.0, 43.0, 41.0, 42.0][k / 2 % 4]);
+            let op: Vec<f64> = moves.iter().copied().chain(holds).chain(moves.clone()).collect();
+            assert_eq!(of(&op), (levels >= 6).then_some(levels));
+            // A coarse OP rests by itself.
+            let coarse: Vec<f64> = op.iter().map(|v| v.round()).collect();
+            assert_eq!(of(&coarse), None);
         }
     }
 
