@@ -1,5 +1,6 @@
 //! Numbers in every notation, ranges of the OP, qualities and modes.
 
+use crate::said;
 use proptest::prelude::*;
 use stiction_io::number::DecimalMark;
 use stiction_io::reading::{self, Reading};
@@ -527,4 +528,95 @@ fn modes_of_delta_v_and_other_languages() {
     let read = parsed(text, &options).unwrap();
     let found = read.recordings[0].mode.as_ref().unwrap();
     assert_eq!(found.modes, [Mode::Manual, Mode::Automatic]);
+}
+
+/// The quality of the PV of the second of three samples, and what is said.
+fn quality_of_pv(text: &str) -> (Option<Quality>, String) {
+    let reading = parsed(text, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let pv = reading.recordings[0].pv.as_ref();
+    (pv.map(|pv| pv.quality[1]), said(&reading))
+}
+
+#[test]
+fn flags_of_quality_are_known_by_their_names() {
+    for (name, marks) in [
+        ("FIC1.PV.IsGood", ["True", "False"]),
+        ("FIC1.PV.Good", ["1", "0"]),
+        ("FIC1.PV_BAD", ["FALSE", "TRUE"]),
+        ("FIC1.BADPVFL", ["0", "1"]),
+        ("FIC1.PVQ", ["GOOD", "BAD"]),
+        ("FIC1.PVSTS", ["NORMAL", "BAD"]),
+        ("FIC1.PVQuality", ["192", "0"]),
+        ("FIC1.PV.Flags", ["Good", "Bad"]),
+        ("PV_Valid", ["1", "0"]),
+    ] {
+        let [good, bad] = marks;
+        let text =
+            format!("t,FIC1.PV,FIC1.OP,{name}\n0,1,50,{good}\n1,2,51,{bad}\n2,3,52,{good}\n");
+        assert_eq!(quality_of_pv(&text).0, Some(Quality::Bad), "{name}");
+    }
+    let long = |columns: &str, marks: [&str; 2]| {
+        let row = |k: usize, mark: &str| format!("FIC1.OP,{k},50,{mark}\nFIC1.PV,{k},{k},{mark}\n");
+        let [good, bad] = marks;
+        format!("Name,Timestamp,Value,{columns}\n{}{}{}", row(0, good), row(1, bad), row(2, good))
+    };
+    for (name, marks) in [
+        ("Good", ["True", "False"]),
+        ("IsGood", ["Good", "Bad"]),
+        ("DataQuality", ["Good", "Bad"]),
+        ("Q", ["192", "0"]),
+        ("Flags", ["Good", "Bad"]),
+        ("Questionable,Good", ["False,True", "False,False"]),
+    ] {
+        let (quality, said) = quality_of_pv(&long(name, marks));
+        assert_eq!(quality, Some(Quality::Bad), "{name}");
+        assert!(!said.contains("not used"), "{name}: {said}");
+    }
+    let (_, note) = quality_of_pv(&long("Good", ["True", "False"]));
+    assert!(note.contains("in \"Good\" are interpreted as 1 or true for good"), "{note}");
+    // In a table with a column per signal, Q may be a flow.
+    let (quality, note) = quality_of_pv("t,Q,FIC1.PV,FIC1.OP\n0,7,1,50\n1,8,2,51\n2,9,3,52\n");
+    assert_eq!(quality, Some(Quality::Good));
+    assert!(note.contains("\"Q\" holds numbers and is not used"), "{note}");
+}
+
+#[test]
+fn unused_words_of_quality_are_named() {
+    let wide = |name: &str, marks: [&str; 2]| {
+        let [a, b] = marks;
+        format!("t,FIC1.PV,FIC1.OP,{name}\n0,1,50,{a}\n1,2,51,{b}\n2,3,52,{a}\n")
+    };
+    for (name, marks) in [
+        ("FIC1.Trust", ["True", "False"]),
+        ("FIC1.Trust", ["False", "False"]),
+        ("Remark", ["Good", "Bad"]),
+    ] {
+        let (quality, note) = quality_of_pv(&wide(name, marks));
+        assert_eq!(quality, Some(Quality::Good), "{name}");
+        let expected =
+            format!("\"{name}\" holds words of qualities, or true and false, and is not");
+        assert!(note.contains(&expected), "{name}: {note}");
+        assert!(note.contains(&format!("map pv_quality={name}")), "{name}: {note}");
+    }
+    // What is all good changes nothing, and shifts and pumps are no qualities.
+    for marks in [["Good", "Good"], ["A", "B"], ["on", "off"], ["", ""]] {
+        let (_, note) = quality_of_pv(&wide("Remark", marks));
+        assert!(!note.contains("qualities"), "{marks:?}: {note}");
+    }
+    let long = |mark: &str| {
+        format!(
+            "Name,Timestamp,Value,Good,Questionable,Annotated\n\
+             A.OP,0,50,True,False,False\nA.PV,0,1,True,False,False\n\
+             A.OP,1,51,True,{mark},False\nA.PV,1,2,True,{mark},False\n"
+        )
+    };
+    let (_, note) = quality_of_pv(&long("True"));
+    assert!(note.contains("\"Questionable\" holds") && note.contains("map quality=Q"), "{note}");
+    let (_, note) = quality_of_pv(&long("False"));
+    assert!(!note.contains("not used"), "{note}");
+    let tagged = "tag,time,value\nA.OP,0,50\nA.PV,0,1\nA.PV.Status,0,192\n\
+                  A.OP,1,51\nA.PV,1,2\nA.PV.Status,1,0\n";
+    let (quality, note) = quality_of_pv(tagged);
+    assert_eq!(quality, Some(Quality::Good));
+    assert!(note.contains("\"A.PV.Status\" is not used, because a table with one row"), "{note}");
 }

@@ -29,6 +29,10 @@ pub enum Code {
     Confidence,
     /// 1 is good, 0 is bad.
     Validity,
+    /// 1 is bad, 0 is good.
+    Fault,
+    /// 1 is uncertain, 0 is good.
+    Doubt,
 }
 
 impl Code {
@@ -38,8 +42,28 @@ impl Code {
             Self::OpcDa => "OPC DA codes",
             Self::OpcUa => "OPC UA status codes",
             Self::Confidence => "percent of confidence",
-            Self::Validity => "1 for valid, 0 for not valid",
+            Self::Validity => "1 or true for good, 0 or false for bad",
+            Self::Fault => "1 or true for bad, 0 or false for good",
+            Self::Doubt => "1 or true for uncertain, 0 or false for good",
         }
+    }
+
+    /// The code of a column of 1 and 0, or of true and false, from its name.
+    fn of_flags(name: &str) -> Option<Self> {
+        let ends = |ends: &[&str]| ends.iter().any(|end| ends_with(name, end));
+        if ends(&["bad", "invalid", "badpvfl"]) {
+            Some(Self::Fault)
+        } else if ends(&["good", "valid", "validity"]) {
+            Some(Self::Validity)
+        } else {
+            // PI Web API writes the last two beside it, which alone are no qualities.
+            ends(&["questionable", "substituted", "annotated"]).then_some(Self::Doubt)
+        }
+    }
+
+    /// The code of true and false in a column called `name`.
+    fn of_truth(name: &str) -> Option<Self> {
+        Self::of_flags(name).or_else(|| ends_with(name, "quality").then_some(Self::Validity))
     }
 
     /// The code of a column, from its name and all its numbers; `None` if they are ambiguous. It is the code to which
@@ -52,8 +76,9 @@ impl Code {
         let hundred = count(&|n| n == 100.0);
         let da = count(&|n| Self::OpcDa.has(n) && Self::OpcDa.quality(n) != Bad);
         let percent = count(&|n| Self::Confidence.has(n)) == numbers.len();
-        if name.contains("validity") && count(&|n| Self::Validity.has(n)) == numbers.len() {
-            Some(Self::Validity)
+        let flags = Self::of_flags(&name);
+        if flags.is_some() && count(&|n| Self::Validity.has(n)) == numbers.len() {
+            flags
         } else if percent && (name.contains("conf") || hundred > 0) {
             Some(Self::Confidence)
         } else if ua > da || (da == 0 && name.contains("statuscode")) {
@@ -77,7 +102,7 @@ impl Code {
                     && (number == 0.0 || number >= 65_536.0 || is_value(number))
             }
             Self::Confidence => (0.0..=100.0).contains(&number),
-            Self::Validity => matches!(number, 0.0 | 1.0),
+            Self::Validity | Self::Fault | Self::Doubt => matches!(number, 0.0 | 1.0),
         }
     }
 
@@ -95,12 +120,19 @@ impl Code {
                 _ => Bad,
             },
             Self::Validity if number == 0.0 => Bad,
-            Self::Validity => Good,
+            Self::Fault if number != 0.0 => Bad,
+            Self::Doubt if number != 0.0 => Uncertain,
+            Self::Validity | Self::Fault | Self::Doubt => Good,
             Self::Confidence if number >= 100.0 => Good,
             Self::Confidence if number <= 0.0 => Bad,
             Self::Confidence => Uncertain,
         }
     }
+}
+
+/// Whether the name of a column, without brackets, ends with `word`.
+fn ends_with(name: &str, word: &str) -> bool {
+    name.split('(').next().is_some_and(|name| name.trim_end().to_lowercase().ends_with(word))
 }
 
 /// The content of a column of qualities.
@@ -127,14 +159,16 @@ pub fn read(
     // Successive cells are mostly the same.
     let mut last: Option<(&str, QualityCell)> = None;
     let view = cells.view();
+    let (flags, mut has_flags) = (Code::of_truth(name), false);
     let mut said = |row: usize| match &view {
         Viewed::Numbers(numbers) | Viewed::Times(numbers) => of_number(numbers[row], words),
         Viewed::Text(cells) => {
             let cell = &cells[row];
             let said = match last {
                 Some((before, said)) if before == cell => said,
-                _ => of_cell(cell, words, mark),
+                _ => of_cell(cell, words, mark, flags),
             };
+            has_flags |= is_flag(cell);
             last = Some((cell, said));
             said
         }
@@ -183,7 +217,19 @@ pub fn read(
         }
     };
     let qualities = rows.iter().zip(&said).map(quality).collect::<Result<_, _>>()?;
-    Ok(Column { qualities, code })
+    Ok(Column { qualities, code: code.or(flags.filter(|_| has_flags)) })
+}
+
+/// The quality that a text in a column called `name` says; uncertain for true and false of unknown meaning.
+pub fn of_text(name: &str, cell: &str) -> Option<Quality> {
+    match of_cell(cell, &[], DecimalMark::Point, Code::of_truth(name)) {
+        QualityCell::Quality(quality) => Some(quality),
+        _ => is_flag(cell).then_some(Uncertain),
+    }
+}
+
+fn is_flag(cell: &str) -> bool {
+    cell.eq_ignore_ascii_case("true") || cell.eq_ignore_ascii_case("false")
 }
 
 /// The content of one cell.
@@ -204,9 +250,18 @@ fn of_number(number: f64, words: &[(String, Quality)]) -> QualityCell {
     }
 }
 
-fn of_cell(cell: &str, words: &[(String, Quality)], mark: DecimalMark) -> QualityCell {
+fn of_cell(
+    cell: &str,
+    words: &[(String, Quality)],
+    mark: DecimalMark,
+    flags: Option<Code>,
+) -> QualityCell {
     if let Some((_, quality)) = words.iter().find(|(word, _)| word.eq_ignore_ascii_case(cell)) {
         return QualityCell::Quality(*quality);
+    }
+    if let Some(code) = flags.filter(|_| is_flag(cell)) {
+        let is_true = cell.eq_ignore_ascii_case("true");
+        return QualityCell::Quality(code.quality(f64::from(u8::from(is_true))));
     }
     if let Some(number) = number::parse(cell, mark) {
         return of_number(number, words);
@@ -289,7 +344,7 @@ mod tests {
 
     #[test]
     fn words_and_codes() {
-        let cases: [(&str, &[&str], &[Quality]); 18] = [
+        let cases: [(&str, &[&str], &[Quality]); 25] = [
             ("q", &["StatusCode(Good)", "StatusCode(BadNoData)"], &[Good, Bad]),
             ("q", &["0x00000000 (Good)", "0x80050000 (BadCommunicationError)"], &[Good, Bad]),
             ("q", &["Good (0x0)", "192 (Good)", "[Good]", "OpcQuality.Good"], &[Good; 4]),
@@ -317,6 +372,13 @@ mod tests {
             ("status", &["0", "2147483648", "1073741824"], &[Good, Bad, Uncertain]),
             ("status", &["0x00000000", "0x80050000", "0x40920000"], &[Good, Bad, Uncertain]),
             ("quality", &["192", "192"], &[Good, Good]),
+            ("Good", &["True", "false", ""], &[Good, Bad, Missing]),
+            ("FIC1.PV.IsGood (column 3)", &["1", "0"], &[Good, Bad]),
+            ("Quality (column 3)", &["TRUE", "FALSE"], &[Good, Bad]),
+            ("FIC1.PV_BAD", &["FALSE", "TRUE"], &[Good, Bad]),
+            ("PV invalid", &["0", "1"], &[Good, Bad]),
+            ("Questionable", &["False", "True"], &[Good, Uncertain]),
+            ("Good", &["Good", "Bad"], &[Good, Bad]),
         ];
         for (name, cells, expected) in cases {
             assert_eq!(told(name, cells).unwrap(), expected, "{name}: {cells:?}");
@@ -338,8 +400,10 @@ mod tests {
             (&["192", "192", "3145728"], 2, "3145728 is not one of the OPC DA codes"),
             (&["(Good) (Bad)"], 0, "is not a known quality"),
             (&["good", "-5"], 1, "-5 is an ambiguous"),
+            (&["True"], 0, "\"True\" is not a known quality"),
         ] {
-            let (at, message) = told("quality", cells).unwrap_err();
+            let name = if cells == ["True"] { "status" } else { "quality" };
+            let (at, message) = told(name, cells).unwrap_err();
             assert_eq!(at, row, "{cells:?}");
             assert!(message.contains(expected), "{message}");
         }

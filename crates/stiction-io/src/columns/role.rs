@@ -181,9 +181,9 @@ fn of_row_word(word: &str) -> Option<Role> {
         | "valeur" | "floatvalue" => Role::Value,
         "quality" | "status" | "statuscode" | "confidence" | "qual" | "qualitycode"
         | "opcquality" | "sts" | "qualitystatus" | "qualitydetail" | "validity" | "conf"
-        | "qstatus" | "iptrendqstatus" | "dataintegrity" | "qualität" | "qualité" => {
-            Role::Quality(None)
-        }
+        | "qstatus" | "iptrendqstatus" | "dataintegrity" | "qualität" | "qualité"
+        | "dataquality" | "samplestatus" | "flags" | "good" | "isgood" | "valid" | "isvalid"
+        | "bad" | "isbad" | "invalid" | "questionable" => Role::Quality(None),
         _ => return None,
     })
 }
@@ -292,12 +292,8 @@ pub fn split(name: &str, more: &Words) -> Option<Split> {
     // The longest suffix that only marks a value, such as F_CV.
     let mut ends = name.match_indices(SEPARATORS).map(|(at, _)| (&name[..at], &name[at + 1..]));
     let value = ends.find(|(_, end)| VALUE_ENDS.contains(&&*plain(end)));
-    if let Some((before, end)) = &last
-        && (is_quality(end) || matches!(&**end, "q" | "st"))
-        && let Some(split) = split_end(before, more)
-    {
-        let Role::Signal(signal) = split.role else { return None };
-        return Some(Split { role: Role::Quality(Some(signal)), word: name.to_owned(), ..split });
+    if let Some(split) = split_quality(name, more) {
+        return Some(split);
     }
     if let Some((before, _)) = value
         && let Some(split) = split_end(before, more).or_else(|| split_start(before, more))
@@ -317,6 +313,24 @@ pub fn split(name: &str, more: &Words) -> Option<Split> {
         role: Role::Quality(None),
         word: end,
     })
+}
+
+/// Splits a name that ends with a signal and a word for its quality, such as `FIC101.PV.Status` or `FIC101.PVSTS`.
+fn split_quality(name: &str, more: &Words) -> Option<Split> {
+    let from = name.rfind(SEPARATORS).map_or(0, |at| at + 1);
+    let end = plain(&name[from..]);
+    let glued = if name[from..].is_ascii() { end.len() } else { 1 };
+    let split = (0..glued).find_map(|at| match &end[at..] {
+        // Honeywell's flag of a bad PV.
+        "badpvfl" => split_end(&format!("{}pv", &name[..from]), more),
+        "st" if at > 0 => None,
+        word if is_quality(word) || matches!(word, "q" | "st") => {
+            split_end(name[..from + at].trim_end_matches(SEPARATORS), more)
+        }
+        _ => None,
+    })?;
+    let Role::Signal(signal) = split.role else { return None };
+    Some(Split { role: Role::Quality(Some(signal)), word: name.to_owned(), ..split })
 }
 
 /// Splits a name that ends with a signal. The longest suffix counts.
@@ -495,6 +509,11 @@ mod tests {
             ("pv_quality", None, Role::Quality(Some(Pv))),
             ("FIC101.Quality", Some("FIC101"), Role::Quality(None)),
             ("FIC101.PV.Conf (column 5)", Some("FIC101"), Role::Quality(Some(Pv))),
+            ("FIC101.PVSTS", Some("FIC101"), Role::Quality(Some(Pv))),
+            ("FIC101.PV_BAD", Some("FIC101"), Role::Quality(Some(Pv))),
+            ("FIC101.BADPVFL", Some("FIC101"), Role::Quality(Some(Pv))),
+            ("FIC101.MVQ", Some("FIC101"), Role::Quality(Some(Op))),
+            ("PVQuality", None, Role::Quality(Some(Pv))),
         ] {
             assert_eq!(told(name), Some((loop_name.map(str::to_owned), role)), "{name}");
         }
@@ -509,6 +528,9 @@ mod tests {
             "data_set",
             "pv_1",
             "out_temp2",
+            "FIC101PVQ",
+            "FIC101.Q",
+            "SPST",
             "FIX.FIC101.F_CV",
         ] {
             assert_eq!(told(name), None, "{name}");

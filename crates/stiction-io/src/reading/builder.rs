@@ -336,7 +336,7 @@ impl<'a> Builder<'a> {
         })?;
         if let Some(code) = read.code {
             let note =
-                format!("the numbers in \"{}\" are interpreted as {}", column.name, code.name());
+                format!("the values in \"{}\" are interpreted as {}", column.name, code.name());
             if !notes.contains(&note) {
                 notes.push(note);
             }

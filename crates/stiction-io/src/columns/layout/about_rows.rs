@@ -34,6 +34,15 @@ impl AboutRows {
                 roles.push((i, role));
             }
         }
+        // Q beside tags and values is their quality; in other tables it may be a flow.
+        let has = |role: Role| roles.iter().any(|(_, each)| *each == role);
+        let q = sheet.columns.iter().position(|column| column.name.eq_ignore_ascii_case("q"));
+        if let Some(q) = q.filter(|q| told.mapped(&sheet.columns[*q].name).is_none())
+            && has(Role::Tag)
+            && has(Role::Value)
+        {
+            roles.push((q, Role::Quality(None)));
+        }
         // Given roles replace recognised ones.
         let replaced: Vec<Role> =
             [Role::Time, Role::Date, Role::Tag, Role::Value, Role::Quality(None)]
@@ -51,16 +60,22 @@ impl AboutRows {
         Ok(found)
     }
 
-    /// Keeps one of several columns of qualities, if one holds the plain codes of OPC. Wonderware writes them as
-    /// `OPCQuality`, beside its own codes in `Quality` and `QualityDetail`.
+    /// Keeps one of several columns of qualities, if one holds the plain codes of OPC, or says which values are good.
+    /// Wonderware writes `OPCQuality` beside its own codes in `Quality` and `QualityDetail`, and PI Web API writes `Good`
+    /// beside `Questionable`.
     pub fn choose_quality(&mut self, sheet: &Sheet) {
         let is_quality = |role: &Role| *role == Role::Quality(None);
-        let name =
-            |column: usize| sheet.columns[column].name.to_lowercase().replace(['_', ' '], "");
-        let mut columns = self.roles.iter().filter(|(_, role)| is_quality(role));
-        if let Some((chosen, _)) =
-            columns.find(|(column, _)| name(*column) == "opcquality").copied()
-        {
+        let columns = self.roles.iter().filter(|(_, role)| is_quality(role));
+        let chosen = columns
+            .filter_map(|(column, _)| {
+                let name = role::plain(&sheet.columns[*column].name);
+                ["opcquality", "good", "isgood"]
+                    .iter()
+                    .position(|known| *known == name)
+                    .zip(Some(*column))
+            })
+            .min();
+        if let Some((_, chosen)) = chosen {
             self.roles.retain(|(column, role)| !is_quality(role) || *column == chosen);
         }
     }

@@ -31,15 +31,12 @@ pub fn assign(
     take_qualities(&mut candidates, names);
     take_switches(&mut candidates, names, content);
     take_quantity(&mut candidates, names, content, options.wording, &mut notes);
-    let is_unused = |i: &usize| {
-        candidates[*i].is_none()
-            && !rows.contains(i)
-            && content.is_numeric(*i)
-            && !content.is_about_rows(*i)
-    };
-    let unused: Vec<usize> = (0..names.len()).filter(is_unused).collect();
-    let is_mode = |i: &usize| candidates[*i].is_none() && !rows.contains(i) && content.is_modes(*i);
-    let modes: Vec<&str> = (0..names.len()).filter(is_mode).map(|i| names[i]).collect();
+    let rest = || (0..names.len()).filter(|i| candidates[*i].is_none() && !rows.contains(i));
+    let is_unused = |i: &usize| content.is_numeric(*i) && !content.is_about_rows(*i);
+    let unused: Vec<usize> = rest().filter(is_unused).collect();
+    let modes: Vec<&str> = rest().filter(|i| content.is_modes(*i)).map(|i| names[i]).collect();
+    let qualities: Vec<&str> =
+        rest().filter(|i| content.is_qualities(*i, names[*i])).map(|i| names[i]).collect();
 
     let is_ambiguous = |i: &usize| candidates[*i].as_ref().is_some_and(|c| c.is_cv || c.is_mv);
     let ambiguous: HashSet<usize> = (0..names.len()).filter(is_ambiguous).collect();
@@ -79,6 +76,10 @@ pub fn assign(
     let lone: Vec<&str> = lone.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
     leftover::note_lone(&mut assigned.loops, &lone, options.wording);
     leftover::note_modes(&mut assigned.loops, &modes, options.wording);
+    if let Some(first) = qualities.first() {
+        let role = leftover::quality_role(&assigned.loops, first);
+        assigned.notes.push(leftover::note_qualities(&qualities, role, options.wording));
+    }
     let unused: Vec<&str> = unused.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
     assigned.notes.extend(leftover::note(&assigned.loops, &unused, options.wording));
     Ok(assigned)

@@ -3,8 +3,9 @@
 use super::plan::Place;
 use crate::cells::mode::{self, Codes, ModeCell};
 use crate::cells::number::{self, DecimalMark};
+use crate::cells::quality;
 use crate::sheet::{Cells, Sheet, Viewed};
-use stiction_recording::recording::Mode;
+use stiction_recording::recording::{Mode, Quality};
 
 /// The cells of the names of a sheet, either columns or tags.
 pub struct Content<'a> {
@@ -73,6 +74,16 @@ impl Content<'_> {
             |_| false,
         ) && ([Mode::Automatic, Mode::Manual, Mode::Cascade].into_iter().any(|of| some(of, 2))
             || (some(Mode::Automatic, 1) && some(Mode::Manual, 1)))
+    }
+
+    /// Whether `name`, written as `title`, holds words of qualities, or true and false, that are not all good.
+    pub fn is_qualities(&self, name: usize, title: &str) -> bool {
+        let said = |cell: &str| quality::of_text(title, cell);
+        let is_fault = |cell: &str| {
+            cell.len() > 1 && matches!(said(cell), Some(Quality::Bad | Quality::Uncertain))
+        };
+        self.all(name, |cell| said(cell).is_some(), |_| false)
+            && self.some(name, is_fault, |_| false)
     }
 
     /// Whether `name` only counts rows or holds times.

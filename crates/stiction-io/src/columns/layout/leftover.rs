@@ -129,17 +129,42 @@ pub fn note_lone(loops: &mut [LoopPlan], lone: &[&str], wording: Wording) {
     }
 }
 
+/// Whether `name` is `of`, a separator and more.
+fn begins(name: &str, of: &str) -> bool {
+    let rest = name.to_lowercase();
+    rest.strip_prefix(&of.to_lowercase()).is_some_and(|rest| rest.starts_with(SEPARATORS))
+}
+
+/// The place of the loop with whose name `name` begins, or of the first.
+fn loop_of(loops: &[LoopPlan], name: &str) -> usize {
+    let is_it = |each: &LoopPlan| each.name.as_ref().is_some_and(|of| begins(name, of));
+    loops.iter().position(is_it).unwrap_or(0)
+}
+
+/// The role by which the user gives `name` as the quality of a signal.
+pub fn quality_role(loops: &[LoopPlan], name: &str) -> String {
+    let signal = Signal::Pv;
+    let each = loops.get(loop_of(loops, name));
+    each.map_or(String::new(), |each| role(each, signal, loops.len() == 1)) + "_quality"
+}
+
+/// The note on unused columns or tags of qualities.
+pub fn note_qualities(unused: &[&str], role: String, wording: Wording) -> String {
+    format!(
+        "{} {} words of qualities, or true and false, and {} not used; if one is the quality of a signal, give {}",
+        list(unused),
+        if unused.len() == 1 { "holds" } else { "hold" },
+        if unused.len() == 1 { "is" } else { "are" },
+        wording.of(Remedy::map(role, unused[0]))
+    )
+}
+
 /// Notes for loops without mode on unused columns or tags with words of modes. One whose name begins with that of
 /// another loop belongs to that loop.
 pub fn note_modes(loops: &mut [LoopPlan], unused: &[&str], wording: Wording) {
     let is_only = loops.len() == 1;
-    let begins = |name: &str, each: &LoopPlan| {
-        let of = each.name.as_ref().map(|of| of.to_lowercase());
-        let name = name.to_lowercase();
-        of.and_then(|of| name.strip_prefix(&of)).is_some_and(|rest| rest.starts_with(SEPARATORS))
-    };
     for name in unused {
-        let place = loops.iter().position(|each| begins(name, each)).unwrap_or(0);
+        let place = loop_of(loops, name);
         let Some(each) = loops.get_mut(place).filter(|each| each.signal(Signal::Mode).is_none())
         else {
             continue;

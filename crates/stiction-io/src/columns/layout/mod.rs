@@ -21,6 +21,7 @@ pub use plan::{Layout, LoopPlan, MissingLoop, Place, Plan, Recognised, Tag};
 use crate::columns::options::ReadOptions;
 use crate::columns::role::Role;
 use crate::error::Result;
+use crate::names::list;
 use crate::sheet::Sheet;
 use about_rows::{AboutRows, tags};
 use assign::assign;
@@ -98,7 +99,37 @@ fn long(
     let place = Place::Rows { tags: tags.clone(), value, quality };
     let names: Vec<&str> = tags.iter().map(|tag| &*tag.name).collect();
     let missing = missing(sheet, &names, given.options, "tag")?;
-    let assigned = assign(&Content { sheet, place: &place }, &names, &[], missing, given)?;
+    let mut assigned = assign(&Content { sheet, place: &place }, &names, &[], missing, given)?;
+    let tagged: Vec<&str> = assigned
+        .recognised
+        .iter_mut()
+        .filter(|each| matches!(each.role, Role::Quality(_)))
+        .map(|each| {
+            each.role = Role::Ignored;
+            "it is a quality, but not in a column".clone_into(&mut each.why);
+            &*each.column
+        })
+        .collect();
+    if !tagged.is_empty() {
+        assigned.notes.push(format!(
+            "{} not used, because a table with one row per sample has its qualities in a column; write such a column, or \
+             one column per signal",
+            if let [one] = &tagged[..] { format!("\"{one}\" is") } else { list(&tagged) + " are" }
+        ));
+    }
+    let content = Content { sheet, place: &Place::Columns };
+    let is_left = |i: &usize| {
+        let name = &*sheet.columns[*i].name;
+        about_rows.recognised(name, *i).role == Role::Ignored
+            && given.mapped(name).is_none()
+            && content.is_qualities(*i, name)
+    };
+    let left: Vec<&str> =
+        (0..sheet.columns.len()).filter(is_left).map(|i| &*sheet.columns[i].name).collect();
+    if !left.is_empty() {
+        let wording = given.options.wording;
+        assigned.notes.push(leftover::note_qualities(&left, "quality".to_owned(), wording));
+    }
     let mut recognised: Vec<Recognised> = sheet
         .columns
         .iter()
