@@ -379,6 +379,39 @@ fn cv_beside_mv_is_a_question() {
     assert_eq!(shown(&reading.recordings[0]), "f: PV 1 OP 50 VP 49");
 }
 
+/// The parameters of DeltaV, and gas, are no outputs. What is not read is named.
+#[test]
+fn parameters_and_gases_are_no_outputs() {
+    let loops = |header: &str| {
+        let cells: Vec<String> = (1..=header.split(',').count()).map(|k| k.to_string()).collect();
+        let reading = parse(&format!("t,{header}\n0,{0}\n1,{0}\n", cells.join(",")), "").unwrap();
+        let loops: Vec<String> = reading.recordings.iter().map(shown).collect();
+        (loops.join(" | "), said(&reading))
+    };
+    for (header, expected) in [
+        ("F1/PID1/PV.CV,F1/PID1/OUT.CV,FI2/AI1/OUT.CV,F1/PID1/GAIN.CV", "F1/PID1: PV 1 OP 2"),
+        ("FIC1.PV,FIC1.OP,Stack CO,CO", "FIC1: PV 1 OP 2"),
+        ("PV,OP,CO", "f: PV 1 OP 2"),
+    ] {
+        let (found, note) = loops(header);
+        assert_eq!(found, expected, "{header}");
+        let last = header.split(',').next_back().unwrap();
+        assert!(note.contains(&format!("\"{last}\" hold")), "{header}: {note}");
+    }
+    for (header, expected) in [
+        ("FIC1.PV,FIC1.CO,LIC2.PV,LIC2.OP", "FIC1: PV 1 OP 2 | LIC2: PV 3 OP 4"),
+        ("PV,SP,CO", "f: PV 1 SP 2 OP 3"),
+        ("VALVE.PV,VALVE.CV,TIC3.OP", "VALVE: PV 1 OP 2 | TIC3: OP 3"),
+    ] {
+        let (found, note) = loops(header);
+        assert_eq!(found, expected, "{header}");
+        assert!(!note.contains("carbon") && !note.contains("holds numbers"), "{header}: {note}");
+    }
+    let (found, note) = loops("Stack CO");
+    assert_eq!(found, "Stack: OP 1");
+    assert!(note.contains("if it is carbon monoxide, give map ignore=Stack CO"), "{note}");
+}
+
 #[test]
 fn words_of_modes_are_read_or_offered() {
     let both = Some(vec![Mode::Automatic, Mode::Manual]);

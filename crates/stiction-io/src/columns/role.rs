@@ -298,11 +298,12 @@ pub fn split(name: &str, more: &Words) -> Option<Split> {
     if let Some((before, _)) = value
         && let Some(split) = split_end(before, more).or_else(|| split_start(before, more))
     {
-        return Some(split);
+        return Some(split).filter(|split| !is_no_output(split));
     }
     if let Some(split) = split_end(name, more) {
         // F_CV is the value of the parameter before it, not a CV.
-        return Some(split).filter(|s| value.is_none_or(|(_, end)| end.len() <= s.word.len()));
+        let is_value = value.is_some_and(|(_, end)| end.len() > split.word.len());
+        return Some(split).filter(|split| !is_value && !is_no_output(split));
     }
     if let Some(split) = split_start(name, more) {
         return Some(split);
@@ -313,6 +314,19 @@ pub fn split(name: &str, more: &Words) -> Option<Split> {
         role: Role::Quality(None),
         word: end,
     })
+}
+
+/// Whether a name that ends like an OP is that of a DeltaV parameter, such as `FIC101/PID1/GAIN.CV`, of the output of an
+/// analog input, such as `FI205/AI1/OUT`, or of the manual value of PCS 7, `FIC101/PID.MAN_OP`.
+fn is_no_output(split: &Split) -> bool {
+    let Some((path, last)) = split.loop_name.as_ref().and_then(|of| of.rsplit_once('/')) else {
+        return false;
+    };
+    let is_digit = |c: char| c.is_ascii_digit();
+    let is_parameter = split.word.eq_ignore_ascii_case("cv") && !last.contains(is_digit);
+    let is_input = !path.is_empty() && last.trim_end_matches(is_digit).eq_ignore_ascii_case("ai");
+    let is_manual = last.to_ascii_lowercase().ends_with(".man");
+    split.role == Role::Signal(Signal::Op) && (is_parameter || is_input || is_manual)
 }
 
 /// Splits a name that ends with a signal and a word for its quality, such as `FIC101.PV.Status` or `FIC101.PVSTS`.
@@ -482,6 +496,10 @@ mod tests {
             ("FIC-101-CO (%)", Some("FIC-101"), Op),
             ("UNIT/FIC101/PID1/PV.CV", Some("UNIT/FIC101/PID1"), Pv),
             ("FIC101.CV", Some("FIC101"), Op),
+            ("U1/FIC101.CV", Some("U1/FIC101"), Op),
+            ("VALVE.CV", Some("VALVE"), Op),
+            ("FIC-101/AO1/OUT.CV", Some("FIC-101/AO1"), Op),
+            ("AI1.OUT", Some("AI1"), Op),
             ("FIC101.MODE.ACTUAL", Some("FIC101"), Mode),
             ("FIC101.TRAVEL", Some("FIC101"), Vp),
             ("FC-101/AO1/READBACK.CV", Some("FC-101/AO1"), Vp),
@@ -532,6 +550,11 @@ mod tests {
             "FIC101.Q",
             "SPST",
             "FIX.FIC101.F_CV",
+            "FIC101/PID1/GAIN.CV",
+            "FIC101/PID1/BKCAL_IN.CV",
+            "FIC101/PID1/OUT_HI_LIM.CV",
+            "FI205/AI1/OUT.CV",
+            "FIC101/PID.MAN_OP",
         ] {
             assert_eq!(told(name), None, "{name}");
         }

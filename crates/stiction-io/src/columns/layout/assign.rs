@@ -8,7 +8,9 @@ use super::candidate::{Candidate, candidate};
 use super::content::Content;
 use super::given::{Given, conflict, cv_beside_mv};
 use super::leftover;
-use super::neighbours::{settle_mv, take_letters, take_qualities, take_quantity, take_switches};
+use super::neighbours::{
+    settle_co, settle_mv, take_letters, take_qualities, take_quantity, take_switches,
+};
 use super::plan::{LoopPlan, MissingLoop, Recognised};
 use crate::columns::role::{Role, Signal};
 use crate::error::Result;
@@ -25,8 +27,8 @@ pub fn assign(
     let options = given.options;
     let mut candidates: Vec<Option<Candidate>> =
         names.iter().map(|name| candidate(name, given)).collect();
-    let mut notes = vec![];
     take_letters(&mut candidates, names);
+    let mut notes = settle_co(&mut candidates, names, options.wording);
     let settled = settle_mv(&mut candidates, names, options.wording);
     take_qualities(&mut candidates, names);
     take_switches(&mut candidates, names, content);

@@ -70,6 +70,8 @@ pub fn bundles(names: &[&str], rows: &[usize], options: &ReadOptions) -> Option<
     for (i, name) in names.iter().enumerate().filter(|(i, _)| !rows.contains(i)) {
         let candidate = candidate(name, &given);
         match candidate {
+            // Another OP of the file decides what it is.
+            Some(of) if of.is_co => return None,
             Some(of) => match (of.loop_name, of.role) {
                 (Some(loop_name), role) => found.push((i, loop_name, Some(role))),
                 (None, Role::Signal(_) | Role::Quality(_)) => return None,

@@ -12,13 +12,21 @@ pub struct Candidate {
     pub is_mv: bool,
     /// Whether its name is CV, the control variable or the controlled variable.
     pub is_cv: bool,
+    /// Whether its name is CO without a tag, the controller output or carbon monoxide.
+    pub is_co: bool,
     pub why: String,
 }
 
 impl Candidate {
     pub fn recognised(loop_name: Option<String>, role: Role, why: impl Into<String>) -> Self {
-        Self { loop_name, role, given: false, is_mv: false, is_cv: false, why: why.into() }
+        let why = why.into();
+        Self { loop_name, role, given: false, is_mv: false, is_cv: false, is_co: false, why }
     }
+}
+
+/// Whether a name has a number, like a tag.
+pub fn has_number(name: &str) -> bool {
+    name.contains(|c: char| c.is_ascii_digit())
 }
 
 /// The role of `name` as given or else from its parts.
@@ -46,13 +54,11 @@ pub fn candidate(name: &str, given: &Given<'_>) -> Option<Candidate> {
     };
     if let Some(mapped) = given.mapped(name) {
         let named = || split(&why).and_then(|(split, _)| split.loop_name);
+        let loop_name = mapped.loop_name.clone().or_else(named);
+        let why = "an option or mapping names it";
         return Some(Candidate {
-            loop_name: mapped.loop_name.clone().or_else(named),
-            role: mapped.role,
             given: true,
-            is_mv: false,
-            is_cv: false,
-            why: "an option or mapping names it".to_owned(),
+            ..Candidate::recognised(loop_name, mapped.role, why)
         });
     }
     if let Some((split, why)) = split(&why) {
@@ -60,6 +66,7 @@ pub fn candidate(name: &str, given: &Given<'_>) -> Option<Candidate> {
         return Some(Candidate {
             is_mv: is("mv"),
             is_cv: is("cv"),
+            is_co: is("co") && !split.loop_name.as_ref().is_some_and(|of| has_number(of)),
             ..Candidate::recognised(split.loop_name, split.role, why)
         });
     }

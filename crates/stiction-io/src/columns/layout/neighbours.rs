@@ -130,6 +130,39 @@ pub fn take_letters(candidates: &mut [Option<Candidate>], names: &[&str]) {
     }
 }
 
+/// CO without a tag is carbon monoxide beside a different OP. Alone, it is the OP, with a note unless the loop has a PV or
+/// an SP.
+pub fn settle_co(
+    candidates: &mut [Option<Candidate>],
+    names: &[&str],
+    wording: Wording,
+) -> Vec<String> {
+    let key = |candidate: &Candidate| candidate.loop_name.as_ref().map(|name| name.to_lowercase());
+    let all = || candidates.iter().flatten();
+    let is = |c: &Candidate, signal: Signal| c.role == Role::Signal(signal);
+    let keys = |is: &dyn Fn(&Candidate) -> bool| -> HashSet<Option<String>> {
+        all().filter(|c| is(c)).map(key).collect()
+    };
+    let ops = keys(&|c| is(c, Signal::Op) && !c.is_co);
+    let loops = keys(&|c| is(c, Signal::Pv) || is(c, Signal::Sp));
+    let mut notes = vec![];
+    for (candidate, name) in candidates.iter_mut().zip(names) {
+        let is_open = |key| ops.contains(&key) || !loops.contains(&key);
+        if !candidate.as_ref().is_some_and(|c| c.is_co && is_open(key(c))) {
+            continue;
+        }
+        if !ops.is_empty() {
+            *candidate = None;
+        } else {
+            notes.push(format!(
+                "\"{name}\" is interpreted as the controller output (OP); if it is carbon monoxide, give {}",
+                wording.of(Remedy::map("ignore", name))
+            ));
+        }
+    }
+    notes
+}
+
 /// MV is the manipulated variable, which is the OP. Beside another OP it is the measured valve position. Adds a note
 /// for each.
 pub fn settle_mv(
