@@ -445,6 +445,72 @@ fn words_of_modes_are_read_or_offered() {
     }
 }
 
+/// With one OP in a file, a signal that only one other name has is its signal, with a note.
+#[test]
+fn the_rest_belongs_to_the_only_op() {
+    let of = |header: &str| {
+        let cells = |name: &str| if name.to_lowercase().contains("mode") { "AUTO" } else { "7" };
+        let cells = header.split(',').map(cells).collect::<Vec<_>>().join(",");
+        let reading = parse(&format!("t,{header}\n0,{cells}\n1,{cells}\n"), "").unwrap();
+        let loops: Vec<String> = reading.recordings.iter().map(shown).collect();
+        (loops.join(" | "), said(&reading))
+    };
+    for (header, expected, used) in [
+        ("FIC1.PV,FIC1.OP,Loop Mode", "FIC1: PV 7 OP 7 Automatic", &["Loop Mode"][..]),
+        ("FIC1.PV,FIC1.OP,PID Mode", "FIC1: PV 7 OP 7 Automatic", &["PID Mode"]),
+        ("FIC1.OP,FIC1.Block.MODE", "FIC1: OP 7 Automatic", &["FIC1.Block.MODE"]),
+        ("FIC1.OP,FIC1.PIDA.MODE", "FIC1: OP 7 Automatic", &["FIC1.PIDA.MODE"]),
+        ("FIC1.OP,FIC1.PV,FIC1.Remote.SP", "FIC1: PV 7 SP 7 OP 7", &["FIC1.Remote.SP"]),
+        ("Flow PV,Flow SP,Valve CO", "Valve: PV 7 SP 7 OP 7", &["Flow PV", "Flow SP"]),
+        (
+            "Flow Setpoint,Flow,Valve Demand,Valve Feedback",
+            "f: PV 7 SP 7 OP 7 VP 7",
+            &["Flow Setpoint", "Valve Feedback"],
+        ),
+        ("FIC1.OP,LIC2.PV,LIC2.SP,Loop Mode", "FIC1: OP 7 Automatic", &["Loop Mode"]),
+    ] {
+        let (found, note) = of(header);
+        assert_eq!(found, expected, "{header}");
+        for name in used {
+            assert!(note.contains(&format!("\"{name}\" is interpreted as the ")), "{note}");
+            assert!(note.contains(&format!("map ignore={name}")), "{header}: {note}");
+        }
+        assert!(!note.contains("Mode\" is not used"), "{header}: {note}");
+    }
+    // A different tag, a second candidate, and a file with several OPs are left to the user.
+    for (header, expected, offer) in [
+        ("FIC1.OP,LIC2.PV,LIC2.MODE", "FIC1: OP 7", ""),
+        ("FIC1.OP,FIC1.PV,Room.PV,Room.SP", "FIC1: PV 7 OP 7", "map FIC1.sp=Room.SP"),
+        ("FIC1.OP,Loop Mode,Pump Mode", "FIC1: OP 7", "map FIC1.mode=Loop Mode"),
+        (
+            "FIC1.OP,FIC2.OP,FIC1.Block.MODE",
+            "FIC1: OP 7 | FIC2: OP 7",
+            "map FIC1.mode=FIC1.Block.MODE",
+        ),
+        ("FIC1.OP,FIC2.OP,Loop Mode", "FIC1: OP 7 | FIC2: OP 7", ""),
+    ] {
+        let (found, note) = of(header);
+        assert_eq!(found, expected, "{header}");
+        assert!(note.contains(offer) && note.contains("no OP"), "{header}: {note}");
+        assert!(!note.contains("is interpreted"), "{header}: {note}");
+    }
+    let given = "[columns]\n\"Loop Mode\" = \"LIC2.mode\"\n";
+    let text = "t,FIC1.OP,LIC2.PV,Loop Mode\n0,50,1,AUTO\n";
+    assert_eq!(shown(&parse(text, given).unwrap().recordings[0]), "FIC1: OP 50");
+    // 0 and 1 of Auto/Manual are read as those of A/M, with a note.
+    let reading = parse("t,FIC1.OP,FIC1.Auto/Manual\n0,50,1\n1,51,0\n", "").unwrap();
+    assert_eq!(shown(&reading.recordings[0]), "FIC1: OP 50 Automatic");
+    assert!(said(&reading).contains("with 1 automatic and 0 manual"), "{}", said(&reading));
+}
+
+/// Modes under the name of a status that no loop has are offered.
+#[test]
+fn a_status_with_modes_is_offered() {
+    let text = "t,FIC1.PV,FIC1.OP,FIC1.Controller Status\n0,1,50,AUTO\n1,2,51,MAN\n";
+    let note = said(&parse(text, "").unwrap());
+    assert!(note.contains("map mode=FIC1.Controller Status"), "{note}");
+}
+
 #[test]
 fn a_mapping_that_a_file_lacks_concerns_its_loop() {
     let mapping = "[loop.A]\npv = \"x1\"\nop = \"y1\"\n[loop.B]\npv = \"x2\"\nop = \"y2\"\n\

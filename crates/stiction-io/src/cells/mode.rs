@@ -132,7 +132,10 @@ pub fn of_switch(word: &str, behind_a_tag: bool) -> Option<Mode> {
         "auto" | "aut" | "automatic" | "inauto" | "automatik" => Some(Mode::Automatic),
         "man" | "manual" | "inman" | "hand" => Some(Mode::Manual),
         "cas" | "casc" | "cascade" | "rcas" => Some(Mode::Cascade),
-        "am" => Some(Mode::Automatic),
+        // The word for 1 may stand first or last, as in A/M, where 0 is mostly manual.
+        "am" | "automan" | "automanual" | "manualauto" | "manauto" | "manaut" | "qmanaut" => {
+            Some(Mode::Automatic)
+        }
         // Foxboro, where 1 is automatic.
         "ma" if behind_a_tag => Some(Mode::Automatic),
         _ => None,

@@ -60,7 +60,8 @@ impl Signal {
             | "valvetravel" | "actualposition" | "positionfeedback" | "readback" => Self::Vp,
             "mode" | "md" | "modeact" | "modeactual" | "actualmode" | "automan" | "controlmode"
             | "controllermode" | "modblk" | "betriebsart" | "reglermodus" | "modus" | "modo"
-            | "mododecontrol" | "modederégulation" | "modemarche" | "modalità" | "modalita" => {
+            | "mododecontrol" | "modederégulation" | "modemarche" | "modalità" | "modalita"
+            | "automanual" | "manualauto" | "manauto" | "manaut" | "qmanaut" | "operatingmode" => {
                 Self::Mode
             }
             _ => return None,
@@ -501,6 +502,8 @@ mod tests {
             ("FIC-101/AO1/OUT.CV", Some("FIC-101/AO1"), Op),
             ("AI1.OUT", Some("AI1"), Op),
             ("FIC101.MODE.ACTUAL", Some("FIC101"), Mode),
+            ("FIC101.Auto/Manual", Some("FIC101"), Mode),
+            ("FIC101/PID.QMAN_AUT", Some("FIC101/PID"), Mode),
             ("FIC101.TRAVEL", Some("FIC101"), Vp),
             ("FC-101/AO1/READBACK.CV", Some("FC-101/AO1"), Vp),
             ("Valve output (%)", None, Op),

@@ -1,8 +1,8 @@
 //! Assigns names to signals of loops.
 
 use super::assigned::{
-    Assigned, join_acquisition, join_by_instrument, join_the_nameless, keep_those_with_op,
-    leave_out_missing,
+    Assigned, join_acquisition, join_by_instrument, join_the_nameless, join_the_rest,
+    keep_those_with_op, leave_out_missing,
 };
 use super::candidate::{Candidate, candidate};
 use super::content::Content;
@@ -36,7 +36,20 @@ pub fn assign(
     let rest = || (0..names.len()).filter(|i| candidates[*i].is_none() && !rows.contains(i));
     let is_unused = |i: &usize| content.is_numeric(*i) && !content.is_about_rows(*i);
     let unused: Vec<usize> = rest().filter(is_unused).collect();
-    let modes: Vec<&str> = rest().filter(|i| content.is_modes(*i)).map(|i| names[i]).collect();
+    // A quality of a name without signals, such as that of FIC101.Controller Status, may be a mode.
+    let key = |c: &Candidate| c.loop_name.as_ref().map(|name| name.to_lowercase());
+    let is_signal = |c: &&Candidate| matches!(c.role, Role::Signal(_));
+    let with_signals: HashSet<_> = candidates.iter().flatten().filter(is_signal).map(key).collect();
+    let is_lone = |i: &usize| {
+        candidates[*i].as_ref().is_some_and(|c| {
+            c.role == Role::Quality(None)
+                && c.loop_name.is_some()
+                && !with_signals.contains(&key(c))
+        })
+    };
+    let lone = (0..names.len()).filter(is_lone);
+    let modes = rest().chain(lone).filter(|i| content.is_modes(*i));
+    let modes: Vec<&str> = modes.map(|i| names[i]).collect();
     let qualities: Vec<&str> =
         rest().filter(|i| content.is_qualities(*i, names[*i])).map(|i| names[i]).collect();
 
@@ -63,6 +76,7 @@ pub fn assign(
     join_by_instrument(&mut assigned);
     join_the_nameless(&mut assigned);
     join_acquisition(&mut assigned, names);
+    join_the_rest(&mut assigned, names, given);
     for each in assigned.loops.iter().filter(|each| each.signal(Signal::Pv).is_none()) {
         if let (Some(op), Some(vp)) = (each.signal(Signal::Op), each.signal(Signal::Vp))
             && ambiguous.contains(&op)
@@ -75,8 +89,11 @@ pub fn assign(
     let offered = leftover::offer_relatives(&mut assigned, names, &unused, options.wording);
     let lone = keep_those_with_op(&mut assigned);
     let is_offered = |i: &usize| offered.contains(i);
-    let lone: Vec<&str> = lone.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
-    leftover::note_lone(&mut assigned.loops, &lone, options.wording);
+    for signal in leftover::WANTED {
+        let lone = lone.iter().filter(|(of, i)| *of == signal && !is_offered(i));
+        let lone: Vec<&str> = lone.map(|(_, i)| names[*i]).collect();
+        leftover::note_lone(&mut assigned.loops, signal, &lone, options.wording);
+    }
     leftover::note_modes(&mut assigned.loops, &modes, options.wording);
     if let Some(first) = qualities.first() {
         let role = leftover::quality_role(&assigned.loops, first);

@@ -1,9 +1,13 @@
 //! Combines loops whose signals are assigned, and decides which loops are read.
 
+use super::candidate::has_number;
+use super::given::Given;
 use super::instrument::Instrument;
+use super::leftover::{WANTED, begins};
 use super::plan::{LoopPlan, MissingLoop, Recognised};
 use crate::columns::role::{Role, SEPARATORS, Signal};
 use crate::names::list;
+use crate::remedy::Remedy;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Loops, with the role recognised for every name.
@@ -87,6 +91,62 @@ pub fn join_acquisition(assigned: &mut Assigned, names: &[&str]) {
     assigned.loops.retain(|each| each.names().next().is_some());
 }
 
+/// A signal that the only loop with an OP lacks is that of another name, if a single name has it, no user gives it to
+/// another loop, and the names do not show two loops: one is plain words, or begins with the other.
+pub fn join_the_rest(assigned: &mut Assigned, names: &[&str], given: &Given<'_>) {
+    let with_op = |each: &&LoopPlan| each.has_op();
+    let mut ops = assigned.loops.iter().filter(with_op);
+    let (Some(own), None) = (ops.next(), ops.next()) else { return };
+    let tag = own.name.clone().unwrap_or_default();
+    let is_plain = |name: &str| !has_number(name);
+    let is_single = assigned.loops.len() == 2;
+    let may_join = |each: &LoopPlan| {
+        let of = each.name.as_deref().unwrap_or_default();
+        let clash = each.signals.iter().zip(&own.signals).any(|(a, b)| a.is_some() && b.is_some());
+        let is_given =
+            each.names().any(|i| given.mapped(names[i]).is_some_and(|of| of.loop_name.is_some()));
+        let is_related =
+            is_plain(of) || (is_plain(&tag) && is_single) || begins(of, &tag) || begins(&tag, of);
+        is_related && !clash && !is_given
+    };
+    let others = || assigned.loops.iter().filter(|each| !each.has_op());
+    let mut found = vec![];
+    for signal in WANTED.into_iter().filter(|signal| own.signal(*signal).is_none()) {
+        let mut with = others().filter(|each| each.signal(signal).is_some());
+        if let (Some(one), None) = (with.next(), with.next())
+            && may_join(one)
+        {
+            found.extend(one.signal(signal).map(|name| (signal, name, one.quality(signal))));
+        }
+    }
+    let moved = found.iter().flat_map(|(_, name, quality)| [Some(*name), *quality]);
+    let moved: Vec<usize> = moved.flatten().collect();
+    for each in &mut assigned.loops {
+        if !each.has_op() {
+            let signals = each.signals.iter_mut().chain(&mut each.qualities);
+            for place in signals.chain([&mut each.quality]) {
+                *place = place.filter(|name| !moved.contains(name));
+            }
+            continue;
+        }
+        for name in &moved {
+            assigned.recognised[*name].loop_name.clone_from(&each.name);
+            assigned.recognised[*name].why += "; only one loop has an OP";
+        }
+        for (signal, name, quality) in &found {
+            let place = *signal as usize;
+            (each.signals[place], each.qualities[place]) = (Some(*name), *quality);
+            each.notes.push(format!(
+                "\"{}\" is interpreted as the {}, because only one loop has an OP; if it is not, give {}",
+                names[*name],
+                signal.name(),
+                given.options.wording.of(Remedy::map("ignore", names[*name]))
+            ));
+        }
+    }
+    assigned.loops.retain(|each| each.names().next().is_some());
+}
+
 /// Loops whose names are the tag of one instrument and words, such as `FIC2106 Flow` and `FIC2106`, are one loop, if
 /// only one of them has an OP and they have no signal in common.
 pub fn join_by_instrument(assigned: &mut Assigned) {
@@ -162,10 +222,11 @@ pub fn leave_out_missing(assigned: &mut Assigned) {
     }
 }
 
-/// Loops without an OP are not read. Returns their PVs.
-pub fn keep_those_with_op(assigned: &mut Assigned) -> Vec<usize> {
+/// Loops without an OP are not read. Returns their signals.
+pub fn keep_those_with_op(assigned: &mut Assigned) -> Vec<(Signal, usize)> {
     let lone = assigned.loops.iter().filter(|each| !each.has_op());
-    let lone = lone.filter_map(|each| each.signal(Signal::Pv)).collect();
+    let of = |each: &LoopPlan| WANTED.map(|signal| each.signal(signal).map(|name| (signal, name)));
+    let lone = lone.flat_map(of).flatten().collect();
     let without: Vec<&LoopPlan> = assigned.loops.iter().filter(|each| !each.has_op()).collect();
     if without.len() < assigned.loops.len() {
         let named: Vec<&str> = without.iter().filter_map(|each| each.name.as_deref()).collect();

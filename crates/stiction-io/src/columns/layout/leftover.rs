@@ -9,7 +9,7 @@ use crate::remedy::{Remedy, Wording};
 use std::collections::{HashMap, HashSet};
 
 /// The signals that a diagnosis needs most.
-const WANTED: [Signal; 4] = [Signal::Pv, Signal::Sp, Signal::Vp, Signal::Mode];
+pub const WANTED: [Signal; 4] = [Signal::Pv, Signal::Sp, Signal::Vp, Signal::Mode];
 
 /// The role by which the user gives `signal` of a loop.
 fn role(each: &LoopPlan, signal: Signal, is_only: bool) -> String {
@@ -105,34 +105,36 @@ pub fn offer_relatives(
     found
 }
 
-/// Notes for loops without PV on PVs of loops without OP, which are not used either. A PV whose tag has another number
-/// is not of the loop.
-pub fn note_lone(loops: &mut [LoopPlan], lone: &[&str], wording: Wording) {
+/// Notes for loops without `signal` on such signals of loops without OP, which are not used either. A name whose tag has
+/// another number is not of the loop, unless it begins with the name of the loop.
+pub fn note_lone(loops: &mut [LoopPlan], signal: Signal, lone: &[&str], wording: Wording) {
     let is_only = loops.len() == 1;
     let tags: Vec<Option<Instrument>> = lone.iter().map(|name| Instrument::of(name)).collect();
-    for each in loops.iter_mut().filter(|each| each.signal(Signal::Pv).is_none()) {
+    for each in loops.iter_mut().filter(|each| each.signal(signal).is_none()) {
         let own = each.name.as_deref().and_then(Instrument::of);
-        let may_be = |tag: &Option<Instrument>| match (tag, &own) {
+        let may_be = |(name, tag): &(&&str, &Option<Instrument>)| match (tag, &own) {
+            _ if each.name.as_ref().is_some_and(|of| begins(name, of)) => true,
             (Some(tag), Some(own)) => tag.loop_key() == own.loop_key(),
             (tag, _) => is_only && tag.is_none(),
         };
-        let own: Vec<&str> =
-            lone.iter().zip(&tags).filter(|(_, tag)| may_be(tag)).map(|(name, _)| *name).collect();
+        let own: Vec<&str> = lone.iter().zip(&tags).filter(may_be).map(|(name, _)| *name).collect();
         let Some(first) = own.first() else { continue };
         let note = format!(
-            "the loop has no PV, while {} {} not used, because no OP has that name; if one is its PV, give {}",
+            "the loop has no {0}, while {1} {2} not used, because no OP has that name; if one is its {0}, give {3}",
+            signal.name(),
             list(&own),
             if own.len() == 1 { "is" } else { "are" },
-            wording.of(Remedy::map(role(each, Signal::Pv, false), first))
+            wording.of(Remedy::map(role(each, signal, false), first))
         );
         each.notes.push(note);
     }
 }
 
 /// Whether `name` is `of`, a separator and more.
-fn begins(name: &str, of: &str) -> bool {
+pub fn begins(name: &str, of: &str) -> bool {
     let rest = name.to_lowercase();
-    rest.strip_prefix(&of.to_lowercase()).is_some_and(|rest| rest.starts_with(SEPARATORS))
+    let rest = rest.strip_prefix(&of.to_lowercase()).filter(|_| !of.is_empty());
+    rest.is_some_and(|rest| rest.starts_with(SEPARATORS))
 }
 
 /// The place of the loop with whose name `name` begins, or of the first.
