@@ -151,6 +151,22 @@ fn names_that_repeat_belong_to_the_column_on_their_left() {
 }
 
 #[test]
+fn qualities_in_front_of_their_signals_are_noted() {
+    let text = |header: &str| format!("{header}\n0,Bad,1,Good,50\n1,Good,2,Good,51\n");
+    let reading = read(&text("Time,Status,FIC1.PV,Status,FIC1.OP"));
+    assert_eq!(shown(&reading.recordings[0]), "FIC1 PV 0:b 1:2 OP 0:50 1:51");
+    let note = "\"Status (column 2)\" to \"Status (column 4)\" are interpreted as the qualities of the signals \
+                on their right";
+    assert!(said(&reading).contains(note), "{}", said(&reading));
+    // One that has no signal on either side is named.
+    let text = "Time,Status,FIC1.PV,Status,FIC1.OP,FIC1.SP\n0,Bad,1,Good,50,5\n1,Good,2,Bad,51,5\n";
+    let reading = read(&text.replace("FIC1.PV,Status", "Note,Status"));
+    let note = "\"Status (column 2)\" is not used, because \"Time\" on its left is no signal";
+    assert!(said(&reading).contains(note), "{}", said(&reading));
+    assert!(said(&reading).contains("map pv_quality=Status (column 2)"), "{}", said(&reading));
+}
+
+#[test]
 fn a_header_may_have_several_rows() {
     let rows = "2025-03-14 06:00:00,1,5,50\n2025-03-14 06:00:01,2,5,51\n";
     let expected = "FIC1 PV 0:1 1:2 SP 0:5 1:5 OP 0:50 1:51";

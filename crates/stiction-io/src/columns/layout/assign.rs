@@ -30,7 +30,7 @@ pub fn assign(
     take_letters(&mut candidates, names);
     let mut notes = settle_co(&mut candidates, names, options.wording);
     let settled = settle_mv(&mut candidates, names, options.wording);
-    take_qualities(&mut candidates, names);
+    take_qualities(&mut candidates, names, options.wording, &mut notes);
     take_switches(&mut candidates, names, content);
     take_quantity(&mut candidates, names, content, options.wording, &mut notes);
     let rest = || (0..names.len()).filter(|i| candidates[*i].is_none() && !rows.contains(i));

@@ -42,8 +42,14 @@ pub fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], conte
     }
 }
 
-/// Qualities with one name, such as `Conf`, belong to the signals on their left, if there are several.
-pub fn take_qualities(candidates: &mut [Option<Candidate>], names: &[&str]) {
+/// Qualities with one name, such as `Conf`, belong to the signals on their left, if there are several. They belong to
+/// those on their right if each has one there, and the first has none on its left.
+pub fn take_qualities(
+    candidates: &mut [Option<Candidate>],
+    names: &[&str],
+    wording: Wording,
+    notes: &mut Vec<String>,
+) {
     let is_one =
         |i: &usize| role::of_rows(role::without_number(names[*i])) == Some(Role::Quality(None));
     let several: Vec<usize> = (0..names.len())
@@ -53,17 +59,39 @@ pub fn take_qualities(candidates: &mut [Option<Candidate>], names: &[&str]) {
     if several.len() < 2 {
         return;
     }
+    let is_signal = |i: Option<usize>| {
+        let of = i.and_then(|i| candidates.get(i)).and_then(Option::as_ref);
+        of.is_some_and(|of| matches!(of.role, Role::Signal(_)))
+    };
+    let left = |i: usize| (0..i).rev().find(|left| !is_one(left));
+    let is_front = !is_signal(left(several[0])) && several.iter().all(|i| is_signal(Some(i + 1)));
+    let side = if is_front { "right" } else { "left" };
+    let (first, last) = (names[several[0]], names[several[several.len() - 1]]);
+    if is_front {
+        notes.push(format!(
+            "\"{first}\" to \"{last}\" are interpreted as the qualities of the signals on their right, because the first has \
+             no signal on its left; if they are not, give {}",
+            wording.of(Remedy::map("pv_quality", first))
+        ));
+    }
     for i in several {
-        let left = (0..i).rev().find(|left| !is_one(left));
-        let of = left.and_then(|left| candidates[left].as_ref());
+        let of = if is_front { Some(i + 1) } else { left(i) };
+        let name = of.map_or("", |of| names[of]);
+        let of = of.and_then(|of| candidates[of].as_ref());
         let (loop_name, role) = match of.map(|of| (&of.loop_name, of.role)) {
             Some((loop_name, Role::Signal(signal))) => {
                 (loop_name.clone(), Role::Quality(Some(signal)))
             }
             _ => (None, Role::Ignored),
         };
-        let left = left.map_or("", |left| names[left]);
-        let why = format!("it is the quality of \"{left}\" on its left");
+        if role == Role::Ignored {
+            notes.push(format!(
+                "\"{}\" is not used, because \"{name}\" on its left is no signal; if it is the quality of one, give {}",
+                names[i],
+                wording.of(Remedy::map("pv_quality", names[i]))
+            ));
+        }
+        let why = format!("it is the quality of \"{name}\" on its {side}");
         candidates[i] = Some(Candidate::recognised(loop_name, role, why));
     }
 }
