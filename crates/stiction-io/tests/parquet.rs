@@ -1,8 +1,11 @@
 //! Parquet files of another program are read as what they mean.
 
-use crate::fixture;
+use crate::{fixture, said};
+use stiction_io::ReadOptions;
 use stiction_io::parquet::parquet_sheets;
+use stiction_io::reading::parse;
 use stiction_io::sheet::{Cells, Sheet};
+use stiction_recording::recording::Quality;
 
 /// The fixtures' loop, as `fixtures/make_fixtures.py` writes it.
 const ROWS: usize = 40;
@@ -129,6 +132,18 @@ fn frames_of_pandas() {
     let names: Vec<_> = sheet.columns.iter().map(|c| &*c.name).collect();
     assert_eq!(names, ["OP", "PV", "__index_level_0__"]);
     assert!(sheet.attributes.is_empty());
+}
+
+/// True is good in a column of qualities, and 1 in any other.
+#[test]
+fn true_is_a_quality() {
+    let reading =
+        parse(&fixture("flags.parquet"), "flags.parquet", &ReadOptions::default()).unwrap();
+    let quality = &reading.recordings[0].pv.as_ref().unwrap().quality;
+    assert_eq!(quality[2..6], [Quality::Good, Quality::Bad, Quality::Good, Quality::Missing]);
+    let note = "\"PV.Quality\" are interpreted as 1 or true for good";
+    assert!(said(&reading).contains(note), "{}", said(&reading));
+    assert_eq!(*cells(&read("flags.parquet"), "Pump"), numbers(|_| 1.0));
 }
 
 /// A column of a million equal cells is read, for all its file is small.

@@ -194,6 +194,12 @@ fn is_quality(word: &str) -> bool {
     of_row_word(word) == Some(Role::Quality(None))
 }
 
+/// Whether a name is that of a quality.
+pub fn is_of_quality(name: &str) -> bool {
+    of_rows(without_number(name)) == Some(Role::Quality(None))
+        || split(name, &[]).is_some_and(|split| matches!(split.role, Role::Quality(_)))
+}
+
 /// Ends of tags that name the value of a parameter, not another signal.
 const VALUE_ENDS: [&str; 7] = ["cv", "value", "val", "pct", "percent", "daca", "fcv"];
 

@@ -37,6 +37,13 @@ pub fn read_column(
         let pages = Box::new(pages);
         let out = &mut numbers;
         match get_column_reader(Arc::clone(&column.descriptor), pages) {
+            ColumnReader::BoolColumnReader(reader) if matches!(kind, Kind::Text) => {
+                read(reader, rows, |v: Option<&bool>| {
+                    let value = v.map_or("", |v| if *v { "true" } else { "false" });
+                    text.push(words.word(value, budget).map_err(ParquetError::General)?);
+                    Ok(())
+                })?;
+            }
             ColumnReader::BoolColumnReader(reader) => {
                 push(reader, rows, out, |v| Ok(f64::from(u8::from(*v))))?;
             }

@@ -15,6 +15,7 @@ mod thrift;
 pub use group::Holds;
 
 use crate::budget::{Budget, guarded};
+use crate::columns::role;
 use crate::error::{Error, Result};
 use crate::sheet::{Column, Sheet};
 use bytes::Bytes;
@@ -22,6 +23,7 @@ use cells::{CELL, read_column};
 use footer::{MAGIC, TAIL, check_footer, footer_length};
 use group::Group;
 use kind::{Described, Kind};
+use parquet::basic::Type;
 use parquet::errors::ParquetError;
 use parquet::file::metadata::ParquetMetaDataReader;
 use source::Source;
@@ -36,9 +38,9 @@ const PROGRAMS_KEYS: [&str; 2] = ["ARROW:schema", "pandas"];
 
 /// The table in a Parquet file, as one sheet; `origin` is the name of the file in errors.
 ///
-/// Numbers of all kinds, and true and false as 1 and 0, are numbers. Durations and times of day are numbers in s.
-/// Dates and timestamps are times. Units come from the metadata of Arrow's fields (`unit` or `units`), and attributes
-/// from the metadata of the file. Pages may be compressed with Snappy, GZIP, Brotli, Zstandard or LZ4 (raw).
+/// Numbers of all kinds, and true and false as 1 and 0, are numbers, except that qualities are the words true and false.
+/// Durations and times of day are numbers in s. Dates and timestamps are times. Units come from the metadata of Arrow's
+/// fields (`unit` or `units`), and attributes from the metadata of the file. Pages may be compressed with Snappy, GZIP, Brotli, Zstandard or LZ4 (raw).
 ///
 /// # Errors
 /// If the file is cut short, damaged or encrypted, has no columns, or a column is nested, binary or in an encoding
@@ -129,7 +131,10 @@ impl ParquetFile {
                 ));
             }
             let field = fields.remove(&name).unwrap_or_default();
-            let kind = Kind::of(column, &field)
+            // The number 1 as a quality would be ambiguous.
+            let is_text = column.physical_type() == Type::BOOLEAN && role::is_of_quality(&name);
+            let kind = if is_text { Ok(Kind::Text) } else { Kind::of(column, &field) };
+            let kind = kind
                 .map_err(|what| format!("column \"{name}\" {what}; write the file without it"))?;
             let unit = match kind {
                 Kind::Seconds { .. } => Some("s".to_owned()),

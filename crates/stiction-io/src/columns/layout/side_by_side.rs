@@ -195,7 +195,7 @@ fn clocks(names: &[&str], options: &ReadOptions) -> Vec<Clock> {
         !plain.contains(i)
             && !taken.contains(i)
             && role(*i) != Some(Role::Ignored)
-            && !is_quality(names[*i])
+            && !role::is_of_quality(names[*i])
     };
     if plain.len() > 1 || (!clocks.is_empty() && plain.len() == 1) {
         // A clock stands to the left of its signals, or to the right if the first column is a signal.
@@ -228,7 +228,8 @@ fn clocks(names: &[&str], options: &ReadOptions) -> Vec<Clock> {
         return vec![];
     }
     for (value, tag, quality) in clocks.iter_mut().flat_map(|clock| &mut clock.values) {
-        let right = names.get(*value + 1).filter(|name| is_quality(name)).map(|_| *value + 1);
+        let right =
+            names.get(*value + 1).filter(|name| role::is_of_quality(name)).map(|_| *value + 1);
         let named = |(_, name): &(usize, &&str)| {
             role::split(name, &[]).is_some_and(|split| matches!(split.role, Role::Quality(_)))
                 && name.to_lowercase().starts_with(&tag.to_lowercase())
@@ -237,12 +238,6 @@ fn clocks(names: &[&str], options: &ReadOptions) -> Vec<Clock> {
     }
     clocks.sort_by_key(|clock| clock.time);
     clocks
-}
-
-/// Whether a name as a whole, but for a number at its end, is a word for a quality.
-fn is_quality(name: &str) -> bool {
-    role::of_rows(role::without_number(name)) == Some(Role::Quality(None))
-        || role::split(name, &[]).is_some_and(|split| matches!(split.role, Role::Quality(_)))
 }
 
 /// Columns of times with one name, such as `Time`, `Time2` and `Time3`. None if there are others, too.
