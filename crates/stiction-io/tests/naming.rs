@@ -253,6 +253,42 @@ fn what_is_left_over_is_named() {
     assert!(note.contains("loop FIC1 has no SP, no VP, no mode"), "{note}");
 }
 
+/// A limit is no position, and a switch is a mode or nothing.
+#[test]
+fn only_columns_that_fit_are_offered() {
+    for (header, rows, offer) in [
+        ("OPHILM,OUTPOS", ["100,49", "100,51"], Some("map vp=OUTPOS")),
+        ("OPHILM", ["100", "100"], None),
+        ("OPLOLM", ["0", "0"], None),
+        ("Total", ["7000", "7100"], None),
+        ("Running", ["1", "0"], Some("map mode=Running")),
+    ] {
+        let [a, b] = rows;
+        let note = said(
+            &parse(&format!("t,pv,sp,op,{header}\n0,1,2,50,{a}\n1,2,2,52,{b}\n"), "").unwrap(),
+        );
+        match offer {
+            Some(offer) => assert!(note.contains(offer), "{header}: {note}"),
+            None => assert_eq!(note, format!("\"{header}\" holds numbers and is not used")),
+        }
+    }
+}
+
+/// PCS 7 has the SP of the operator beside the SP in effect.
+#[test]
+fn the_sp_in_effect_goes_before_that_of_the_operator() {
+    for (header, expected) in [
+        ("F1/PID.PV_IN,F1/PID.SP_INT,F1/PID.LMN,F1/PID.SP", "F1/PID: PV 1 SP 4 OP 3"),
+        ("F1/PID.PV_IN,F1/PID.SP_INT,F1/PID.LMN,F2/PID.SP", "F1/PID: PV 1 SP 2 OP 3"),
+    ] {
+        let reading = parse(&format!("t,{header}\n0,1,2,3,4\n"), "").unwrap();
+        assert_eq!(shown(&reading.recordings[0]), expected, "{header}");
+    }
+    let given = "[columns]\n\"SP_INT\" = \"sp\"\n";
+    let reading = parse("t,PV,SP_INT,OP,SP\n0,1,2,3,4\n", given).unwrap();
+    assert_eq!(shown(&reading.recordings[0]), "f: PV 1 SP 2 OP 3");
+}
+
 #[test]
 fn the_transmitter_of_a_loop_is_offered() {
     let text = "t,10FT101.DACA.PV,10FT102.DACA.PV,10FC101.PIDA.OP,10FC101.PIDA.SP\n0,1,2,50,3\n";

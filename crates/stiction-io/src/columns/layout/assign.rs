@@ -9,7 +9,7 @@ use super::content::Content;
 use super::given::{Given, conflict, cv_beside_mv};
 use super::leftover;
 use super::neighbours::{
-    settle_co, settle_mv, take_letters, take_qualities, take_quantity, take_switches,
+    settle_co, settle_mv, settle_sp, take_letters, take_qualities, take_quantity, take_switches,
 };
 use super::plan::{LoopPlan, MissingLoop, Recognised};
 use crate::columns::role::{Role, Signal};
@@ -29,6 +29,7 @@ pub fn assign(
         names.iter().map(|name| candidate(name, given)).collect();
     take_letters(&mut candidates, names);
     let mut notes = settle_co(&mut candidates, names, options.wording);
+    settle_sp(&mut candidates, names);
     let settled = settle_mv(&mut candidates, names, options.wording);
     take_qualities(&mut candidates, names, options.wording, &mut notes);
     take_switches(&mut candidates, names, content);
@@ -95,12 +96,13 @@ pub fn assign(
         leftover::note_lone(&mut assigned.loops, signal, &lone, options.wording);
     }
     leftover::note_modes(&mut assigned.loops, &modes, options.wording);
-    if let Some(first) = qualities.first() {
-        let role = leftover::quality_role(&assigned.loops, first);
+    let first = qualities.first();
+    if let Some(role) = first.and_then(|name| leftover::quality_role(&assigned.loops, name)) {
         assigned.notes.push(leftover::note_qualities(&qualities, role, options.wording));
     }
-    let unused: Vec<&str> = unused.iter().filter(|i| !is_offered(i)).map(|i| names[*i]).collect();
-    assigned.notes.extend(leftover::note(&assigned.loops, &unused, options.wording));
+    let unused: Vec<usize> = unused.into_iter().filter(|i| !is_offered(i)).collect();
+    let note = leftover::note(&assigned.loops, &unused, names, content, options.wording);
+    assigned.notes.extend(note);
     Ok(assigned)
 }
 

@@ -4,6 +4,7 @@ use super::plan::Place;
 use crate::cells::mode::{self, Codes, ModeCell};
 use crate::cells::number::{self, DecimalMark};
 use crate::cells::quality;
+use crate::columns::role::Signal;
 use crate::sheet::{Cells, Sheet, Viewed};
 use stiction_recording::recording::{Mode, Quality};
 
@@ -46,6 +47,33 @@ impl Content<'_> {
                 && self.all(name, |cell| is(cell) || number::word(cell).is_some(), |_| true)
         };
         by(DecimalMark::Point) || by(DecimalMark::Comma)
+    }
+
+    /// The least and the greatest number of `name`.
+    pub fn ends(&self, name: usize) -> (f64, f64) {
+        let ends = std::cell::Cell::new((f64::INFINITY, f64::NEG_INFINITY));
+        let take = |number: f64| {
+            let (low, high) = ends.get();
+            ends.set((low.min(number), high.max(number)));
+            true
+        };
+        let parse = |cell: &str| {
+            number::parse(cell, DecimalMark::Point)
+                .or_else(|| number::parse(cell, DecimalMark::Comma))
+        };
+        self.all(name, |cell| take(parse(cell).unwrap_or(f64::NAN)), take);
+        ends.get()
+    }
+
+    /// Whether an unused `name` can be `signal` by its numbers: a mode is a switch, and only an SP may rest. Some of
+    /// its values are between those of `near`.
+    pub fn can_be(&self, name: usize, signal: Signal, near: (f64, f64)) -> bool {
+        if self.is_switch(name) != (signal == Signal::Mode) {
+            return false;
+        }
+        let (low, high) = self.ends(name);
+        let may_rest = signal == Signal::Sp || self.sheet.len() == 1;
+        (low < high || may_rest) && high >= near.0 && low <= near.1
     }
 
     /// Whether `name` holds the positions of a switch, possibly with bad or missing ones.

@@ -1,6 +1,7 @@
 //! Unused columns and tags that may be a signal that a loop lacks. They are listed but not used.
 
 use super::assigned::Assigned;
+use super::content::Content;
 use super::instrument::Instrument;
 use super::plan::LoopPlan;
 use crate::columns::role::{SEPARATORS, Signal};
@@ -132,9 +133,9 @@ pub fn note_lone(loops: &mut [LoopPlan], signal: Signal, lone: &[&str], wording:
 
 /// Whether `name` is `of`, a separator and more.
 pub fn begins(name: &str, of: &str) -> bool {
-    let rest = name.to_lowercase();
-    let rest = rest.strip_prefix(&of.to_lowercase()).filter(|_| !of.is_empty());
-    rest.is_some_and(|rest| rest.starts_with(SEPARATORS))
+    let start = name.get(..of.len()).filter(|_| !of.is_empty());
+    start.is_some_and(|start| start.eq_ignore_ascii_case(of))
+        && name[of.len()..].starts_with(SEPARATORS)
 }
 
 /// The place of the loop with whose name `name` begins, or of the first.
@@ -143,11 +144,10 @@ fn loop_of(loops: &[LoopPlan], name: &str) -> usize {
     loops.iter().position(is_it).unwrap_or(0)
 }
 
-/// The role by which the user gives `name` as the quality of a signal.
-pub fn quality_role(loops: &[LoopPlan], name: &str) -> String {
-    let signal = Signal::Pv;
-    let each = loops.get(loop_of(loops, name));
-    each.map_or(String::new(), |each| role(each, signal, loops.len() == 1)) + "_quality"
+/// The role by which the user gives `name` as the quality of a signal; none without loops.
+pub fn quality_role(loops: &[LoopPlan], name: &str) -> Option<String> {
+    let each = loops.get(loop_of(loops, name))?;
+    Some(role(each, Signal::Pv, loops.len() == 1) + "_quality")
 }
 
 /// The note on unused columns or tags of qualities.
@@ -178,32 +178,45 @@ pub fn note_modes(loops: &mut [LoopPlan], unused: &[&str], wording: Wording) {
     }
 }
 
-/// The note on unused numeric columns or tags. If a loop lacks a signal that they could be, it shows how to assign
-/// them.
-pub fn note(loops: &[LoopPlan], unused: &[&str], wording: Wording) -> Option<String> {
-    let first = unused.first()?;
-    let lacks = |each: &LoopPlan, signal: Signal| each.signal(signal).is_none();
-    let missing: Vec<Signal> =
-        WANTED.into_iter().filter(|signal| loops.iter().any(|each| lacks(each, *signal))).collect();
+/// The note on unused numeric columns or tags. If a loop lacks a signal that one of them can be by its numbers, it shows
+/// how to assign it.
+pub fn note(
+    loops: &[LoopPlan],
+    unused: &[usize],
+    names: &[&str],
+    content: &Content<'_>,
+    wording: Wording,
+) -> Option<String> {
     let holds = match unused.len() {
+        0 => return None,
         1 => "holds numbers and is not used",
         _ => "hold numbers and are not used",
     };
-    let poor = missing.first().and_then(|signal| loops.iter().find(|each| lacks(each, *signal)));
-    let (Some(signal), Some(poor)) = (missing.first(), poor) else {
-        return Some(format!("{} {holds}", list(unused)));
-    };
+    let all = list(&unused.iter().map(|name| names[*name]).collect::<Vec<_>>());
+    let poor = |signal: Signal| loops.iter().find(|each| each.signal(signal).is_none());
+    let missing: Vec<(Signal, &LoopPlan)> =
+        WANTED.into_iter().filter_map(|signal| Some((signal, poor(signal)?))).collect();
+    let offer = missing.iter().find_map(|(signal, each)| {
+        // A valve position is within 10 % of the values of the OP.
+        let op = each.signal(Signal::Op).filter(|_| *signal == Signal::Vp);
+        let near = op.map_or((f64::NEG_INFINITY, f64::INFINITY), |op| {
+            let (low, high) = content.ends(op);
+            (low - 10.0, high + 10.0)
+        });
+        let can_be = |name: &&usize| content.can_be(**name, *signal, near);
+        Some((*signal, *each, names[*unused.iter().find(can_be)?]))
+    });
+    let Some((signal, poor, name)) = offer else { return Some(format!("{all} {holds}")) };
     let whose = match (loops.len(), &poor.name) {
         (1, None) => "the loop has".to_owned(),
         (1, Some(name)) => format!("loop {name} has"),
         (_, _) => "some loops have".to_owned(),
     };
     let missing: Vec<String> =
-        missing.iter().map(|signal| format!("no {}", signal.name())).collect();
+        missing.iter().map(|(signal, _)| format!("no {}", signal.name())).collect();
     Some(format!(
-        "{} {holds}, while {whose} {}; if one is such a signal, assign it, as in {}",
-        list(unused),
+        "{all} {holds}, while {whose} {}; if one is such a signal, assign it, as in {}",
         missing.join(", "),
-        wording.of(Remedy::map(role(poor, *signal, loops.len() == 1), first))
+        wording.of(Remedy::map(role(poor, signal, loops.len() == 1), name))
     ))
 }

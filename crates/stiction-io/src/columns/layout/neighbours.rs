@@ -191,6 +191,28 @@ pub fn settle_co(
     notes
 }
 
+/// The SP in effect goes before SP_INT, the SP of the operator, which PCS 7 does not use in cascade.
+pub fn settle_sp(candidates: &mut [Option<Candidate>], names: &[&str]) {
+    let key = |c: &Candidate| c.loop_name.as_ref().map(|name| name.to_lowercase());
+    let is_internal = |name: &str| role::plain(role::without_unit(name).0).ends_with("spint");
+    let is_sp = |c: &Candidate| c.role == Role::Signal(Signal::Sp);
+    let effective: HashSet<Option<String>> = (0..names.len())
+        .filter(|i| !is_internal(names[*i]))
+        .filter_map(|i| candidates[i].as_ref().filter(|c| is_sp(c)).map(key))
+        .collect();
+    for (candidate, name) in candidates.iter_mut().zip(names) {
+        if let Some(c) = candidate
+            && is_sp(c)
+            && !c.given
+            && is_internal(name)
+            && effective.contains(&key(c))
+        {
+            c.role = Role::Ignored;
+            "another column is the SP in effect".clone_into(&mut c.why);
+        }
+    }
+}
+
 /// MV is the manipulated variable, which is the OP. Beside another OP it is the measured valve position. Adds a note
 /// for each.
 pub fn settle_mv(
