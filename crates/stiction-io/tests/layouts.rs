@@ -70,6 +70,11 @@ fn every_signal_may_have_a_clock() {
         );
         assert!(!said(&reading).contains("mode=Time"), "{}", said(&reading));
     }
+    // A delimiter at the end of the rows, as a workbook is read, makes no column.
+    let closed = "FIC1.PV;;FIC1.OP;;\nTime;Value;Time;Value;\n0;1;0.5;50;\n1;2;1.5;51;\n";
+    let reading = read(closed);
+    assert_eq!(shown(&reading.recordings[0]), "FIC1 PV 0:1 1:2 OP 0.5:50 1.5:51");
+    assert!(!said(&reading).contains("has no column of times"), "{}", said(&reading));
     let dates = "Time;FIC1.PV;Time2;FIC1.OP [%]\n2025-03-14 06:00:00;1;2025-03-14 06:00:01;50\n2025-03-14 06:00:01;2;2025-03-14 06:00:04;51\n";
     assert_eq!(all(dates), "FIC1 PV 0:1 1:2 OP 1:50 4:51");
     // Qualities stand beside the values, and a mapping uses the names of the file.

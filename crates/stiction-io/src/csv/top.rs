@@ -290,7 +290,8 @@ fn grouped(groups: &StringRecord, names: &StringRecord) -> Option<Vec<String>> {
     };
     let name = |(i, name): (usize, &String)| match of(i) {
         None => name.clone(),
-        Some((group, _)) if name.is_empty() => group.to_owned(),
+        // A delimiter at the end of the rows makes no column.
+        Some(_) if name.is_empty() => groups.get(i).unwrap_or("").trim().to_owned(),
         Some((_, 1)) if role::of_rows(name).is_some() => name.clone(),
         Some((group, _)) => format!("{group}.{name}"),
     };
