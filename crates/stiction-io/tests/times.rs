@@ -619,3 +619,102 @@ fn every_advice_works_within_two_steps() {
     // The others show that there is advice to follow.
     assert!(read <= 3, "{read} were read");
 }
+
+/// Times of `count` rows, one per `step` s, written with `digits` decimals of a unit of so many seconds.
+fn written(name: &str, (unit, digits): (f64, usize), times: &[f64]) -> String {
+    let row = |(k, at): (usize, &f64)| {
+        let v = wave(0, k);
+        format!("{:.digits$},{v},{}", at / unit, 100.0 - v)
+    };
+    table(&format!("{name},pv,op"), times.iter().enumerate().map(row))
+}
+
+proptest! {
+    #[test]
+    fn regular_times_with_few_digits_get_the_mean_step(
+        step in prop_oneof![Just(1.0), Just(2.0), Just(5.0), Just(10.0), Just(2.5)],
+        phase in 0.0f64..1.0,
+        rows in 300usize..900,
+        way in prop_oneof![
+            Just(("Time (h)", (3600.0, 3))), Just(("Time (d)", (86_400.0, 5))), Just(("Time (min)", (60.0, 2))),
+            Just(("Time (s)", (1.0, 0))),
+        ],
+        gap in any::<bool>(),
+        is_turned in any::<bool>(),
+    ) {
+        let resolution = way.1.0 * 10f64.powi(-(way.1.1 as i32));
+        let units = step / resolution;
+        let rarer = units.fract().min(1.0 - units.fract());
+        // Repeated times are refused, steps of one length are the sample time, and a few long ones are lost samples.
+        prop_assume!(units > 1.0 && (units.fract() == 0.0 || units > 2.0 || rarer > 0.11));
+        let lost = if gap { 40.0 } else { 0.0 };
+        let mut times: Vec<f64> =
+            (0..rows).map(|k| (k as f64 + phase + if k > 200 { lost } else { 0.0 }) * step).collect();
+        if is_turned {
+            times.reverse();
+        }
+        let reading = read(&written(way.0, way.1, &times));
+        let found = &reading.recordings[0].op.time;
+        let mut sorted = found.clone();
+        sorted.sort_by(f64::total_cmp);
+        for (k, pair) in sorted.windows(2).enumerate() {
+            let expected = if k == 200 { (lost + 1.0) * step } else { step };
+            let expected = if is_turned || k != 200 { pair[1] - pair[0] } else { expected };
+            prop_assert!((pair[1] - pair[0] - expected).abs() < 1e-3 * step, "{k} {pair:?}");
+        }
+        let is_note = said(&reading, "the sample time is the mean step").is_some();
+        prop_assert_eq!(is_note, rarer > 1e-6, "{} {:?}", units, reading.notes);
+        if rarer > 1e-6 {
+            let note = said(&reading, &format!("the mean step, {step} s"));
+            prop_assert!(note.is_some(), "{:?}", reading.notes);
+        }
+    }
+
+    #[test]
+    fn steps_at_random_stay_as_they_are(
+        steps in proptest::collection::vec(any::<bool>(), 60..400),
+        (short, long) in prop_oneof![Just((1.0, 2.0)), Just((2.0, 3.0)), Just((5.0, 6.0))],
+    ) {
+        let mut at = 0.0;
+        let times: Vec<f64> = steps.iter().map(|is_long| { at += if *is_long { long } else { short }; at }).collect();
+        let reading = read(&written("t", (1.0, 0), &times));
+        let first = reading.recordings[0].op.time[0];
+        prop_assert!(reading.recordings[0].op.time.iter().zip(&times).all(|(a, b)| a - first == b - times[0]));
+        prop_assert!(said(&reading, "mean step").is_none());
+    }
+}
+
+#[test]
+fn steps_that_truly_differ_are_not_rounded_ones() {
+    let all = |of: &dyn Fn(usize) -> f64| (0..600).map(of).collect::<Vec<f64>>();
+    for (name, times) in [
+        ("one row in 60 is lost", all(&|k| (k + k / 59) as f64)),
+        ("one row is lost", all(&|k| (k + k / 300) as f64)),
+        ("one row in four is lost at 20 s", all(&|k| 20.0 * (k + k / 3) as f64)),
+        ("jitter of 1 s", all(&|k| (10 * k + k * 7919 % 13 / 7) as f64)),
+        ("stored on change", all(&|k| (k + (k * k / 3) % 5 + k / 2) as f64)),
+        ("a slower second half", all(&|k| (k + k.saturating_sub(300)) as f64)),
+        ("a clock in milliseconds", all(&|k| k as f64 + 0.001 * (k * 7919 % 13) as f64)),
+    ] {
+        let mut times = times;
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        let reading = read(&written("Time (s)", (1.0, 3), &times));
+        let own = &reading.recordings[0].op.time;
+        assert!(own.iter().zip(&times).all(|(a, b)| (a - b).abs() < 1e-6), "{name}");
+        assert!(said(&reading, "mean step").is_none(), "{name}");
+    }
+}
+
+#[test]
+fn each_tag_of_a_long_file_gets_the_mean_step() {
+    let rows = ["FIC1.PV", "FIC1.OP"].into_iter().flat_map(|tag| {
+        (0..300).map(move |k| format!("{tag},{:.5},{}", 45_740.0 + k as f64 / 43_200.0, wave(0, k)))
+    });
+    let reading = read(&table("Tag,Timestamp,Value", rows));
+    let one = &reading.recordings[0];
+    assert_eq!(one.op.time, one.pv.as_ref().unwrap().time);
+    assert!(one.op.time.windows(2).all(|pair| (pair[1] - pair[0] - 2.0).abs() < 1e-9));
+    let note = said(&reading, "are rounded to 0.864 s, so their steps alternate").unwrap();
+    assert!(note.contains("\"Timestamp\"") && note.ends_with("the mean step, 2 s"), "{note}");
+}

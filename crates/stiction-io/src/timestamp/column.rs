@@ -4,6 +4,7 @@ use super::clock::Clock;
 use super::context::{Context, PLAUSIBLE, Times};
 use super::format::{DateOrder, TimeFormat, is_plain_name, unit_of};
 use super::plausible;
+use super::rounded;
 use super::scan::{Stamp, scan};
 use super::time_of_day;
 use super::zone::Zone;
@@ -27,7 +28,7 @@ const NANOS: f64 = 1e9;
 /// If a cell is empty or not a time, if the order of day and month is ambiguous, if a local time does not exist in
 /// the zone, or if no recording can have such times.
 pub fn read(column: &Column, context: &Context<'_>) -> Result<Times> {
-    let times = match &column.cells {
+    let mut times = match &column.cells {
         Cells::Times { seconds, utc } => {
             check_present(column, seconds, context)?;
             let nanos = context.nanos(column, seconds, 1.0)?;
@@ -48,6 +49,7 @@ pub fn read(column: &Column, context: &Context<'_>) -> Result<Times> {
         Cells::Text(cells) => context.text(column, &cells.view())?,
     };
     plausible::check(&times, column, context)?;
+    rounded::restore(&mut times, column, context);
     Ok(times)
 }
 

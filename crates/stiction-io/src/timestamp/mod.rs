@@ -6,6 +6,7 @@ mod context;
 mod day;
 mod format;
 mod plausible;
+mod rounded;
 mod scan;
 mod time_of_day;
 mod zone;
