@@ -524,7 +524,7 @@ pub const CASES: &[Case] = &[
         "time-collapsed.csv",
         "row 3, column \"Timestamp\": has the time \"45000.0001\" of the row before but other values, like 2 \
              of 4 rows",
-        "sample_time 1"
+        "sample_time 2.88"
     ),
     read!("time-doubled.csv", "f op 0:50 0:50 1:51 1:51"),
     refused!("time-equal.csv", "row 3, column \"t\": has the same time \"7\" as all rows before"),

@@ -718,3 +718,36 @@ fn each_tag_of_a_long_file_gets_the_mean_step() {
     let note = said(&reading, "are rounded to 0.864 s, so their steps alternate").unwrap();
     assert!(note.contains("\"Timestamp\"") && note.ends_with("the mean step, 2 s"), "{note}");
 }
+
+#[test]
+fn the_proposed_sample_time_is_that_of_the_times() {
+    let minutes = |k: usize| format!("23/04/2025 06:{:02}", k / 3);
+    let rows = |end: &'static str| (0..90).map(move |k| format!("{}{end},5{}", minutes(k), k % 7));
+    let text = table("time,op", rows(""));
+    let message = parse(&text, &ReadOptions::default()).unwrap_err();
+    assert!(message.contains("too few digits") && message.ends_with("sample_time 20"), "{message}");
+    let given =
+        |sample_time| ReadOptions { sample_time: Some(sample_time), ..ReadOptions::default() };
+    let reading = parse(&text, &given(1.0)).unwrap();
+    let note = said(&reading, "\"time\" is not used, because a sample time is given").unwrap();
+    assert!(
+        note.contains("its times are 20 s apart") && note.ends_with("sample_time 20"),
+        "{note}"
+    );
+    // Neither is a contradiction, nor times that cannot be read.
+    for (text, sample_time) in [
+        (text, 20.0),
+        (table("time,op", (0..90).map(|k| format!("{k}.0{},5{}", k % 3, k % 7))), 1.0),
+        (table("time,op", (0..90).map(|k| format!("row {k},5{}", k % 7))), 1.0),
+    ] {
+        let reading = parse(&text, &given(sample_time)).unwrap();
+        assert!(said(&reading, "apart on average").is_none(), "{:?}", reading.notes);
+    }
+    // A closing row is no sample.
+    let text = table(
+        "time,op",
+        rows(":00").enumerate().map(|(k, row)| if k < 89 { row } else { ",50.5".to_owned() }),
+    );
+    let message = parse(&text, &ReadOptions::default()).unwrap_err();
+    assert!(message.ends_with("row 91, column \"time\": is empty; every row needs a time, so give one or remove the row"), "{message}");
+}

@@ -15,6 +15,9 @@ use jiff::civil::Date;
 use jiff::tz::Offset;
 use std::borrow::Cow;
 
+/// The share by which a given sample time may differ from the times of the file without a note.
+const CONTRADICTS: f64 = 0.05;
+
 /// Reads the times of all rows of `sheet`, or computes them from its sample time.
 ///
 /// # Errors
@@ -30,28 +33,6 @@ pub fn times(
         timestamp::check_sample_time(seconds, told, &sheet.origin, options.wording)
     };
     let by_rows = matches!(plan.place, Place::Rows { .. });
-    if let Some(sample_time) = options.sample_time {
-        if by_rows {
-            let message = "has one row per sample, so a sample time cannot replace its times";
-            return Err(wrong(message.to_owned()));
-        }
-        check_sample_time(sample_time, StatedBy::User)?;
-        let mut times = evenly(sheet.len(), sample_time);
-        if let Some(column) = plan.time {
-            let name = &sheet.columns[column].name;
-            times.notes.push(format!("\"{name}\" is not used, because a sample time is given"));
-        }
-        return Ok(times);
-    }
-    let Some(time) = plan.time else {
-        return match sheet.sample_time {
-            Some(sample_time) if sample_time > 0.0 && sample_time.is_finite() && !by_rows => {
-                check_sample_time(sample_time, StatedBy::File)?;
-                Ok(evenly(sheet.len(), sample_time))
-            }
-            _ => Err(wrong(no_times(sheet, by_rows, options.wording))),
-        };
-    };
     let mut series = vec![0; sheet.len()];
     if let Place::Rows { tags, .. } = &plan.place {
         for (place, tag) in tags.iter().enumerate() {
@@ -70,12 +51,47 @@ pub fn times(
         is_long: by_rows,
         wording: options.wording,
     };
-    let column = &sheet.columns[time];
-    let Some(date) = plan.date else { return timestamp::read(column, &context) };
-    if let Some(joined) = joined(sheet, date, column) {
+    let column = plan.time.map(|time| &sheet.columns[time]);
+    let joined = plan.date.zip(column).and_then(|(date, time)| joined(sheet, date, time));
+    if let Some(sample_time) = options.sample_time {
+        if by_rows {
+            let message = "has one row per sample, so a sample time cannot replace its times";
+            return Err(wrong(message.to_owned()));
+        }
+        check_sample_time(sample_time, StatedBy::User)?;
+        let mut times = evenly(sheet.len(), sample_time);
+        if let Some(column) = column {
+            let own = timestamp::unchecked(joined.as_ref().unwrap_or(column), &context).ok();
+            // A clock that begins again has no mean step.
+            let own = own
+                .filter(|own| own.seconds.is_sorted() || own.seconds.is_sorted_by(|a, b| a >= b));
+            let own = own.and_then(|own| timestamp::mean_step_of_all(&own.seconds));
+            let other = own.filter(|own| (sample_time / own - 1.0).abs() > CONTRADICTS).map(|own| {
+                let remedy = options.wording.of(Remedy::SampleTime(own));
+                format!("; its times are {own} s apart on average, so if they are right, give {remedy}")
+            });
+            times.notes.push(format!(
+                "\"{}\" is not used, because a sample time is given{}",
+                column.name,
+                other.unwrap_or_default()
+            ));
+        }
+        return Ok(times);
+    }
+    let Some(column) = column else {
+        return match sheet.sample_time {
+            Some(sample_time) if sample_time > 0.0 && sample_time.is_finite() && !by_rows => {
+                check_sample_time(sample_time, StatedBy::File)?;
+                Ok(evenly(sheet.len(), sample_time))
+            }
+            _ => Err(wrong(no_times(sheet, by_rows, options.wording))),
+        };
+    };
+    if let Some(joined) = joined {
         return timestamp::read(&joined, &context);
     }
     let mut times = timestamp::read(column, &context)?;
+    let Some(date) = plan.date else { return Ok(times) };
     times.notes.push(format!(
         "\"{}\" is not used, because \"{}\" is the time without it",
         sheet.columns[date].name, column.name

@@ -28,29 +28,34 @@ const NANOS: f64 = 1e9;
 /// If a cell is empty or not a time, if the order of day and month is ambiguous, if a local time does not exist in
 /// the zone, or if no recording can have such times.
 pub fn read(column: &Column, context: &Context<'_>) -> Result<Times> {
-    let mut times = match &column.cells {
+    let mut times = unchecked(column, context)?;
+    plausible::check(&times, column, context)?;
+    rounded::restore(&mut times, column, context);
+    Ok(times)
+}
+
+/// The times of `column`, even if no recording can have them.
+pub fn unchecked(column: &Column, context: &Context<'_>) -> Result<Times> {
+    match &column.cells {
         Cells::Times { seconds, utc } => {
             check_present(column, seconds, context)?;
             let nanos = context.nanos(column, seconds, 1.0)?;
             let format = "times of the file";
             if *utc {
-                context.since_start(nanos, format, Clock::Utc)
+                Ok(context.since_start(nanos, format, Clock::Utc))
             } else if context.zone.is_none() && plausible::are_of_recordings(seconds) {
-                context.local(nanos, format)
+                Ok(context.local(nanos, format))
             } else {
                 let civil = context.civil(column, &nanos)?;
-                context.resolve(column, &civil, format.to_owned())?
+                context.resolve(column, &civil, format.to_owned())
             }
         }
         Cells::Numbers(numbers) => {
             check_present(column, numbers, context)?;
-            context.numbers(column, numbers)?
+            context.numbers(column, numbers)
         }
-        Cells::Text(cells) => context.text(column, &cells.view())?,
-    };
-    plausible::check(&times, column, context)?;
-    rounded::restore(&mut times, column, context);
-    Ok(times)
+        Cells::Text(cells) => context.text(column, &cells.view()),
+    }
 }
 
 fn check_present(column: &Column, numbers: &[f64], context: &Context<'_>) -> Result<()> {
@@ -141,10 +146,11 @@ impl Context<'_> {
 
     fn text(&self, column: &Column, cells: &View<'_>) -> Result<Times> {
         if let Some(i) = cells.iter().position(str::is_empty) {
-            let message = format!(
-                "is empty; every row needs a time, so give one or remove the row{}",
-                plausible::sample_time(self)
-            );
+            // Beside other times, the row is rather a total than a sample.
+            let is_rare = 2 * cells.iter().filter(|cell| cell.is_empty()).count() < cells.len();
+            let other = if is_rare { String::new() } else { plausible::sample_time(self) };
+            let message =
+                format!("is empty; every row needs a time, so give one or remove the row{other}");
             return Err(self.wrong(column, i, message));
         }
         match self.format {

@@ -7,13 +7,14 @@ use super::clock::Clock;
 use super::column::unit_of_column;
 use super::context::{Context, PLAUSIBLE, Times};
 use super::format::{TimeFormat, is_plain_name, unit_name};
+use super::rounded::Regular;
 use crate::cells::number;
 use crate::error::{Error, Result};
 use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column, Viewed};
 use jiff::tz::Offset;
 use std::ops::{Range, RangeInclusive};
-use stiction_recording::spoken;
+use stiction_recording::{series, spoken};
 
 /// Sample times of controllers and historians, s: 10 ms, minus rounding, to a day. Other sample times must be given.
 const USUAL: RangeInclusive<f64> = 0.009_9..=86_400.0;
@@ -55,7 +56,7 @@ pub fn check(times: &Times, column: &Column, context: &Context<'_>) -> Result<()
     }
     let rows = context.rows_of_series();
     let collapsed = collapsed(&rows, times, column, context);
-    let remedy = sample_time(context);
+    let remedy = between_rows(context, mean_step_of_all(&times.seconds).unwrap_or(1.0));
     let Some(step) = median(steps(&rows, &times.seconds)) else {
         let Some(rows) = rows.iter().find(|rows| rows.len() > 1) else { return Ok(()) };
         let message = format!(
@@ -186,6 +187,7 @@ fn ambiguous(
         format!("as {} {would}{}{from}", each.describe(), span(step * each.unit()))
     });
     let told = told.collect::<Vec<_>>().join(", ");
+    let unit = readings.first().map_or(1.0, TimeFormat::unit);
     let formats: Vec<String> = readings
         .iter()
         .map(|each| each.name().to_owned())
@@ -198,7 +200,7 @@ fn ambiguous(
             "steps by {}: {told}; choose one, as in {}{}",
             digits(step),
             context.wording.of(Remedy::TimeFormat(formats)),
-            sample_time(context)
+            between_rows(context, digits(step * unit).parse().unwrap_or(1.0))
         ),
     )
 }
@@ -314,12 +316,25 @@ fn decimals(numbers: &[f64]) -> Option<i32> {
     (0..=9).find(has)
 }
 
+/// The time between rows if all of them are regular, s; none if all times are the same.
+pub fn mean_step_of_all(seconds: &[f64]) -> Option<f64> {
+    let mean = series::span(seconds) / (seconds.len().max(2) - 1) as f64;
+    let regular = Regular::of(seconds).map(|regular| regular.step);
+    regular.or((mean > 0.0).then(|| rounded(mean)))
+}
+
 /// A hint to give the time between rows, unless rows belong to several tags.
 pub fn sample_time(context: &Context<'_>) -> String {
+    between_rows(context, 1.0)
+}
+
+/// The same with this time as the example, s.
+fn between_rows(context: &Context<'_>, seconds: f64) -> String {
     if context.is_long {
         return String::new();
     }
-    let remedy = context.wording.of(Remedy::SampleTime(1.0));
+    let seconds = if USUAL.contains(&seconds) { seconds } else { 1.0 };
+    let remedy = context.wording.of(Remedy::SampleTime(seconds));
     format!(", or give the time between rows, as in {remedy}")
 }
 
