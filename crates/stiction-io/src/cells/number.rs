@@ -192,16 +192,20 @@ pub fn word(cell: &str) -> Option<Quality> {
     Some(match &*word {
         "" | "null" | "nan" | "n/a" | "na" | "#n/a" | "#na" | "none" | "nil" | "?" | "no data"
         | "nodata" | "no sample" | "no value" | "missing" | "not available" | "pt created"
-        | "point created" | "scan off" | "configure" | "1.#qnan" | "-1.#ind" | "#value!"
-        | "#ref!" => Quality::Missing,
+        | "point created" | "scan off" | "configure" | "1.#qnan" | "1.#ind" | "-1.#ind"
+        | "-nan" | "nan(ind)" | "-nan(ind)" | "\\n" | "(null)" | "<null>" | "arc off-line"
+        | "no result" | "#value!" | "#ref!" | "#name?" => Quality::Missing,
         "bad" | "bad input" | "bad quality" | "bad value" | "bad_value" | "badval"
         | "i/o timeout" | "io timeout" | "timeout" | "shutdown" | "comm fail" | "comm failure"
         | "comm error" | "no comm" | "not connect" | "not connected" | "over range"
         | "overrange" | "under range" | "underrange" | "out of range" | "intf shut"
         | "out of serv" | "out of service" | "calc failed" | "error" | "#div/0!" | "#num!"
-        | "failed" => Quality::Bad,
-        // Yokogawa writes seven dashes.
-        dashes if dashes.bytes().all(|b| b == b'-') => Quality::Missing,
+        | "failed" | "bad data" | "calc off" | "inp outrange" | "dcs failed" | "invalid data"
+        | "invalid float" | "equip fail" | "unit down" | "sample bad" | "access denied"
+        | "1.#inf" | "-1.#inf" | "iop" | "oop" | "badpv" | "fehler" | "ausfall" => Quality::Bad,
+        // Yokogawa writes seven dashes, and spreadsheets fill a narrow column.
+        fill if fill.bytes().all(|b| b == b'-') => Quality::Missing,
+        fill if fill.len() > 1 && fill.bytes().all(|b| b == b'#') => Quality::Missing,
         _ if is_code() => Quality::Bad,
         _ => return None,
     })
@@ -312,11 +316,14 @@ mod tests {
     fn words_are_bad_or_missing_and_never_numbers() {
         let missing = "|null|nan|n/a|na|#n/a|#na|none|nil|?|no data|nodata|no sample|no value|missing|\
                        not available|pt created|point created|scan off|configure|1.#qnan|-1.#ind|\
-                       #value!|#ref!";
+                       #value!|#ref!|#name?|1.#ind|-nan|nan(ind)|-nan(ind)|\\n|(null)|<null>|arc off-line|\
+                       no result|####";
         let bad = "bad|bad input|bad quality|bad value|bad_value|badval|i/o timeout|io timeout|timeout|\
                    shutdown|comm fail|comm failure|comm error|no comm|not connect|not connected|\
                    over range|overrange|under range|underrange|out of range|intf shut|out of serv|\
-                   out of service|calc failed|error|#div/0!|#num!|failed|\
+                   out of service|calc failed|error|#div/0!|#num!|failed|bad data|calc off|inp outrange|\
+                   dcs failed|invalid data|invalid float|equip fail|unit down|sample bad|access denied|\
+                   1.#inf|-1.#inf|iop|oop|badpv|fehler|ausfall|\
                    [-11059] No Good Data For Calculation";
         for cell in missing.split('|') {
             assert_eq!(word(&cell.to_uppercase()), Some(Quality::Missing), "{cell}");
@@ -329,7 +336,7 @@ mod tests {
         for cell in ["-", "---", "-------"] {
             assert_eq!(word(cell), Some(Quality::Missing), "{cell}");
         }
-        for cell in ["auto", "12", "[x] y", "good", "-a"] {
+        for cell in ["auto", "12", "[x] y", "good", "-a", "#", "info", "fail"] {
             assert_eq!(word(cell), None, "{cell}");
         }
     }

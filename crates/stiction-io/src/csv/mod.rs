@@ -391,10 +391,11 @@ fn filled(record: &StringRecord) -> usize {
     (0..record.len()).rfind(|i| !record[*i].trim().is_empty()).map_or(0, |last| last + 1)
 }
 
-/// Whether a record is a comment. `#N/A` is not one, because Excel writes it for a missing value.
+/// Whether a record is a comment. `#N/A` is not one, because Excel writes it for a missing value. A line of `#` is one.
 fn is_comment(record: &StringRecord) -> bool {
     let first = record[0].trim();
-    first.starts_with('#') && number::word(first).is_none()
+    let is_line = first.bytes().all(|b| b == b'#');
+    first.starts_with('#') && (is_line || number::word(first).is_none())
 }
 
 /// The content of a comment or a line above the table, such as `key: value`, `key = value` or two cells.
