@@ -36,7 +36,7 @@ pub const KEYWORDS: Wording = Wording(|remedy| {
             let column = column.as_deref().unwrap_or("COLUMN");
             format!("columns={{{role:?}: {column:?}}}")
         }
-        Remedy::BadText(word) => format!("bad_text=[{word:?}]"),
+        Remedy::BadText(words) => format!("bad_text={words:?}"),
         Remedy::Part(name) => format!("part={name:?}"),
         Remedy::DecimalMark(_) => format!("decimal_mark={value:?}"),
         Remedy::Mode { word, modes: meanings } => spoken("modes", word, meanings),

@@ -177,10 +177,14 @@ const FLAGS: Wording = Wording(|remedy| {
         let each = meanings.iter().map(|meaning| format!("--{option} \"{word}={meaning}\""));
         return each.collect::<Vec<_>>().join(" or ");
     }
+    if let Remedy::BadText(words) = remedy {
+        let each = words.iter().map(|word| format!("--{option} \"{word}\""));
+        return each.collect::<Vec<_>>().join(" ");
+    }
     // A value from the file may contain spaces. A placeholder for the user has none.
     let quoted = match remedy {
         Remedy::Map { column, .. } => column.is_some(),
-        Remedy::BadText(_) | Remedy::Part(_) => true,
+        Remedy::Part(_) => true,
         Remedy::TimeFormat(ways) => ways.iter().any(|way| way.contains('%')),
         _ => false,
     };

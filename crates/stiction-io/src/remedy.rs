@@ -24,8 +24,8 @@ pub enum Remedy {
     Zone(Option<String>),
     /// Read only this sheet of the workbook, or this part of the file.
     Part(String),
-    /// Declare this word as a bad value.
-    BadText(String),
+    /// Declare these words as bad values.
+    BadText(Vec<String>),
     /// Give the decimal mark.
     DecimalMark(DecimalMark),
     /// Give the mode that this word or code means, such as one of these.
@@ -89,7 +89,8 @@ impl Remedy {
             Self::SampleTime(seconds) => seconds.to_string(),
             Self::TimeFormat(ways) => ways.join(" or "),
             Self::Date(text) | Self::Zone(text) => text.clone().unwrap_or_default(),
-            Self::Part(word) | Self::BadText(word) => word.clone(),
+            Self::Part(word) => word.clone(),
+            Self::BadText(words) => words.join(" and "),
             Self::DecimalMark(mark) => mark.name().to_owned(),
             Self::Mode { word, modes: meanings } | Self::Quality { word, qualities: meanings } => {
                 format!("{word}={}", meanings.join(" or "))
@@ -181,7 +182,7 @@ mod tests {
             Remedy::Date(day) => options.date = Some(or_user(day).parse().unwrap()),
             Remedy::Zone(zone) => options.zone = Some(or_user(zone).parse().unwrap()),
             Remedy::Part(part) => options.part = Some(part.clone()),
-            Remedy::BadText(word) => options.bad_text.push(word.clone()),
+            Remedy::BadText(words) => options.bad_text.extend(words.clone()),
             Remedy::DecimalMark(mark) => options.decimal_mark = Some(*mark),
             Remedy::Mode { word, modes } => {
                 let meaning = format!("{word}={}", modes[0]);
@@ -216,7 +217,7 @@ mod tests {
         };
         let sheets = format!("{}/tests/fixtures/days.xlsx", env!("CARGO_MANIFEST_DIR"));
         // The option, the file, and what only its user knows.
-        let cases: [(&str, Vec<u8>, &str); 13] = [
+        let cases: [(&str, Vec<u8>, &str); 14] = [
             ("map", "t,x,y\n0,50,1\n1,51,2\n".into(), "x"),
             ("map", "t,FIC1.OP,State\n0,50,AUTO\n1,51,MAN\n".into(), ""),
             ("sample_time", "op\n50\n51\n".into(), ""),
@@ -224,10 +225,11 @@ mod tests {
             ("date", "time,op\n23:59:58,50\n23:59:59,51\n00:00:00,52\n".into(), ""),
             ("zone", "time,op\n2025-03-14 06:00:00Z,50\n2025-03-14 06:00:01,51\n".into(), "UTC"),
             ("part", std::fs::read(sheets).unwrap(), ""),
-            ("bad_text", "t,op\n0,50\n1,Foo\n2,51\n".into(), ""),
+            ("bad_text", "t,op\n0,50\n1,Foo\n2,51\n3,Bar\n4,52\n".into(), ""),
             ("decimal_mark", "F.PV;F.OP\n30;45\n1.000;46\n33;45\n".into(), ""),
             ("mode", "t,op,mode\n0,50,Foo\n1,51,Foo\n".into(), ""),
             ("quality", "t,op,op quality\n0,50,192\n1,51,777\n".into(), ""),
+            ("quality", "t,op\n0,50\n1,51 S\n2,52\n".into(), ""),
             ("op_range", counts("x").replace("OP,x", "x,OP").into(), "0,27648"),
             ("vp_range", counts("VP").into(), "0,27648"),
         ];

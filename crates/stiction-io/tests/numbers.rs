@@ -478,6 +478,68 @@ fn percent_signs_and_question_marks_behind_numbers() {
 }
 
 #[test]
+fn signs_of_spreadsheets_and_accounts_are_read() {
+    let text = table("F.PV;F.OP", &["\u{2212}0.04;'44.97", "(0.04);45", "1;46", "\u{2013}2;47"]);
+    let recording = read(&text);
+    assert_eq!(pv(&recording), [-0.04, -0.04, 1.0, -2.0]);
+    assert_eq!(recording.op.values[0], 44.97);
+}
+
+#[test]
+fn a_flag_beside_a_number_is_asked_for() {
+    for (cell, flag) in
+        [("60.08 *", "*"), ("*60.08", "*"), ("60.08 S", "S"), ("60.08 kg/h", "kg/h")]
+    {
+        let text = format!("t,PV,OP\n0,1,44\n1,{cell},45\n2,1,46\n");
+        let message = refused(&text);
+        let expected = format!(
+            "row 3, column \"PV\": \"{cell}\" is not a finite number, but 60.08 with \"{flag}\""
+        );
+        assert!(message.contains(&expected) && !message.contains("bad_text"), "{message}");
+        assert!(message.ends_with(&format!("quality {flag}=good or bad")), "{message}");
+        for (word, expected) in [("uncertain", Quality::Uncertain), ("bad", Quality::Bad)] {
+            let qualities = vec![quality::of_option(&format!("{flag}={word}")).unwrap()];
+            let given = ReadOptions { qualities, ..ReadOptions::default() };
+            let recording = parsed(&text, &given).unwrap().recordings.remove(0);
+            let pv = recording.pv.unwrap();
+            assert_eq!(pv.quality[1], expected, "{cell}");
+            assert!(expected == Quality::Bad || pv.values[1] == 60.08, "{cell}");
+        }
+    }
+    // A quality in words needs no question.
+    for (cell, expected) in [
+        ("60.08 (Bad)", Quality::Bad),
+        ("60.08 (Good)", Quality::Good),
+        ("60.08 Questionable", Quality::Uncertain),
+        ("? 60.08", Quality::Uncertain),
+    ] {
+        let recording = read(&format!("t,PV,OP\n0,1,44\n1,{cell},45\n"));
+        assert_eq!(recording.pv.unwrap().quality[1], expected, "{cell}");
+    }
+}
+
+#[test]
+fn all_unknown_words_are_in_one_message() {
+    let text =
+        "t,PV,OP\n0,1,44\n1,Kaputt,45\n2,Bad,Digital State 254\n3,kaputt,60.08 *\n4,Wartung,46\n";
+    let message = refused(text);
+    let expected = "row 4, column \"OP\": \"Digital State 254\" is neither a number nor a known word for a bad or \
+                    missing value, like \"Kaputt\", \"Wartung\" in other rows; if they are such words, give bad_text \
+                    Digital State 254 and Kaputt and Wartung";
+    assert!(message.ends_with(expected), "{message}");
+    let words = ["Kaputt", "Digital State 254", "Wartung"].map(str::to_owned).to_vec();
+    let given = ReadOptions { bad_text: words, ..ReadOptions::default() };
+    let message = parsed(text, &given).unwrap_err().to_string();
+    assert!(message.contains("\"60.08 *\""), "{message}");
+    let rows = (0..40).map(|k| format!("{k},word {k}x,50\n")).collect::<String>();
+    let message = refused(&format!("t,PV,OP\n99,1,44\n{rows}"));
+    assert!(
+        message.contains("bad_text word 0x and") && message.ends_with("and word 9x"),
+        "{message}"
+    );
+}
+
+#[test]
 fn an_sp_in_percent_beside_a_pv_in_units_is_noted() {
     let note = |header: &str, sp: f64, pv: f64| {
         let rows = (0..20).map(|k| format!("{k},{},{sp},45.5\n", pv + f64::from(k % 3)));

@@ -1,5 +1,6 @@
 //! Numeric cells, and the words that historians write instead of numbers.
 
+use crate::names::list;
 use crate::remedy::{Remedy, Wording};
 use crate::sheet::{Cells, Column};
 use stiction_recording::recording::Quality;
@@ -59,7 +60,7 @@ const SEPARATORS: [char; 6] = [' ', '\u{a0}', '\u{202f}', '\u{2009}', '\'', '\u{
 pub fn parse(cell: &str, mark: DecimalMark) -> Option<f64> {
     // The standard library also reads "inf" and "nan".
     if !cell.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | ',')) {
-        return None;
+        return parse(&plain(cell)?, mark);
     }
     let number: f64 = match mark {
         DecimalMark::Point => cell.parse().ok(),
@@ -69,6 +70,18 @@ pub fn parse(cell: &str, mark: DecimalMark) -> Option<f64> {
     }
     .or_else(|| grouped(cell, mark))?;
     number.is_finite().then_some(number)
+}
+
+/// Dashes that programs for texts write instead of a minus.
+const MINUS: [char; 5] = ['\u{2212}', '\u{2013}', '\u{2010}', '\u{2011}', '\u{ff0d}'];
+
+/// `cell` with a hyphen instead of a minus sign or of the brackets around a negative amount, or without the apostrophe
+/// before a text of a spreadsheet. `None` if it has none of them.
+fn plain(cell: &str) -> Option<String> {
+    let negative = cell.strip_prefix(MINUS);
+    let negative = negative.or_else(|| cell.strip_prefix('(')?.strip_suffix(')'));
+    let negative = negative.map(|digits| format!("-{digits}"));
+    negative.or_else(|| cell.starts_with('\'').then(|| cell.trim_start_matches('\'').to_owned()))
 }
 
 /// The number in `cell`, if its digits before the decimal mark stand in groups of three.
@@ -118,6 +131,9 @@ pub enum Shows {
 
 /// What `cell` shows about the decimal mark.
 pub fn shows(cell: &str) -> Shows {
+    if let Some(cell) = plain(cell) {
+        return shows(&cell);
+    }
     let digits = cell.strip_prefix(['+', '-']).unwrap_or(cell).as_bytes();
     let all = |digits: &[u8]| digits.iter().all(u8::is_ascii_digit);
     if let Some(at @ 1..=3) = digits.len().checked_sub(4)
@@ -222,10 +238,34 @@ pub fn shown(cell: &str) -> String {
     shown
 }
 
-/// The fault of a `cell` that is neither a number nor a known word, and the remedy.
-pub fn refusal(cell: &str, mark: DecimalMark, wording: Wording) -> String {
-    let (cell, raw) = (&*shown(cell), cell);
+/// The number in `cell` and the flag beside it, as in `60.08 *`, `*60.08` or `60.08 (Bad)`. A flag in front has no letters:
+/// `Digital State 254` is a word.
+pub fn flagged(cell: &str, mark: DecimalMark) -> Option<(f64, &str)> {
+    let behind = cell.trim_end_matches(|c: char| !c.is_ascii_digit());
+    let before = cell.trim_start_matches(|c: char| !c.is_alphanumeric() && !"+-.,".contains(c));
+    let (number, flag) = match behind.len() < cell.len() {
+        true => (behind, &cell[behind.len()..]),
+        false => (before, &cell[..cell.len() - before.len()]),
+    };
+    let flag = flag.trim_matches([' ', '(', ')', '[', ']']);
+    let is_flag = !flag.is_empty() && !flag.starts_with(['.', ',', '#', '-']);
+    parse(number, mark).filter(|_| is_flag).map(|number| (number, flag))
+}
+
+/// Whether `cell` may be a word for a bad or missing value that is not known.
+pub fn is_unknown_word(cell: &str, mark: DecimalMark) -> bool {
     let digits = cell.trim_start_matches(['+', '-', '.', ',']);
+    word(cell).is_none()
+        && !looks_like(cell)
+        && flagged(cell, mark).is_none()
+        && !digits.starts_with(|c: char| c.is_ascii_digit())
+}
+
+/// The fault of a `cell` that is neither a number nor a known word, and the remedy. `unknown` are all such words of the
+/// file.
+pub fn refusal(cell: &str, mark: DecimalMark, unknown: Vec<String>, wording: Wording) -> String {
+    let (cell, raw) = (&*shown(cell), cell);
+    let plain = format!("write numbers like 1{}5 or 2e-3, without units", mark.mark());
     if parse(raw, mark.other()).is_some() {
         format!(
             "\"{cell}\" has a decimal \"{}\", but the other numbers of the file have \"{}\"; write all numbers \
@@ -233,15 +273,24 @@ pub fn refusal(cell: &str, mark: DecimalMark, wording: Wording) -> String {
             mark.other().mark(),
             mark.mark()
         )
-    } else if digits.starts_with(|c: char| c.is_ascii_digit()) {
+    } else if let Some((number, flag)) = flagged(raw, mark) {
+        let (word, qualities) = (flag.to_owned(), vec!["good", "bad"]);
+        let remedy = wording.of(Remedy::Quality { word, qualities });
         format!(
-            "\"{cell}\" is not a finite number; write numbers like 1{}5 or 2e-3, without units",
-            mark.mark()
+            "\"{cell}\" is not a finite number, but {number} with \"{flag}\"; {plain}, or give the meaning of this \
+             flag, as in {remedy}"
         )
+    } else if !is_unknown_word(raw, mark) {
+        format!("\"{cell}\" is not a finite number; {plain}")
     } else {
-        let remedy = wording.of(Remedy::BadText(cell.to_owned()));
+        let others: Vec<&str> = unknown.iter().map(|word| &**word).filter(|w| *w != cell).collect();
+        let (such, others) = match others.len() {
+            0 => ("it is such a word", String::new()),
+            _ => ("they are such words", format!(", like {} in other rows", list(&others))),
+        };
+        let remedy = wording.of(Remedy::BadText(unknown));
         format!(
-            "\"{cell}\" is neither a number nor a known word for a bad or missing value; if it is such a word, give \
+            "\"{cell}\" is neither a number nor a known word for a bad or missing value{others}; if {such}, give \
              {remedy}"
         )
     }
@@ -280,6 +329,17 @@ mod tests {
             ("1e999", None, None),
             ("NaN", None, None),
             ("0x10", None, None),
+            ("\u{2212}0.5", Some(-0.5), None),
+            ("\u{2013}1\u{a0}234,5", None, Some(-1234.5)),
+            ("'44.97", Some(44.97), None),
+            ("(0.04)", Some(-0.04), None),
+            ("(1,234.5)", Some(-1234.5), None),
+            ("(-5)", None, None),
+            ("(5", None, None),
+            ("-(5)", None, None),
+            ("\u{2212}", None, None),
+            ("(0-100)", None, None),
+            ("(Bad)", None, None),
             ("", None, None),
         ] {
             assert_eq!(parse(cell, DecimalMark::Point), point, "{cell}");
@@ -293,6 +353,7 @@ mod tests {
         for (cell, expected) in [
             ("999", Shows::Nothing),
             ("1 000", Shows::Nothing),
+            ("\u{2212}1.001", Shows::Either(Point)),
             ("2e-3", Shows::Nothing),
             ("1.001", Shows::Either(Point)),
             ("-999,000", Shows::Either(Comma)),
@@ -338,6 +399,32 @@ mod tests {
         }
         for cell in ["auto", "12", "[x] y", "good", "-a", "#", "info", "fail"] {
             assert_eq!(word(cell), None, "{cell}");
+        }
+    }
+
+    #[test]
+    fn flags_are_beside_a_number() {
+        for (cell, expected) in [
+            ("60.08 *", Some((60.08, "*"))),
+            ("*60.08", Some((60.08, "*"))),
+            ("? -60.08", Some((-60.08, "?"))),
+            ("60.08 S", Some((60.08, "S"))),
+            ("(0.5) (Bad)", None),
+            ("60.08 (Bad)", Some((60.08, "Bad"))),
+            ("1,234.5 [Good]", Some((1234.5, "Good"))),
+            ("60.08", None),
+            ("1.#IND", None),
+            ("Digital State 254", None),
+            ("Set 12", None),
+            ("60.08 60.09", None),
+            ("2025-03-14", None),
+            ("12:30 PM", None),
+            ("60.08 (192)", None),
+            ("51 2,52 3", None),
+            ("12.5-", None),
+            ("", None),
+        ] {
+            assert_eq!(flagged(cell, DecimalMark::Point), expected, "{cell}");
         }
     }
 }

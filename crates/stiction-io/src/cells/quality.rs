@@ -263,7 +263,8 @@ fn of_cell(
         let is_true = cell.eq_ignore_ascii_case("true");
         return QualityCell::Quality(code.quality(f64::from(u8::from(is_true))));
     }
-    if let Some(number) = number::parse(cell, mark) {
+    // In brackets it is no negative amount.
+    if let Some(number) = number::parse(cell, mark).filter(|_| !cell.starts_with('(')) {
         return of_number(number, words);
     }
     let word = cell.to_lowercase();
@@ -271,6 +272,16 @@ fn of_cell(
         (Some(said), _) => said,
         (None, Some(quality)) => QualityCell::Quality(quality),
         (None, None) => of_parts(&word, mark),
+    }
+}
+
+/// The quality of a flag beside a number. PI marks questionable values. Of one or two letters, which may be a unit, only
+/// the user knows it.
+pub fn of_flag(flag: &str, words: &[(String, Quality)]) -> Option<Quality> {
+    match words.iter().find(|(word, _)| word.eq_ignore_ascii_case(flag)) {
+        Some((_, quality)) => Some(*quality),
+        None if flag == "?" => Some(Uncertain),
+        None => of_word(&flag.to_lowercase()).filter(|_| flag.len() > 2),
     }
 }
 

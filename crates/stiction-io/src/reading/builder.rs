@@ -293,17 +293,42 @@ impl<'a> Builder<'a> {
         if let Some(quality) = number::word(cell) {
             return Ok((f64::NAN, quality));
         }
-        // PI marks questionable values.
-        if let Some(value) =
-            cell.strip_suffix('?').and_then(|cell| number::parse(cell.trim(), self.mark))
-        {
-            return Ok((value, Quality::Uncertain));
-        }
-        let is_bad = |word: &String| word.trim().eq_ignore_ascii_case(cell);
-        if !said.is_usable() || self.options.bad_text.iter().any(is_bad) {
+        if !said.is_usable() || self.is_bad_text(cell) {
             return Ok((f64::NAN, Quality::Bad));
         }
-        Err(self.wrong(source, row, number::refusal(cell, self.mark, self.options.wording)))
+        let flagged = number::flagged(cell, self.mark).and_then(|(value, flag)| {
+            Some((value, quality::of_flag(flag, &self.options.qualities)?))
+        });
+        flagged.ok_or_else(|| {
+            let (unknown, wording) = (self.unknown_words(cell), self.options.wording);
+            self.wrong(source, row, number::refusal(cell, self.mark, unknown, wording))
+        })
+    }
+
+    fn is_bad_text(&self, cell: &str) -> bool {
+        self.options.bad_text.iter().any(|word| word.trim().eq_ignore_ascii_case(cell))
+    }
+
+    /// The unknown words of all signals, up to ten, the `first` in front.
+    fn unknown_words(&self, first: &str) -> Vec<String> {
+        let mut found = vec![number::shown(first)];
+        let numeric = [Signal::Op, Signal::Pv, Signal::Sp, Signal::Vp];
+        let of_loop =
+            |each: &'a LoopPlan| numeric.into_iter().filter_map(|signal| each.signal(signal));
+        for source in self.plan.loops.iter().flat_map(of_loop).map(|place| self.source(place)) {
+            let Viewed::Text(cells) = source.column.cells.view() else { continue };
+            for cell in source.rows.iter().map(|row| &cells[*row]) {
+                let is_new = |known: &String| !known.eq_ignore_ascii_case(cell);
+                if found.len() < 10
+                    && number::is_unknown_word(cell, self.mark)
+                    && !self.is_bad_text(cell)
+                    && found.iter().all(is_new)
+                {
+                    found.push(number::shown(cell));
+                }
+            }
+        }
+        found
     }
 
     /// The qualities of the samples of `signal`, if given.
