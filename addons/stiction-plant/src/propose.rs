@@ -1,7 +1,8 @@
 //! A first plant file from the data alone, with its doubts as comments.
 //!
-//! It reads the [beginning](HEAD) of each text file. Of each folder of other files it reads the first and the last, because
-//! files of one export are alike. Of Parquet it reads the beginning of each loop.
+//! It reads the [beginning](HEAD) of each text file, and all of it if the tags may be below each other. Of each folder of other
+//! files it reads the first and the last, because files of one export are alike. Of Parquet it reads the beginning of each
+//! loop.
 
 use crate::error::{Error, Result, file};
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,6 +11,7 @@ use std::io::Read;
 use std::path::Path;
 use stiction_diagnose::recording::LoopType;
 use stiction_io::ReadOptions;
+use stiction_io::layout::Layout;
 use stiction_io::parted::PartedFile;
 use stiction_io::reading::{self, Reading};
 use stiction_io::role::Role;
@@ -190,15 +192,20 @@ fn look(
     let open = || -> std::io::Result<Vec<u8>> {
         let mut bytes = vec![];
         std::fs::File::open(path)?.take(HEAD).read_to_end(&mut bytes)?;
-        if bytes.len() as u64 == HEAD {
-            // Not half a row.
-            let end = bytes.iter().rposition(|b| *b == b'\n').map_or(bytes.len(), |at| at + 1);
-            bytes.truncate(end);
-        }
         Ok(bytes)
     };
-    let bytes = open().map_err(|e| NotRead::Refused(format!("{own}: {e}")))?;
-    visit(reading::parse(&bytes, own, &options)?);
+    let mut bytes = open().map_err(|e| NotRead::Refused(format!("{own}: {e}")))?;
+    let is_whole = (bytes.len() as u64) < HEAD;
+    if !is_whole {
+        // Not half a row.
+        bytes.truncate(bytes.iter().rposition(|b| *b == b'\n').map_or(bytes.len(), |at| at + 1));
+    }
+    visit(match reading::parse(&bytes, own, &options) {
+        Ok(read) if is_whole || read.layout != Layout::Long => read,
+        Err(error) if is_whole => return Err(error.into()),
+        // Its other tags, or what the beginning lacks, may be below.
+        _ => reading::read(path, &options)?,
+    });
     Ok(())
 }
 

@@ -132,6 +132,32 @@ fn a_table_without_op_is_no_recording_and_no_problem() {
 }
 
 #[test]
+fn a_long_file_sorted_by_tag_is_proposed_whole() {
+    let folder = folder("long");
+    // The OP begins behind the part that is read of a wide file.
+    let rows = |tag: &'static str| {
+        (0..9000).map(move |k| format!("{tag},{},{}\n", 1_741_932_000 + k, 40 + k * 7919 % 13))
+    };
+    let wide = csv(0, 9000).replace("FIC", "TIC");
+    for (name, text) in [
+        ("long", rows("FIC1.SP").chain(rows("FIC1.PV")).chain(rows("FIC1.OP")).collect()),
+        ("wide", wide),
+    ] {
+        let text: String =
+            if name == "long" { format!("Tag,Timestamp,Value\n{text}") } else { text };
+        assert!(text.len() as u64 > 5 * propose::HEAD / 4);
+        fs::write(folder.join(format!("{name}.csv")), text).unwrap();
+    }
+    let proposed = propose::propose(&folder, "N", &[".".to_owned()]).unwrap();
+    assert_eq!((proposed.loops, proposed.files), (3, 2), "{proposed:?}");
+    assert!(!proposed.text.contains("no recording"), "{}", proposed.text);
+    assert!(
+        proposed.text.contains("# op = \"FIC1.OP\"")
+            && proposed.text.contains("# pv = \"FIC1.PV\"")
+    );
+}
+
+#[test]
 fn what_was_not_read_or_judged_is_counted_and_listed() {
     let folder = folder("unknown");
     let broken = csv(0, 60).replacen("\n", "\nyesterday,1,2,3,4\n", 1);
