@@ -5,6 +5,7 @@
 //! loop.
 
 use crate::error::{Error, Result, file};
+use crate::scan::inputs::APART;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::io::Read;
@@ -87,7 +88,7 @@ pub fn propose(folder: &Path, name: &str, data: &[String]) -> Result<Proposal> {
                 }
                 if recording.pv.is_none() {
                     doubts.push(format!(
-                        "{}: no PV was found; if it has one, give pv = \"TAG\"",
+                        "{}: no PV was found; if it has one in the file, give pv = \"TAG\", {APART}",
                         recording.name
                     ));
                 }
@@ -173,6 +174,9 @@ enum NotRead {
 impl From<stiction_io::Error> for NotRead {
     fn from(error: stiction_io::Error) -> Self {
         match error {
+            stiction_io::Error::NoOp { has_times: true, .. } => {
+                Self::NoRecording(format!("{error}, {APART}"))
+            }
             stiction_io::Error::NoOp { .. } => Self::NoRecording(error.to_string()),
             _ => Self::Refused(error.to_string()),
         }

@@ -158,6 +158,35 @@ fn a_long_file_sorted_by_tag_is_proposed_whole() {
 }
 
 #[test]
+fn files_of_one_tag_each_are_not_joined_and_the_remedy_is_one_file() {
+    let folder = folder("apart");
+    let rows = |name: &str, place: usize| -> String {
+        let all = csv(0, 660);
+        let cells = all.lines().skip(1).map(|row| row.split(',').collect::<Vec<_>>());
+        let rows =
+            cells.map(|cells| format!("{},{}\n", cells[0], cells[place])).collect::<String>();
+        format!("time,{name}\n{rows}")
+    };
+    plant_of(&folder, &[("FIC1.PV.csv", rows("FIC1.PV", 1)), ("FIC1.OP.csv", rows("FIC1.OP", 2))]);
+    let remedy = "export all tags of a loop to one file, because a plant does not join them";
+    let done = go(&folder);
+    assert!(done.problems.len() == 1 && done.problems[0].message.ends_with(remedy), "{done:?}");
+    let no_pv = done.unknown.iter().find(|each| each.name == "FIC1").unwrap();
+    assert!(
+        no_pv.reason.starts_with("no file with its OP has a PV") && no_pv.reason.ends_with(remedy),
+        "{no_pv:?}"
+    );
+    let proposed = propose::propose(&folder, "N", &[".".to_owned()]).unwrap();
+    assert_eq!(proposed.text.matches(remedy).count(), 2, "{}", proposed.text);
+    // The remedy helps.
+    fs::remove_file(folder.join("FIC1.PV.csv")).unwrap();
+    fs::remove_file(folder.join("FIC1.OP.csv")).unwrap();
+    plant_of(&folder, &[("all.csv", csv(0, 660))]);
+    let done = go(&folder);
+    assert!(done.problems.is_empty() && done.unknown.is_empty(), "{done:?}");
+}
+
+#[test]
 fn what_was_not_read_or_judged_is_counted_and_listed() {
     let folder = folder("unknown");
     let broken = csv(0, 60).replacen("\n", "\nyesterday,1,2,3,4\n", 1);

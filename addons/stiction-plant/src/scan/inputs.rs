@@ -431,21 +431,28 @@ fn of_parts(file: &PartedFile, path: &Path, zone: &Zone) -> stiction_io::Result<
     };
     let loops = days.into_iter().map(|(name, days)| {
         let sha256 = own.get(&*name).cloned();
-        let no_pv = (!file.has_pv(&name)).then(|| NO_PV.to_owned());
+        let no_pv = (!file.has_pv(&name)).then(without_pv);
         (name, LoopIn { days: days.into_iter().collect(), sha256, no_pv })
     });
     let without_op = file.without_op().map(str::to_owned).collect();
     Ok(Input { sha256, loops: loops.collect(), without_op, ..Input::default() })
 }
 
+/// The remedy for a loop whose tags are in files of one tag each, in addition to that of the reader.
+pub(crate) const APART: &str = "or, if each tag has a file of its own, export all tags of a loop to one file, because a plant does not join them";
+
 /// The remedy for a loop without a PV.
-const NO_PV: &str = "the files have no PV of the loop's name, so the loop is judged by its OP alone; name any PV in \
-                     plant.toml, as in pv = \"TAG\"";
+fn without_pv() -> String {
+    format!(
+        "no file with its OP has a PV of the loop's name, so the loop is judged by its OP alone; name any PV of such a file in \
+         plant.toml, as in pv = \"TAG\", {APART}"
+    )
+}
 
 /// Why a recording has no PV, if it has none: the remark of the reader, or the usual remedy.
 fn no_pv(recording: &Recording) -> Option<String> {
     let found = recording.notes.iter().find(|note| note.contains("PV"));
-    recording.pv.is_none().then(|| found.cloned().unwrap_or_else(|| NO_PV.to_owned()))
+    recording.pv.is_none().then(|| found.cloned().unwrap_or_else(without_pv))
 }
 
 /// The content of a file that must be read whole.
@@ -463,7 +470,9 @@ fn look(folder: &Path, path: &str, plant: &Plant, sha256: String) -> Input {
             return input;
         }
         Err(e) => {
-            input.problems.push(problem(None, e.to_string()));
+            let is_apart = matches!(e, stiction_io::Error::NoOp { .. });
+            let more = if is_apart { format!(", {APART}") } else { String::new() };
+            input.problems.push(problem(None, format!("{e}{more}")));
             return input;
         }
     };
