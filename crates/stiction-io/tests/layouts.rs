@@ -84,6 +84,25 @@ fn every_signal_may_have_a_clock() {
 }
 
 #[test]
+fn a_tag_above_its_times_names_the_values_beside_them() {
+    let rows = "2025-03-14 06:00:00,60,2025-03-14 06:00:00,44\n2025-03-14 06:00:01,61,2025-03-14 06:00:02,45\n";
+    let text = format!("FIC1.PV,,FIC1.OP,\n{rows}");
+    let reading = read(&text);
+    assert_eq!(shown(&reading.recordings[0]), "FIC1 PV 0:60 1:61 OP 0:44 2:45");
+    assert!(
+        said(&reading)
+            .contains("each tag in row 1 names the times below it and the values beside them")
+    );
+    // Neither a title, nor tags above values alone.
+    for header in ["Export,,,", "FIC1.PV,FIC1.OP,,"] {
+        assert!(
+            refused(&format!("{header}\n{rows}"), &[]).contains("row 2 must name the columns"),
+            "{header}"
+        );
+    }
+}
+
+#[test]
 fn one_clock_for_all_remains_one() {
     for text in [
         // T1 and T2 are temperatures, and constant columns are no clocks.

@@ -81,6 +81,16 @@ impl Top {
                 let header = names.clone();
                 return Ok(Self { names, header, units: None, first: line.0, attributes, notes });
             }
+            let above = above.filter(|(row, _)| row + 1 == line.0);
+            if let Some((row, names)) =
+                above.and_then(|(row, tags)| Some((row, over_times(tags, record)?)))
+            {
+                let notes = vec![format!(
+                    "each tag in row {row} names the times below it and the values beside them"
+                )];
+                let header = vec![];
+                return Ok(Self { names, header, units: None, first: line.0, attributes, notes });
+            }
             return Ok(Self::without_header(&records[at..], attributes));
         }
         Err("names no columns; a header such as \"time,pv,op\" and rows of samples are needed"
@@ -297,6 +307,25 @@ fn grouped(groups: &StringRecord, names: &StringRecord) -> Option<Vec<String>> {
     };
     let combined: Vec<String> = bare.iter().enumerate().map(name).collect();
     distinct(&combined).then_some(combined)
+}
+
+/// The names of the columns if each of the `tags` stands above its times, with nothing above the values beside them, as PI
+/// DataLink writes it.
+fn over_times(tags: &StringRecord, sample: &StringRecord) -> Option<Vec<String>> {
+    let cell = |record: &StringRecord, k: usize| record.get(k).unwrap_or("").trim().to_owned();
+    let mut names = vec![];
+    for k in (0..sample.len()).step_by(2) {
+        let (tag, beside) = (cell(tags, k), cell(tags, k + 1));
+        let is_pair = !tag.is_empty() && beside.is_empty();
+        if !is_pair
+            || !timestamp::looks_like(&cell(sample, k))
+            || timestamp::looks_like(&cell(sample, k + 1))
+        {
+            return None;
+        }
+        names.extend([format!("{tag}.Time"), tag]);
+    }
+    (names.len() > 2).then_some(names)
 }
 
 /// Whether a record holds samples and not names, that is only numbers, or a date and time.
