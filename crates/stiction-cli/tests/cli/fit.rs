@@ -48,6 +48,24 @@ fn the_sticky_flow_loop_is_identified_and_explained() {
     assert!(words.lines().all(|line| line.chars().count() <= 100), "{words}");
 }
 
+/// The stem moves between two positions, so the PV gives the product of J and gain, and hardly either of them.
+#[test]
+fn the_intervals_of_j_and_gain_contain_the_truth() {
+    let folder = folder("fit-jump");
+    for seed in [4, 5, 7, 8, 13] {
+        let noise = format!("noise.seed={seed}");
+        let made =
+            ["simulate", "samples/sticky-flow", "--columns", "t,sp,pv,op", "--set", noise.as_str()];
+        run(&folder, &[&made[..], &["-o", "jump.csv", "--force"]].concat()).quiet_success();
+        let fit = &run(&folder, &["fit", "jump.csv", "--json"]).json()["loops"][0]["fit"];
+        for (path, truth) in [("valve/S", 4.0), ("valve/J", 2.0), ("process/gain", 1.2)] {
+            let end = |name: &str| at(fit, &format!("{path}/{name}"));
+            assert!(end("low") <= truth && truth <= end("high"), "{seed}, {path}: {fit}");
+        }
+        assert_eq!(fit["cycle"]["explained"], true, "{seed}: {fit}");
+    }
+}
+
 #[test]
 fn the_fitted_loop_is_a_scenario_that_other_commands_take() {
     let folder = folder("fit-scenario");

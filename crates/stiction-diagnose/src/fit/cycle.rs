@@ -8,10 +8,12 @@
 //!   valve causes it, with any other disturbance.
 
 use super::Draw;
-use super::valve::quantiles;
+use super::draw;
+use super::valve::{Weighed, quantiles};
 use super::without::left;
-use crate::diagnose::Diagnosis;
+use crate::diagnose::Oscillations;
 use crate::fusion::Estimate;
+use crate::identify::controller::FittedController;
 use crate::limit_cycle::exact;
 use crate::oscillation::swing;
 use crate::parallel::*;
@@ -30,6 +32,11 @@ pub const LEAST_CYCLING: f64 = 0.5;
 /// Largest share of the swing that may remain with a valve that follows, in the median of the draws; in hardly any
 /// draw may it grow.
 pub const MOST_LEFT: f64 = 0.7;
+
+/// Largest factor between period or OP swing of a fitted loop and the recorded ones for its valve to be preferred, and the
+/// weight of the other valves.
+const ALIKE: f64 = 2.0;
+const UNLIKE: f64 = 0.05;
 
 /// An oscillation of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,9 +86,55 @@ pub struct Cycle {
     pub nearest: Option<Draw>,
 }
 
+/// The limit cycle of a loop, if it has one; `None` if it cannot be computed.
+fn follow(draw: &Draw) -> Option<Option<Swing>> {
+    if draw.model == Model::Ideal {
+        return Some(None);
+    }
+    match exact::cycle(&draw.continuous()) {
+        Ok(exact::CycleOutcome::Cycles { cycles, .. }) => {
+            let cycle = cycles.into_iter().find(|cycle| cycle.stable);
+            Some(cycle.map(|c| Swing { period_s: c.period_s, op: c.half_pp.op, pv: c.half_pp.pv }))
+        }
+        Ok(exact::CycleOutcome::None { .. }) => Some(None),
+        _ => None,
+    }
+}
+
+/// The valves, those preferred whose loop cycles about as recorded: a PV in steps gives only the product of J and gain,
+/// and with too small a J the loop would not cycle. The weight of the valves that follow stays.
+pub(super) fn alike(
+    mut valves: Vec<Weighed>,
+    controller: &FittedController,
+    step: f64,
+    recorded: Swing,
+) -> Vec<Weighed> {
+    let near = |a: f64, b: f64| (a / b).ln().abs() < ALIKE.ln();
+    let cycles = |process: &Weighed| {
+        let loop_ = draw::made(controller, process, step, [0.0; 8]);
+        let cycle = loop_.and_then(|loop_| follow(&loop_)).flatten();
+        cycle.is_some_and(|c| near(c.period_s, recorded.period_s) && near(c.op, recorded.op))
+    };
+    let sticks = |all: &[Weighed]| -> f64 {
+        all.iter().filter(|one| one.model != Model::Ideal).map(|one| one.weight).sum()
+    };
+    let before = sticks(&valves);
+    let of_one = |a: &Weighed, b: &Weighed| a.model == b.model && a.bands == b.bands;
+    let mut groups: Vec<&mut [Weighed]> = valves.chunk_by_mut(of_one).collect();
+    groups.par_iter_mut().for_each(|group| {
+        let likeliest = group.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
+        let unlike = likeliest.is_some_and(|one| one.model != Model::Ideal && !cycles(one));
+        group.iter_mut().filter(|_| unlike).for_each(|one| one.weight *= UNLIKE);
+    });
+    let after = sticks(&valves);
+    let all = valves.iter_mut().filter(|one| one.model != Model::Ideal);
+    all.for_each(|one| one.weight *= before / after);
+    valves
+}
+
 /// Tests the explanation; `typical` are draws within the intervals of S, J and gain.
 pub(super) fn tested(
-    diagnosis: &Diagnosis,
+    recorded: Option<Swing>,
     segment: &Segment,
     draws: &[Draw],
     typical: impl Fn(&Draw) -> bool,
@@ -89,24 +142,6 @@ pub(super) fn tested(
     if draws.is_empty() {
         return Err("no loop could be drawn from the identified parts".to_owned());
     }
-    let recorded = recorded(diagnosis, segment);
-    let follow = |draw: &Draw| -> Option<Option<Swing>> {
-        if draw.model == Model::Ideal {
-            return Some(None);
-        }
-        match exact::cycle(&draw.continuous()) {
-            Ok(exact::CycleOutcome::Cycles { cycles, .. }) => {
-                let cycle = cycles.into_iter().find(|cycle| cycle.stable);
-                Some(cycle.map(|c| Swing {
-                    period_s: c.period_s,
-                    op: c.half_pp.op,
-                    pv: c.half_pp.pv,
-                }))
-            }
-            Ok(exact::CycleOutcome::None { .. }) => Some(None),
-            _ => None,
-        }
-    };
     let followed: Vec<(&Draw, Option<Swing>)> =
         draws.par_iter().filter_map(|draw| Some((draw, follow(draw)?))).collect();
     let nearest = recorded.and_then(|recorded| {
@@ -153,8 +188,8 @@ pub(super) fn tested(
 }
 
 /// The detected oscillation as numbers.
-fn recorded(diagnosis: &Diagnosis, segment: &Segment) -> Option<Swing> {
-    let (_, oscillation) = diagnosis.oscillation().filter(|(_, found)| found.found)?;
+pub(super) fn recorded(oscillations: &Oscillations, segment: &Segment) -> Option<Swing> {
+    let (_, oscillation) = oscillations.dominant().filter(|(_, found)| found.found)?;
     let period_s = oscillation.period_s?;
     let of = |x: &[f64]| swing(x, period_s / segment.sample_time);
     Some(Swing { period_s, op: of(&segment.op)?, pv: of(&segment.deviation()?)? })

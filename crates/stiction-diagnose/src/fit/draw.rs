@@ -45,8 +45,56 @@ fn within(of: Estimate, z: f64) -> f64 {
     of.value + z / 1.645 * reach
 }
 
-/// Draws loops, the same ones for the same seed. Invalid loops, such as with a gain of the other sign, are drawn
-/// again.
+/// The loop with this valve, every number moved from its middle by a standard normal one; `None` if it is invalid, such as
+/// with a gain of the other sign.
+pub(super) fn made(
+    controller: &FittedController,
+    valve: &Weighed,
+    step: f64,
+    z: [f64; 8],
+) -> Option<Draw> {
+    let kc = within(controller.kc, z[0]);
+    let td = controller.td_s.map_or(0.0, |td| within(td, z[2]).max(0.0));
+    let made = match controller.ti_s {
+        None => Controller::p(kc),
+        Some(ti) => {
+            let factor = if z[1] > 0.0 { ti.high / ti.value } else { ti.value / ti.low };
+            Controller::pid(kc, ti.value * factor.powf(z[1] / 1.645), td)
+        }
+    };
+    let mut made = made.ok()?;
+    if let Some(filter) = controller.filter_s.filter(|_| td > 0.0) {
+        made = made.with_filter(filter.max(0.02 * td)).ok()?;
+    }
+    if let Some(weight) = controller.set_point_weight {
+        made = made.with_set_point_weight(weight).ok()?;
+    }
+    if let Some(on) = controller.derivative_on {
+        made = made.with_derivative_on(on);
+    }
+    let s = (valve.bands.s() + z[6] * valve.cell.0).max(0.0);
+    let j = (valve.bands.j() + z[7] * valve.cell.1).clamp(0.0, s.max(valve.bands.j()));
+    let bands =
+        if valve.model == Model::Ideal { valve.bands } else { Bands::from_s_j(s, j).ok()? };
+    let process = valve.process;
+    let gain = process.gain + z[3] * process.error;
+    // The grid of dead times leaves a third of a sample open to either side.
+    let dead = (process.dead_time_s + 0.3 * step * z[4]).max(0.0);
+    let process = match process.lag_s.is_finite() {
+        true => Process::first_order(gain, process.lag_s * (0.06 * z[5]).exp(), dead),
+        false => Process::integrator(gain, dead),
+    };
+    let process = process.ok()?;
+    (gain * valve.process.gain > 0.0 && kc * controller.kc.value > 0.0).then_some(Draw {
+        controller: made,
+        process,
+        model: valve.model,
+        bands,
+        execution_s: controller.execution_s.unwrap_or(0.5 * step),
+    })
+}
+
+/// Draws loops, the same ones for the same seed. Invalid loops are drawn again.
 pub(super) fn drawn(
     controller: &FittedController,
     valves: &[Weighed],
@@ -54,7 +102,6 @@ pub(super) fn drawn(
     options: &FitOptions,
 ) -> Vec<Draw> {
     let mut stream = NormalStream::new(options.seed);
-    let execution_s = controller.execution_s.unwrap_or(0.5 * step);
     let mut one = |place: f64| -> Option<Draw> {
         let z = [(); 8].map(|()| stream.draw());
         let mut sum = 0.0;
@@ -62,45 +109,7 @@ pub(super) fn drawn(
             sum += one.weight;
             sum >= place
         })?;
-        let kc = within(controller.kc, z[0]);
-        let td = controller.td_s.map_or(0.0, |td| within(td, z[2]).max(0.0));
-        let made = match controller.ti_s {
-            None => Controller::p(kc),
-            Some(ti) => {
-                let factor = if z[1] > 0.0 { ti.high / ti.value } else { ti.value / ti.low };
-                Controller::pid(kc, ti.value * factor.powf(z[1] / 1.645), td)
-            }
-        };
-        let mut made = made.ok()?;
-        if let Some(filter) = controller.filter_s.filter(|_| td > 0.0) {
-            made = made.with_filter(filter.max(0.02 * td)).ok()?;
-        }
-        if let Some(weight) = controller.set_point_weight {
-            made = made.with_set_point_weight(weight).ok()?;
-        }
-        if let Some(on) = controller.derivative_on {
-            made = made.with_derivative_on(on);
-        }
-        let s = (valve.bands.s() + z[6] * valve.cell.0).max(0.0);
-        let j = (valve.bands.j() + z[7] * valve.cell.1).clamp(0.0, s.max(valve.bands.j()));
-        let bands =
-            if valve.model == Model::Ideal { valve.bands } else { Bands::from_s_j(s, j).ok()? };
-        let process = valve.process;
-        let gain = process.gain + z[3] * process.error;
-        // The grid of dead times leaves a third of a sample open to either side.
-        let dead = (process.dead_time_s + 0.3 * step * z[4]).max(0.0);
-        let process = match process.lag_s.is_finite() {
-            true => Process::first_order(gain, process.lag_s * (0.06 * z[5]).exp(), dead),
-            false => Process::integrator(gain, dead),
-        };
-        let process = process.ok()?;
-        (gain * valve.process.gain > 0.0 && kc * controller.kc.value > 0.0).then_some(Draw {
-            controller: made,
-            process,
-            model: valve.model,
-            bands,
-            execution_s,
-        })
+        made(controller, valve, step, z)
     };
     let n = options.draws;
     let place = |i: usize| (i as f64 + 0.5) / n as f64;

@@ -3,11 +3,13 @@
 //! # Method
 //! * [`controller`]: the controller of the OP, with intervals.
 //! * The valve: its recorded position, or S and J from the [verdict](crate::diagnose), each possible pair weighted
-//!   by how well the PV follows from it ([`valve`]).
+//!   by how well the PV follows from it ([`valve`]). If the stem only jumps, the PV gives the product of J and gain alone.
+//!   So among valves that stick the likelihood is weakened, and those whose loop cycles about as recorded are preferred.
 //! * [`process`]: gain, lag and dead time between valve and PV, with all combinations that fit the data equally
-//!   well.
+//!   well, behind all valves.
 //! * [`Draws`](Draw): loops drawn from all possible ones, seeded.
-//! * [`Cycle`]: the exact limit cycle of each of these loops beside the recorded swing, and the share of the swing
+//! * If the valve began or ceased to stick, all of this for the part of the recording since then.
+//! * [`Cycle`]: the exact limit cycle of such loops, drawn without that preference, beside the recorded swing, and the share of the swing
 //!   that would remain with a valve that follows. If they cycle as the recording does, or little remains, a
 //!   sticking valve explains the swing; if not, something else causes it, even with clear signs of stiction.
 //!
@@ -26,15 +28,19 @@ pub use draw::Draw;
 pub use prospects::{Prospect, Prospects, prospects};
 pub use valve::FittedValve;
 
-use crate::diagnose::Diagnosis;
-use crate::fusion::Estimate;
+use crate::diagnose::change::present_since;
+use crate::diagnose::{Diagnosis, Oscillations, VerdictClass};
+use crate::fusion::{Cause, Estimate};
 use crate::identify::controller::{self, FittedController};
-use crate::identify::process::{self, FittedProcess};
+use crate::identify::process::{self, Candidate, FittedProcess, MOST_SAMPLES};
 use crate::recording::Segment;
 use crate::series::{line, mean};
+use crate::valve::Model;
 
 /// Most repetitions of the process fit behind the valve that explains the PV best.
 const ROUNDS: usize = 3;
+/// The note on a valve that changed.
+const CHANGED: &str = "Only the part since the valve changed is fitted.";
 
 /// Number of drawn loops, and their stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -121,6 +127,9 @@ pub struct Fit {
     /// Loops drawn from all possible ones; none if a part is missing.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub draws: Vec<Draw>,
+    /// Whether the valve began or ceased to stick within the recording; only the part since then is fitted.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub changed: bool,
     /// The fitted segment.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub segment: Segment,
@@ -133,6 +142,12 @@ pub struct Fit {
 pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
     let segment =
         diagnosis.segment().ok_or("no segment in automatic is long enough to fit a loop to")?;
+    // The valve as it is now: since it last began or ceased to stick.
+    let evidence = diagnosis.evidence.as_ref();
+    let since = evidence.map_or(segment.from, |evidence| present_since(&evidence.changes));
+    let before = ((since - segment.from) / segment.sample_time).ceil().max(0.0) as usize;
+    let changed = before > 0;
+    let segment = &segment.part(before, segment.len());
     let pv = segment.pv.as_deref().ok_or("without a PV no loop can be fitted; export the PV")?;
     if let Some(mistake) = diagnosis.mistaken() {
         return Err(format!("{}: {}", mistake.name(), mistake.remedy()));
@@ -141,13 +156,29 @@ pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
     let controller = controller::fit(segment).map_err(|why| why.0);
     // In closed loop OP and PV feed back negatively.
     let sign = controller.as_ref().ok().map(|found| found.kc.value.signum());
-    let valves = valve::possible(diagnosis, segment);
+    // Of a long segment, valve and process are fitted to the middle.
+    let middle = segment.part(segment.len().saturating_sub(MOST_SAMPLES) / 2, MOST_SAMPLES);
+    let (op, pv) = (&middle.op, middle.pv.as_deref().unwrap_or(pv));
+    let idle = evidence.map_or(0.0, |evidence| evidence.likelihood(Cause::NoResponse));
+    let silent = diagnosis.verdict.class == VerdictClass::DoesNotRespond || idle > 0.5;
+    let valves = match silent {
+        true => Err("the PV probably does not respond to the OP".to_owned()),
+        false => valve::possible(diagnosis, &middle),
+    };
+    let oscillations = match changed {
+        true => Oscillations::of(segment),
+        false => diagnosis.oscillations.clone(),
+    };
+    let recorded = cycle::recorded(&oscillations, segment);
     let mut process = Err(String::new());
     let chosen;
-    let mut draws = vec![];
+    let (mut unbiased, mut draws) = (vec![], vec![]);
     match valves {
         Err(why) => {
-            process = process::fit(&segment.op, pv, step, sign).map_err(|why| why.0);
+            process = match silent {
+                true => Err(why.clone()),
+                false => process::fit(op, pv, step, sign).map_err(|why| why.0),
+            };
             chosen = Err(why);
         }
         Ok(valves) => {
@@ -176,9 +207,24 @@ pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
                     }
                     weighed = valve::weighed(&valves, process, pv, step);
                 }
+                let loops = |weighed: &[valve::Weighed]| {
+                    let controller = controller.as_ref().ok();
+                    controller.map_or(vec![], |of| draw::drawn(of, weighed, step, options))
+                };
+                // The recorded swing must not decide whether the loops explain it.
+                unbiased = loops(&weighed);
+                if let (Ok(controller), Some(recorded)) = (&controller, recorded) {
+                    weighed = cycle::alike(weighed, controller, step, recorded);
+                }
+                draws = loops(&weighed);
                 chosen = Ok(valve::summarised(&weighed));
-                if let Ok(controller) = &controller {
-                    draws = draw::drawn(controller, &weighed, step, options);
+                // A measured position leaves the numbers of its process as they are.
+                if valves.len() > 1 {
+                    let sticks = |one: &&valve::Weighed| one.model != Model::Ideal;
+                    let follows = chosen.as_ref().is_ok_and(|valve| valve.follows > 0.5);
+                    let shown = weighed.iter().filter(|one| sticks(one) != follows);
+                    let points = shown.map(|one| Candidate { weight: one.weight, ..one.process });
+                    *process = process.clone().over(points.collect(), step);
                 }
             } else {
                 chosen = valve::alone(diagnosis);
@@ -194,8 +240,8 @@ pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
             && within(valve.map(|valve| valve.j), draw.bands.j())
             && draw.lasting_gain().is_none_or(|value| within(gain, value))
     };
-    let cycle = match (&controller, &process) {
-        (Ok(_), Ok(_)) => cycle::tested(diagnosis, segment, &draws, typical),
+    let mut cycle = match (&controller, &process) {
+        (Ok(_), Ok(_)) => cycle::tested(recorded, segment, &unbiased, typical),
         (Err(_), _) => {
             Err("the controller is not identified, so the behaviour of the loop is unknown"
                 .to_owned())
@@ -204,15 +250,24 @@ pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
             Err("the process is not identified, so the behaviour of the loop is unknown".to_owned())
         }
     };
+    if let Ok(cycle) = &mut cycle
+        && changed
+    {
+        cycle.sentence = format!("{} {CHANGED}", cycle.sentence);
+    }
     Ok(Fit {
+        changed,
         sample_time_s: step,
         resting: Resting {
             op: mean(&segment.op),
-            pv: mean(pv),
+            pv: segment.pv.as_deref().map_or(0.0, mean),
             op_drift_per_hour: 3600.0 * line(&segment.times(), &segment.op).slope,
         },
         controller: Part::of(controller),
-        process: Part::of(process),
+        process: Part::of(process.map_err(|why| match changed {
+            true => format!("{why}. {CHANGED}"),
+            false => why,
+        })),
         valve: Part::of(chosen),
         cycle: Part::of(cycle),
         draws,

@@ -11,7 +11,8 @@
 //! * *As it is*.
 //! * *Valve repaired*: S of 0.4 % and J of 0.1 %, or the present values if they are smaller.
 //! * *Retuned*, with the same valve, and *repaired and retuned*: Skogestad's PI rule (SIMC). The closed-loop time
-//!   constant is the dead time or three executions of the controller, the longer of the two. `Ms` is reported.
+//!   constant is the dead time or three executions of the controller, the longer of the two. `Ms` is reported. Left out
+//!   if the ends of the gain's interval differ by more than a factor of [`WIDEST`].
 //! * *Positioner*: proportional, with a gain of 10, on the present valve; see [`positioned`].
 //! * *Compensated*: methods that an ordinary controller can carry out. An integral dead zone is always included,
 //!   pulses only if one lasts as long as a stem needs to follow it ([`STEM_SPEED`]).
@@ -29,11 +30,12 @@
 //! The benefit of an action is *certain* if the PV swing falls by more than 20 % with a probability of at least 95 %, and
 //! *probable* above 50 %.
 
-use super::{Draw, Fit, Swing, without};
+use super::{CHANGED, Draw, Fit, Swing, without};
 use crate::bands::Bands;
 use crate::closed_loop::{AntiWindup, ClosedLoop, Controller, Handover, Signal};
 use crate::compensate::{CompareOptions, Knowledge, Method, nominal};
 use crate::fusion::Estimate;
+use crate::identify::process::WIDEST;
 use crate::limit_cycle::tuning::simc;
 use crate::limit_cycle::{ContinuousLoop, FrequencyResponse};
 use crate::oscillation::swing;
@@ -287,7 +289,12 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
     draws = draws.into_iter().step_by(every).collect();
     let execution = typical.execution_s;
     let rest = (3.0 * execution).max(typical.process.dead_time());
-    let tuned = simc(&typical.process, rest).ok();
+    // Kc is proportional to the inverse of the gain.
+    let process = fit.process.known();
+    let gain = process.map(|process| process.gain.unwrap_or(process.slope));
+    let known =
+        |of: Estimate| of.low * of.high > 0.0 && (of.high / of.low).ln().abs() < WIDEST.ln();
+    let tuned = simc(&typical.process, rest).ok().filter(|_| gain.is_some_and(known));
     let mut remedies = vec![Remedy::AsItIs, Remedy::Repair, Remedy::Positioner];
     if tuned.is_some() {
         remedies.extend([Remedy::Retune, Remedy::RepairAndRetune]);
@@ -531,7 +538,8 @@ const FIRST: &str = "First do a valve test, unless one has shown that the valve 
 
 fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
     let find = |remedy: Remedy| actions.iter().find(|row| row.action == remedy);
-    let mut all = vec![];
+    let mut all: Vec<String> = vec![];
+    all.extend(fit.changed.then(|| CHANGED.to_owned()));
     if let Some(cycle) = fit.cycle.known()
         && cycle.explained == Some(false)
     {

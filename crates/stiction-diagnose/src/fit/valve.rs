@@ -7,11 +7,15 @@ use crate::identify::process::{Candidate, FittedProcess, TEMPER};
 use crate::recording::Segment;
 use crate::valve::{Model, Start, Valve};
 
-/// S at these standard deviations of its logarithm, and its multiples of the middle.
-const PLACES: [f64; 9] = [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0];
+/// S at multiples of this, in standard deviations of its logarithm, up to two of them. A stem with an S too large by one
+/// percent may miss a slip, and then many, so a coarse grid compares values of J at random.
+const PLACE: f64 = 0.1;
+/// Divisor of log-likelihoods of valves: one missed slip costs a valve tens of nats.
+const BETWEEN: f64 = 100.0;
 /// J over S.
 const JUMPS: [f64; 6] = [0.02, 0.2, 0.4, 0.6, 0.8, 1.0];
-/// The smallest standard deviation of J over S, before the PV is used.
+/// The smallest standard deviation of the logarithm of S, and of J over S, before the PV is used.
+const LEAST_OF_S: f64 = 0.1;
 const LEAST_SPREAD: f64 = 0.2;
 /// Initial positions of a stem, stick bands from the OP.
 const STARTS: [f64; 5] = [0.0, -0.45, 0.45, -0.9, 0.9];
@@ -115,19 +119,20 @@ pub(super) fn possible(diagnosis: &Diagnosis, segment: &Segment) -> Result<Vec<P
         first,
         from,
     });
-    let spread = ((s.high / s.low).ln() / (2.0 * 1.645)).clamp(0.2, 1.0);
+    let spread = ((s.high / s.low).ln() / (2.0 * 1.645)).clamp(LEAST_OF_S, 1.0);
+    let places = (-20..=20).map(|k| PLACE * f64::from(k));
     let bell = |z: f64| (-0.5 * z * z).exp();
     let of_share = ((share.high - share.low) / (2.0 * 1.645)).max(LEAST_SPREAD);
     let of_jump = JUMPS.map(|jump| bell((jump - share.value) / of_share));
-    let total = PLACES.iter().map(|z| bell(*z)).sum::<f64>() * of_jump.iter().sum::<f64>();
-    for z in PLACES {
+    let total = places.clone().map(bell).sum::<f64>() * of_jump.iter().sum::<f64>();
+    for z in places {
         let width = s.value * (spread * z).exp();
         for (over, of_jump) in JUMPS.into_iter().zip(of_jump) {
             let Ok(bands) = Bands::from_s_j(width, over * width) else { continue };
             let Some(path) = path(model, bands, op) else { continue };
             let weight = fault * bell(z) * of_jump / total;
-            // Half of the distance to its neighbours.
-            let cell = (0.25 * spread * width, 0.1 * width);
+            // Half of the distance to its neighbours; S is never known better than to 4 %.
+            let cell = ((0.5 * PLACE * spread).max(0.04) * width, 0.1 * width);
             all.push(Possible { model, bands, weight, path, cell, first: false, from });
         }
     }
@@ -136,7 +141,7 @@ pub(super) fn possible(diagnosis: &Diagnosis, segment: &Segment) -> Result<Vec<P
         let Ok(bands) = Bands::from_s_j(s, j.min(s)) else { continue };
         let Some(path) = path(model, bands, op) else { continue };
         let weight = fault * bell(2.0) / total;
-        let cell = (0.25 * spread.min(0.2) * s, 0.1 * s);
+        let cell = (0.05 * s, 0.1 * s);
         all.push(Possible { model, bands, weight, path, cell, first: true, from });
     }
     // Of the paths that move at all, the one nearest to the middle.
@@ -176,31 +181,42 @@ fn model_of(weighing: &Weighing) -> Model {
     fits.map_or(Model::TwoPhase, |fits| fits.best().model)
 }
 
-/// Every valve before every process, by how well the PV follows.
+/// Every valve before every process, by how well the PV follows. Valves that stick are compared among themselves less
+/// sharply, with the same total weight.
 pub(super) fn weighed(
     valves: &[Possible],
     process: &FittedProcess,
     pv: &[f64],
     step: f64,
 ) -> Vec<Weighed> {
-    let mut all: Vec<(Weighed, f64)> = vec![];
+    let mut all: Vec<(Weighed, f64, f64)> = vec![];
     let Some(explaining) = process.explaining(pv, step, TRIED) else { return vec![] };
+    let mut tops = [f64::NEG_INFINITY; 2];
     for valve in valves {
-        for (candidate, likelihood) in explaining.behind(&valve.path) {
-            if candidate.gain == 0.0 || !likelihood.is_finite() {
-                continue;
-            }
-            let Possible { model, bands, weight, cell, from, .. } = *valve;
-            all.push((
-                Weighed { model, bands, process: candidate, weight, cell, from },
-                likelihood,
-            ));
-        }
+        let mut behind = explaining.behind(&valve.path);
+        behind.retain(|(process, l)| process.gain != 0.0 && l.is_finite());
+        let best = behind.iter().map(|(_, l)| *l).fold(f64::NEG_INFINITY, f64::max);
+        let top = &mut tops[usize::from(valve.model == Model::Ideal)];
+        *top = top.max(best);
+        let Possible { model, bands, weight, cell, from, .. } = *valve;
+        let one = |(process, l)| (Weighed { model, bands, process, weight, cell, from }, best, l);
+        all.extend(behind.into_iter().map(one));
     }
-    let top = all.iter().map(|(_, l)| *l).fold(f64::NEG_INFINITY, f64::max);
+    let top = tops[0].max(tops[1]);
+    let sticks = |of: &Weighed| of.model != Model::Ideal;
+    let weigh = |of: &Weighed, nats: f64| of.weight * nats.exp();
+    let exact = |(of, _, l): &(Weighed, f64, f64)| weigh(of, (l - top) / TEMPER);
+    let loose = |(of, best, l): &(Weighed, f64, f64)| {
+        weigh(of, (l - best) / TEMPER + (best - tops[0]) / BETWEEN)
+    };
+    let stuck = || all.iter().filter(|(of, ..)| sticks(of));
+    let share = stuck().map(exact).sum::<f64>() / stuck().map(loose).sum::<f64>();
     let mut all: Vec<Weighed> = all
-        .into_iter()
-        .map(|(one, l)| Weighed { weight: one.weight * ((l - top) / TEMPER).exp(), ..one })
+        .iter()
+        .map(|one| {
+            let weight = if sticks(&one.0) { share * loose(one) } else { exact(one) };
+            Weighed { weight, ..one.0 }
+        })
         .filter(|one| one.weight > 1e-9)
         .collect();
     let total: f64 = all.iter().map(|one| one.weight).sum();

@@ -158,6 +158,26 @@ fn of_variance_one(x: &[f64]) -> Option<(Vec<f64>, f64)> {
 }
 
 impl FittedProcess {
+    /// The same with the numbers of these processes, such as those behind several valves.
+    pub(crate) fn over(self, mut points: Vec<Candidate>, step: f64) -> Self {
+        points.retain(|point| point.weight > 1e-4);
+        if points.is_empty() {
+            return self;
+        }
+        points.sort_by(|p, q| q.weight.total_cmp(&p.weight));
+        let settles: Vec<Candidate> =
+            points.iter().copied().filter(|p| p.lag_s.is_finite()).collect();
+        let all = if settles.is_empty() { &points } else { &settles };
+        Self {
+            gain: self.gain.map(|_| of_gain(all)).filter(|of| of.low * of.high > 0.0),
+            lag_s: self.lag_s.map(|_| of_lag(all)),
+            slope: of_slope(&points),
+            dead_time_s: of_dead_time(&points, step),
+            candidates: points,
+            ..self
+        }
+    }
+
     /// The likeliest of its processes, at most this many, to explain `pv` behind other inputs; `None` for a PV that does not
     /// move.
     pub fn explaining(&self, pv: &[f64], step: f64, most: usize) -> Option<Explaining<'_>> {
@@ -535,18 +555,10 @@ impl Found {
     fn summarised(self, step: f64) -> FittedProcess {
         let settles: Vec<Candidate> =
             self.points.iter().copied().filter(|p| p.lag_s.is_finite()).collect();
-        let slope = weighted(&self.points, |p| {
-            (p.slope(), (p.error * p.slope() / p.gain).hypot(NEVER_KNOWN * p.slope()))
-        });
-        let mut dead = weighted(&self.points, |p| {
-            (p.dead_time_s, (0.5 * step).hypot(NEVER_KNOWN * p.dead_time_s))
-        });
-        dead.low = dead.low.max(0.0);
         let share: f64 = settles.iter().map(|p| p.weight).sum();
         let (mut gain, mut lag, mut jointly) = (None, None, None);
         if self.kind == ProcessKind::SelfRegulating && !settles.is_empty() {
-            let of_gain = weighted(&settles, |p| (p.gain, p.error.hypot(NEVER_KNOWN * p.gain)));
-            let of_lag = weighted(&settles, |p| (p.lag_s, 1.5 * NEVER_KNOWN * p.lag_s));
+            let (of_gain, of_lag) = (of_gain(&settles), of_lag(&settles));
             let wide = |e: &Estimate| {
                 !(e.low * e.high > 0.0 && (e.high / e.low).max(e.low / e.high) < WIDEST)
             };
@@ -568,8 +580,8 @@ impl Found {
             kind: self.kind,
             gain,
             lag_s: lag,
-            slope,
-            dead_time_s: dead,
+            slope: of_slope(&self.points),
+            dead_time_s: of_dead_time(&self.points, step),
             explained: self.explained,
             jointly,
             disturbance_sd: self.disturbance_sd,
@@ -579,6 +591,25 @@ impl Found {
             noise: self.noise,
         }
     }
+}
+
+fn of_gain(points: &[Candidate]) -> Estimate {
+    weighted(points, |p| (p.gain, p.error.hypot(NEVER_KNOWN * p.gain)))
+}
+
+fn of_lag(points: &[Candidate]) -> Estimate {
+    weighted(points, |p| (p.lag_s, 1.5 * NEVER_KNOWN * p.lag_s))
+}
+
+fn of_slope(points: &[Candidate]) -> Estimate {
+    let error = |p: &Candidate| (p.error * p.slope() / p.gain).hypot(NEVER_KNOWN * p.slope());
+    weighted(points, |p| (p.slope(), error(p)))
+}
+
+fn of_dead_time(points: &[Candidate], step: f64) -> Estimate {
+    let error = |p: &Candidate| (0.5 * step).hypot(NEVER_KNOWN * p.dead_time_s);
+    let found = weighted(points, |p| (p.dead_time_s, error(p)));
+    Estimate { low: found.low.max(0.0), value: found.value.max(0.0), ..found }
 }
 
 /// Median and the 5 and 95 % points of the candidates, each a normal distribution of this mean and standard
