@@ -720,7 +720,9 @@ class TestReading(Result):
     )
     J: Estimate | None = about("Slip jump, percent of span, with its 90 % interval, if the valve sticks.")
     S_below: float | None = about("S is below this with 95 % confidence, percent; None if the test gives no limit.")
-    response_s: float | None = about("Sum of dead time and lags between OP and PV, s; None if no turn was answered.")
+    response_s: float | None = about(
+        "Sum of dead time and lags between OP and PV, s; None if no turn was answered, or the test was shorter."
+    )
     known_by: str = about("The source of the manual settings: `sheet`, `mode` or `output`.")
     from_s: float = about("Start of the test, s on the recording's clock.")
     to_s: float = about("End of the test, s on the recording's clock.")
@@ -767,9 +769,12 @@ class Step(Result):
     op: float = about("The OP after the turn, percent.")
     travel: float | None = about(
         "The change of the OP, percent; None for the first turn of a time in manual, because the stem position before "
-        "it is unknown."
+        "it is unknown, and if the OP did not change."
     )
-    answer: float | None = about("The PV change until the next turn, in PV units.")
+    answer: float | None = about(
+        "The PV change until the next turn, or until the process has responded if the next turn follows sooner, in PV "
+        "units."
+    )
     error: float | None = about("Standard deviation of the answer.")
     answered: bool = about("Whether the PV moved with the turn by more than 2.5 standard deviations.")
 

@@ -144,6 +144,7 @@ fn repetition(of: Repetition) -> Way {
         Repetition::ThereAndBack
         | Repetition::LongerHolds
         | Repetition::WithPosition
+        | Repetition::NoAnswer
         | Repetition::LargerTurns
         | Repetition::SmallerTurns
         | Repetition::CalmerTime => Test(VALVE, "an_inconclusive_test_decides_once_it_is_repeated"),

@@ -198,7 +198,8 @@ impl<'a> Problem<'a> {
         Seen { clear, fits, strength: other.sqrt() }
     }
 
-    /// The PV change of each turn until the next. The first turn of a spell is left out.
+    /// The PV change of each turn until the next, or until the process has responded if the next follows sooner. The first turn of
+    /// a spell is left out.
     pub fn turns(
         &self,
         of: &Answers,
@@ -207,13 +208,15 @@ impl<'a> Problem<'a> {
     ) -> Vec<(usize, usize, f64, f64)> {
         let longest = looked.iter().map(|spell| spell.pv.len()).max().unwrap_or(0);
         let step = self.process.step(longest);
+        let Process { tau, tau2, dead } = self.process;
+        let responded = dead + 1 + (if tau.is_finite() { tau } else { 0.0 } + tau2).ceil() as usize;
         let mut all = vec![];
         for (s, ((found, _), answered)) in of.spells.iter().zip(&self.answered).enumerate() {
             let spell = &looked[s];
             for i in 1..spell.turns.len() {
                 let until = spell.turns.get(i + 1).copied().unwrap_or(spell.pv.len());
-                let held = until.saturating_sub(spell.turns[i] + 1);
-                let scale = step.get(held).copied().unwrap_or(0.0);
+                let held = until.saturating_sub(spell.turns[i] + 1).max(responded);
+                let scale = step.get(held).or(step.last()).copied().unwrap_or(0.0);
                 let (_, sd) = answered.turn(i - 1);
                 all.push((indices[s], i, found[i] * scale, sd * scale));
             }

@@ -43,9 +43,9 @@ pub struct Step {
     /// The OP after the turn, percent.
     pub op: f64,
     /// The change of the OP, percent; `None` for the first turn of a time in manual, because the stem position before
-    /// it is unknown.
+    /// it is unknown, and if the OP did not change.
     pub travel: Option<f64>,
-    /// The PV change until the next turn, in PV units.
+    /// The PV change until the next turn, or until the process has responded if the next turn follows sooner, in PV units.
     pub answer: Option<f64>,
     /// Standard deviation of the answer.
     pub error: Option<f64>,
@@ -54,7 +54,7 @@ pub struct Step {
 }
 
 /// The result of a valve test.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct TestReading {
     /// `sticks`, `does not stick`, `does not respond` or `cannot tell`, from the test and the operation before it.
@@ -79,7 +79,7 @@ pub struct TestReading {
     /// S is below this with 95 % confidence, percent; `None` if the test gives no limit.
     #[cfg_attr(feature = "serde", serde(rename = "S_below"))]
     pub s_below: Option<f64>,
-    /// Sum of dead time and lags between OP and PV, s; `None` if no turn was answered.
+    /// Sum of dead time and lags between OP and PV, s; `None` if no turn was answered, or the test was shorter.
     pub response_s: Option<f64>,
     /// The source of the manual settings: `sheet`, `mode` or `output`.
     pub known_by: KnownBy,
@@ -122,6 +122,9 @@ named! {
         /// The dead band may be downstream of the valve.
         WithPosition = "Watch the stem during the test, or record its position. If it follows the OP, check the transmitter \
                         and the linkage.",
+        /// Not even very large turns were answered.
+        NoAnswer = "Larger turns show no more. Look whether the stem moves when the OP is turned. If it does not, inspect the valve, \
+                    its positioner and their air supply. If it does, check the transmitter and the line.",
         /// Hardly a turn was answered.
         LargerTurns = "Too few turns were answered. Make larger turns, hold each longer, and record OP and PV without \
                        compression. If the PV still does not answer, inspect the valve.",
@@ -179,8 +182,10 @@ const STRONG: f64 = 5.0;
 const STRONGER: f64 = 8.0;
 /// Clear answers required for `sticks`.
 const CLEAR: usize = 2;
-/// The PV does not answer if it moves less than this share of its movement in operation with the same OP range.
-const SILENT: f64 = 0.06;
+/// The PV does not answer if it moves less than this share of its movement in operation with the same OP range. The second value
+/// is for turns that are as large as this, percent, which is larger than nearly every S.
+const SILENT: (f64, f64) = (0.06, 0.3);
+pub(super) const LARGE: f64 = 24.0;
 /// `does not respond` requires a PV that moves in operation by at least this multiple of its noise.
 const MOVES: f64 = 3.0;
 /// A stem that moves less than this per percent of OP does not respond.
@@ -207,6 +212,8 @@ struct Operation {
     op_range: f64,
     noise: f64,
     probability: Option<f64>,
+    /// Whether the PV does not respond in operation.
+    silent: bool,
 }
 
 /// Reads the test in a recording. If the valve seems to have changed between two times in manual, only the later ones count.
@@ -265,6 +272,7 @@ fn read_as_one(
     let spells = if by_position { of_position } else { of_pv.clone() };
     let mut operation = Operation::before(recording, from_s, options, by_position)?;
     operation.probability = operation.probability.filter(|_| same_valve);
+    operation.silent &= same_valve;
     if spells.is_empty() {
         return Err(Abstention(
             "the test is outside the recording or in a gap of it; give a recording that contains it"
@@ -332,8 +340,13 @@ fn read_as_one(
     let process = weighed.response.0;
     let lags = if process.tau.is_finite() { process.tau } else { 0.0 } + process.tau2;
     let responds = reading.class != VerdictClass::DoesNotRespond;
+    // A test shows no response that lasts longer.
     reading.response_s = (responds && reading.steps.iter().any(|step| step.answered))
-        .then_some((process.dead as f64 + lags) * step_s);
+        .then_some((process.dead as f64 + lags) * step_s)
+        .filter(|response| *response < to_s - from_s);
+    if !responds {
+        reading.steps.iter_mut().for_each(|step| step.answered = false);
+    }
     reading.reasons = reasons(&reading, &weighed, at_rest);
     reading.reasons.extend(curve.as_ref().map(|curve| {
         format!(
@@ -400,7 +413,7 @@ fn check(by_hand: &ByHand) -> Result<(), Abstention> {
 }
 
 /// The segments of a grid from a tenth of a duration before it to a tenth after it.
-fn around(grid: &Grid, from_s: f64, to_s: f64) -> Vec<Segment> {
+pub(super) fn around(grid: &Grid, from_s: f64, to_s: f64) -> Vec<Segment> {
     let margin = 0.1 * (to_s - from_s);
     let part = |segment: &Segment| {
         let at = |t: f64| ((t - segment.from) / segment.sample_time).ceil().max(0.0) as usize;
@@ -425,10 +438,16 @@ impl Operation {
         options: &ReadOptions,
         by_position: bool,
     ) -> Result<Self, Abstention> {
-        let silent =
-            Self { rises: None, pv_std: 0.0, op_range: 0.0, noise: 0.0, probability: None };
+        let none = Self {
+            rises: None,
+            pv_std: 0.0,
+            op_range: 0.0,
+            noise: 0.0,
+            probability: None,
+            silent: false,
+        };
         let Some(before) = recording.part(f64::NEG_INFINITY, from_s, f64::INFINITY) else {
-            return Ok(silent);
+            return Ok(none);
         };
         let asked = DiagnoseOptions {
             detectors: Detectors::None,
@@ -436,11 +455,11 @@ impl Operation {
             plan: false,
             ..DiagnoseOptions::default()
         };
-        let Ok(diagnosis) = diagnose(&before, &asked) else { return Ok(silent) };
+        let Ok(diagnosis) = diagnose(&before, &asked) else { return Ok(none) };
         let longest = diagnosis.grid.longest().filter(|segment| segment.len() >= FEWEST);
         let read = |s: &'_ Segment| if by_position { s.vp.clone() } else { s.pv.clone() };
         let Some((segment, pv)) = longest.and_then(|s| Some((s, read(s)?))) else {
-            return Ok(silent);
+            return Ok(none);
         };
         Ok(Self {
             rises: rises(segment),
@@ -448,6 +467,7 @@ impl Operation {
             op_range: quantile(&segment.op, 0.98) - quantile(&segment.op, 0.02),
             noise: noise_std(&pv),
             probability: probability(&diagnosis),
+            silent: diagnosis.verdict.class == VerdictClass::DoesNotRespond,
         })
     }
 }
@@ -555,22 +575,24 @@ fn conclude(
         && sticking.clear < CLEAR
         && following.clear == 0
         && span(&op.collect::<Vec<_>>()) >= LIMITS.1;
-    let went = operation.pv_std > MOVES * operation.noise;
-    let silent = went
-        && weighed.per_percent * operation.op_range < SILENT * operation.pv_std
+    let quiet = !by_position
         && sticking.clear < CLEAR
         && following.clear == 0
         && following.fits < 0.5 * FITS_HEALTHY
-        && travel > 0.5 * operation.op_range
-        && probability >= DEAD
         && moves;
+    let share = if travel >= LARGE { SILENT.1 } else { SILENT.0 };
+    let silent = quiet
+        && operation.pv_std > MOVES * operation.noise
+        && weighed.per_percent * operation.op_range < share * operation.pv_std
+        && travel > 0.5 * operation.op_range
+        && probability >= DEAD;
     // Without operation nothing asks for a smaller limit.
     let limit = match operation.op_range > 0.0 {
         true => (LIMIT * operation.op_range).clamp(LIMITS.0, LIMITS.1),
         false => LIMITS.1,
     };
     let class = match () {
-        () if silent && !by_position || still => VerdictClass::DoesNotRespond,
+        () if silent || still => VerdictClass::DoesNotRespond,
         // Operation does not decide against the test, which is the better witness.
         () if probability >= STICKS && by_test > 0.5 && is_clear(sticking) => VerdictClass::Sticks,
         () if probability < CLEARS
@@ -583,6 +605,7 @@ fn conclude(
         {
             VerdictClass::DoesNotStick
         }
+        () if quiet && operation.silent => VerdictClass::DoesNotRespond,
         () => VerdictClass::CannotTell,
     };
     let at = |share| weighed.s_quantile(share);
@@ -610,19 +633,8 @@ fn conclude(
             .s_below
             .filter(|below| *below < TOLD_UP_TO && probability < CLEARS && !still)
             .map(|below| below.max(SMALL)),
-        response_s: None,
-        known_by: KnownBy::Output,
-        from_s: 0.0,
-        to_s: 0.0,
-        stops: 0,
-        position: None,
         by_position,
-        steps: vec![],
-        turned: 0,
-        reasons: vec![],
-        advice: None,
-        plan: None,
-        recorded: vec![],
+        ..TestReading::default()
     }
 }
 
@@ -650,7 +662,7 @@ fn steps(spells: &[(Vec<f64>, Manual)], weighed: &Weighed, curve: Option<&Curve>
     for (s, (times, manual)) in spells.iter().enumerate() {
         for (i, (at_s, (_, op))) in times.iter().zip(&manual.turns).enumerate() {
             let seen = weighed.turns.iter().find(|(of, turn, ..)| (*of, *turn) == (s, i));
-            let turn = (i > 0).then(|| op - manual.turns[i - 1].1);
+            let turn = (i > 0).then(|| op - manual.turns[i - 1].1).filter(|turn| *turn != 0.0);
             let shown = seen.map(|(.., answer, error)| {
                 in_pv(manual, manual.turns[i].0.min(manual.pv.len() - 1), (*answer, *error))
             });
@@ -705,7 +717,8 @@ fn reasons(reading: &TestReading, weighed: &Weighed, at_rest: bool) -> Vec<Strin
                 rough(weighed.s_quantile(0.05) / WIDER)
             ),
         }),
-        VerdictClass::DoesNotStick => all.extend(reading.s_below.map(|limit| {
+        VerdictClass::CannotTell if !seen.is_empty() => {}
+        VerdictClass::DoesNotStick | VerdictClass::CannotTell => all.extend(reading.s_below.map(|limit| {
             format!(
                 "the {} moved as expected of a valve with S below {} %{}",
                 reading.who(),
@@ -726,20 +739,30 @@ fn reasons(reading: &TestReading, weighed: &Weighed, at_rest: bool) -> Vec<Strin
                 }
             },
         ),
-        VerdictClass::CannotTell => {}
     }
     all.extend(reading.position.iter().flat_map(PositionReading::reasons));
+    // A dead band of the transmitter makes no jumps.
+    let sticks = reading.class == VerdictClass::Sticks;
+    let alike =
+        weighed.alike || !reading.by_position && reading.j.is_none_or(|jump| jump.low == 0.0);
     if weighed.elsewhere > 0.1 {
         all.push(format!(
             "a dead band downstream of the valve, as in the transmitter or a linkage, may explain the answers too ({})",
             percent(weighed.elsewhere)
         ));
-    } else if weighed.alike && reading.class == VerdictClass::Sticks {
+    } else if alike && sticks {
         all.push(
             "a dead band of the transmitter could give the same answers; only the stem position can distinguish it \
              from stiction"
                 .to_owned(),
         );
+    }
+    let against = reading.by_operation.filter(|p| *p <= PROBABLY_FINE_UP_TO);
+    if let Some(p) = against.filter(|_| sticks && (alike || weighed.elsewhere > 0.1)) {
+        all.push(format!(
+            "from operation alone this probability is only {}, so check the transmitter before work on the valve",
+            percent(p)
+        ));
     }
     if let Some(before) = reading.by_operation {
         all.push(format!(
@@ -759,6 +782,7 @@ fn advice(reading: &TestReading, hasty: bool) -> Option<Repetition> {
     }
     let turns = reading.steps.iter().filter(|step| step.travel.is_some());
     let (seen, unseen): (Vec<&Step>, Vec<&Step>) = turns.partition(|step| step.answered);
+    let most = unseen.iter().filter_map(|step| step.travel).fold(0.0, f64::max);
     let turned = || reading.steps.windows(2).filter(|two| two[1].travel.is_some());
     let reverses =
         turned().any(|two| two[1].op > two[0].op) && turned().any(|two| two[1].op < two[0].op);
@@ -766,7 +790,9 @@ fn advice(reading: &TestReading, hasty: bool) -> Option<Repetition> {
         () if !reverses => Repetition::ThereAndBack,
         () if hasty => Repetition::LongerHolds,
         () if reading.dead_band_elsewhere > 0.3 => Repetition::WithPosition,
-        () if seen.len() < CLEAR => Repetition::LargerTurns,
+        () if seen.is_empty() && most >= LARGE => Repetition::NoAnswer,
+        // With a limit of S the PV followed all turns together.
+        () if seen.len() < CLEAR && reading.s_below.is_none() => Repetition::LargerTurns,
         () if unseen.is_empty() => Repetition::SmallerTurns,
         () => Repetition::CalmerTime,
     })
@@ -960,6 +986,75 @@ mod tests {
             let doubtful = TestReading { probability: 0.4, ..reading };
             assert_eq!(doubtful.word(), "does not stick by more than the limit");
         }
+    }
+
+    /// A valve that never moves, in turns up to 9 % or `by` times that, with a PV that the load moves.
+    fn seized(by: f64) -> Recording {
+        let mut recording = tested(0.0, 0.0, false, 1);
+        let (rest, mut noise) = (recording.op.values[OPERATION - 1], NormalStream::new(9));
+        for (k, op) in recording.op.values.iter_mut().enumerate() {
+            *op = if k < OPERATION { *op } else { rest + by * (*op - rest) };
+        }
+        for (k, pv) in recording.pv.as_mut().unwrap().values.iter_mut().enumerate() {
+            *pv = 70.0 + (0.008 * k as f64).sin() + 0.02 * noise.draw();
+        }
+        recording
+    }
+
+    #[test]
+    fn a_seized_valve_needs_no_larger_turns() {
+        let large = read(&seized(5.0), &asked()).unwrap();
+        let told = large.advice.as_deref().is_some_and(|how| how == Repetition::NoAnswer.name());
+        assert!(large.class == VerdictClass::DoesNotRespond || told, "{large:?}");
+        assert!(large.steps.iter().all(|step| !step.answered));
+        let small = read(&seized(0.3), &asked()).unwrap();
+        assert_eq!(small.class, VerdictClass::CannotTell, "{small:?}");
+        assert_ne!(small.advice.as_deref(), Some(Repetition::NoAnswer.name()));
+    }
+
+    #[test]
+    fn an_accusation_names_the_transmitter_unless_the_stem_is_recorded() {
+        let mut behind = tested(0.0, 0.0, false, 3);
+        let mut play = crate::valve::Play::new(4.0).unwrap();
+        play.restart(Start::at_rest(70.0));
+        let (pv, mut noise) = (&mut behind.pv.as_mut().unwrap().values, NormalStream::new(2));
+        pv.iter_mut().for_each(|pv| *pv = play.step(*pv) + 0.02 * noise.draw());
+        let says = |recording: &Recording| {
+            let reading = read(recording, &asked()).unwrap();
+            let accused = reading.class == VerdictClass::Sticks;
+            (accused, reading.reasons.iter().any(|why| why.contains("of the transmitter could")))
+        };
+        let (accused, told) = says(&behind);
+        assert!(!accused || told, "{accused} {told}");
+        assert_eq!(says(&with_position(2.0, 0.8)), (true, false));
+    }
+
+    #[test]
+    fn a_short_turn_has_the_answer_that_follows_it() {
+        let (mut op, mut recording) = (vec![45.0; 30], tested(0.0, 0.0, false, 3));
+        op.extend((0..16).flat_map(|k| [if k % 2 == 0 { 49.0 } else { 41.0 }; 3]));
+        op.extend([45.0; 20]);
+        let (mut z, mut noise) = (45.0, NormalStream::new(2));
+        let lagged = |k: usize| {
+            z += 0.5 * (op[k.saturating_sub(2)] - z);
+            z + 0.05 * noise.draw()
+        };
+        let pv: Vec<f64> = (0..op.len()).map(lagged).collect();
+        recording = Recording {
+            mode: Some(Modes { time: vec![0.0, 59.0], modes: vec![Mode::Automatic, Mode::Manual] }),
+            ..Recording::regular(&recording.name, DT, &op, Some(&pv), None).unwrap()
+        };
+        let reading = read(&recording, &asked()).unwrap();
+        let turns: Vec<&Step> = reading.steps.iter().filter(|s| s.travel.is_some()).collect();
+        assert!(turns.iter().all(|step| step.error.unwrap() > 0.0), "{turns:?}");
+        assert!(turns.iter().filter(|step| step.answered).count() >= 14, "{turns:?}");
+        // An OP that is set to the same value is no turn.
+        let sets = [45.0, 49.0, 49.0, 41.0, 49.0].into_iter().enumerate();
+        let set = |(k, op)| Set { at_s: 60.0 + 6.0 * k as f64, op: Some(op) };
+        let by_hand = ByHand { sets: sets.map(set).collect(), known_by: KnownBy::Sheet };
+        let options = ReadOptions { by_hand: Some(by_hand), ..asked() };
+        let steps = read(&recording, &options).unwrap().steps;
+        assert!(steps[2].travel.is_none() && !steps[2].answered, "{steps:?}");
     }
 
     #[test]

@@ -110,7 +110,7 @@ pub(super) struct Weighed {
     pub bands: Vec<Band>,
     /// Log-likelihood of the likeliest valve, up to a constant that does not depend on the sign of the gain.
     pub log: f64,
-    /// The PV change of each turn: spell, turn, PV units at the end of its hold, standard deviation.
+    /// The PV change of each turn: spell, turn, PV units at the end of its hold or of a longer response, standard deviation.
     pub turns: Vec<(usize, usize, f64, f64)>,
     /// Sign of the gain.
     pub sign: f64,

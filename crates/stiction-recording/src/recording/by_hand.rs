@@ -63,13 +63,14 @@ pub struct Set {
 
 named! {
     /// How the manual setting was recognised.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
     pub enum KnownBy {
         /// A sheet with notes on the test.
         Sheet = "sheet",
         /// The recorded mode.
         Mode = "mode",
         /// The pattern of the OP.
+        #[default]
         Output = "output",
     }
 }
