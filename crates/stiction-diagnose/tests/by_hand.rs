@@ -1,6 +1,7 @@
 //! Which alternating OP is a test by hand, and which is a slow controller.
 
-use stiction_diagnose::recording::{ByHand, Recording};
+use stiction_diagnose::diagnose::{Basis, VerdictClass};
+use stiction_diagnose::recording::{ByHand, Mode, Modes, Recording};
 use stiction_model::Bands;
 use stiction_model::closed_loop::NormalStream;
 use stiction_model::valve::{AnyModel, Model, Start, Valve};
@@ -106,6 +107,39 @@ fn tested(draws: &mut Draws, sticks: bool, seed: u64) -> Recording {
     }
     let pv: Vec<f64> = op.iter().map(|u| plant.step(*u)).collect();
     Recording::regular("FIC1", 1.0, &op, Some(&pv), None).unwrap()
+}
+
+/// An operator runs the loop of a good valve by hand, and moves the OP against a PV that is off.
+fn run_by_hand(draws: &mut Draws, seed: u64) -> Recording {
+    let mut plant = Plant::draw(draws, false, seed);
+    let (every, off) = (draws.of(&[20, 40, 90]), draws.of(&[0.3, 0.6, 1.0]));
+    let (mut u, mut op, mut pv) = (50.0, vec![], vec![]);
+    for k in 0..1200 {
+        let y = plant.step(u);
+        op.push(u);
+        pv.push(y);
+        if k % every == 0 && (y - 50.0f64).abs() > off {
+            u += rounded(0.7 * (50.0 - y), 0.1);
+        }
+    }
+    let mut recording = Recording::regular("FIC1", 1.0, &op, Some(&pv), None).unwrap();
+    let modes = vec![Mode::Automatic, Mode::Manual];
+    recording.mode = Some(Modes { time: vec![0.0, 9.0], modes });
+    recording
+}
+
+#[test]
+fn a_good_valve_that_is_run_by_hand_is_not_accused() {
+    let (mut draws, mut decided, mut accused) = (Draws(5), 0, 0);
+    for seed in 0..60 {
+        let verdict = crate::ramps::diagnosed(&run_by_hand(&mut draws, seed)).verdict;
+        decided += u32::from(verdict.basis == Basis::ValveTest);
+        accused += u32::from(
+            verdict.basis == Basis::ValveTest && verdict.class != VerdictClass::DoesNotStick,
+        );
+    }
+    println!("{decided} decided, {accused} accused");
+    assert!(accused <= 1, "{accused} of 60");
 }
 
 /// The number of recordings in which a test is found by the OP alone, and by OP and PV.

@@ -1,7 +1,9 @@
 //! Slow ramps in manual, read from the PV alone.
 
 use crate::staircase::{CHARACTERISTICS, uniform};
-use stiction_diagnose::diagnose::VerdictClass;
+use stiction_diagnose::diagnose::{
+    Basis, Detectors, DiagnoseOptions, Diagnosis, VerdictClass, diagnose,
+};
 use stiction_diagnose::recording::{GridOptions, Mode, Modes, Recording};
 use stiction_diagnose::series::median;
 use stiction_diagnose::valve_test::{Signature, signature};
@@ -89,6 +91,26 @@ fn ramps_are_read_from_the_pv_with_any_characteristic() {
     // Both directions twice decide two tests in three; once they decide few.
     assert!(5 * decided >= 2 * 6 * n && 50 * (decided - right) <= decided, "{sums:?}");
     assert!(50 * accused <= 3 * n && 20 * missed <= 3 * n && 5 * held >= 4 * given, "{sums:?}");
+}
+
+#[test]
+fn ramps_that_decide_are_the_test_of_the_diagnosis() {
+    for seed in [700_000, 700_001, 700_002, 700_003] {
+        let (_, mut recording) = ramped(seed, CHARACTERISTICS[0].1, 2);
+        recording.mode =
+            Some(Modes { time: vec![0.0, 10.0], modes: vec![Mode::Automatic, Mode::Manual] });
+        let (by_ramps, found) = (read(&recording), diagnosed(&recording));
+        assert_ne!(by_ramps.class, VerdictClass::CannotTell);
+        assert_eq!((found.verdict.basis, found.verdict.class), (Basis::ValveTest, by_ramps.class));
+        assert_eq!(found.stiction.s, by_ramps.s.filter(|_| by_ramps.class == VerdictClass::Sticks));
+        recording.mode = Some(Modes { time: vec![0.0], modes: vec![Mode::Automatic] });
+        assert_ne!(diagnosed(&recording).verdict.basis, Basis::ValveTest);
+    }
+}
+
+pub fn diagnosed(recording: &Recording) -> Diagnosis {
+    let options = DiagnoseOptions { detectors: Detectors::None, ..DiagnoseOptions::default() };
+    diagnose(recording, &options).unwrap()
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Staircases in manual: the usual test of a valve, with straight and curved characteristics.
 
-use stiction_diagnose::diagnose::VerdictClass;
+use stiction_diagnose::diagnose::{Basis, VerdictClass};
 use stiction_diagnose::recording::{ByHand, Channel, Mode, Modes, Recording};
 use stiction_diagnose::series::median;
 use stiction_diagnose::valve_test::{ReadOptions, TestReading, read};
@@ -260,6 +260,23 @@ fn a_limit_of_s_needs_a_reversal() {
     for seed in 0..3 {
         let reading = read_held(&bumps, (6.0, 1.0), None, seed);
         assert!(reading.s_below.is_none_or(|limit| limit > 6.0), "{reading:?}");
+    }
+}
+
+#[test]
+fn bumps_that_decide_are_the_test_of_the_diagnosis() {
+    for (bands, seed) in [(5.0, 2.5), (0.0, 0.0)].into_iter().flat_map(|s| [(s, 1), (s, 2)]) {
+        let bumps = [40.0, 45.0, 40.0, 35.0].into_iter().cycle().take(13).collect::<Vec<_>>();
+        let mut recording = held(&bumps, bands, None, seed);
+        recording.mode =
+            Some(Modes { time: vec![0.0, 5.0], modes: vec![Mode::Automatic, Mode::Manual] });
+        assert!(!ByHand::of(&recording).unwrap().is_test());
+        let reading = read(&recording, &ReadOptions::default()).unwrap();
+        let found = crate::ramps::diagnosed(&recording);
+        let decides = reading.class != VerdictClass::CannotTell;
+        assert!(decides || bands.0 == 0.0, "{reading:?}");
+        assert_eq!(found.verdict.basis == Basis::ValveTest, decides, "{:?}", found.verdict);
+        assert!(!decides || found.verdict.class == reading.class && found.stiction.s == reading.s);
     }
 }
 

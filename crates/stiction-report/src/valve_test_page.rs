@@ -348,12 +348,13 @@ pub fn carried(section: Section, test: &TestReading) -> Section {
     }
 }
 
-/// The trend, the comparison with the plan, and the turns of a test.
+/// The trend, the comparison with the plan, and the turns of a test, if it has any.
 pub(crate) fn of_test(mut section: Section, test: &TestReading, context: &Context<'_>) -> Section {
     if let Some(figure) = trend(test, context) {
         section = drawn(section, figure);
     }
-    carried(section, test).with(turns(test, context))
+    let table = (!test.steps.is_empty()).then(|| turns(test, context));
+    carried(section, test).with_all(table)
 }
 
 /// A figure that cannot be drawn is left out.

@@ -7,10 +7,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::process::ExitCode;
 use stiction::diagnose::VerdictClass;
-use stiction::recording::{ByHand, GridOptions, Recording, Set};
+use stiction::recording::{GridOptions, Recording};
 use stiction::spoken;
 use stiction::valve_test::{
-    Comparison, Signature, SignaturePlan, compare, signature, signature_plan,
+    Comparison, Signature, SignaturePlan, by_ramps, compare, signature_plan,
 };
 use stiction_report::document::Source;
 use stiction_report::{valve_test_figure, valve_test_page, valve_test_sheet};
@@ -98,14 +98,7 @@ pub(super) struct Signed {
 impl Signed {
     /// The signature of a recording; `None` if it has a test with turns, or no slow ramps.
     pub(super) fn of(source: &Source, recording: &Recording) -> Option<Self> {
-        let signature = signature(recording, &GridOptions::default()).ok()?;
-        let is_test = |by_hand: ByHand| {
-            let by_pv = signature.characteristic.is_some() && is_ramped(&by_hand, &signature);
-            by_hand.is_test() && !by_hand.is_staircase() && !by_pv
-        };
-        if ByHand::of(recording).is_some_and(is_test) {
-            return None;
-        }
+        let signature = by_ramps(recording, &GridOptions::default())?;
         Some(Self { source: source.clone(), recording: recording.clone(), signature })
     }
 
@@ -117,16 +110,6 @@ impl Signed {
     fn document(self) -> SignedLoop {
         SignedLoop { name: self.recording.name, source: self.source, signature: self.signature }
     }
-}
-
-/// Whether most of the OP's travel by hand is in the ramps. A turn begins a little before its ramp is recognised.
-fn is_ramped(by_hand: &ByHand, ramps: &Signature) -> bool {
-    let before = ramps.from_s - 0.1 * (ramps.to_s - ramps.from_s);
-    let travel = |two: &[Set]| Some((two[1].at_s, (two[1].op? - two[0].op?).abs()));
-    let moves: Vec<(f64, f64)> = by_hand.sets.windows(2).filter_map(travel).collect();
-    let inside = moves.iter().filter(|(at_s, _)| (before..=ramps.to_s).contains(at_s));
-    2.0 * inside.map(|(_, travel)| travel).sum::<f64>()
-        >= moves.iter().map(|(_, travel)| travel).sum::<f64>()
 }
 
 pub(super) fn was_read(args: &Read, found: Signed) -> Result<ExitCode> {

@@ -6,19 +6,24 @@ use super::weighing::Weighing;
 use crate::fusion::{COVERAGE, LIMIT};
 use crate::recording::{ByHand, GridOptions, KnownBy, Recording};
 use crate::spoken::{percent, time};
-use crate::valve_test::{ReadOptions, TestReading, read};
+use crate::valve_test::{ReadOptions, TestReading, by_ramps, read};
 
-/// The test in a recording; `None` without one that can be read, or if the valve changed after it.
+/// The test in a recording, as `stiction test read` finds it; `None` without one that can be read, or if the valve changed after
+/// it. Settings that hardly look like a test, as of a loop that is run by hand, are one only if they decide.
 pub(super) fn tested(
     recording: &Recording,
     grid: GridOptions,
     weighing: Option<&Weighing>,
 ) -> Option<TestReading> {
-    let by_hand = ByHand::of(recording).filter(ByHand::is_test)?;
-    let options = ReadOptions { grid, by_hand: Some(by_hand), ..ReadOptions::default() };
-    let test = read(recording, &options).ok()?;
+    let test = match by_ramps(recording, &grid) {
+        // A controller ramps the OP, too.
+        Some(ramps) => Some(TestReading::from(ramps)).filter(|of| of.known_by == KnownBy::Mode)?,
+        None => read(recording, &ReadOptions { grid, ..ReadOptions::default() }).ok()?,
+    };
+    let decides = test.class != VerdictClass::CannotTell;
+    let is_test = decides || ByHand::of(recording).is_some_and(|by_hand| by_hand.is_test());
     let changed = weighing.map_or(f64::NEG_INFINITY, |of| present_since(&of.changes));
-    (changed < test.to_s).then_some(test)
+    (is_test && changed < test.to_s).then_some(test)
 }
 
 /// The verdict from a test that decides, whose probability includes the operation before it; `None` otherwise. Without a mode a
@@ -62,8 +67,12 @@ pub(super) fn stiction(test: &TestReading) -> Stiction {
 
 /// The note on a valve test in the recording, given the basis of the verdict.
 pub(super) fn note(test: &TestReading, basis: Basis) -> String {
-    let turns =
-        format!("{} turns of the OP by hand within {}", test.turned, time(test.to_s - test.from_s));
+    let moves = if test.steps.is_empty() { "ramps" } else { "turns" };
+    let turns = format!(
+        "{} {moves} of the OP by hand within {}",
+        test.turned,
+        time(test.to_s - test.from_s)
+    );
     match basis {
         Basis::ValveTest => format!(
             "the verdict is from the valve test in this recording, {turns}; `stiction test read` shows its answers"

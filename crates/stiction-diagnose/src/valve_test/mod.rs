@@ -46,4 +46,4 @@ pub use plan_comparison::{PlanComparison, SizeComparison, same_loop};
 pub use position::{Between, PositionReading};
 pub use read::{ReadOptions, Repetition, Step, TestReading, read};
 pub use short::short;
-pub use signature::{Place, Ramp, Signature, SignaturePlan, signature, signature_plan};
+pub use signature::{Place, Ramp, Signature, SignaturePlan, by_ramps, signature, signature_plan};

@@ -25,7 +25,7 @@ const MOST: f64 = 8.0;
 /// Bounds of the correlation `r`.
 const AGREEMENT: (f64, f64) = (0.2, 0.9999);
 /// Bounds of every probability.
-const BORNE_OUT: (f64, f64) = (0.01, 0.99);
+pub(super) const BORNE_OUT: [f64; 2] = [0.01, 0.99];
 /// The share of a dead band downstream of the valve that counts as one in the valve.
 const SHARED: f64 = 0.5;
 /// `a` and `b` of a test without operation before it.
@@ -60,7 +60,7 @@ pub(super) fn joined(u: f64, operation: Option<f64>) -> f64 {
 }
 
 fn borne_out(log_odds: f64) -> f64 {
-    sigmoid(log_odds).clamp(BORNE_OUT.0, BORNE_OUT.1)
+    sigmoid(log_odds).clamp(BORNE_OUT[0], BORNE_OUT[1])
 }
 
 /// Log-odds of a probability, limited to finite values.
@@ -78,7 +78,7 @@ mod tests {
             let p = of_test(limited(1.0, agreement));
             assert!(most - 0.1 < p && p <= most, "{agreement}: {p}");
         }
-        assert_eq!(of_test(limited(0.0, 0.9)), BORNE_OUT.0);
+        assert_eq!(of_test(limited(0.0, 0.9)), BORNE_OUT[0]);
         // A dead band that is surely elsewhere leaves the valve open.
         assert!((0.3..0.7).contains(&of_test(limited(SHARED, 0.99))));
     }

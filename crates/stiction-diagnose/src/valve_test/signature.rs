@@ -34,13 +34,15 @@ use crate::bands::Bands;
 use crate::diagnose::VerdictClass;
 use crate::estimate::Estimate;
 use crate::finding::Abstention;
-use crate::recording::{Grid, GridOptions, Mode, Recording, Segment};
+use crate::recording::{ByHand, Grid, GridOptions, KnownBy, Mode, Recording, Segment, Set};
 use crate::series::{line, max, mean, median, min, noise_std, quantile};
 use crate::spoken::{rough, time};
 use crate::valve::{Model, Start, Valve};
 use std::ops::Range;
 
+use super::probability::BORNE_OUT;
 use super::ramps::{self, Characteristic};
+use super::read::{TestReading, around};
 use super::weigh::SMALL;
 
 /// A ramp of the plan.
@@ -121,6 +123,12 @@ pub struct Signature {
     pub to_s: f64,
     /// The reasons, in sentences.
     pub reasons: Vec<String>,
+    /// Whether the mode shows that the ramps were made by hand, as far as [`by_ramps`] found them.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub known_by: KnownBy,
+    /// What was recorded during the ramps, with a tenth of their duration before and after them.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub recorded: Vec<Segment>,
 }
 
 /// Duration of the first ramp over the whole stroke, s, and its ratio to the second.
@@ -281,6 +289,7 @@ pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature,
     let part = |x: &[f64]| x[first.from..last.to].to_vec();
     let ramped = Ramped { op: part(&segment.op), vp: part(vp), dt: segment.sample_time };
     let at = |k: usize| segment.from + k as f64 * segment.sample_time;
+    let (from_s, to_s) = (at(first.from), at(last.to));
     let mut found = Signature {
         class: VerdictClass::CannotTell,
         s: None,
@@ -292,9 +301,11 @@ pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature,
         places: vec![],
         binds: None,
         ramps: ramps.len(),
-        from_s: at(first.from),
-        to_s: at(last.to),
+        from_s,
+        to_s,
         reasons: vec![],
+        known_by: KnownBy::default(),
+        recorded: around(&grid, from_s, to_s),
     };
     if of_pv {
         ramps::measure(&ramped.op, &ramped.vp, ramped.dt, &mut found);
@@ -309,6 +320,62 @@ pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature,
     }
     found.reasons = reasons(&found);
     Ok(found)
+}
+
+/// The signature that is the test of a recording; `None` if it has a test with turns, or no slow ramps.
+pub fn by_ramps(recording: &Recording, grid: &GridOptions) -> Option<Signature> {
+    let mut found = signature(recording, grid).ok()?;
+    let of_pv = found.characteristic.is_some();
+    let by_hand = ByHand::of(recording);
+    let is_ramped = by_hand.as_ref().is_some_and(|by_hand| is_ramped(by_hand, &found));
+    let is_test =
+        |by_hand: &ByHand| by_hand.is_test() && !by_hand.is_staircase() && !(of_pv && is_ramped);
+    if by_hand.as_ref().is_some_and(is_test) {
+        return None;
+    }
+    // Ramps of the PV are found by the mode only.
+    if of_pv || is_ramped && by_hand.is_some_and(|of| of.known_by == KnownBy::Mode) {
+        found.known_by = KnownBy::Mode;
+    }
+    Some(found)
+}
+
+/// Whether most of the OP's travel by hand is in the ramps. A turn begins a little before its ramp is recognised.
+fn is_ramped(by_hand: &ByHand, ramps: &Signature) -> bool {
+    let before = ramps.from_s - 0.1 * (ramps.to_s - ramps.from_s);
+    let travel = |two: &[Set]| Some((two[1].at_s, (two[1].op? - two[0].op?).abs()));
+    let moves: Vec<(f64, f64)> = by_hand.sets.windows(2).filter_map(travel).collect();
+    let inside = moves.iter().filter(|(at_s, _)| (before..=ramps.to_s).contains(at_s));
+    2.0 * inside.map(|(_, travel)| travel).sum::<f64>()
+        >= moves.iter().map(|(_, travel)| travel).sum::<f64>()
+}
+
+impl From<Signature> for TestReading {
+    /// Its result as that of a test without turns. Ramps that decided were right in all simulated tests.
+    fn from(found: Signature) -> Self {
+        let (clear, [low, high]) = (found.class == VerdictClass::DoesNotStick, BORNE_OUT);
+        let probability = match found.class {
+            VerdictClass::CannotTell => 0.5,
+            _ if clear => low,
+            _ => high,
+        };
+        Self {
+            class: found.class,
+            probability,
+            by_test: probability,
+            s: found.s.filter(|_| !clear),
+            j: found.j.filter(|_| !clear),
+            s_below: found.s.filter(|_| clear).map(|s| s.high),
+            known_by: found.known_by,
+            by_position: found.characteristic.is_none(),
+            from_s: found.from_s,
+            to_s: found.to_s,
+            turned: found.ramps,
+            reasons: found.reasons,
+            recorded: found.recorded,
+            ..Self::default()
+        }
+    }
 }
 
 /// The samples of a segment in manual, by the mode of its recording: each time in manual by itself.

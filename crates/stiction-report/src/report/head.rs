@@ -40,7 +40,7 @@ pub(super) fn head(
         .filter(drawn);
     let s = diagnosis.stiction.s.map(|s| s.value);
     // The answers of a test that decides are its evidence.
-    let map = match diagnosis.deciding_test() {
+    let map = match diagnosis.deciding_test().filter(|test| !test.steps.is_empty()) {
         Some(test) => Some(views::head_answers(test, context)),
         None => diagnosis.segment().and_then(|segment| views::head_map(segment, s, context)),
     };
