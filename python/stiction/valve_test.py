@@ -206,8 +206,8 @@ def plan(
 ) -> TestPlan:
     """Size a test for a loop from a recording of its operation.
 
-    If the recording contains an inconclusive test, the plan is for the next one. This plan begins at the size to which the PV
-    responded, and has more turns of each size.
+    If the recording contains an inconclusive test, the plan is for the next one. This plan begins at 0.6 times the size to
+    which the PV responded, and has more turns of each size.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ use super::plant::Hand;
 use super::truth::Simulated;
 use stiction_diagnose::recording::{ByHand, KnownBy, Recording, Set};
 use stiction_diagnose::series::{max, min};
-use stiction_diagnose::valve_test::TestPlan;
+use stiction_diagnose::valve_test::{LEAST_HELD, TestPlan};
 use stiction_model::error::{Error, Result};
 
 /// Behaviour of an operator.
@@ -683,7 +683,7 @@ impl Hand for AtWork<'_> {
                     self.nudge(k, pv);
                     return Some(self.held_op);
                 }
-                let least = if self.is_far(pv) { 0.0 } else { 0.3 * self.hold };
+                let least = if self.is_far(pv) { 0.0 } else { LEAST_HELD * self.hold };
                 let passed =
                     self.passed(pv) && held >= least.max(2.0 * self.site.valve.sample_time_s);
                 if passed || held >= self.hold {

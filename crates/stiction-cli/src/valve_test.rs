@@ -47,8 +47,8 @@ enum Task {
     ///
     /// The sheet shows how far to turn the OP, how long to hold it, which PV change is an answer, and when to stop.
     /// Without limits for the PV, the test stays within the recorded PV range, widened by a quarter on either side. If
-    /// the recording contains an inconclusive test, the plan is for the next test. This begins at the size that the PV
-    /// answered, and has more turns of each size. With --signature, the plan is a slow ramp of the OP over the stroke
+    /// the recording contains an inconclusive test, the plan is for the next test. This begins at 0.6 times the size that
+    /// the PV answered, and has more turns of each size. With --signature, the plan is a slow ramp of the OP over the stroke
     /// and back. The ramp needs a recorded valve position (VP) and a process that tolerates it.
     #[command(after_help = "Examples:
   stiction test plan FIC101.csv --sheet sheet.html
@@ -112,10 +112,10 @@ fn one_loop(file: &In, of_loop: Option<&String>, reading: &Reading) -> Result<(S
 struct Plan {
     #[command(flatten)]
     of: Of,
-    /// The lowest PV that the process tolerates, in PV units
+    /// The lowest PV that the process tolerates, in PV units; the test stops 15 % of the tolerated range above it
     #[arg(long, value_name = "PV", requires = "pv_high", allow_negative_numbers = true)]
     pv_low: Option<f64>,
-    /// The highest PV that the process tolerates, in PV units
+    /// The highest PV that the process tolerates, in PV units; the test stops 15 % of the tolerated range below it
     #[arg(long, value_name = "PV", requires = "pv_low", allow_negative_numbers = true)]
     pv_high: Option<f64>,
     /// The longest time in manual, such as 15min [default: 20min, or 40 holds of the first turn if that is longer, and at

@@ -41,7 +41,7 @@ mod weigh;
 
 pub use compare::{Comparison, Difference, Effect, Outcome, compare};
 pub(crate) use plan::{KnownLoop, PERIODS, size};
-pub use plan::{PlanOptions, TestPlan, Turn, before_test, plan};
+pub use plan::{LEAST_HELD, PlanOptions, TestPlan, Turn, before_test, plan};
 pub use plan_comparison::{PlanComparison, SizeComparison, same_loop};
 pub use position::{Between, PositionReading};
 pub use read::{ReadOptions, Repetition, Step, TestReading, read};

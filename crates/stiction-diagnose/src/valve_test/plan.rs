@@ -4,7 +4,7 @@
 //! With the controller in manual, the OP alternates around its value before the test.
 //!
 //! 1. **Grow.** Two turns of each size, each size 1.6 times the last or more, until the PV follows four turns of one size. A
-//!    turn ends when the PV has answered, and at the latest after the hold. The hold grows with each size, by half if no
+//!    turn ends when the PV has answered, but not before [`LEAST_HELD`] of the hold, and at the latest after the hold. The hold grows with each size, by half if no
 //!    period of the loop is known, because the speed of the process is unknown then. If operation gives S as a number, the
 //!    first size is a third of it.
 //! 2. **Shrink.** From there two turns of each size, each 0.85 times the last, held twice as long as the PV took to
@@ -16,7 +16,7 @@
 //!
 //! If the PV moves far with a turn, the next turn follows at once. If the PV drifts away although the OP should bring it back,
 //! the operator moves the OP further in the same direction. The centre of the turns moves by the same amount. An inconclusive test is followed by another ([`TestPlan::again`]).
-//! It begins at the size that the PV answered and makes more turns of each size.
+//! It begins at 0.6 times the size that the PV answered and makes more turns of each size.
 //!
 //! A sticking valve does not follow a turn smaller than S. So S lies between the last answered turn and the first one
 //! without an answer. The alternation cancels a drifting load and keeps an integrating process near its start.
@@ -33,7 +33,7 @@
 //! Ours. The alternation resembles the relay test of K. J. Astrom and T. Hagglund, "Automatic tuning of simple
 //! regulators with specifications on phase and amplitude margins", Automatica 20 (1984) 645 (recalled, not read).
 
-use super::read::{FEWEST, ReadOptions, TestReading, read};
+use super::read::{FEWEST, LARGE, ReadOptions, TestReading, read};
 use super::short::holds;
 use crate::diagnose::{Diagnosis, Estimate, VerdictClass};
 use crate::finding::Abstention;
@@ -167,13 +167,16 @@ const OF_S: f64 = 1.0 / 3.0;
 /// The smallest turn, the least largest turn with and without a known S, and the largest turn, percent.
 const SHORTEST: f64 = 0.4;
 const LEAST_OF_KNOWN: f64 = 4.0;
-const LEAST_LONGEST: f64 = 24.0;
+const LEAST_LONGEST: f64 = LARGE;
 const MOST_LONGEST: f64 = 48.0;
 /// Ratio of the largest turn to the largest likely S, and to the OP range in operation.
 const OVER_S: f64 = 2.8;
 const OVER_RANGE: f64 = 3.0;
 /// A PV change of this many standard deviations of the noise is an answer.
 const ANSWERED: f64 = 4.0;
+/// The least time of a turn, as a share of its hold, unless the PV goes far; and the samples of the test in it.
+pub const LEAST_HELD: f64 = 0.3;
+const LEAST_SAMPLES: f64 = 4.0;
 /// The shortest hold: samples of the recording, and periods of the loop.
 const SAMPLES: f64 = 8.0;
 pub(crate) const PERIODS: f64 = 0.4;
@@ -202,7 +205,17 @@ pub fn plan(diagnosis: &Diagnosis, options: &PlanOptions) -> Result<TestPlan, Ab
         likely_s: likely,
         period_s: oscillation.and_then(|(_, oscillation)| oscillation.period_s),
     };
-    size(&known, options)
+    let mut plan = size(&known, options)?;
+    let guess = diagnosis.op_range.filter(|range| range.source.is_guess());
+    let note = diagnosis.notes.iter().find(|note| note.starts_with("OP is"));
+    plan.instructions.extend(guess.zip(note).map(|(range, note)| {
+        format!(
+            "Every OP here is in percent: 0 % is {} in the recording, and 100 % is {}. Compare this with the faceplate before the \
+             test, because {note}.",
+            range.low, range.high
+        )
+    }));
+    Ok(plan)
 }
 
 /// The data that size a test.
@@ -299,7 +312,7 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
         pv_high,
         op_low: (quantile(op, 0.05) - 0.5 * longest).max(0.0),
         op_high: (quantile(op, 0.95) + 0.5 * longest).min(100.0),
-        record_every_s: hold_s / SAMPLES,
+        record_every_s: LEAST_HELD * hold_s / LEAST_SAMPLES,
         total_s,
         expected_s: 0.0,
         grow: growing.turns(),
@@ -319,7 +332,7 @@ pub fn before_test(recording: &Recording, by_hand: Option<&ByHand>) -> Recording
 }
 
 impl TestPlan {
-    /// The next test, if this one was carried out and is inconclusive. It begins at the size that the PV answered,
+    /// The next test, if this one was carried out and is inconclusive. It begins at 0.6 times the size that the PV answered,
     /// holds each turn twice as long as the PV took, and makes more turns of each size. `None` if the recording has no
     /// test or a conclusive one.
     pub fn again(&self, recording: &Recording, by_hand: Option<ByHand>) -> Option<Self> {
@@ -390,9 +403,16 @@ impl TestPlan {
             patience,
             each: EACH_AGAIN,
         };
-        let mut next = Self { each: EACH_AGAIN, grow: growing.turns(), ..self.clone() };
+        let mut next = Self {
+            each: EACH_AGAIN,
+            grow: growing.turns(),
+            record_every_s: LEAST_HELD * hold_s / LEAST_SAMPLES,
+            ..self.clone()
+        };
         next.expect(from / LESS);
         next.word("The holds are long");
+        // What does not depend on the turns.
+        next.instructions.extend(self.instructions.iter().skip(next.instructions.len()).cloned());
         next
     }
 
@@ -504,24 +524,27 @@ fn instructions(plan: &TestPlan, long: &str) -> Vec<String> {
             .to_owned(),
         format!(
             "Part 1. Move the OP {up} to u0 {} {size} %. {with} Hold it until the PV has moved by {}{unit}, but for {} at \
-             most. Then move it {down} to u0 {} {size} % and hold it likewise. The size of a turn is the whole change, here {} %.",
+             least and {} at most. Then move it {down} to u0 {} {size} % and hold it likewise. The size of a turn is the whole change, here {} %.",
             if first.op > 0.0 { "+" } else { "−" },
             rough(plan.answer),
+            time(LEAST_HELD * first.hold_s),
             time(first.hold_s),
             if first.op > 0.0 { "−" } else { "+" },
             rough(2.0 * first.op.abs()),
         ),
         format!(
-            "Make {} of each size in the table. If the valve is good, the PV follows as soon as the turns exceed its noise. If \
+            "Make {} of each size in the table. Hold each for {:.0} % of its longest hold at least. If the valve is good, the PV follows as soon as the turns exceed its noise. If \
              it sticks, the PV rests until the turns are larger than S. If the PV answers all turns of a size, make as many \
              more of that size, and note them in the empty rows. If the PV follows all of these too, note the time of the slowest answer and go to part 2.",
             counted(plan.each, "turn"),
+            100.0 * LEAST_HELD
         ),
         format!(
             "Part 2. Make {} of each size again, each size {:.0} % smaller than the last. Hold each turn until the PV has \
-             answered, but for twice the noted time at most. Stop when the PV has not answered {} sizes in a row.",
+             answered, but for {} of the noted time at least and twice that time at most. Stop when the PV has not answered {} sizes in a row.",
             counted(plan.each, "turn"),
             100.0 * (1.0 - plan.shrink_by),
+            rough(2.0 * LEAST_HELD),
             plan.ends_after
         ),
         format!(
@@ -566,8 +589,8 @@ fn short_of_time(plan: &TestPlan, long: &str) -> String {
             plan.total_s / plan.grow[0].hold_s,
             time(needed)
         ),
-        () if needed > TIME && plan.total_s < 1.1 * needed => {
-            format!("{long}, so the test needs more than {}. ", time(TIME))
+        () if plan.total_s > 1.1 * TIME && plan.total_s < 1.1 * needed => {
+            format!("{long}, so this is longer than the usual {}. ", time(TIME))
         }
         () => String::new(),
     }
@@ -577,7 +600,7 @@ fn short_of_time(plan: &TestPlan, long: &str) -> String {
 mod tests {
     use super::*;
     use crate::diagnose::{Detectors, DiagnoseOptions, diagnose};
-    use crate::recording::Recording;
+    use crate::recording::{Range, RangeSource, Recording};
 
     fn diagnosed(gain: f64) -> Diagnosis {
         let wave = |k: usize, phase: f64| (std::f64::consts::TAU * k as f64 / 60.0 + phase).sin();
@@ -622,7 +645,8 @@ mod tests {
         // 40 holds of 48 s are more than 20 min.
         assert!((usual.total_s - HOLDS * usual.grow[0].hold_s).abs() < 40.0, "{}", usual.total_s);
         assert!(
-            usual.instructions[8].contains("The loop is slow, so the test needs more than 20 min")
+            usual.instructions[8]
+                .contains("The loop is slow, so this is longer than the usual 20 min")
         );
         let (short, long) = (of(Some(900.0)), of(Some(7200.0)));
         for plan in [&usual, &short, &long] {
@@ -640,6 +664,32 @@ mod tests {
             let options = PlanOptions { time_s: Some(wrong), ..Default::default() };
             assert!(plan(&diagnosed(1.0), &options).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn a_turn_that_the_sheet_allows_can_be_read() {
+        let plan = plan(&diagnosed(1.0), &PlanOptions::default()).unwrap();
+        let least_s = LEAST_HELD * plan.grow[0].hold_s;
+        assert!(plan.instructions[2].contains(&format!("but for {} at least", time(least_s))));
+        assert!(4.0 * plan.record_every_s < 1.05 * least_s, "{plan:?}");
+        let reading = TestReading { response_s: Some(100.0), ..TestReading::default() };
+        let slower = plan.after(Some(&reading));
+        assert!(slower.record_every_s > plan.record_every_s, "{slower:?}");
+    }
+
+    #[test]
+    fn a_guessed_range_of_the_op_is_on_the_sheet() {
+        let mut diagnosis = diagnosed(1.0);
+        let source = RangeSource::Estimated;
+        diagnosis.op_range = Some(Range::new(0.0, 27648.0, source).unwrap());
+        diagnosis.notes.push("OP is not in percent; give --op-range".to_owned());
+        let of = |diagnosis: &Diagnosis| plan(diagnosis, &PlanOptions::default()).unwrap();
+        for plan in [of(&diagnosis), of(&diagnosis).after(None)] {
+            let last = &plan.instructions[9];
+            assert!(last.contains("100 % is 27648") && last.contains("--op-range"), "{last}");
+        }
+        diagnosis.op_range.as_mut().unwrap().source = RangeSource::Given;
+        assert_eq!(of(&diagnosis).instructions.len(), 9);
     }
 
     #[test]

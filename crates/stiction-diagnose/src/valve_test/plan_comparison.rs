@@ -135,11 +135,12 @@ fn of_spell(
     dt: f64,
     seen: &mut impl Iterator<Item = bool>,
 ) -> Vec<Turned> {
-    let middle = middle(&manual.turns);
+    let centres = centres(&manual.turns);
     let mut all = vec![];
-    for (i, (at, op)) in manual.turns.iter().enumerate() {
+    for (i, ((at, op), middle)) in manual.turns.iter().zip(centres).enumerate() {
         let until = manual.turns.get(i + 1).map_or(manual.pv.len(), |next| next.0);
-        let held = &manual.pv[*at..until.max(*at)];
+        // The answer may be in the sample at which the next turn begins.
+        let held = &manual.pv[*at..(until + 1).clamp(*at, manual.pv.len())];
         let from = held.first().copied().unwrap_or(0.0);
         let answered = seen.next().unwrap_or(false);
         // The return to the centre is no size.
@@ -148,7 +149,7 @@ fn of_spell(
         }
         all.push(Turned {
             size: 2.0 * (op - middle).abs(),
-            hold_s: held.len() as f64 * dt,
+            hold_s: until.saturating_sub(*at) as f64 * dt,
             moved: held.iter().any(|v| (v - from).abs() >= 0.9 * plan.answer),
             last: i + 1 == manual.turns.len(),
             answered,
@@ -157,15 +158,22 @@ fn of_spell(
     all
 }
 
-/// The centre of the turns: the most frequent middle of two consecutive ones.
-fn middle(turns: &[(usize, f64)]) -> f64 {
+/// The centre of each turn, which the operator may shift: the most frequent middle of two consecutive turns among those with its
+/// neighbours, or if each of these occurs once, among those with the next but one, too.
+fn centres(turns: &[(usize, f64)]) -> impl Iterator<Item = f64> {
     let middles: Vec<f64> = turns.windows(2).map(|two| 0.5 * (two[0].1 + two[1].1)).collect();
-    let near = |m: f64| middles.iter().filter(|other| (**other - m).abs() <= SETTING).count();
-    let best = middles.iter().fold((0.0, 0), |best, m| match near(*m) {
-        count if count > best.1 => (*m, count),
-        _ => best,
-    });
-    best.0
+    (0..turns.len()).map(move |i| {
+        let near = |m: f64| middles.iter().filter(|other| (**other - m).abs() <= SETTING).count();
+        let best = |reach: usize| {
+            let of = &middles[i.saturating_sub(reach)..(i + reach).min(middles.len())];
+            of.iter().fold((0.0, 0), |best, m| match near(*m) {
+                count if count > best.1 => (*m, count),
+                _ => best,
+            })
+        };
+        let beside = best(1);
+        if beside.1 > 1 { beside.0 } else { best(2).0 }
+    })
 }
 
 fn alike(a: f64, b: f64) -> bool {
@@ -253,7 +261,10 @@ fn remarks(
         of.sizes.iter().filter_map(wanted).collect()
     };
     let left_out = sizes(&|size| size.planned.filter(|_| size.made.is_none()));
-    let other = sizes(&|size| size.made.filter(|_| size.planned.is_none()));
+    // A size that is made again is planned.
+    let is_planned = |made: f64| plan.grow.iter().any(|turn| alike(2.0 * turn.op.abs(), made));
+    let other =
+        sizes(&|size| size.made.filter(|made| size.planned.is_none() && !is_planned(*made)));
     let fewer = sizes(&|size| size.made.filter(|_| size.turns < plan.each));
     let mut all = vec![];
     if !left_out.is_empty() {
@@ -431,6 +442,18 @@ mod tests {
         assert_eq!((found.turns, found.turns_planned, found.sizes.len()), (18, 16, 8));
         assert!(found.sizes.iter().all(|size| size.planned.is_some() && size.made.is_some()));
         assert_eq!(found.sizes[3].answered, 4);
+    }
+
+    #[test]
+    fn a_centre_that_the_operator_shifts_changes_no_size() {
+        let (mut spells, steps) = made(&AS_PLANNED, 8);
+        spells[0].1.turns.iter_mut().skip(4).for_each(|(_, op)| *op += 1.3);
+        let found = compared(&plan(), &spells, &steps, 5.0);
+        assert_eq!(found.remarks, ["The test was carried out as planned."], "{found:?}");
+        // A size of its own is still one.
+        spells[0].1.turns.iter_mut().skip(4).step_by(2).take(1).for_each(|(_, op)| *op += 0.5);
+        let found = compared(&plan(), &spells, &steps, 5.0);
+        assert_ne!(found.remarks, ["The test was carried out as planned."], "{found:?}");
     }
 
     #[test]
