@@ -15,7 +15,7 @@ pub struct Oscillations {
 
 impl Oscillations {
     /// Those of a segment.
-    pub(crate) fn of(segment: &Segment) -> Self {
+    pub(super) fn of(segment: &Segment) -> Self {
         let error =
             Subject::new(segment, LoopType::Unknown, None).error().map(|e| e.values.clone());
         let analyse =

@@ -1,7 +1,6 @@
 //! All steps from a recording to its diagnosis.
 
 use super::belonging::Belonging;
-use super::change::present_since;
 use super::conclude::{Conclusion, Seen, conclude};
 use super::definitions::definitions;
 use super::diagnosis::{Diagnosis, Judged, silent};
@@ -193,7 +192,8 @@ pub fn diagnose_with_progress(
     let measured = matches!(position, Some(Ok(_)));
     let belonging = read.map_or_else(Belonging::default, |s| Belonging::of(s, measured));
     let weighed = weighing.as_ref().and_then(|weighing| weighing.as_ref().ok());
-    if let Some(now) = read.zip(weighed).and_then(|(segment, of)| since_change(segment, of)) {
+    let now = read.zip(weighed).and_then(|(segment, weighed)| weighed.since_change(segment));
+    if let Some(now) = now.filter(|now| now.len() > 1) {
         oscillations = Oscillations::of(&now);
     }
     let test = tested::tested(recording, options.grid, weighed);
@@ -272,13 +272,6 @@ pub fn diagnose_with_progress(
         }
     }
     Ok(diagnosis)
-}
-
-/// The part of a segment in which the valve is in its present state; `None` if that is all of it.
-fn since_change(segment: &Segment, weighing: &Weighing) -> Option<Segment> {
-    let before = (present_since(&weighing.changes) - segment.from) / segment.sample_time;
-    let before = (before > 0.0).then_some(before.round() as usize)?;
-    Some(segment.part(before, segment.len().checked_sub(before).filter(|left| *left > 1)?))
 }
 
 /// The findings of the methods; without a subject, all abstain.

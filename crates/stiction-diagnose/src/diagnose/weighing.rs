@@ -289,6 +289,12 @@ impl Weighing {
         self.windows.iter().zip(&self.evidence).filter(move |(window, _)| window.from >= since)
     }
 
+    /// The part of a segment since the valve last began or ceased to stick, empty if that was later; `None` if it is all.
+    pub(crate) fn since_change(&self, segment: &Segment) -> Option<Segment> {
+        let before = (present_since(&self.changes) - segment.from) / segment.sample_time;
+        (before > 0.0).then(|| segment.part(before.round() as usize, segment.len()))
+    }
+
     /// Number of its windows, what overlaps counted once.
     pub fn number(&self) -> f64 {
         self.shares.iter().sum()

@@ -11,7 +11,7 @@ use super::Draw;
 use super::draw;
 use super::valve::{Weighed, quantiles};
 use super::without::left;
-use crate::diagnose::Oscillations;
+use crate::diagnose::Diagnosis;
 use crate::fusion::Estimate;
 use crate::identify::controller::FittedController;
 use crate::limit_cycle::exact;
@@ -188,8 +188,8 @@ pub(super) fn tested(
 }
 
 /// The detected oscillation as numbers.
-pub(super) fn recorded(oscillations: &Oscillations, segment: &Segment) -> Option<Swing> {
-    let (_, oscillation) = oscillations.dominant().filter(|(_, found)| found.found)?;
+pub(super) fn recorded(diagnosis: &Diagnosis, segment: &Segment) -> Option<Swing> {
+    let (_, oscillation) = diagnosis.oscillation().filter(|(_, found)| found.found)?;
     let period_s = oscillation.period_s?;
     let of = |x: &[f64]| swing(x, period_s / segment.sample_time);
     Some(Swing { period_s, op: of(&segment.op)?, pv: of(&segment.deviation()?)? })

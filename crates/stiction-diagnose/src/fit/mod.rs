@@ -28,8 +28,7 @@ pub use draw::Draw;
 pub use prospects::{Prospect, Prospects, prospects};
 pub use valve::FittedValve;
 
-use crate::diagnose::change::present_since;
-use crate::diagnose::{Diagnosis, Oscillations, VerdictClass};
+use crate::diagnose::{Diagnosis, VerdictClass};
 use crate::fusion::{Cause, Estimate};
 use crate::identify::controller::{self, FittedController};
 use crate::identify::process::{self, Candidate, FittedProcess, MOST_SAMPLES};
@@ -142,12 +141,14 @@ pub struct Fit {
 pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
     let segment =
         diagnosis.segment().ok_or("no segment in automatic is long enough to fit a loop to")?;
-    // The valve as it is now: since it last began or ceased to stick.
+    // The valve as it is now.
     let evidence = diagnosis.evidence.as_ref();
-    let since = evidence.map_or(segment.from, |evidence| present_since(&evidence.changes));
-    let before = ((since - segment.from) / segment.sample_time).ceil().max(0.0) as usize;
-    let changed = before > 0;
-    let segment = &segment.part(before, segment.len());
+    let since_change = evidence.and_then(|evidence| evidence.since_change(segment));
+    let changed = since_change.is_some();
+    let segment = since_change.as_ref().unwrap_or(segment);
+    if segment.is_empty() {
+        return Err("the valve changed after the longest segment in automatic; fit a recording from after the change".to_owned());
+    }
     let pv = segment.pv.as_deref().ok_or("without a PV no loop can be fitted; export the PV")?;
     if let Some(mistake) = diagnosis.mistaken() {
         return Err(format!("{}: {}", mistake.name(), mistake.remedy()));
@@ -165,11 +166,7 @@ pub fn fit(diagnosis: &Diagnosis, options: &FitOptions) -> Result<Fit, String> {
         true => Err("the PV probably does not respond to the OP".to_owned()),
         false => valve::possible(diagnosis, &middle),
     };
-    let oscillations = match changed {
-        true => Oscillations::of(segment),
-        false => diagnosis.oscillations.clone(),
-    };
-    let recorded = cycle::recorded(&oscillations, segment);
+    let recorded = cycle::recorded(diagnosis, segment);
     let mut process = Err(String::new());
     let chosen;
     let (mut unbiased, mut draws) = (vec![], vec![]);

@@ -1014,18 +1014,13 @@ mod tests {
 
     #[test]
     fn an_accusation_names_the_transmitter_unless_the_stem_is_recorded() {
-        let mut behind = tested(0.0, 0.0, false, 3);
-        let mut play = crate::valve::Play::new(4.0).unwrap();
-        play.restart(Start::at_rest(70.0));
-        let (pv, mut noise) = (&mut behind.pv.as_mut().unwrap().values, NormalStream::new(2));
-        pv.iter_mut().for_each(|pv| *pv = play.step(*pv) + 0.02 * noise.draw());
         let says = |recording: &Recording| {
             let reading = read(recording, &asked()).unwrap();
             let accused = reading.class == VerdictClass::Sticks;
             (accused, reading.reasons.iter().any(|why| why.contains("of the transmitter could")))
         };
-        let (accused, told) = says(&behind);
-        assert!(!accused || told, "{accused} {told}");
+        // A valve without a jump moves the PV as a dead band of the transmitter does.
+        assert_eq!(says(&tested(4.0, 0.0, false, 3)), (true, true));
         assert_eq!(says(&with_position(2.0, 0.8)), (true, false));
     }
 
