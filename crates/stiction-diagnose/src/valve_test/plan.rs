@@ -37,7 +37,7 @@ use super::read::{FEWEST, LARGE, ReadOptions, TestReading, read};
 use super::short::holds;
 use crate::diagnose::{Diagnosis, Estimate, VerdictClass};
 use crate::finding::Abstention;
-use crate::identify::controller;
+use crate::identify::controller::{self, FittedController};
 use crate::recording::{ByHand, Recording, Segment};
 use crate::series::{max, mean, min, noise_std, quantile, span};
 use crate::spoken::{counted, range, rough, time};
@@ -180,6 +180,8 @@ const LEAST_SAMPLES: f64 = 4.0;
 /// The shortest hold: samples of the recording, and periods of the loop.
 const SAMPLES: f64 = 8.0;
 pub(crate) const PERIODS: f64 = 0.4;
+/// The longest period of a loop, in integral times of its controller; a slower oscillation is that of a disturbance.
+const MOST_OF_TI: f64 = 40.0;
 /// The period in samples, if the loop's period is unknown.
 const NO_PERIOD: f64 = 40.0;
 
@@ -261,8 +263,11 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
     let shortest = known.s.map_or(SHORTEST, |s| (OF_S * s.low).clamp(SHORTEST, longest));
     let room = (0.5 * span(pv)).max(16.0 * noise);
     let answer = (ANSWERED * noise).min(0.4 * room);
-    let hold_s = (PERIODS * known.period_s.unwrap_or(NO_PERIOD * dt)).max(SAMPLES * dt);
-    let (long, too_long) = match known.period_s {
+    let controller = fitted(segment);
+    let most_s = controller.as_ref().and_then(|fitted| fitted.ti_s).map(|ti| MOST_OF_TI * ti.high);
+    let period_s = known.period_s.map(|period| most_s.map_or(period, |most| period.min(most)));
+    let hold_s = (PERIODS * period_s.unwrap_or(NO_PERIOD * dt)).max(SAMPLES * dt);
+    let (long, too_long) = match period_s {
         Some(period) if PERIODS * period >= SAMPLES * dt => {
             ("The loop is slow", "the loop is too slow")
         }
@@ -276,7 +281,7 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
             time(hold_s)
         ));
     }
-    let patience = if known.period_s.is_some() { KNOWN_PATIENCE } else { PATIENCE };
+    let patience = if period_s.is_some() { KNOWN_PATIENCE } else { PATIENCE };
     let total_s = options.time_s.unwrap_or_else(|| TIME.max(HOLDS * hold_s).min(SHIFT));
     let mut growing = Growing {
         first: shortest,
@@ -307,7 +312,7 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
         shrink_by: SHRINK_BY,
         ends_after: ENDS_AFTER,
         answer,
-        rises: options.rises.or_else(|| rises(segment)),
+        rises: options.rises.or_else(|| rises_by(&controller?)),
         pv_low,
         pv_high,
         op_low: (quantile(op, 0.05) - 0.5 * longest).max(0.0),
@@ -489,10 +494,16 @@ const ENOUGH_FOR_SIGN: usize = 800;
 /// Whether the PV rises with the OP, from the controller action. If the controller raises the OP when the PV is too
 /// low, the PV rises with the OP.
 pub(super) fn rises(segment: &Segment) -> Option<bool> {
-    let length = segment.len().min(ENOUGH_FOR_SIGN);
-    let fitted = controller::fit(&segment.part((segment.len() - length) / 2, length)).ok()?;
-    let kc = fitted.kc;
+    rises_by(&fitted(segment)?)
+}
+
+fn rises_by(FittedController { kc, .. }: &FittedController) -> Option<bool> {
     (kc.low * kc.high > 0.0).then_some(kc.value > 0.0)
+}
+
+fn fitted(segment: &Segment) -> Option<FittedController> {
+    let length = segment.len().min(ENOUGH_FOR_SIGN);
+    controller::fit(&segment.part((segment.len() - length) / 2, length)).ok()
 }
 
 /// The smallest recorded step of a signal.
@@ -599,6 +610,7 @@ fn short_of_time(plan: &TestPlan, long: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closed_loop::NormalStream;
     use crate::diagnose::{Detectors, DiagnoseOptions, diagnose};
     use crate::recording::{Range, RangeSource, Recording};
 
@@ -707,6 +719,32 @@ mod tests {
         let plan = size(&known, &PlanOptions::default()).unwrap();
         let sizes: Vec<f64> = plan.grow.iter().map(|turn| 2.0 * turn.op.abs()).collect();
         assert!((min(&sizes) - 1.2).abs() < 0.05 && (max(&sizes) - 12.0).abs() < 0.5, "{sizes:?}");
+    }
+
+    /// With Ti = 10 s an oscillation of more than 400 s is that of a disturbance.
+    #[test]
+    fn a_slow_disturbance_makes_no_slow_test() {
+        let mut draw = NormalStream::new(4);
+        let slow = |k: usize| (0.003 * k as f64).sin();
+        let pv: Vec<f64> = (0..900).map(|k| 7.0 + slow(k) + 0.1 * draw.draw()).collect();
+        let mut op = vec![40.0];
+        for two in pv.windows(2) {
+            let by = 0.5 * (two[0] - two[1]) + 0.5 * 2.0 / 10.0 * (7.0 - two[1]);
+            op.push(op[op.len() - 1] + by);
+        }
+        let sp = vec![7.0; 900];
+        let recording = Recording::regular("FIC1", 2.0, &op, Some(&pv), Some(&sp)).unwrap();
+        let options = DiagnoseOptions { detectors: Detectors::None, ..Default::default() };
+        let diagnosis = diagnose(&recording, &options).unwrap();
+        let hold_s = |period_s: f64| {
+            let segment = diagnosis.grid.longest().unwrap();
+            let period_s = Some(period_s);
+            let (name, pv_unit, s, likely_s) = ("FIC1", None, None, None);
+            let known = KnownLoop { name, pv_unit, segment, s, likely_s, period_s };
+            size(&known, &PlanOptions::default()).unwrap().grow[0].hold_s
+        };
+        assert!((hold_s(4000.0) / 160.0 - 1.0).abs() < 0.2, "{}", hold_s(4000.0));
+        assert!((hold_s(200.0) / 80.0 - 1.0).abs() < 0.05, "{}", hold_s(200.0));
     }
 
     #[test]
