@@ -62,6 +62,8 @@ const PAST: [usize; 9] = [1, 2, 3, 5, 8, 13, 21, 34, 55];
 /// Lags and largest number of delays of the first grid.
 const LAGS: usize = 14;
 const DELAYS: usize = 26;
+/// Lags whose responses are calculated together.
+const TOGETHER: usize = 8;
 
 /// A process that explains the PV, with its weight.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,7 +117,7 @@ pub struct FittedProcess {
     pub candidates: Vec<Candidate>,
     /// The noise model of the PV: its coefficients on its own last [`ORDER`] samples.
     #[cfg_attr(feature = "serde", serde(skip))]
-    pub noise: Vec<f64>,
+    pub noise: [f64; ORDER],
     /// Log-likelihood of the best over that of no input at all, nats.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub gained: f64,
@@ -183,24 +185,30 @@ impl FittedProcess {
     pub fn explaining(&self, pv: &[f64], step: f64, most: usize) -> Option<Explaining<'_>> {
         let (y, of_y) = of_variance_one(pv)?;
         let last = most_delay(&delays(y.len()));
-        let ground = |candidate: &Candidate| {
-            let skip = [candidate.dead_time_s / step, last];
-            Ground::of(&y, candidate.lag_s / step, &skip, &self.noise)
-        };
-        let grounds = self.candidates.iter().take(most).map(ground).collect();
-        Some(Explaining { process: self, step, of_y, last, grounds, y })
+        let candidates = &self.candidates[..most.min(self.candidates.len())];
+        let mut by_lag: Vec<(Ground, Vec<usize>)> = vec![];
+        for (k, candidate) in candidates.iter().enumerate() {
+            let lag = candidate.lag_s / step;
+            match by_lag.iter_mut().find(|(ground, _)| ground.lag == lag) {
+                Some((_, of_lag)) => of_lag.push(k),
+                None => by_lag.push((Ground::of(&y, lag, last, &self.noise), vec![k])),
+            }
+        }
+        Some(Explaining { candidates, noise: &self.noise, step, of_y, last, by_lag, y })
     }
 }
 
 /// Processes that may explain a PV behind several inputs.
 pub struct Explaining<'a> {
-    process: &'a FittedProcess,
+    candidates: &'a [Candidate],
+    noise: &'a [f64; ORDER],
     step: f64,
     y: Vec<f64>,
     of_y: f64,
     /// The longest delay, samples.
     last: f64,
-    grounds: Vec<Ground>,
+    /// Their lags, and the candidates with each.
+    by_lag: Vec<(Ground, Vec<usize>)>,
 }
 
 impl Explaining<'_> {
@@ -209,16 +217,22 @@ impl Explaining<'_> {
     pub fn behind(&self, input: &[f64]) -> Vec<(Candidate, f64)> {
         let Some((x, of_x)) = of_variance_one(input) else { return vec![] };
         let bench = Bench { x: &x, y: &self.y, sign: None };
-        let one = |(candidate, ground): (&Candidate, &Ground)| {
-            let delays = [candidate.dead_time_s / self.step];
-            let point = bench.on(ground, &delays, &self.process.noise)[0];
-            let per = self.of_y / of_x / if candidate.lag_s.is_finite() { 1.0 } else { self.step };
-            let m = self.y.len() as f64 - ORDER as f64 - self.last;
-            let error = TEMPER.sqrt() * point.error * per;
-            let found = Candidate { gain: point.gain * per, error, ..*candidate };
-            (found, -0.5 * m * point.sse.ln())
-        };
-        self.process.candidates.iter().zip(&self.grounds).map(one).collect()
+        let m = self.y.len() as f64 - ORDER as f64 - self.last;
+        let mut found: Vec<(Candidate, f64)> =
+            self.candidates.iter().map(|candidate| (*candidate, f64::NAN)).collect();
+        let lags: Vec<f64> = self.by_lag.iter().map(|(ground, _)| ground.lag).collect();
+        for ((ground, of_lag), answer) in self.by_lag.iter().zip(answers(&x, &lags)) {
+            let delay = |k: &usize| self.candidates[*k].dead_time_s / self.step;
+            let delays: Vec<f64> = of_lag.iter().map(delay).collect();
+            let per = self.of_y / of_x / if ground.lag.is_finite() { 1.0 } else { self.step };
+            for (k, point) in of_lag.iter().zip(bench.on(ground, &answer, &delays, self.noise)) {
+                let (candidate, likelihood) = &mut found[*k];
+                candidate.gain = point.gain * per;
+                candidate.error = TEMPER.sqrt() * point.error * per;
+                *likelihood = -0.5 * m * point.sse.ln();
+            }
+        }
+        found
     }
 }
 
@@ -237,7 +251,8 @@ struct Ground {
 }
 
 impl Ground {
-    fn of(y: &[f64], lag: f64, delays: &[f64], a: &[f64]) -> Self {
+    /// For delays up to `last`, samples.
+    fn of(y: &[f64], lag: f64, last: f64, a: &[f64; ORDER]) -> Self {
         let n = y.len();
         let mut w = whitened(y, a);
         let along: Vec<f64> = match lag.is_finite() {
@@ -245,7 +260,7 @@ impl Ground {
             false => (0..n).map(|k| k as f64 / n as f64).collect(),
         };
         let basis = orthonormal(vec![whitened(&vec![1.0; n], a), whitened(&along, a)]);
-        let skip = (most_delay(delays) as usize).min(w.len() / 2);
+        let skip = (last as usize).min(w.len() / 2);
         let basis = orthonormal(basis.iter().map(|b| b[skip..].to_vec()).collect());
         w.drain(..skip);
         let of_w: Vec<f64> = basis.iter().map(|b| dot(b, &w)).collect();
@@ -277,49 +292,56 @@ struct Found {
     points: Vec<Candidate>,
     kind: ProcessKind,
     explained: f64,
-    noise: Vec<f64>,
+    noise: [f64; ORDER],
     gained: f64,
     disturbance_sd: f64,
     innovation_sd: f64,
 }
 
 /// The coefficients of a regression of the series on its own past: `x(k) = sum a(i) x(k - i)`.
-fn regression(x: &[f64], inputs: &[Vec<f64>], from: usize) -> Option<Vec<f64>> {
+fn regression(x: &[f64], inputs: &[Vec<f64>], from: usize) -> Option<[f64; ORDER]> {
     let columns: Vec<&[f64]> = (1..=ORDER)
         .map(|i| &x[from - i..x.len() - i])
         .chain(inputs.iter().map(|column| &column[..]))
         .collect();
     let solved = least_squares(&columns, &x[from..])?;
-    Some(solved.coefficients[..ORDER].to_vec())
+    solved.coefficients[..ORDER].try_into().ok()
 }
 
 /// `A x`, from the sample [`ORDER`] on.
-fn whitened(x: &[f64], a: &[f64]) -> Vec<f64> {
-    let mut predicted = vec![0.0; x.len().saturating_sub(ORDER)];
-    for (i, a) in a.iter().enumerate() {
-        let past = &x[(ORDER - 1 - i).min(x.len())..];
-        predicted.iter_mut().zip(past).for_each(|(sum, x)| *sum += a * x);
-    }
-    predicted.iter_mut().zip(x.iter().skip(ORDER)).for_each(|(sum, x)| *sum = x - *sum);
-    predicted
+fn whitened(x: &[f64], a: &[f64; ORDER]) -> Vec<f64> {
+    let n = x.len().saturating_sub(ORDER);
+    let before = |by: usize| x.get(ORDER - by..).map_or(x, |x| &x[..n]);
+    let (now, past): (_, [&[f64]; ORDER]) = (before(0), std::array::from_fn(|i| before(i + 1)));
+    let predicted = |k: usize| (0..ORDER).map(|i| a[i] * past[i][k]).sum::<f64>();
+    (0..n).map(|k| now[k] - predicted(k)).collect()
 }
 
-/// The response of a process with this lag and without delay, its gain 1.
-fn answer(x: &[f64], lag: f64) -> Vec<f64> {
-    let mut z = Vec::with_capacity(x.len());
-    let (keep, add) = if lag.is_finite() {
-        let keep = (-1.0 / lag).exp();
-        (keep, 1.0 - keep)
-    } else {
-        (1.0, 1.0)
+/// The responses of processes with these lags and without delay, their gain 1. One sample of a response waits for the
+/// last, so all advance together.
+fn answers(x: &[f64], lags: &[f64]) -> Vec<Vec<f64>> {
+    let of = |lag: &f64| {
+        if lag.is_finite() {
+            let keep = (-1.0 / lag).exp();
+            (keep, 1.0 - keep)
+        } else {
+            (1.0, 1.0)
+        }
     };
-    let (mut state, mut before) = (0.0, 0.0);
-    for v in x {
-        state = keep * state + add * before;
-        before = *v;
-        z.push(state);
+    let steps: Vec<(f64, f64)> = lags.iter().map(of).collect();
+    let mut all: Vec<Vec<f64>> = lags.iter().map(|_| vec![0.0; x.len()]).collect();
+    for (steps, all) in steps.chunks(TOGETHER).zip(all.chunks_mut(TOGETHER)) {
+        let mut states = [0.0; TOGETHER];
+        let mut before = 0.0;
+        for (k, v) in x.iter().enumerate() {
+            for ((state, (keep, add)), z) in states.iter_mut().zip(steps).zip(&mut *all) {
+                *state = keep * *state + add * before;
+                z[k] = *state;
+            }
+            before = *v;
+        }
     }
-    z
+    all
 }
 
 /// Orthonormalises the columns, and drops those that nearly depend on others.
@@ -348,18 +370,22 @@ impl Bench<'_> {
         (0..LAGS).map(|i| low * (high / low).powf(i as f64 / (LAGS - 1) as f64)).collect()
     }
 
-    /// Gain and residual for a lag, at these delays.
-    fn at(&self, lag: f64, delays: &[f64], a: &[f64]) -> Vec<Point> {
-        self.on(&Ground::of(self.y, lag, delays, a), delays, a)
+    /// Gain and residual for every lag at every delay.
+    fn at(&self, lags: &[f64], delays: &[f64], a: &[f64; ORDER]) -> Vec<Point> {
+        let last = most_delay(delays);
+        let one = |(lag, answer): (&f64, Vec<f64>)| {
+            self.on(&Ground::of(self.y, *lag, last, a), &answer, delays, a)
+        };
+        lags.iter().zip(answers(self.x, lags)).flat_map(one).collect()
     }
 
-    /// The same on a ground that was made for these delays or longer ones.
-    fn on(&self, ground: &Ground, delays: &[f64], a: &[f64]) -> Vec<Point> {
+    /// The same for the lag of a ground that was made for these delays or longer ones, with the response of that lag.
+    fn on(&self, ground: &Ground, answer: &[f64], delays: &[f64], a: &[f64; ORDER]) -> Vec<Point> {
         let Ground { lag, skip, w, basis, of_w, free } = ground;
         let (lag, skip, free) = (*lag, *skip, *free);
-        let all = whitened(&answer(self.x, lag), a);
+        let all = whitened(answer, a);
         let m = w.len() as f64;
-        let mut moved = vec![0.0; w.len()];
+        let mut moved = Vec::with_capacity(w.len());
         let one = |delay: &f64| {
             let whole = (delay.floor() as usize).min(skip);
             let share = delay - delay.floor();
@@ -367,9 +393,10 @@ impl Bench<'_> {
             if share > 0.0 && whole < skip {
                 // Between two samples the held input is a mixture of both.
                 let later = &all[skip - whole - 1..][..w.len()];
-                for (m, (now, later)) in moved.iter_mut().zip(z.iter().zip(later)) {
-                    *m = (1.0 - share) * now + share * later;
-                }
+                moved.clear();
+                moved.extend(
+                    z.iter().zip(later).map(|(z, later)| (1.0 - share) * z + share * later),
+                );
                 z = &moved;
             }
             let of_z: Vec<f64> = basis.iter().map(|b| dot(b, z)).collect();
@@ -388,7 +415,7 @@ impl Bench<'_> {
 
     /// The residual of the PV for a process.
     fn left(&self, point: &Point) -> Vec<f64> {
-        let z = answer(self.x, point.lag);
+        let z = answers(self.x, &[point.lag]).swap_remove(0);
         let whole = point.delay.floor() as usize;
         let share = point.delay - point.delay.floor();
         let before = |k: usize, by: usize| if k < by { 0.0 } else { z[k - by] };
@@ -413,9 +440,7 @@ impl Bench<'_> {
         for round in 0..3 {
             all.clear();
             if round == 0 {
-                for lag in lags.iter().copied().chain([f64::INFINITY]) {
-                    all.extend(self.at(lag, &delays, &a));
-                }
+                all = self.at(&[&lags[..], &[f64::INFINITY]].concat(), &delays, &a);
             } else if let Some(point) = best {
                 all = self.finer(&point, &lags, &delays, &a);
             }
@@ -487,13 +512,14 @@ impl Bench<'_> {
     }
 
     /// The grid around a point: intermediate lags, and neighbouring delays.
-    fn finer(&self, point: &Point, lags: &[f64], delays: &[f64], a: &[f64]) -> Vec<Point> {
+    fn finer(&self, point: &Point, lags: &[f64], delays: &[f64], a: &[f64; ORDER]) -> Vec<Point> {
         let near: Vec<f64> = match point.lag.is_finite() {
             true => (-14..=14).map(|i| point.lag * 1.14_f64.powi(i)).collect(),
             false => lags[lags.len() - 3..].to_vec(),
         };
         let longest = self.x.len() as f64;
         let near = near.into_iter().filter(|lag| (0.25..longest).contains(lag));
+        let near: Vec<f64> = near.chain([f64::INFINITY]).collect();
         let reach = 2.0 + 0.5 * point.delay;
         let apart = (reach / 10.0).max(0.25);
         // The compared samples are those of the coarse grid.
@@ -503,7 +529,7 @@ impl Bench<'_> {
             .filter(|delay| (0.0..last).contains(delay))
             .collect();
         around.push(last);
-        near.chain([f64::INFINITY]).flat_map(|lag| self.at(lag, &around, a)).collect()
+        self.at(&near, &around, a)
     }
 
     /// Share of the input's innovations that the PV does not explain: nearly zero if a linear controller only
