@@ -48,9 +48,7 @@ impl<const N: usize> Feed<N> {
             ahead.fill(self.constant);
         }
         for (lane, source) in &mut self.moving {
-            for sample in ahead.iter_mut() {
-                sample[*lane] += source.draw();
-            }
+            source.add_to(ahead, |sample| &mut sample[*lane]);
         }
         ahead
     }

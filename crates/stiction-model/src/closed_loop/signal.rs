@@ -105,7 +105,10 @@ impl Signal {
     /// As [`Signal::source`]; also if a [`Signal::Samples`] is shorter than `n`.
     pub fn sample(&self, sample_time: f64, n: usize) -> Result<Vec<f64>> {
         let mut source = self.source(sample_time, n)?;
-        Ok((0..n).map(|_| source.draw()).collect())
+        Ok(match self {
+            Self::Samples(samples) => samples[..n].to_vec(),
+            _ => (0..n).map(|_| source.draw()).collect(),
+        })
     }
 
     /// The signal as a stream of samples, one every `sample_time` seconds, for `n` of them.
@@ -210,7 +213,31 @@ pub struct SignalSource {
     state: State,
 }
 
+/// Whether the time of a step has come; a step at a whole number of samples must not shift by rounding.
+fn reached(steps: &[(f64, f64)], step: usize, time: f64) -> bool {
+    steps.get(step).is_some_and(|(at, _)| *at <= time * (1.0 + 1e-12))
+}
+
 impl SignalSource {
+    /// Adds its next samples to a part of each of these.
+    pub(super) fn add_to<T>(&mut self, all: &mut [T], part: impl Fn(&mut T) -> &mut f64) {
+        let end = self.index + all.len();
+        let last = end.saturating_sub(1) as f64 * self.sample_time;
+        match (&self.signal, &self.state) {
+            (Signal::Samples(samples), _) if samples.len() >= end => {
+                let samples = &samples[self.index..end];
+                all.iter_mut().zip(samples).for_each(|(to, sample)| *part(to) += sample);
+                self.index = end;
+            }
+            (Signal::Steps(steps), State::Next(next @ 1..)) if !reached(steps, *next, last) => {
+                let value = steps[next - 1].1;
+                all.iter_mut().for_each(|to| *part(to) += value);
+                self.index = end;
+            }
+            _ => all.iter_mut().for_each(|to| *part(to) += self.draw()),
+        }
+    }
+
     /// The next sample. (Past the end of [`Signal::Samples`], their last.)
     #[inline]
     pub fn draw(&mut self) -> f64 {
@@ -230,8 +257,7 @@ impl SignalSource {
             }
             (Signal::Steps(steps), state) => {
                 let State::Next(next) = state else { return 0.0 };
-                // A step at a whole number of samples must not shift by rounding.
-                while steps.get(*next).is_some_and(|(at, _)| *at <= t * (1.0 + 1e-12)) {
+                while reached(steps, *next, t) {
                     *next += 1;
                 }
                 steps[*next - 1].1
