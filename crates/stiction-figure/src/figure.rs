@@ -46,6 +46,7 @@ mod svg;
 mod text;
 
 use crate::error::Error;
+use layout::Sheet;
 use paint::paint;
 use pixels::Pixels;
 use svg::{Place, Svg, caption_id};
@@ -314,7 +315,7 @@ impl Figure {
     /// If the figure is malformed; see [`Error`].
     pub fn svg(&self) -> Result<String, Error> {
         self.check()?;
-        Ok(self.document(Place::File))
+        Ok(self.document(&Sheet::new(self), Place::File))
     }
 
     /// The picture as an SVG with what a script needs to read values from it and to zoom.
@@ -326,7 +327,8 @@ impl Figure {
     /// If the figure is malformed; see [`Error`].
     pub fn live(&self, id: &str) -> Result<Live, Error> {
         self.check()?;
-        Ok(Live { svg: self.document(Place::Live(id)), data: live::data(self) })
+        let sheet = Sheet::new(self);
+        Ok(Live { svg: self.document(&sheet, Place::Live(id)), data: live::data(self, &sheet) })
     }
 
     /// The id that the caption of a picture must have on a page, for its name `id`. It names the picture to those who cannot see
@@ -343,7 +345,7 @@ impl Figure {
     /// If the figure is malformed; see [`Error`].
     pub fn still(&self, id: &str) -> Result<String, Error> {
         self.check()?;
-        Ok(self.document(Place::Still(id)))
+        Ok(self.document(&Sheet::new(self), Place::Still(id)))
     }
 
     /// The picture as a PNG file with two pixels per px and a bundled font.
@@ -354,13 +356,13 @@ impl Figure {
     /// If the figure is malformed; see [`Error`].
     pub fn png(&self) -> Result<Vec<u8>, Error> {
         self.check()?;
-        paint(self, Pixels::new).into_png()
+        paint(self, &Sheet::new(self), Pixels::new).into_png()
     }
 
     /// The picture as SVG.
-    fn document(&self, place: Place<'_>) -> String {
-        let sheet = |width, height| Svg::new(width, height, place);
-        paint(self, sheet).into_document(&self.title, &self.caption)
+    fn document(&self, sheet: &Sheet, place: Place<'_>) -> String {
+        let surface = |width, height| Svg::new(width, height, place);
+        paint(self, sheet, surface).into_document(&self.title, &self.caption)
     }
 
     /// Checks that the figure can be drawn. All later functions rely on this.

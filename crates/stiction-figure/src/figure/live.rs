@@ -31,8 +31,7 @@ pub struct Live {
 }
 
 /// The data of a checked figure.
-pub(super) fn data(figure: &Figure) -> String {
-    let sheet = Sheet::new(figure);
+pub(super) fn data(figure: &Figure, sheet: &Sheet) -> String {
     let panels =
         figure.panels.iter().zip(&sheet.cells).map(|(panel, cell)| panel_data(panel, cell));
     format!("{{\"panels\":[{}]}}", panels.collect::<Vec<_>>().join(","))

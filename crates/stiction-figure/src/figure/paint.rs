@@ -28,10 +28,13 @@ const X_TICKS: &str = "x-ticks";
 pub(super) const MIDDLE: f64 = 0.365;
 
 /// Draws a checked figure on a surface made for its width and height.
-pub(super) fn paint<S: Surface>(figure: &Figure, surface: impl FnOnce(f64, f64) -> S) -> S {
-    let sheet = Sheet::new(figure);
+pub(super) fn paint<S: Surface>(
+    figure: &Figure,
+    sheet: &Sheet,
+    surface: impl FnOnce(f64, f64) -> S,
+) -> S {
     let mut surface = surface(sheet.width.ceil(), sheet.height.ceil());
-    paint_sheet(&mut Canvas::on(&mut surface), figure, &sheet);
+    paint_sheet(&mut Canvas::on(&mut surface), figure, sheet);
     surface
 }
 
