@@ -15,8 +15,8 @@ use crate::reference::reference;
 use anyhow::{Context, Result};
 use stiction_diagnose::evidence::Line;
 use stiction_diagnose::fusion::{
-    Bundle, Calibration, Cause, Confidence, Decision, Ensemble, LIMIT, Limit, Mismatch, Provenance,
-    Quantiles, TrainedModel, row,
+    Bundle, Calibration, Cause, Confidence, Decision, Deferred, Ensemble, LIMIT, Limit, Mismatch,
+    Provenance, Quantiles, TrainedModel, row,
 };
 
 /// Fewest slips of a valve for learning S: fewer show only where it sticks.
@@ -149,7 +149,8 @@ pub fn learn(
         families = Some([of_full, of_alone]);
     }
     notes.extend(school.notes);
-    let features = full.columns.iter().map(|column| column.name.clone()).collect();
+    let features: Vec<String> = full.columns.iter().map(|column| column.name.clone()).collect();
+    let op_only = Deferred::new(&op_only, features.len());
     let rows = full.rows(provenance.trained..u64::MAX);
     let decision = Decision::CAUTIOUS;
     let mut bundle = Bundle { provenance, features, decision, full: of_both, op_only };

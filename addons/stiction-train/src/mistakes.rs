@@ -198,7 +198,7 @@ mod tests {
         let full = synthetic::dataset(1, 8000);
         let both = Both { full: full.clone(), alone: full, mistaken: mistaken(3) };
         let bundle = learned_from(&both, false).bundle;
-        assert!(bundle.op_only.mismatch.is_none());
+        assert!(bundle.op_only.get().unwrap().mismatch.is_none());
         let (wrong, right) = (mistaken(4), synthetic::dataset(2, 4000));
         let of = |data: &Dataset| judge(&bundle, data, false).unwrap();
         let caught = |data: &Dataset| {

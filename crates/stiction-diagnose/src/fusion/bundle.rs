@@ -13,6 +13,7 @@ use super::trees::{Ensemble, MOST_FEATURES};
 use crate::cause::Cause;
 use crate::error::{Error, Result};
 use crate::evidence::Line;
+use std::sync::OnceLock;
 
 /// The first bytes of a file.
 const MAGIC: [u8; 8] = *b"STICTION";
@@ -32,7 +33,7 @@ pub struct Bundle {
     /// For recordings of OP and PV.
     pub full: TrainedModel,
     /// For recordings of the OP alone. Its trees split by features of the OP only.
-    pub op_only: TrainedModel,
+    pub op_only: Deferred,
 }
 
 /// Origin of a bundle: enough to train it again.
@@ -115,15 +116,14 @@ impl Bundle {
         out.f64(self.decision.accuse);
         out.f64(self.decision.clear);
         self.full.write(&mut out, self.features.len());
-        self.op_only.write(&mut out, self.features.len());
+        out.0.extend(&self.op_only.bytes);
         out.0
     }
 
-    /// Reads a file.
+    /// Reads a file, except for the model of the OP alone.
     ///
     /// # Errors
-    /// If it is not one, is of another version, ends early, continues after its end, or has invalid trees,
-    /// calibrations or intervals.
+    /// If it is not one, is of another version, ends early, or has invalid trees, calibrations or intervals.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let rest = bytes.strip_prefix(&MAGIC).ok_or_else(|| damaged("is not a model"))?;
         let mut from = Reader(rest);
@@ -146,11 +146,48 @@ impl Bundle {
         }
         let decision = Decision { accuse: from.f64()?, clear: from.f64()? }.checked()?;
         let full = TrainedModel::read(&mut from, features.len())?;
-        let op_only = TrainedModel::read(&mut from, features.len())?;
-        if !from.0.is_empty() {
-            return Err(damaged("continues after its end"));
-        }
+        let op_only = Deferred::of(from.0.to_vec(), features.len());
         Ok(Self { provenance, features, decision, full, op_only })
+    }
+}
+
+/// A model that is read from its bytes when it is first used: it takes as long to read as a window to judge.
+#[derive(Debug, Clone)]
+pub struct Deferred {
+    bytes: Vec<u8>,
+    features: usize,
+    read: OnceLock<Result<TrainedModel>>,
+}
+
+impl Deferred {
+    /// A model with this number of features.
+    pub fn new(model: &TrainedModel, features: usize) -> Self {
+        let mut out = Writer::default();
+        model.write(&mut out, features);
+        Self::of(out.0, features)
+    }
+
+    fn of(bytes: Vec<u8>, features: usize) -> Self {
+        Self { bytes, features, read: OnceLock::new() }
+    }
+
+    /// The model.
+    ///
+    /// # Errors
+    /// As [`Bundle::from_bytes`], and if its bytes continue after its end.
+    pub fn get(&self) -> Result<&TrainedModel> {
+        let read = || {
+            let mut from = Reader(&self.bytes);
+            let model = TrainedModel::read(&mut from, self.features)?;
+            if from.0.is_empty() { Ok(model) } else { Err(damaged("continues after its end")) }
+        };
+        self.read.get_or_init(read).as_ref().map_err(Clone::clone)
+    }
+}
+
+impl PartialEq for Deferred {
+    fn eq(&self, other: &Self) -> bool {
+        self.bytes == other.bytes
     }
 }
 
@@ -387,29 +424,39 @@ pub(super) mod tests {
             features: vec!["first".into(), "second".into()],
             decision: Decision { accuse: 0.9, clear: 0.1 },
             full: model(0.0),
-            op_only: TrainedModel {
-                calibration: Calibration::IDENTITY,
-                limit: None,
-                mismatch: None,
-                ..model(0.25)
-            },
+            op_only: Deferred::new(
+                &TrainedModel {
+                    calibration: Calibration::IDENTITY,
+                    limit: None,
+                    mismatch: None,
+                    ..model(0.25)
+                },
+                2,
+            ),
         }
+    }
+
+    /// Both models of a file.
+    fn whole(bytes: &[u8]) -> Result<Bundle> {
+        let bundle = Bundle::from_bytes(bytes)?;
+        bundle.op_only.get()?;
+        Ok(bundle)
     }
 
     #[test]
     fn a_file_gives_back_what_was_written() {
         let bytes = bundle().to_bytes();
-        assert_eq!(Bundle::from_bytes(&bytes).unwrap(), bundle());
+        assert_eq!(whole(&bytes).unwrap(), bundle());
     }
 
     #[test]
     fn every_shortened_or_lengthened_file_is_refused() {
         let bytes = bundle().to_bytes();
         for end in 0..bytes.len() {
-            assert!(Bundle::from_bytes(&bytes[..end]).is_err(), "{end} bytes are enough");
+            assert!(whole(&bytes[..end]).is_err(), "{end} bytes are enough");
         }
         let longer = [&bytes[..], &[0]].concat();
-        assert!(Bundle::from_bytes(&longer).is_err());
+        assert!(whole(&longer).is_err());
     }
 
     #[test]
@@ -425,11 +472,11 @@ pub(super) mod tests {
     proptest! {
         #[test]
         fn garbage_is_no_model(garbage in proptest::collection::vec(any::<u8>(), 0..400)) {
-            prop_assert!(Bundle::from_bytes(&garbage).is_err());
+            prop_assert!(whole(&garbage).is_err());
             let mut headed = MAGIC.to_vec();
             headed.extend(VERSION.to_le_bytes());
             headed.extend(garbage);
-            prop_assert!(Bundle::from_bytes(&headed).is_err());
+            prop_assert!(whole(&headed).is_err());
         }
 
         /// A damaged file is refused, or is a model that can be asked.
@@ -443,7 +490,7 @@ pub(super) mod tests {
                 let at = at.index(bytes.len());
                 bytes[at] = value;
             }
-            if let Ok(read) = Bundle::from_bytes(&bytes)
+            if let Ok(read) = whole(&bytes)
                 && let Ok(weighed) = read.weigh(&values, 10.0, false)
             {
                 prop_assert!((0.0..=1.0).contains(&weighed.probability));

@@ -34,7 +34,7 @@ mod valves;
 
 pub use crate::cause::Cause;
 pub use crate::estimate::Estimate;
-pub use bundle::{Bundle, Provenance, TrainedModel};
+pub use bundle::{Bundle, Deferred, Provenance, TrainedModel};
 pub use calibration::{Calibration, sigmoid, softplus};
 pub use confidence::{Confidence, SURE, Side, logit};
 pub use decision::Decision;
@@ -105,7 +105,8 @@ impl Bundle {
     /// recordings without PV and SP, and needs the evidence of such a recording.
     ///
     /// # Errors
-    /// If there are fewer values than features, or the span is not a finite number above 0.
+    /// If there are fewer values than features, the span is not a finite number above 0, or the model of the OP alone
+    /// is damaged.
     pub fn weigh(&self, values: &[f64], op_span: f64, op_only: bool) -> Result<Weighed> {
         if values.len() < self.features.len() {
             return Err(Error::Length {
@@ -115,7 +116,7 @@ impl Bundle {
             });
         }
         crate::error::positive("the span of the OP", op_span)?;
-        let model = if op_only { &self.op_only } else { &self.full };
+        let model = if op_only { self.op_only.get()? } else { &self.full };
         let row = row(values);
         let calibrated = model.calibration.probability(model.fault.margin(&row));
         let probability = model.confidence.reported(calibrated);
