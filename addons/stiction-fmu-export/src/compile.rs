@@ -81,7 +81,7 @@ impl Compiler<'_> {
 /// The output of a program.
 ///
 /// # Errors
-/// If it cannot be run or fails: its message.
+/// If the program cannot be run or fails. The error is its message.
 pub fn answer(command: &mut Command) -> Result<String, String> {
     let program = command.get_program().to_string_lossy().into_owned();
     let output = command.output().map_err(|e| format!("{program} cannot be run: {e}"))?;

@@ -55,7 +55,7 @@ impl Library {
     /// Those of all [`PLATFORMS`].
     ///
     /// # Errors
-    /// If one is not built in and cannot be compiled, because its sources or `cargo` are missing.
+    /// If a library is not built in and cannot be compiled, because its sources or `cargo` are missing.
     pub fn own() -> Result<Vec<Self>, Error> {
         Self::own_and(vec![])
     }

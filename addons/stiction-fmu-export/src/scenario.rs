@@ -32,7 +32,8 @@ const SHARED: [(&str, &str); 20] = [
 /// The loop of `scenario` with all its settings.
 ///
 /// # Errors
-/// If it is not a closed loop, or has a setting that a loop inside an FMU does not have; the message names it.
+/// If the scenario is not a closed loop, or has a setting that a loop inside an FMU cannot have. The message names the
+/// setting.
 pub fn of_scenario(scenario: &Scenario) -> Result<Fmu, Error> {
     let System::ClosedLoop(plant) = &scenario.system else {
         return Err(Error::Model(

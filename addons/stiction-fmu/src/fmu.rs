@@ -57,7 +57,7 @@ impl Fmu {
     /// parameter sets of [`stiction_model::stem`], with its usual start values.
     ///
     /// # Errors
-    /// If there is none; the sentence lists the known ones.
+    /// If no model or law has this name. The sentence lists the known names.
     pub fn new(model: &str, law: &str) -> Result<Self, String> {
         match model {
             "valve" | "loop" => {
@@ -87,8 +87,8 @@ impl Fmu {
     /// The same with another start value. Boolean values are 1 and 0.
     ///
     /// # Errors
-    /// If there is no such variable, it is computed and not set, or the value is not of its type. [`Fmu::check`]
-    /// checks combinations of values.
+    /// If no variable has this name, the variable is computed and cannot be set, or the value has the wrong type.
+    /// [`Fmu::check`] checks combinations of values.
     pub fn with(mut self, name: &str, value: f64) -> Result<Self, String> {
         let Some(variable) = self.table.iter_mut().find(|v| v.name == name) else {
             let known: Vec<_> = self.settings().map(|v| v.name).collect();
@@ -113,7 +113,7 @@ impl Fmu {
     /// Reads the output of [`Fmu::json`]. Missing parameters have their usual values.
     ///
     /// # Errors
-    /// If the text is not a flat JSON object, a key is unknown or occurs twice, or a value is not of its type.
+    /// If the text is not a flat JSON object, a key is unknown or occurs twice, or a value has the wrong type.
     pub fn from_json(text: &str) -> Result<Self, String> {
         let pairs = json::read(text)?;
         let word = |key: &str, allowed: &str| match pairs.iter().find(|(k, _)| k == key) {

@@ -145,8 +145,8 @@ impl Instance {
     /// A fresh instance.
     ///
     /// # Errors
-    /// If the token belongs to another description, or an external solver cannot compute the model although it is
-    /// to be used for model exchange.
+    /// If the token belongs to a different description, or the FMU is for model exchange and an external solver cannot
+    /// compute the model.
     pub(crate) fn new(fmu: Fmu, token: &str, exchange: bool) -> Result<Self> {
         let own = fmu.token();
         if token != own {

@@ -303,7 +303,7 @@ fn planned(run: &Run) -> Answer<TestPlan> {
 /// The loop before the test, with its plan.
 ///
 /// # Errors
-/// If there is no plan for it.
+/// If no plan exists for the loop.
 pub fn begin(_: &Lab, which: Which) -> Answer<Before> {
     let mut run = Run::new(which)?;
     run.go_to(OPERATION_S)?;
@@ -333,7 +333,7 @@ pub fn carry_out(_: &Lab, which: Which) -> Answer<CompletedTest> {
 /// The result of the test, as from `stiction test read --done --rises`.
 ///
 /// # Errors
-/// If it cannot be read; the sentence names what is missing.
+/// If the test cannot be read. The sentence names what is missing.
 pub fn read(_: &Lab, exercise: Exercise) -> Answer<Reading> {
     let recording = Run::of(&exercise)?.recording()?;
     if exercise.sets.iter().filter(|set| set.op.is_some()).count() < 2 {

@@ -139,7 +139,7 @@ fn drawn(which: &Which) -> Answer<Simulated> {
 /// The trends of a loop.
 ///
 /// # Errors
-/// If none can be drawn.
+/// If no such loop can be drawn.
 pub fn trends(_: &Lab, which: Which) -> Answer<Trends> {
     let recording = drawn(&which)?.recording;
     let mut signals = vec![Trend::of("OP", &recording.op)];
@@ -152,7 +152,7 @@ pub fn trends(_: &Lab, which: Which) -> Answer<Trends> {
 /// The truth about a loop.
 ///
 /// # Errors
-/// If none can be drawn.
+/// If no such loop can be drawn.
 pub fn reveal(_: &Lab, which: Which) -> Answer<Revealed> {
     let Simulated { recording, truth } = drawn(&which)?;
     let bands = truth.has_bands();

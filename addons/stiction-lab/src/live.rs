@@ -180,7 +180,7 @@ pub fn go(lab: &Lab, asked: Go) -> Answer<Samples> {
 /// The verdict on SP, PV and OP of a loop, simulated from rest for the duration of its scenario.
 ///
 /// # Errors
-/// If there is no such loop, or it runs away.
+/// If no such loop exists, or the simulation diverges.
 pub fn verdict(_: &Lab, knobs: Knobs, wanted: &Wanted) -> Answer<Judgement> {
     let name = format!("{}.csv", knobs.plant.name());
     let mut live = Live::new(Knobs { manual: None, ..knobs })?;

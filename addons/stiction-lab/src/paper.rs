@@ -51,7 +51,7 @@ pub struct Which {
 /// A figure, or null past the last.
 ///
 /// # Errors
-/// If it cannot be drawn.
+/// If the figure cannot be drawn.
 pub fn figure(lab: &Lab, which: Which) -> Answer<Option<PaperFigure>> {
     (lab.paper.0)(which.number).transpose().map_err(Wrong::own)
 }

@@ -105,7 +105,7 @@ pub struct Opened {
 /// names, so that the user can assign them.
 ///
 /// # Errors
-/// If it is not open in this lab, or contains no recordings.
+/// If the file is not open in this lab, or contains no recordings.
 pub fn open(lab: &Lab, which: Which) -> Answer<Opened> {
     let file = lab.recordings.file(&which.file)?;
     match lab.recordings.read(&file) {
@@ -175,7 +175,7 @@ pub struct Say {
 /// Reads a file with these corrections, and keeps them if asked to.
 ///
 /// # Errors
-/// If it cannot be read with them, or the mapping file cannot be written. Then nothing changes.
+/// If the file cannot be read with these corrections, or the mapping file cannot be written. Then nothing changes.
 pub fn say(lab: &Lab, asked: Say) -> Answer<Opened> {
     let file = lab.recordings.file(&asked.file)?;
     let reading = lab.recordings.say(&file, asked.mapping, asked.save)?;
@@ -185,7 +185,7 @@ pub fn say(lab: &Lab, asked: Say) -> Answer<Opened> {
 /// Closes a dropped file, and frees its memory.
 ///
 /// # Errors
-/// If it is not open, or was not dropped.
+/// If the file is not open, or was not dropped on the page.
 pub fn close(lab: &Lab, which: Which) -> Answer<Recordings> {
     lab.recordings.close(&which.file)?;
     list(lab, Nothing {})
@@ -297,7 +297,7 @@ fn judged(
 /// The verdict on a loop, or on a stretch of its recording.
 ///
 /// # Errors
-/// If there is no such loop, or its times make no sense.
+/// If no such loop exists, or the times of the stretch are impossible.
 pub fn verdict(lab: &Lab, asked: Stretch, wanted: &Wanted) -> Answer<Judged> {
     let (source, diagnosis) = judged(lab, &asked, false, wanted)?;
     let first_screen = report::first_screen(&Loop::new(&source, &diagnosis));

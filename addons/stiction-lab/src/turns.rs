@@ -117,7 +117,7 @@ impl Wanted {
     /// Ends work that should not go on.
     ///
     /// # Errors
-    /// If it should not.
+    /// If the work should stop.
     pub fn check(&self) -> Answer<()> {
         if self.goes_on() { Ok(()) } else { Err(self.over()) }
     }
@@ -125,7 +125,7 @@ impl Wanted {
     /// Diagnoses a recording, as long as the work should go on.
     ///
     /// # Errors
-    /// As for [`diagnose_with_progress`], or if it should not.
+    /// As for [`diagnose_with_progress`], or if the work should stop.
     pub(crate) fn diagnose(
         &self,
         recording: &Recording,

@@ -199,7 +199,7 @@ impl Log {
     /// Reads `log.toml` in `folder`; empty if there is no such file.
     ///
     /// # Errors
-    /// If it cannot be read, or as for [`Log::parse`].
+    /// If the log cannot be read, or as for [`Log::parse`].
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(NAME);
         Self::parse(&text_of(&path)?, &path.display().to_string())
@@ -208,7 +208,7 @@ impl Log {
     /// Reads a log from its `text`; `origin` names it in errors.
     ///
     /// # Errors
-    /// If it is not well formed, has unknown keys or invalid values, with the line.
+    /// If the log is not well-formed, or has unknown keys or invalid values. The message names the line.
     pub fn parse(text: &str, origin: &str) -> Result<Self> {
         let line = |at: usize| text.as_bytes().iter().take(at).filter(|b| **b == b'\n').count() + 1;
         let refused = |problems| Error::PlantFile { origin: origin.to_owned(), problems };
@@ -240,7 +240,7 @@ impl Log {
 /// The loop of this name, in any case, from the plant's file or the `judged` loops.
 ///
 /// # Errors
-/// If there is none.
+/// If no loop has this name.
 pub fn loop_named<'a>(
     plant: &'a Plant,
     judged: impl IntoIterator<Item = &'a str>,
@@ -259,7 +259,7 @@ pub fn loop_named<'a>(
 /// The same from the plant's file, its examined data or the judged loops. Unreadable rows are no reason to refuse an entry.
 ///
 /// # Errors
-/// If there is none.
+/// If no loop has this name.
 pub fn known_loop(folder: &Path, plant: &Plant, tag: &str) -> Result<String> {
     let store = Store::of(folder);
     let inputs = Inputs::known(&store, plant);

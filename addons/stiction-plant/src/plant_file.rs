@@ -122,7 +122,7 @@ impl Plant {
     /// Reads `plant.toml` in `folder`.
     ///
     /// # Errors
-    /// If it does not exist, names no data, or as for [`Plant::parse`].
+    /// If the file does not exist or names no data, or as for [`Plant::parse`].
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(NAME);
         let text = std::fs::read_to_string(&path).map_err(file(&path))?;
@@ -141,7 +141,7 @@ impl Plant {
     /// Reads a plant file from its `text`; `origin` names it in errors. It need not name data, which may come as tables.
     ///
     /// # Errors
-    /// If it is not well formed, has unknown keys or invalid values. Every problem is listed with its line.
+    /// If the text is not well-formed, or has unknown keys or invalid values. Every problem is listed with its line.
     pub fn parse(text: &str, origin: &str) -> Result<Self> {
         let refused = |problems| Error::PlantFile { origin: origin.to_owned(), problems };
         let file: PlantFile = toml::from_str(text).map_err(|e| {

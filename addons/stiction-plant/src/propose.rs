@@ -40,7 +40,7 @@ pub struct Proposal {
 /// Proposes a plant file for the files and folders `data`, relative to `folder`.
 ///
 /// # Errors
-/// If one does not exist, or no file holds a loop.
+/// If a file or folder does not exist, or no file contains a loop.
 pub fn propose(folder: &Path, name: &str, data: &[String]) -> Result<Proposal> {
     let mut patterns: Vec<String> = vec![];
     let mut files: BTreeMap<(String, String), BTreeSet<String>> = BTreeMap::new();

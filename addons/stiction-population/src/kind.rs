@@ -60,7 +60,7 @@ impl LoopKind {
     /// The kind of that name, in any case.
     ///
     /// # Errors
-    /// If there is none; the error lists the known ones.
+    /// If no kind has this name. The error lists the known names.
     pub fn by_name(name: &str) -> Result<Self> {
         let wanted = name.to_lowercase();
         let found = Self::ALL.into_iter().find(|kind| kind.name().to_lowercase() == wanted);

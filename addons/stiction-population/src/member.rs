@@ -20,7 +20,7 @@ use stiction_model::valve::{AnyModel, Model, ValveSpec};
 /// It depends on these two numbers alone.
 ///
 /// # Errors
-/// As [`LoopKind::simulate`]: none is known.
+/// As for [`LoopKind::simulate`]. No error is known.
 pub fn member(seed: u64, index: u64) -> Result<Simulated> {
     let mut draw = Draw::of(&[seed, index, u64::from(super::VERSION)]);
     let kind = LoopKind::at(draw.unit());

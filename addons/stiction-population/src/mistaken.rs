@@ -68,7 +68,7 @@ impl Mistake {
 /// of that seed, but hardly ever those with small numbers, which are used for other trainings.
 ///
 /// # Errors
-/// As [`member`]: none is known.
+/// As for [`member`]. No error is known.
 pub fn mistaken(seed: u64, index: u64) -> Result<(Mistake, Recording)> {
     // Separate from the streams of members.
     let mut draw = Draw::of(&[seed, index, u64::from(super::VERSION), 0x6d69_7374]);

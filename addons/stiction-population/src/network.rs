@@ -199,7 +199,8 @@ impl Network {
     /// The network of this seed and plan.
     ///
     /// # Errors
-    /// If the plan has no loop, more than [`MOST_LOOPS`], or a sticking one beyond them.
+    /// If the plan has no loop, more than [`MOST_LOOPS`] loops, or a sticking loop with a higher number than the last
+    /// loop.
     pub fn planned(seed: u64, plan: &NetworkPlan) -> Result<Self> {
         let n = plan.loops;
         if n == 0 || n > MOST_LOOPS || plan.sticking.iter().any(|k| *k >= n) {

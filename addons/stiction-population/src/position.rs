@@ -64,7 +64,7 @@ impl Transmitter {
 /// of ten). It depends only on the loop and `seed`.
 ///
 /// # Errors
-/// If the position does not have one number per sample of the OP; impossible for a loop of the population.
+/// If the position does not have one number per sample of the OP. Loops of the population always do.
 pub fn observed(simulated: &Simulated, seed: u64) -> Result<Recording> {
     let mut draw = Draw::of(&[seed, 1]);
     let mut transmitter = Transmitter::draw(&mut draw);

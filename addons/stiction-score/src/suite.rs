@@ -94,7 +94,7 @@ impl Suite {
     /// derived from the key.
     ///
     /// # Errors
-    /// If there is no such suite, or it has no hidden half.
+    /// If no suite has this name, or the suite has no hidden half.
     pub fn by_name(name: &str, key: Option<[u64; 4]>) -> Result<Self> {
         let found = PLANS.iter().find(|plan| plan.name == name);
         let plan = found.ok_or_else(|| Error::UnknownName {

@@ -61,7 +61,7 @@ pub fn write(path: &Path, key: &str, data: &Dataset) -> Result<()> {
 /// Reads a dataset of these columns.
 ///
 /// # Errors
-/// If it contains other loops or features, or is damaged.
+/// If the dataset contains different loops or features, or is damaged.
 pub fn read(path: &Path, wanted: &str, columns: Vec<Column>) -> Result<Dataset> {
     let text =
         std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;

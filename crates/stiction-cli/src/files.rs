@@ -51,7 +51,7 @@ impl In {
 /// The files that `named` names: of a folder those in it whose names are those of recordings, in order.
 ///
 /// # Errors
-/// If a folder cannot be listed or has none.
+/// If a folder cannot be listed or contains no recordings.
 pub fn with_folders(named: &[In]) -> Result<Vec<In>> {
     let mut all = vec![];
     for each in named {

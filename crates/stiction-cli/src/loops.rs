@@ -227,7 +227,7 @@ impl<'a> Choice<'a> {
 /// The only one of some loops of a file.
 ///
 /// # Errors
-/// If there are more or none; the message lists their names.
+/// If the file has no loop, or more than one. The message lists their names.
 pub fn only<T>(file: &In, mut all: Vec<T>, name: impl Fn(&T) -> &str) -> Result<T> {
     if all.len() != 1 {
         let tags = all.iter().map(name).collect::<Vec<_>>().join(", ");

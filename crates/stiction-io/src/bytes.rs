@@ -11,7 +11,7 @@ const MOST: u64 = 1 << 30;
 /// All bytes of the file at `path`.
 ///
 /// # Errors
-/// If it cannot be read, or is a device or pipe that does not end within a GiB.
+/// If the file cannot be read, or is a device or pipe that does not end within 1 GiB.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let origin = path.display().to_string();
     let refused = |source| Error::File { path: origin.clone(), source };
@@ -25,7 +25,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
 /// All bytes of a `stream`; `origin` is its name in errors.
 ///
 /// # Errors
-/// If it cannot be read, or does not end within a GiB.
+/// If the stream cannot be read, or does not end within 1 GiB.
 pub fn of_stream(stream: impl Read, origin: &str) -> Result<Vec<u8>> {
     up_to(MOST, stream, origin)
 }
@@ -49,7 +49,7 @@ fn up_to(most: u64, stream: impl Read, origin: &str) -> Result<Vec<u8>> {
 /// Bytes as text.
 ///
 /// # Errors
-/// If they are not UTF-8; the error gives the line.
+/// If the bytes are not UTF-8. The error gives the line.
 pub fn text(bytes: Vec<u8>, origin: &str) -> Result<String> {
     String::from_utf8(bytes).map_err(|e| Error::Table {
         origin: origin.to_owned(),

@@ -25,7 +25,7 @@ impl Table {
     /// Reads the file at `path`.
     ///
     /// # Errors
-    /// If it cannot be read or is not a table of at least one row below a header.
+    /// If the file cannot be read, or is not a table with a header and at least one row.
     pub fn read(path: &Path) -> Result<Self> {
         Self::parse(&bytes::read(path)?, &path.display().to_string())
     }
@@ -33,8 +33,8 @@ impl Table {
     /// Reads a table from `bytes`; `origin` is its name in errors.
     ///
     /// # Errors
-    /// If it is not UTF-8 text with a header of distinct names and at least one row of as many cells, or if its
-    /// times, if any, do not ascend.
+    /// If the bytes are not UTF-8 text, the header's names are not distinct, no row follows, a row has more or fewer
+    /// cells than the header, or the times do not ascend.
     pub fn parse(bytes: &[u8], origin: &str) -> Result<Self> {
         let wrong = |message: String| Error::Table { origin: origin.to_owned(), message };
         let text = std::str::from_utf8(bytes).map_err(|e| {
@@ -185,7 +185,7 @@ impl Table {
     /// The table with one more column, as CSV text. Numbers are written so that reading gives the same values.
     ///
     /// # Errors
-    /// If a column of that name exists, or `values` does not have one number per row.
+    /// If a column of this name exists, or `values` does not have one number per row.
     pub fn with_column(&self, name: &str, values: &[f64]) -> Result<String> {
         let wrong = |message: String| Error::Table { origin: self.origin.clone(), message };
         if self.header.iter().any(|n| n == name) {

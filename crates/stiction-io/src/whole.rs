@@ -47,7 +47,7 @@ impl WholeFile {
     /// Begins to write the file at `path`. A link remains, and its target is written.
     ///
     /// # Errors
-    /// If it is a folder or read-only, or its folder is missing or does not permit a new file.
+    /// If the target is a folder or read-only, or its folder is missing or does not permit a new file.
     pub fn create(path: &Path) -> io::Result<Self> {
         let there = fs::metadata(path).ok();
         if let Some(there) = &there

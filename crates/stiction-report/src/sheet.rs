@@ -23,7 +23,7 @@ impl Sheet {
     /// Adds a row.
     ///
     /// # Errors
-    /// If it has more or fewer cells than there are columns.
+    /// If the row has more or fewer cells than the sheet has columns.
     pub fn row<T: AsRef<str>>(&mut self, cells: impl IntoIterator<Item = T>) -> Result<()> {
         for cell in cells {
             self.0.write_field(harmless(cell.as_ref()).as_bytes())?;

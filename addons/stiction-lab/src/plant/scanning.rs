@@ -87,7 +87,7 @@ pub struct ScanRequest {
 /// Begins a scan of what is new.
 ///
 /// # Errors
-/// If one runs, or the plant's file cannot be read.
+/// If a scan is running, or the plant's file cannot be read.
 pub fn begin_scan(lab: &Lab, asked: ScanRequest) -> Answer<ScanNow> {
     let folder = lab.plant.folder()?.to_owned();
     let plant = Plant::read(&folder)?;

@@ -171,7 +171,7 @@ impl Window {
 /// The samples of some days of a loop, from the plant's files.
 ///
 /// # Errors
-/// If there is no such loop, or no file holds those days.
+/// If no such loop exists, or no file contains those days.
 pub fn trend(lab: &Lab, asked: TrendRequest) -> Answer<Trend> {
     let window = Window::requested(lab, &asked.name, &asked.day, asked.days)?;
     let recording = lab.plant.recording(&window)?;
@@ -227,7 +227,7 @@ pub struct Explained {
 /// The diagnosis of a window.
 ///
 /// # Errors
-/// If there is no such loop, no file holds those days, or it cannot be judged.
+/// If no such loop exists, no file contains those days, or the window cannot be judged.
 pub fn diagnose_window(lab: &Lab, asked: WindowRequest, wanted: &Wanted) -> Answer<Explained> {
     let window = Window::requested(lab, &asked.name, &asked.day, asked.days)?;
     let recording = lab.plant.recording(&window)?;

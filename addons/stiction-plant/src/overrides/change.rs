@@ -58,7 +58,7 @@ pub fn read_if_there(path: &Path) -> Result<Vec<u8>> {
 /// days. All other content, such as comments and damaged entries, is unchanged.
 ///
 /// # Errors
-/// If an override to be replaced is not a table of its own.
+/// If an override to be replaced is not written as its own `[[override]]` table.
 pub fn with(bytes: &[u8], origin: &str, one: &Override) -> Result<Vec<u8>> {
     let (mut made, removed) =
         edited(bytes, origin, |other| one.rivals(other) && one.overlaps(other))?;
@@ -81,7 +81,7 @@ pub fn with(bytes: &[u8], origin: &str, one: &Override) -> Result<Vec<u8>> {
 /// The bytes of a file of overrides without those that are `unwanted`, and their number.
 ///
 /// # Errors
-/// If one of them is not a table of its own.
+/// If an override to be removed is not written as its own `[[override]]` table.
 pub fn without(
     bytes: &[u8],
     origin: &str,

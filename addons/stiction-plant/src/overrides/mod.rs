@@ -88,7 +88,7 @@ impl Overrides {
     /// Reads the overrides at `path`; none if the file is missing.
     ///
     /// # Errors
-    /// If it cannot be read.
+    /// If the overrides cannot be read.
     pub fn read(path: &Path) -> Result<Self> {
         Ok(Self::parse(&read_if_there(path)?, &path.display().to_string()))
     }

@@ -30,7 +30,7 @@ impl Spill {
     /// Creates `folder` and begins its files.
     ///
     /// # Errors
-    /// If it cannot be created.
+    /// If the folder cannot be created.
     pub fn begin(folder: &Path, readers: usize) -> Result<Self> {
         std::fs::create_dir_all(folder).map_err(file(folder))?;
         let parts = (0..readers).map(|_| Part::default()).collect();

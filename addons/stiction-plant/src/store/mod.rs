@@ -341,7 +341,7 @@ impl Store {
     /// Removes the index. The next run remakes it.
     ///
     /// # Errors
-    /// If it cannot be removed.
+    /// If the index cannot be removed.
     pub fn forget_index(&self) -> Result<()> {
         let path = self.path("index");
         match fs::remove_dir_all(&path) {
@@ -508,7 +508,7 @@ impl Store {
     /// The manifest of a run; `None` if the run was interrupted.
     ///
     /// # Errors
-    /// If it cannot be read.
+    /// If the manifest cannot be read.
     pub fn manifest(&self, run: &str) -> Result<Option<String>> {
         let path = self.runs().join(run).join("manifest.json");
         match fs::read_to_string(&path) {
@@ -552,7 +552,7 @@ impl Run {
     /// Records that this was a complete scan of all loops and days. Earlier interrupted runs then need nothing.
     ///
     /// # Errors
-    /// If it cannot be written.
+    /// If the run cannot be written.
     pub fn mark_whole(&self) -> Result<()> {
         let last = self.store.run_names()?.into_iter().max_by_key(|run| number(run));
         last.map_or(Ok(()), |last| write_whole(&self.store.path("whole"), last.as_bytes()))
@@ -561,7 +561,7 @@ impl Run {
     /// Ends the run with its manifest, and updates the index. A run without a part leaves nothing behind.
     ///
     /// # Errors
-    /// If it cannot be written.
+    /// If the manifest cannot be written.
     pub fn end(self, manifest: &str) -> Result<()> {
         match self.parts {
             0 => Ok(()),

@@ -49,7 +49,7 @@ impl<W: Write + Send> Writer<W> {
     /// Begins a file of such columns.
     ///
     /// # Errors
-    /// If it cannot be written.
+    /// If the file cannot be written.
     pub fn begin(to: W, columns: Vec<Column>) -> Result<Self> {
         let told = serde_json::to_string(&columns)
             .map_err(|e| ParquetError::General(format!("its columns cannot be described: {e}")))?;
@@ -74,7 +74,7 @@ impl<W: Write + Send> Writer<W> {
     /// Writes a table of these columns, in their order, as a row group.
     ///
     /// # Errors
-    /// If it cannot be written, or has other columns.
+    /// If the table cannot be written, or has different columns.
     pub fn write(&mut self, table: &Table) -> Result<()> {
         let mut group = self.writer.next_row_group()?;
         for (column, (name, cells)) in self.columns.iter().zip(&table.columns) {
@@ -93,7 +93,7 @@ impl<W: Write + Send> Writer<W> {
     /// Ends the file.
     ///
     /// # Errors
-    /// If it cannot be written.
+    /// If the file cannot be written.
     pub fn end(self) -> Result<W> {
         self.writer.into_inner()
     }

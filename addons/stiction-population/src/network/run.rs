@@ -81,7 +81,7 @@ impl Network {
     /// The simulated network, `without` one of its causes: the valve is then healthy, or the wave absent.
     ///
     /// # Errors
-    /// If the settings of a part are invalid: none is known.
+    /// If the settings of a part are invalid. No such case is known.
     pub fn run(&self, without: Option<Cause>) -> Result<NetworkRun<'_>> {
         let node =
             |(k, each): (usize, &NetworkLoop)| Node::new(each, without == Some(Cause::Valve(k)));
@@ -182,7 +182,7 @@ impl NetworkRun<'_> {
     /// The record of the next `duration_s`, of each loop.
     ///
     /// # Errors
-    /// If the settings of a part are invalid: none is known.
+    /// If the settings of a part are invalid. No such case is known.
     pub fn record(&mut self, duration_s: f64) -> Result<Vec<Samples>> {
         let steps = (duration_s / STEP_S).round() as usize;
         let first = self.k - (WARM_UP_S / STEP_S) as usize;

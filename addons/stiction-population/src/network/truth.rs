@@ -70,7 +70,7 @@ impl Network {
     /// on.
     ///
     /// # Errors
-    /// If the settings of a part are invalid: none is known.
+    /// If the settings of a part are invalid. No such case is known.
     pub fn truth(&self, samples: &[Samples]) -> Result<NetworkTruth> {
         let steps = samples.iter().map(|own| own.op.len() as f64 * own.step_s).fold(0.0, f64::max);
         let whole: Vec<[Power; 2]> = samples.iter().map(Power::both).collect();

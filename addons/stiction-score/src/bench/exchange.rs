@@ -78,7 +78,7 @@ pub enum Guess {
 /// A recording as a line, without a line end.
 ///
 /// # Errors
-/// If its signals are not evenly sampled on one clock, with the first sample at 0.
+/// If the signals are not evenly sampled on one clock, with the first sample at 0.
 pub fn line(recording: &Recording) -> Result<String, String> {
     let time = &recording.op.time;
     let step = time.get(1).copied().unwrap_or(1.0);
@@ -108,7 +108,7 @@ pub fn line(recording: &Recording) -> Result<String, String> {
 /// The recording of a line.
 ///
 /// # Errors
-/// If the line is none, in a sentence.
+/// If the line is not a recording. The error is a sentence.
 pub fn recording(line: &str) -> Result<Recording, String> {
     let sent: Sent = serde_json::from_str(line)
         .map_err(|e| format!("not a recording as JSON with id, type, sample_time_s and op: {e}"))?;

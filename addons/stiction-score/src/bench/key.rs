@@ -8,7 +8,7 @@ const LEAST: usize = 16;
 /// The key of a passphrase: its SHA-256.
 ///
 /// # Errors
-/// If it has fewer than 16 characters.
+/// If the passphrase has fewer than 16 characters.
 pub fn key(passphrase: &str) -> Result<[u64; 4], String> {
     if passphrase.chars().count() < LEAST {
         return Err(format!(

@@ -215,7 +215,7 @@ impl Submitted {
     /// The results in a text.
     ///
     /// # Errors
-    /// If it is not results of this version, in a sentence.
+    /// If the text does not contain results of this version. The error is a sentence.
     pub fn read(text: &str) -> Result<Self, String> {
         let version: Option<u64> = serde_json::from_str::<serde_json::Value>(text)
             .map_err(|e| format!("is not JSON: {e}"))?
@@ -288,7 +288,7 @@ impl Submitted {
 /// The loops that several results, each with its origin, are about.
 ///
 /// # Errors
-/// If they are about different loops, or there are none, in a sentence.
+/// If the results are about different loops, or no results are given. The error is a sentence.
 pub fn same_loops(submitted: &[(String, Submitted)]) -> Result<&Loops, String> {
     let Some((origin, first)) = submitted.first() else {
         return Err("there are no results".to_owned());

@@ -31,7 +31,7 @@ impl VerdictClass {
     /// The class of that name. Hyphens may replace blanks, as in `does-not-stick`.
     ///
     /// # Errors
-    /// If there is none.
+    /// If no alternative has this name.
     pub fn by_name(name: &str) -> Result<Self> {
         let spoken = name.trim().replace(['-', '_'], " ").to_lowercase();
         Self::ALL.into_iter().find(|class| class.name() == spoken).ok_or_else(|| {

@@ -101,7 +101,7 @@ impl<'a> Prepared<'a> {
     /// Prepares a window.
     ///
     /// # Errors
-    /// If it has fewer than 16 samples, a sample is not finite, or the OP never moves.
+    /// If the window has fewer than 16 samples, a sample is not finite, or the OP never moves.
     pub fn of(segment: &'a Segment) -> Result<Self, Abstention> {
         let n = segment.len();
         if n < FEWEST_SAMPLES {

@@ -111,7 +111,7 @@ impl Remedy {
     /// name of a compensator.
     ///
     /// # Errors
-    /// If there is none; the message lists the known ones.
+    /// If no action has this name. The message lists the known names.
     pub fn by_name(name: &str) -> crate::error::Result<Self> {
         let words = [
             ("nothing", Self::AsItIs),

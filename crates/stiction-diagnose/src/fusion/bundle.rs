@@ -84,7 +84,7 @@ impl Bundle {
     /// bundle, are ignored until the next training.
     ///
     /// # Errors
-    /// If one is missing or at another index; the error names it.
+    /// If a feature is missing or at a different index. The error names the feature.
     pub fn check<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<()> {
         let mut names = names.into_iter();
         let trained = "the model of the verdict was trained on other features: train it again";
@@ -123,7 +123,8 @@ impl Bundle {
     /// Reads a file, except for the model of the OP alone.
     ///
     /// # Errors
-    /// If it is not one, is of another version, ends early, or has invalid trees, calibrations or intervals.
+    /// If the file is not a bundle, is of a different version, ends early, or has invalid
+    /// trees, calibrations or intervals.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let rest = bytes.strip_prefix(&MAGIC).ok_or_else(|| damaged("is not a model"))?;
         let mut from = Reader(rest);

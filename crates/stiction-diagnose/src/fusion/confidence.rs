@@ -74,7 +74,7 @@ impl Confidence {
     /// Accepts a map that never exceeds the calibrated values.
     ///
     /// # Errors
-    /// If it exceeds them, or is not finite.
+    /// If the map exceeds the calibrated values, or is not finite.
     pub fn checked(self) -> Result<Self> {
         match self.clearing.is_sound() && self.accusing.is_sound() {
             true => Ok(self),

@@ -22,7 +22,8 @@ impl Decision {
     /// Accepts thresholds with a gap between them.
     ///
     /// # Errors
-    /// If they are not probabilities, or the one to accuse is not above a half and the one to clear not below.
+    /// If a threshold is not a probability, the threshold to accuse is not above 0.5, or the threshold to clear is not
+    /// below 0.5.
     pub fn checked(self) -> Result<Self> {
         match (0.0..0.5).contains(&self.clear) && self.accuse > 0.5 && self.accuse <= 1.0 {
             true => Ok(self),

@@ -45,7 +45,7 @@ impl Limit {
     /// Accepts shifts that are finite and whose probabilities ascend.
     ///
     /// # Errors
-    /// If they are not, or there is none.
+    /// If the shifts are not finite, their probabilities do not ascend, or the list is empty.
     pub fn checked(self) -> Result<Self> {
         let sound = !self.shifts.is_empty()
             && self.shifts.iter().all(|(up_to, shift)| !up_to.is_nan() && shift.is_finite())

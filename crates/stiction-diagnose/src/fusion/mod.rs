@@ -85,7 +85,7 @@ impl Weighed {
 /// The bundle in the library, read once.
 ///
 /// # Errors
-/// If it was trained on other [`features`], for example after a change of the evidence and before the next
+/// If the bundle was trained on different [`features`], for example after a change of the evidence and before the next
 /// training.
 pub fn shipped() -> Result<&'static Bundle> {
     static SHIPPED: OnceLock<Result<Bundle>> = OnceLock::new();

@@ -37,7 +37,7 @@ impl Quantiles {
     /// Accepts shifts that are finite and whose widths ascend.
     ///
     /// # Errors
-    /// If they are not, or there is none.
+    /// If the shifts are not finite, their widths do not ascend, or the list is empty.
     pub fn checked(self) -> Result<Self> {
         let sound = !self.shifts.is_empty()
             && self.shifts.iter().all(|(width, shift)| !width.is_nan() && shift.is_finite())

@@ -66,8 +66,9 @@ impl Ensemble {
     /// branch, all of its right branch.
     ///
     /// # Errors
-    /// If a tree is not complete, continues after its end or branches right beyond 65,535 nodes, has more than 255
-    /// splits in a row, a feature is [`MOST_FEATURES`] or beyond, a threshold is NaN, or the base or a leaf is not finite.
+    /// If a tree is not complete, continues after its end, branches right beyond 65,535 nodes or has more than 255
+    /// splits in a row, a feature is [`MOST_FEATURES`] or above, a threshold is NaN, or the base or a leaf is not
+    /// finite.
     pub fn new(base: f64, trees: &[Vec<Node>]) -> Result<Self> {
         let steps = trees.iter().flatten().map(|node| Step::of(*node)).collect::<Result<_>>()?;
         let all = Self::of_steps(base, steps)?;

@@ -47,7 +47,7 @@ impl Valves {
     /// The model in the library, read once.
     ///
     /// # Errors
-    /// If it was trained on features that are not there.
+    /// If the model was trained on features that no longer exist.
     pub fn shipped() -> Result<&'static Self> {
         static SHIPPED: OnceLock<Result<Valves>> = OnceLock::new();
         let read = || Self::from_bytes(include_bytes!("../../model/valves.bin"));
@@ -58,7 +58,7 @@ impl Valves {
     /// preorder. A leaf has the feature 0x7fff; the highest bit of a feature sends missing values right.
     ///
     /// # Errors
-    /// If it is not one, ends early, continues after its end, has invalid trees or unknown features.
+    /// If the file is not a model, ends early, continues after its end, or has invalid trees or unknown features.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let mut from =
             Reader(bytes.strip_prefix(&MAGIC).ok_or_else(|| damaged("is no model of valves"))?);

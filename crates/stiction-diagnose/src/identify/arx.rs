@@ -89,8 +89,8 @@ impl Arx {
 /// ```
 ///
 /// # Errors
-/// If the series differ in length, are too short for the longest delay, a sample is not finite, or one of the two does
-/// not move.
+/// If the series differ in length or are too short for the longest delay, a sample is not finite, or a series is
+/// constant.
 pub fn fit(op: &[f64], pv: &[f64], longest_delay: usize) -> Result<Arx, Abstention> {
     let longest = longest_delay.max(1);
     let fewest = (longest.saturating_add(TAPS - 1)).max(PAST).saturating_add(3 * (COMMON + TAPS));

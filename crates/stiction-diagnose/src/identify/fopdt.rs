@@ -118,9 +118,9 @@ pub struct Fopdt {
 /// Fits the process between `op` and `pv`, sampled every `sample_time` seconds.
 ///
 /// # Errors
-/// If there are fewer than [`FEWEST_SAMPLES`] or three times the longest delay, a sample is not finite, one of the
-/// two does not move, or the process is not identifiable: the fit explains nothing, or its errors exceed the
-/// values.
+/// If the series are shorter than [`FEWEST_SAMPLES`] or three times the longest delay, a sample is not finite, a series
+/// is constant, or the process is not identifiable. It is not identifiable if the fit explains nothing, or its errors
+/// exceed the values.
 pub fn fit(
     op: &[f64],
     pv: &[f64],

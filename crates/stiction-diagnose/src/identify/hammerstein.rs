@@ -294,8 +294,8 @@ impl ModelEvidence {
 /// ```
 ///
 /// # Errors
-/// If there are fewer than [`FEWEST_SAMPLES`], fewer than [`SHORTEST_PERIOD`] samples a period or less than one
-/// period, if a signal does not move or is not finite, or if the candidates are invalid.
+/// If the series are shorter than [`FEWEST_SAMPLES`] samples or one period, a period has fewer than [`SHORTEST_PERIOD`]
+/// samples, a signal is constant or not finite, or the candidates are invalid.
 pub fn weigh(
     op: &[f64],
     pv: &[f64],

@@ -174,7 +174,7 @@ impl Information {
 /// The information of `op` (percent) and `pv` (any unit); `period` is the dominant one in samples, if there is one.
 ///
 /// # Errors
-/// If the two differ in length, are too short, are not finite, or one of them does not move.
+/// If the signals differ in length, are too short or not finite, or one is constant.
 pub fn information(op: &[f64], pv: &[f64], period: Option<f64>) -> Result<Information, Abstention> {
     let n = op.len();
     if n != pv.len() || n < FEWEST_SAMPLES + LONGEST + 1 {

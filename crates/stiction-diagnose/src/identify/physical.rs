@@ -151,7 +151,7 @@ impl PhysicalFit {
     /// The fitted stem, on a spring of 1 N/m, with a stroke of 1 m for 1 Pa on 1 m2.
     ///
     /// # Errors
-    /// If a number was changed to an impossible one.
+    /// If a number was changed to an impossible value.
     pub fn stem(&self) -> Result<Stem> {
         stem(self.static_band.value, self.coulomb_band.value, self.lag_s.value)
     }

@@ -169,8 +169,8 @@ fn parameters(model: Model) -> usize {
 /// ```
 ///
 /// # Errors
-/// If there are fewer than [`FEWEST_SAMPLES`], the two differ in length, one is not finite or beyond
-/// 1e9 percent, or one does not move.
+/// If the signals have fewer than [`FEWEST_SAMPLES`] samples or differ in length, a sample is not finite or beyond 1e9
+/// percent, or a signal is constant.
 pub fn fit(op: &[f64], vp: &[f64]) -> Result<PositionFits, Abstention> {
     if op.len() != vp.len() || op.len() < FEWEST_SAMPLES {
         return Err(Abstention(format!(

@@ -12,7 +12,7 @@ pub trait Detector: Send + Sync {
     /// The finding for a segment and the result behind it; [`judge`](Self::judge) adds the parameters.
     ///
     /// # Errors
-    /// If it does not apply, or the data do not suffice.
+    /// If the method does not apply, or the data do not suffice.
     fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention>;
     /// The finding for a segment. It never fails: without a judgement, it abstains.
     fn judge(&self, subject: &Subject<'_>) -> Finding {

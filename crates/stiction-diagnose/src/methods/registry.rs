@@ -100,7 +100,7 @@ pub fn all() -> Vec<Box<dyn Detector>> {
 /// The detector called `name`, in any case.
 ///
 /// # Errors
-/// If there is none; the message lists the known ones.
+/// If no detector has this name. The message lists the known names.
 pub fn by_name(name: &str) -> Result<Box<dyn Detector>> {
     name.parse().map(MethodId::detector)
 }

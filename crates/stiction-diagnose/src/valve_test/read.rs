@@ -219,7 +219,7 @@ struct Operation {
 /// Reads the test in a recording. If the valve seems to have changed between two times in manual, only the later ones count.
 ///
 /// # Errors
-/// If it has no test, or too little of one. The message names the fault and the remedy.
+/// If the recording contains no test, or too little of one. The message names the fault and the remedy.
 pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading, Abstention> {
     let recording = &*recording.masked();
     let by_hand = match &options.by_hand {

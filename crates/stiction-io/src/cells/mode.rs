@@ -80,7 +80,7 @@ impl Codes {
 /// The word or code and its mode in `text`, such as `16=auto`.
 ///
 /// # Errors
-/// If it is not of this form; the message lists the modes.
+/// If the text is not of this form. The message lists the modes.
 pub fn of_option(text: &str) -> Result<(String, Mode), String> {
     super::meaning(text, &NAMES, "16=auto")
 }

@@ -13,7 +13,7 @@ pub const NAMES: [(&str, Quality); 3] = [("good", Good), ("uncertain", Uncertain
 /// The word or code and its quality in `text`, such as `0=good`.
 ///
 /// # Errors
-/// If it is not of this form; the message lists the qualities.
+/// If the text is not of this form. The message lists the qualities.
 pub fn of_option(text: &str) -> Result<(String, Quality), String> {
     super::meaning(text, &NAMES, "0=good")
 }

@@ -37,7 +37,7 @@ impl ReadOptions {
     /// Reads the mapping file at `path`.
     ///
     /// # Errors
-    /// If it cannot be read or is not well formed.
+    /// If the file cannot be read or is not well-formed.
     pub fn read(path: &Path) -> Result<Self> {
         let origin = path.display().to_string();
         Self::parse(&bytes::text(bytes::read(path)?, &origin)?, &origin)
@@ -46,7 +46,7 @@ impl ReadOptions {
     /// Reads a mapping file from its `text`; `origin` is its name in errors.
     ///
     /// # Errors
-    /// If it is not well formed; the error gives the line.
+    /// If the text is not well-formed. The error gives the line.
     pub fn parse(text: &str, origin: &str) -> Result<Self> {
         let at = |wrong: Wrong| Error::Mapping {
             origin: origin.to_owned(),

@@ -19,7 +19,7 @@ pub struct Decoded<'b> {
 /// superset of Latin-1.
 ///
 /// # Errors
-/// If it begins like a Unicode encoding but is not valid, or is not text.
+/// If the bytes are not text, or begin like a Unicode encoding but are not valid in it.
 pub fn decode<'b>(bytes: &'b [u8], origin: &str) -> Result<Decoded<'b>> {
     let wrong = |message: String| Error::Table { origin: origin.to_owned(), message };
     let marked = Encoding::for_bom(bytes);

@@ -73,7 +73,7 @@ impl<'b> Input<'b> {
 /// A large file of text in UTF-8, and the SHA-256 of its bytes. `None` for any other file, which is read as a whole.
 ///
 /// # Errors
-/// If it cannot be read.
+/// If the file cannot be read.
 pub fn large(path: &Path, least: u64) -> Result<Option<(Input<'static>, String)>> {
     let refused = |source| Error::File { path: path.display().to_string(), source };
     let mut file = File::open(path).map_err(refused)?;

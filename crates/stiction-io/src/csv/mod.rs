@@ -62,7 +62,7 @@ const LONGEST_TOP: usize = 1000;
 /// that are torn and lines at the end are counted in notes. The tables of InfluxDB become one.
 ///
 /// # Errors
-/// If it is not text, names no columns, or has many rows with more or fewer cells than the header.
+/// If the bytes are not text, name no columns, or have many rows with more or fewer cells than the header.
 ///
 /// # Limits
 /// Cells that would take more than 4 GiB are refused.

@@ -71,7 +71,7 @@ impl ParquetFile {
     /// Whether the file at `path` begins like Parquet.
     ///
     /// # Errors
-    /// If it cannot be read.
+    /// If the file cannot be read.
     pub fn is_one(path: &Path) -> Result<bool> {
         let mut head = vec![];
         let read = File::open(path).and_then(|file| file.take(4).read_to_end(&mut head));

@@ -86,7 +86,7 @@ impl File {
     /// The file at `path`. A large file of text is read some of it at a time.
     ///
     /// # Errors
-    /// If it cannot be read, or as for [`sheets`].
+    /// If the file cannot be read, or as for [`sheets`].
     pub fn open(path: &Path, origin: &str) -> Result<Self> {
         match csv::read_large(path, origin)? {
             Some((csv, sha256)) => {

@@ -15,8 +15,8 @@ pub type Part<'a> = (&'a str, &'a Recording);
 /// that are not measurements are found in the joined recording, so that the result does not depend on the files.
 ///
 /// # Errors
-/// If only some have dates, if their signals, units or ranges differ, or if they overlap with different samples; the
-/// error names the file. Also if there are no recordings.
+/// If only some files have dates, the files differ in signals, units or ranges, or they overlap with different samples.
+/// The error names the file. Also if there are no recordings.
 pub fn join(parts: &[Part<'_>]) -> Result<Recording> {
     let dated = parts.iter().filter(|(_, recording)| recording.start.is_some()).count();
     if let (Some((with, _)), Some((without, _))) = (

@@ -86,7 +86,7 @@ pub struct Reading {
 /// Reads the recordings in the file at `path`.
 ///
 /// # Errors
-/// If it cannot be read, or as for [`parse`].
+/// If the file cannot be read, or as for [`parse`].
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading> {
     let origin = path.display().to_string();
     collected(File::open(path, &origin)?, &origin, options)

@@ -48,7 +48,7 @@ impl PartedFile {
     /// MATLAB, a file of one loop, or one whose times are not of a time type.
     ///
     /// # Errors
-    /// If it cannot be read, or if damage is found.
+    /// If the file cannot be read, or is damaged.
     pub fn open(path: &Path, options: &ReadOptions) -> Result<Option<Self>> {
         if !ParquetFile::is_one(path)? {
             return Ok(None);

@@ -86,7 +86,7 @@ pub(super) fn holding_loops(
 /// The parts of a file that have the columns that the user names, and notes on the others.
 ///
 /// # Errors
-/// If no part has them.
+/// If no part has these columns.
 pub(super) fn understood(
     sheets: &[Sheet],
     options: &ReadOptions,

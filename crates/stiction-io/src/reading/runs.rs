@@ -15,7 +15,7 @@ impl Builder<'_> {
     /// Moves times behind each restart of the clock, and notes the restarts.
     ///
     /// # Errors
-    /// If too many rows of one run have the time of another row but other values.
+    /// If too many rows of one run repeat the time of an earlier row with different values.
     pub(super) fn separate_runs(&self, plan: &LoopPlan, recording: &mut Recording) -> Result<()> {
         let channels = [Some(&recording.op), recording.pv.as_ref()].into_iter().flatten();
         if channels.clone().all(|each| each.time.is_sorted()) {

@@ -21,7 +21,7 @@ const CONTRADICTS: f64 = 0.05;
 /// Reads the times of all rows of `sheet`, or computes them from its sample time.
 ///
 /// # Errors
-/// If they are unknown.
+/// If the times are unknown.
 pub fn times(
     sheet: &Sheet,
     plan: &Plan,

@@ -79,7 +79,7 @@ impl Scenario {
     /// `valve.S=4` applied.
     ///
     /// # Errors
-    /// If there is no such scenario, it is not well formed, or a setting does not fit it.
+    /// If no such scenario exists, the scenario is not well-formed, or a setting does not fit the scenario.
     pub fn open(name: &str, settings: &[String]) -> Result<Self> {
         let (text, folder) = match built_in_text(name) {
             Some(text) => (text.to_owned(), None),
@@ -106,7 +106,7 @@ impl Scenario {
     /// Like [`parse`](Self::parse), with `settings` such as `valve.S=4` applied.
     ///
     /// # Errors
-    /// If it is not well formed, or a setting does not fit it.
+    /// If the scenario is not well-formed, or a setting does not fit the scenario.
     pub fn parse_with(
         text: &str,
         origin: &str,
@@ -131,7 +131,7 @@ impl Scenario {
     /// refused without a folder.
     ///
     /// # Errors
-    /// If it is not well formed; the error gives the line.
+    /// If the text is not well-formed. The error gives the line.
     pub fn parse(text: &str, origin: &str, folder: Option<&Path>) -> Result<Self> {
         let at = |wrong: Wrong| Error::Scenario {
             origin: origin.to_owned(),

@@ -32,7 +32,7 @@ impl Zone {
 /// interpreted as local time of `zone`, or as UTC.
 ///
 /// # Errors
-/// If it is not a date, or its order is ambiguous, as in `01/02/2026`.
+/// If the text is not a date, or the order of day and month is ambiguous, as in `01/02/2026`.
 pub fn instant(text: &str, zone: Option<&Zone>) -> Result<f64, String> {
     let wrong = || format!("\"{text}\" is not a date and time such as 2026-03-01T08:00");
     let stamp = super::scan::scan(text).filter(|stamp| !stamp.is_abbreviated).ok_or_else(wrong)?;

@@ -15,7 +15,7 @@ const COMPOUND: &[u8] = b"\xd0\xcf\x11\xe0";
 /// The kind of the workbook in `bytes`.
 ///
 /// # Errors
-/// If it is none, is encrypted, or would take more than the budget.
+/// If the bytes are not a workbook, the workbook is encrypted, or reading it would exceed the budget.
 pub(super) fn check(bytes: &[u8], budget: &mut Budget) -> Result<Kind, String> {
     if bytes.starts_with(COMPOUND) {
         let name: Vec<u8> = "EncryptedPackage".bytes().flat_map(|byte| [byte, 0]).collect();

@@ -75,7 +75,7 @@ impl Cascade {
     /// Simulates both loops.
     ///
     /// # Errors
-    /// If a setting is out of its range; the message names it.
+    /// If a setting is out of range. The message names the setting.
     pub fn run(&self) -> Result<CascadeRun> {
         let (slave, process) = self.prepare()?;
         with_order!(slave.process.order().max(process.order()), M => {

@@ -34,7 +34,7 @@ impl OpenLoop {
     /// Drives the valve with the signal.
     ///
     /// # Errors
-    /// If a setting is out of its range; the message names it.
+    /// If a setting is out of range. The message names the setting.
     pub fn run(&self) -> Result<OpenLoopRun> {
         let op = self.input.sample(self.sample_time, self.samples)?;
         let start = match self.start {

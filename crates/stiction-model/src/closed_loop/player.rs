@@ -121,7 +121,7 @@ impl<V: Valve + Clone> Player<V> {
     /// Simulates one sample: `load` adds to the valve position, `measurement` to the PV.
     ///
     /// # Errors
-    /// If one of them is not finite; the state is then unchanged.
+    /// If an argument is not finite. The state is then unchanged.
     pub fn step(&mut self, sp: f64, load: f64, measurement: f64) -> Result<Played> {
         self.step_between(sp, load, measurement, &mut Wire)
     }

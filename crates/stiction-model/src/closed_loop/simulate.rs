@@ -11,7 +11,7 @@ impl ClosedLoop {
     /// Simulates the loop and keeps every sample.
     ///
     /// # Errors
-    /// If a setting is out of its range; the message names it.
+    /// If a setting is out of range. The message names the setting.
     pub fn run(&self) -> Result<Run> {
         if self.manual.is_empty() {
             return Ok(play_one(&self.prepare()?, self.empty_run()));

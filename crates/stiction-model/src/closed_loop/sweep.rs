@@ -189,7 +189,7 @@ fn play_with<V: ValveBank, const M: usize>(
 /// compute it.
 ///
 /// # Errors
-/// If a loop has a setting out of range ([`Error::InLoop`] names it), or their numbers of samples differ.
+/// If a loop has a setting out of range, which [`Error::InLoop`] names, or the loops differ in their number of samples.
 pub fn sweep(loops: &[ClosedLoop]) -> Result<Vec<Statistics>> {
     let in_loop = |index: usize| move |source| Error::InLoop { index, source: Box::new(source) };
     if let Some(index) = loops.iter().position(|l| l.samples != loops[0].samples) {

@@ -262,7 +262,7 @@ impl Comparison {
 /// ```
 ///
 /// # Errors
-/// If the loop, `known`, or an option is out of range; the message names it.
+/// If the loop, `known`, or an option is out of range. The message names it.
 pub fn compare(
     plant: &ClosedLoop,
     known: &Knowledge,

@@ -46,7 +46,7 @@ impl ModifiedTwoMove {
     /// Repeated two moves with these parameters.
     ///
     /// # Errors
-    /// If a parameter of the moves or the correction is out of its range; the message names it.
+    /// If a parameter of the moves or of the correction is out of range. The message names the parameter.
     pub fn start(self) -> Result<Box<dyn Compensator>> {
         let correction = Some((self.correction, usize::MAX));
         let plan = Plan { method: Method::ModifiedTwoMove, moves: 2, correction, eager: true };

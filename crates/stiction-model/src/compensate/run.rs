@@ -39,7 +39,7 @@ pub struct CompensatedRun {
 /// ```
 ///
 /// # Errors
-/// If the loop has a setting out of its range, or `from_s` is NaN.
+/// If the loop has a setting out of range, or `from_s` is NaN.
 pub fn run(
     plant: &ClosedLoop,
     compensator: &mut dyn Compensator,

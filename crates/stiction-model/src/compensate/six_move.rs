@@ -39,7 +39,7 @@ impl SixMove {
     /// Six moves with these parameters.
     ///
     /// # Errors
-    /// If a parameter of the moves or the correction is out of its range; the message names it.
+    /// If a parameter of the moves or of the correction is out of range. The message names the parameter.
     pub fn start(self) -> Result<Box<dyn Compensator>> {
         let correction = Some((self.correction, 1));
         let plan = Plan { method: Method::SixMove, moves: 3, correction, eager: false };

@@ -35,7 +35,7 @@ impl ThreeMove {
     /// Three moves with these parameters.
     ///
     /// # Errors
-    /// If a parameter of the moves is out of its range; the message names it.
+    /// If a parameter of the moves is out of range. The message names the parameter.
     pub fn start(self) -> Result<Box<dyn Compensator>> {
         let plan = Plan { method: Method::ThreeMove, moves: 3, correction: None, eager: false };
         Mover::start(self.moves, plan)

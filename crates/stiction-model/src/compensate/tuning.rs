@@ -59,7 +59,7 @@ impl Figures {
     /// From the known valve and loop.
     ///
     /// # Errors
-    /// If one of its numbers is invalid.
+    /// If a number of the valve or loop is invalid.
     pub fn of(known: &Knowledge) -> Result<Self> {
         let sample_time = positive("sample time", known.sample_time)?;
         let noise_sd = non_negative("standard deviation of the noise", known.noise_sd)?;

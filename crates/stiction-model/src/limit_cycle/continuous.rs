@@ -50,7 +50,7 @@ impl ContinuousLoop {
     /// Rest position of the loop if the valve followed the OP: the middle of a symmetric cycle.
     ///
     /// # Errors
-    /// If there is none, or set point or load is not a number.
+    /// If no operating point exists, or the set point or a load is not a number.
     pub fn operating_point(&self) -> Result<Swing> {
         self.check()?;
         let (num, den) = self.process.coefficients();
@@ -78,7 +78,7 @@ impl ContinuousLoop {
     /// The limit of a simulated loop as its sample time goes to 0, around its operating point.
     ///
     /// # Errors
-    /// If its set point or a load does not settle: a limit cycle needs constant inputs.
+    /// If the set point or a load does not settle. A limit cycle needs constant inputs.
     pub fn of(simulated: &ClosedLoop, model: Model, bands: Bands) -> Result<Self> {
         let settled = |name: &str, signal: &Signal| match signal {
             Signal::Constant(value) => Ok(*value),

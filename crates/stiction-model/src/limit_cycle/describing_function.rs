@@ -178,7 +178,8 @@ impl DescribingFunction {
     /// The response to a sine of amplitude `x`, percent, with exactly this many slips a stroke.
     ///
     /// # Errors
-    /// If the valve does not slip this often under that sine; the message states the range in which it does.
+    /// If the valve does not slip this often under this sine. The message states the range of amplitudes in which it
+    /// does.
     pub fn with_slips(&self, slips: usize, x: f64) -> Result<Complex<f64>> {
         positive("amplitude of the OP", x)?;
         match self.branch(slips) {

@@ -106,8 +106,8 @@ impl FrequencyResponse {
     /// The response of the controller and the process of `continuous`.
     ///
     /// # Errors
-    /// If the loop gain is zero, or its numerator is of higher degree than its denominator: a derivative without
-    /// filter before a process with direct feedthrough.
+    /// If the loop gain is zero, or its numerator is of higher degree than its denominator. An example of the second is
+    /// a derivative without filter before a process with direct feedthrough.
     pub fn of(continuous: &ContinuousLoop) -> Result<Self> {
         let (kp, ki, kd) = continuous.controller.gains();
         let filter = trimmed(&[continuous.controller.filter_s(), 1.0]);

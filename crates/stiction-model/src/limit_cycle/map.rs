@@ -66,7 +66,7 @@ impl Parameter {
     /// The parameter of that name, whatever its case.
     ///
     /// # Errors
-    /// If there is none.
+    /// If no parameter has this name.
     pub fn by_name(name: &str) -> Result<Self> {
         let all = Self::ALL.into_iter();
         all.clone().find(|each| each.name().eq_ignore_ascii_case(name.trim())).ok_or_else(|| {
@@ -369,7 +369,8 @@ impl Map {
     /// Computes a map; its points in parallel, the same on any number of threads.
     ///
     /// # Errors
-    /// If both axes vary the same parameter, also as a ratio, or one that the loop does not have.
+    /// If both axes vary the same parameter, also as a ratio, or an axis varies a parameter that the loop does not
+    /// have.
     pub fn of(l: &ContinuousLoop, x: Axis, y: Axis, method: Method) -> Result<Self> {
         Self::of_with_progress(l, x, y, method, || true)
     }

@@ -353,8 +353,8 @@ pub struct Retuning {
 /// grid, a wider one may contain a better tuning; [`Retuning::at_edge`] reports this.
 ///
 /// # Errors
-/// If a number is not allowed, no tuning of the grid is within the bound, or the cycle of none of them, or of
-/// the present tuning, can be determined.
+/// If a number is not allowed, no tuning of the grid is within the bound, or the cycle cannot be determined for the
+/// present tuning or for any tuning of the grid.
 pub fn least_swing(
     continuous: &ContinuousLoop,
     grid: &TuningGrid,

@@ -74,7 +74,7 @@ impl StemParameters {
     /// These parameters, if each is finite and in its range.
     ///
     /// # Errors
-    /// If one is not.
+    /// If a parameter is not finite or out of range.
     pub fn checked(self) -> Result<Self> {
         positive("mass", self.mass_kg)?;
         positive("spring constant", self.spring_n_per_m)?;
@@ -236,7 +236,7 @@ impl ParameterSet {
     /// The set called `name`, one of [`SETS`].
     ///
     /// # Errors
-    /// If there is none.
+    /// If no set has this name.
     pub fn named(name: &str) -> Result<Self> {
         let unknown = || Error::UnknownName {
             family: "stem parameter set",

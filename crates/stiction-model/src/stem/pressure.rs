@@ -47,7 +47,7 @@ impl PressureSignal {
     /// From controller output in percent, each sample held for `sample_time_s`, from time 0 on.
     ///
     /// # Errors
-    /// If there is no sample, one is NaN or infinite, or the sample time is not above 0.
+    /// If the list is empty, a sample is NaN or infinite, or the sample time is not above 0.
     pub fn held_op(op: &[f64], sample_time_s: f64, stem: &StemParameters) -> Result<Self> {
         positive("sample time", sample_time_s)?;
         all_finite("op", op)?;

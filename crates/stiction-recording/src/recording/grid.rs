@@ -160,8 +160,8 @@ impl Grid {
     /// Brings a recording onto a grid; see the [module](self). Segments have two samples or more.
     ///
     /// # Errors
-    /// If the given sample time is not above 0, if none is given and the reference channel has not two usable
-    /// samples at different times, or if the grid would have more than twenty million points.
+    /// If the given sample time is not above 0, no sample time is given and the reference channel has fewer than two
+    /// usable samples at different times, or the grid would have more than twenty million points.
     pub fn of(recording: &Recording, options: &GridOptions) -> Result<Self> {
         let mut repairs = vec![];
         let separated = separated(recording, &mut repairs);

@@ -51,7 +51,7 @@ impl LoopType {
     /// The type of that name; `analyser`, `concentration` and `composition` are names of analysis.
     ///
     /// # Errors
-    /// If there is none.
+    /// If no type has this name.
     pub fn by_name(name: &str) -> Result<Self> {
         let lower = match &name.to_ascii_lowercase()[..] {
             "analyser" | "analyzer" | "concentration" | "composition" => "analysis".to_owned(),

@@ -89,7 +89,7 @@ impl Net {
     /// Reads a file.
     ///
     /// # Errors
-    /// If it is not a net, ends early, continues after its end, or has a weight that is not finite.
+    /// If the file is not a net, ends early, continues after its end, or has a weight that is not finite.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let rest = bytes.strip_prefix(&MAGIC).ok_or_else(|| damaged("is not a net"))?;
         let (count, rest) = rest.split_first().ok_or_else(|| damaged("ends too early"))?;

@@ -242,8 +242,8 @@ fn threshold(s: f64, op_change: f64, gained: f64, n: usize, moves: Moves) -> f64
 /// ```
 ///
 /// # Errors
-/// If there are fewer than [`FEWEST_SAMPLES`], the two differ in length, one is not finite or beyond 1e9 percent,
-/// the OP does not move, the position only repeats the OP, or no valve leads from the one to the other.
+/// If the signals have fewer than [`FEWEST_SAMPLES`] samples or differ in length, a sample is not finite or beyond 1e9
+/// percent, the OP is constant, the position only repeats the OP, or no valve leads from the OP to the position.
 pub fn judge(op: &[f64], vp: &[f64], moves: Moves) -> Result<Judgement, Abstention> {
     let refuse = |why: String| Err(Abstention(why));
     if op.len() != vp.len() || op.len() < FEWEST_SAMPLES {

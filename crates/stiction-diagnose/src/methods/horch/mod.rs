@@ -125,7 +125,7 @@ impl Horch {
     /// Correlates OP and PV.
     ///
     /// # Errors
-    /// If the method does not apply, or the correlation keeps its sign.
+    /// If the method does not apply, or the correlation never changes sign.
     pub fn run(&self, subject: &Subject<'_>) -> Result<HorchResult, Abstention> {
         let mut caveats = subject.check(&Self::METHOD)?;
         presume_oscillation(subject, &mut caveats);

@@ -125,7 +125,7 @@ impl Kano {
     /// Compares the OP with the valve position, or with a flow if no position is recorded.
     ///
     /// # Errors
-    /// If neither is recorded, or it never moves.
+    /// If neither signal is recorded, or the recorded one never moves.
     pub fn run(&self, subject: &Subject<'_>) -> Result<KanoResult, Abstention> {
         let mut caveats = subject.check(&Self::METHOD)?;
         let segment = subject.segment;

@@ -154,7 +154,7 @@ impl SharpCorner {
     /// Runs the method.
     ///
     /// # Errors
-    /// If the method does not apply, or there is no oscillation, or it is too fast for the sample time.
+    /// If the method does not apply, no oscillation is found, or the oscillation is too fast for the sample time.
     pub fn run(&self, subject: &Subject<'_>) -> Result<SharpCornerResult, Abstention> {
         let caveats = subject.check(&METHOD)?;
         let abstain = |why: String| Err(Abstention(why));

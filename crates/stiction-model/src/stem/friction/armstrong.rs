@@ -40,7 +40,7 @@ impl Armstrong {
     /// These parameters, if each is finite and in its range.
     ///
     /// # Errors
-    /// If one is not.
+    /// If a parameter is not finite or out of range.
     pub fn checked(self) -> Result<Self> {
         positive("presliding stiffness", self.presliding_n_per_m)?;
         non_negative("Coulomb friction", self.coulomb_n)?;

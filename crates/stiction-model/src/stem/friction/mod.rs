@@ -161,7 +161,7 @@ impl FrictionLaw {
     /// The law called `name` with its parameters in the order of its [`LawEntry`].
     ///
     /// # Errors
-    /// If there is no such law, if the number of values is wrong, or if one is out of range.
+    /// If no law has this name, the number of values is wrong, or a value is out of range.
     pub fn from_name(name: &str, values: &[f64]) -> Result<Self> {
         let entry = Self::entry(name)?;
         if values.len() != entry.parameters.len() {
@@ -204,7 +204,7 @@ impl FrictionLaw {
     /// The law called `name`, as in [`LAWS`].
     ///
     /// # Errors
-    /// If there is none.
+    /// If no law has this name.
     pub(in crate::stem) fn entry(name: &str) -> Result<&'static LawEntry> {
         LAWS.iter().find(|entry| entry.name == name).ok_or_else(|| Error::UnknownName {
             family: "friction law",
