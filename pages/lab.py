@@ -34,12 +34,12 @@ class Lab:
         self.origin = address.split("/#", 1)[0]
 
     def cpu_s(self) -> float:
-        """Its CPU time so far, s."""
+        """CPU time so far, s."""
         fields = Path(f"/proc/{self.process.pid}/stat").read_text().rsplit(")", 1)[1].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def peak_mb(self) -> float:
-        """Its peak memory, MB."""
+        """Peak memory, MB."""
         found = re.search(r"VmHWM:\s+(\d+) kB", Path(f"/proc/{self.process.pid}/status").read_text())
         return int(found[1]) / 1000 if found else float("nan")
 

@@ -54,9 +54,9 @@ class Suite(Sequence[Recording]):
     Parameters
     ----------
     name : str
-        Its name, one of `suites`.
+        Name, one of `suites`.
     handle : object
-        Its loops, made by `suite`.
+        Loops, made by `suite`.
     """
 
     __slots__ = ("_handle", "name")
@@ -181,7 +181,7 @@ def suite(name: str = "v1", *, passphrase: str | None = None) -> Suite:
     Parameters
     ----------
     name : str, default "v1"
-        Its name, one of `suites`.
+        Name, one of `suites`.
     passphrase : str, optional
         Passphrase of the hidden half of the suite, which is then returned. Its seeds are derived from the passphrase.
 
@@ -318,7 +318,7 @@ class method:
     Parameters
     ----------
     name : str
-        Its name, see `stiction.detection.detectors`.
+        Name, see `stiction.detection.detectors`.
 
     Examples
     --------

@@ -204,7 +204,7 @@ class CompensatorRow(Result):
     """A compensator, or the loop as it is, in a comparison."""
 
     action: str = about('Name of the compensator, or ``"as it is"``.')
-    parameters: list[Parameter] = about("Its nominal parameters.")
+    parameters: list[Parameter] = about("Nominal parameters.")
     error: float = about("Mean absolute control error in the window of the nominal case, in PV units.")
     worst_error: float = about(
         "Mean absolute control error in the worst of the cases without noise, in PV units. It determines the rank."

@@ -23,11 +23,11 @@ class SampleTruth(Result):
 
     name: str = about("Its name.")
     sticks: bool = about("Whether its valve sticks.")
-    model: str = about("Its valve model, see `stiction.valves.valve_models`.")
+    model: str = about("Valve model, see `stiction.valves.valve_models`.")
     S: float = about("Stick band plus dead band, percent of span.")
     J: float = about("Slip jump, percent of span.")
     cause: str = about("The cause of the swing.")
-    scenario: str = about("Its built-in scenario, see `stiction.closed_loop.scenarios`.")
+    scenario: str = about("Built-in scenario, see `stiction.closed_loop.scenarios`.")
 
 
 def names() -> list[str]:

@@ -36,12 +36,12 @@ class Detector(Result):
     source: str = about("Authors, year and journal, with a note on parts that were recalled, not read.")
     statistic: str = about("Its statistic. Larger values support a positive decision.")
     rule: str = about("The decision rule with its thresholds.")
-    family: str = about("Its kind of evidence. Methods of one family share one vote.")
+    family: str = about("Kind of evidence. Methods of one family share one vote.")
     applies: str = about("The loops for which it was made.")
     decides: str = about("The meaning of a positive decision.", kind='{"stiction", "nonlinearity"}')
     needs: str = about("The signals that it needs.")
     explains_oscillation: bool = about("Whether it explains the cause of an oscillation that was found before.")
-    parameters: dict[str, tuple[float, str]] = about("Its parameters by name, each with its value and its unit.")
+    parameters: dict[str, tuple[float, str]] = about("Parameters by name, each with its value and its unit.")
 
 
 @result
@@ -63,7 +63,7 @@ class Finding(Result):
     parameters: dict[str, tuple[float, str]] = about(
         "The parameters of the method by name, each with its value and its unit."
     )
-    family: str = about("Its kind of evidence.")
+    family: str = about("Kind of evidence.")
     votes: bool = about("Whether its decision is counted in the vote of its family.")
     reference: str = about("Authors, year, journal.")
 

@@ -27,7 +27,7 @@ class Feature(Result):
 
     name: str = about("Its name.")
     meaning: str = about("Its meaning.")
-    line: str = about("Its line of evidence.")
+    line: str = about("Line of evidence.")
     monotone: int = about(
         "1 if larger values are evidence for stiction, -1 if they are evidence against it, 0 if they can be either.", kind="{1, 0, -1}"
     )

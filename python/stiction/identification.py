@@ -355,7 +355,7 @@ class PositionFit(Result):
     """A valve model fitted to a recorded position."""
 
     model: str = about("The model.")
-    bands: Bands = about("Its S and J, percent of span of the OP.")
+    bands: Bands = about("S and J, percent of span of the OP.")
     gain: float = about("Gain, percent of VP per percent of the model's position.")
     offset: float = about("VP where the model's position is 0, percent of span.")
     delay: int = about("Delay of VP behind the model, samples.")
@@ -403,7 +403,7 @@ class FittedNumber(Result):
     """A fitted number."""
 
     value: float = about("The number.")
-    deviation: float | None = about("Its standard deviation; None if the recording does not depend on the number.")
+    deviation: float | None = about("Standard deviation; None if the recording does not depend on the number.")
 
 
 @result

@@ -23,7 +23,7 @@ MOST_LOOPS = 1_000_000  # Already some tens of GB.
 class Truth(Result):
     """The truth about a simulated loop."""
 
-    kind: str = about("Its distinguishing property, one of `population_kinds`.")
+    kind: str = about("Distinguishing property, one of `population_kinds`.")
     sticks: bool = about("Whether its valve is at fault: it sticks or is stuck.")
     visible: bool = about("Whether the record can show the fault; False for healthy valves.")
     model: str | None = about("Model of a sticking or stuck valve; None for a healthy one.")

@@ -276,7 +276,7 @@ class StemSet(Result):
     name: str = about("Its name.")
     summary: str = about("A short description.")
     source: str = about("Source of the numbers, and whether they were verified.")
-    friction: str = about("Its friction law.")
+    friction: str = about("Friction law.")
     parameters: dict[str, float | bool] = about("Parameters of stem and friction by name, units in the names.")
 
 

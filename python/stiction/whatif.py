@@ -26,7 +26,7 @@ class Action(Result):
     action: str = about(
         '``"as it is"``, ``"valve repaired"``, ``"retuned"``, ``"positioner"``, or the name of a compensator.'
     )
-    parameters: list[Parameter] = about("Its nominal parameters.")
+    parameters: list[Parameter] = about("Nominal parameters.")
     error: float = about("Mean absolute control error in the window of the nominal case, in PV units.")
     worst_error: float = about(
         "Mean absolute control error in the worst of the cases without noise, in PV units. It determines the rank."

@@ -8,7 +8,7 @@
 pub struct Section {
     /// Its name.
     pub title: &'static str,
-    /// Its content, in one line.
+    /// Content, in one line.
     pub about: &'static str,
     /// Its pages.
     pub pages: &'static [Listed],
@@ -17,20 +17,20 @@ pub struct Section {
 /// A page in the list of contents.
 #[derive(Debug, Clone, Copy)]
 pub struct Listed {
-    /// Its file, relative to the folder of the site.
+    /// File, relative to the folder of the site.
     pub path: &'static str,
-    /// Its name in the list.
+    /// Name in the list.
     pub title: &'static str,
-    /// Its document; `None` for a generated page.
+    /// Document; `None` for a generated page.
     pub written: Option<Written>,
 }
 
 /// A document of the repository.
 #[derive(Debug, Clone, Copy)]
 pub struct Written {
-    /// Its file, relative to the top of the repository.
+    /// File, relative to the top of the repository.
     pub source: &'static str,
-    /// Its content, in Markdown.
+    /// Content, in Markdown.
     pub markdown: &'static str,
 }
 

@@ -33,11 +33,11 @@ use std::collections::BTreeSet;
 /// A page handed in to the site.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Page {
-    /// Its file, relative to the folder of the site, with `/` between folders.
+    /// File, relative to the folder of the site, with `/` between folders.
     pub path: String,
-    /// Its title, for the browser and the search.
+    /// Title, for the browser and the search.
     pub title: String,
-    /// Its content, in Markdown; its links are relative to its place in the site.
+    /// Content, in Markdown; its links are relative to its place in the site.
     pub markdown: String,
     /// The page of the contents that it belongs to, if it is not in the contents itself.
     pub under: Option<String>,
@@ -65,7 +65,7 @@ impl Page {
 /// A file of the site.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct File {
-    /// Its name relative to the folder of the site, with `/` between folders.
+    /// Name relative to the folder of the site, with `/` between folders.
     pub path: String,
     /// Its content.
     pub bytes: Vec<u8>,

@@ -10,15 +10,15 @@ use std::collections::BTreeMap;
 /// A page as HTML, with information about it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rendered {
-    /// Its file in the site.
+    /// File in the site.
     pub path: String,
     /// Its title.
     pub title: String,
     /// The page of the contents that it is, or belongs to.
     pub listed: String,
-    /// Its content, as HTML.
+    /// Content, as HTML.
     pub html: String,
-    /// Its headings, and the plain text under each.
+    /// Headings, and the plain text under each.
     pub parts: Vec<Part>,
 }
 

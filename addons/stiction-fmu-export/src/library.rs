@@ -24,11 +24,11 @@ pub struct Library {
 pub struct Platform {
     /// As Rust names it, such as `x86_64-unknown-linux-gnu`.
     target: &'static str,
-    /// Its processor, such as `x86_64`.
+    /// Processor, such as `x86_64`.
     pub arch: &'static str,
-    /// Its operating system, such as `linux`.
+    /// Operating system, such as `linux`.
     pub os: &'static str,
-    /// Its library, in a release.
+    /// Library, in a release.
     library: Option<&'static [u8]>,
 }
 
@@ -41,7 +41,7 @@ impl Platform {
         self.library.is_none()
     }
 
-    /// Its library: the built-in one, or one compiled now from the sources of this build.
+    /// Library: the built-in one, or one compiled now from the sources of this build.
     fn library(&self) -> Result<Library, Error> {
         let bytes = match self.library {
             Some(bytes) => Cow::Borrowed(bytes),

@@ -58,7 +58,7 @@ impl Log {
 struct Handle {
     instance: Instance,
     log: Log,
-    /// Its name in `log`.
+    /// Name in `log`.
     _name: CString,
 }
 

@@ -88,12 +88,12 @@ impl Fmu {
         xml
     }
 
-    /// Its name in one line.
+    /// Name in one line.
     pub fn title(&self) -> String {
         format!("stiction {} {}", self.model(), self.law())
     }
 
-    /// Its description in one line.
+    /// Description in one line.
     pub fn summary(&self) -> String {
         let what = match self.model() {
             "valve" => "Sticking control valve, data-driven model",

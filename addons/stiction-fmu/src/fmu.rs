@@ -21,7 +21,7 @@ pub struct ModelEntry {
     pub model: &'static str,
     /// The law of the valve, or the friction law or parameter set of the stem.
     pub law: &'static str,
-    /// Its description, in one line.
+    /// Description, in one line.
     pub summary: &'static str,
 }
 
@@ -168,8 +168,8 @@ impl Fmu {
         self.build().restart(&mut self.starts(), 0.0)
     }
 
-    /// Its result in co-simulation: the variables called `names` after each step of `step_s`, s. The first input
-    /// (OP, or SP of a loop) is held over it at a value of `input`.
+    /// Result in co-simulation: the variables called `names` after each step of `step_s`, s. The first input (OP, or SP
+    /// of a loop) is held over it at a value of `input`.
     ///
     /// # Errors
     /// If there is no such variable, or the model cannot continue.

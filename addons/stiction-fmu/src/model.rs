@@ -19,7 +19,7 @@ pub(crate) trait FmuModel: Send + Sync {
     /// Continues from `time` by `step`, both in s, with the inputs held. After an error it cannot continue.
     fn step(&mut self, values: &mut Numbers, time: f64, step: f64) -> Result<()>;
 
-    /// Its state besides the values, as plain numbers.
+    /// State besides the values, as plain numbers.
     fn memory(&self) -> Vec<f64>;
 
     /// Continues from there; it has been restarted with the same parameters before.

@@ -81,7 +81,7 @@ pub(crate) fn variables() -> Vec<Variable> {
 #[derive(Debug, Clone)]
 #[repr(C)]
 pub(crate) struct ValveModel {
-    /// Its sample time, s: the last step.
+    /// Sample time, s: the last step.
     sample_time: f64,
     /// Position of the model, before limits and lag.
     position: f64,

@@ -148,7 +148,7 @@ pub struct Variable {
     pub variability: Variability,
     /// Value at the start; `None` if it is computed.
     pub start: Option<f64>,
-    /// Its description, in one line.
+    /// Description, in one line.
     pub description: &'static str,
     /// The value reference of the state whose rate this is.
     pub rate_of: Option<u32>,
@@ -165,14 +165,14 @@ pub struct Variable {
 struct VariableDocument {
     /// Name.
     name: &'static str,
-    /// Its purpose: `time`, `input`, `output`, `parameter`, `tunable` (a parameter that may be changed while the
-    /// simulation runs) or `local`.
+    /// Purpose: `time`, `input`, `output`, `parameter`, `tunable` (a parameter that may be changed while the simulation
+    /// runs) or `local`.
     role: &'static str,
     /// Value at the start; null if it is computed.
     start: Option<Start>,
     /// Unit; empty if there is none.
     unit: &'static str,
-    /// Its description, in one line.
+    /// Description, in one line.
     description: &'static str,
 }
 
@@ -312,7 +312,7 @@ impl Variable {
         self
     }
 
-    /// Its purpose in one word: time, input, output, parameter, tunable or local.
+    /// Purpose in one word: time, input, output, parameter, tunable or local.
     pub fn role(&self) -> &'static str {
         match (self.causality, self.variability) {
             (Causality::Independent, _) => "time",
@@ -324,7 +324,7 @@ impl Variable {
         }
     }
 
-    /// Its start value as text; empty if it is computed.
+    /// Start value as text; empty if it is computed.
     pub fn start_text(&self) -> String {
         match (self.kind, self.start) {
             (_, None) => String::new(),

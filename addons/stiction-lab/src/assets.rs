@@ -2,9 +2,9 @@
 
 /// A file of the page.
 pub struct Asset {
-    /// Its path at the server.
+    /// Path at the server.
     pub path: &'static str,
-    /// Its media type.
+    /// Media type.
     pub kind: &'static str,
     /// Its bytes.
     pub bytes: &'static [u8],

@@ -39,7 +39,7 @@ struct Lesson {
     page: &'static str,
     /// How its questions are answered.
     kinds: &'static [Kind],
-    /// Its task for a class.
+    /// Task for a class.
     task: fn(u32) -> Answer<Task>,
 }
 
@@ -249,7 +249,7 @@ const HASTY_S: f64 = 0.3;
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Which {
-    /// Its number, from 1.
+    /// Number, from 1.
     lesson: u32,
     /// The number of the class, from 1 to 9999.
     class: u32,
@@ -371,7 +371,7 @@ pub struct Row {
 /// A line without a result.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Refused {
-    /// Its number, from 1.
+    /// Number, from 1.
     line: usize,
     /// Its text.
     text: String,
@@ -392,13 +392,13 @@ impl Lesson {
         contents::markdown_of(self.page).unwrap_or_default()
     }
 
-    /// Its title, without `Lesson 1:`.
+    /// Title, without `Lesson 1:`.
     fn title(&self) -> String {
         let head = self.text().lines().next().unwrap_or_default();
         head.split_once(": ").map_or(head, |(_, title)| title).to_owned()
     }
 
-    /// Its text before the questions, and the questions.
+    /// Text before the questions, and the questions.
     fn parts(&self) -> (&'static str, Vec<Question>) {
         let list = self.text().find("\n1. ").map_or(0, |before| before + 1);
         let (text, list) = self.text().split_at(list);

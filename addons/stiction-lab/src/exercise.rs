@@ -30,7 +30,7 @@ const SETS: usize = 500;
 const HEALTHY: (f64, f64) = (0.1, 0.3);
 /// S of a sticking valve, percent of span.
 const STICKS: (f64, f64) = (1.5, 6.0);
-/// Its J as a share of S.
+/// J of a sticking valve as a share of S.
 const JUMP: (f64, f64) = (0.3, 0.9);
 /// The load: standard deviation, percent of span, and correlation time, s.
 const LOAD: (f64, f64) = (0.3, 600.0);
@@ -171,7 +171,7 @@ impl Which {
         Drawn { sticks, s, j: tenth(s * between(JUMP, 2)) }
     }
 
-    /// Its loop: the flow loop of the first room, with a load that wanders.
+    /// The loop of the exercise: the flow loop of the first room, with a wandering load.
     fn loop_request(self) -> LoopRequest {
         let Drawn { s, j, .. } = self.valve();
         let (sd, tau) = LOAD;

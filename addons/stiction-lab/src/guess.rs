@@ -50,7 +50,7 @@ pub struct Trends {
 /// A signal over time.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Trend {
-    /// Its name: SP, PV or OP.
+    /// Name: SP, PV or OP.
     name: String,
     /// Times, s.
     time: Vec<f64>,
@@ -93,7 +93,7 @@ impl Trend {
         &self.name
     }
 
-    /// Its line in a figure.
+    /// Line in a figure.
     pub(crate) fn series(&self) -> Series {
         let known = self.time.iter().zip(&self.values).filter_map(|(t, x)| Some((*t, (*x)?)));
         let (time, values): (Vec<f64>, Vec<f64>) = known.unzip();

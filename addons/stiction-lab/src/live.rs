@@ -88,7 +88,7 @@ pub struct Knobs {
 /// A loop that runs from now on.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Begun {
-    /// Its number, for later calls.
+    /// Number, for later calls.
     id: u64,
     /// Time between samples, s.
     sample_time_s: f64,

@@ -122,20 +122,20 @@ pub struct Choices {
 pub struct Choice {
     /// Its name.
     name: String,
-    /// Its summary in one line.
+    /// Summary in one line.
     summary: String,
     /// Whether it is a loop, and not a valve on a test signal.
     is_loop: bool,
-    /// Its settings; of scenarios only.
+    /// Settings; of scenarios only.
     settings: Vec<Setting>,
 }
 
 /// A setting of a scenario.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Setting {
-    /// Its key, such as `valve.S`.
+    /// Key, such as `valve.S`.
     key: String,
-    /// Its value, as TOML.
+    /// Value, as TOML.
     value: String,
     /// Its unit, where it has one.
     unit: String,

@@ -44,7 +44,7 @@ impl fmt::Debug for Paper {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Which {
-    /// Its number, from 0.
+    /// Number, from 0.
     number: usize,
 }
 

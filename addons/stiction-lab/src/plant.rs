@@ -226,7 +226,7 @@ impl Room {
 pub struct Word {
     /// The word.
     pub name: &'static str,
-    /// Its short form.
+    /// Short form.
     pub symbol: String,
     /// What it means for the reader: bad, warning, good or open.
     pub tone: &'static str,
@@ -356,9 +356,9 @@ pub struct Page {
     plant: String,
     /// The week.
     week: String,
-    /// Its first day.
+    /// First day.
     first_day: String,
-    /// Its last day.
+    /// Last day.
     last_day: String,
     /// The loops, most urgent first.
     loops: Vec<LoopRow>,
@@ -443,7 +443,7 @@ pub struct LoopHistory {
     /// Its tag.
     #[serde(rename = "loop")]
     name: String,
-    /// Its windows of the half year up to the end of the week, in order of time.
+    /// Windows of the loop in the half year up to the end of the week, in order of time.
     windows: Vec<JudgedWindow>,
     /// Entries of the log for it, in the order of days.
     entries: Vec<LogEntry>,
@@ -454,7 +454,7 @@ pub struct LoopHistory {
 /// A window of a loop.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct JudgedWindow {
-    /// Its first day.
+    /// First day.
     day: String,
     /// How many days it has.
     days: i64,

@@ -77,7 +77,7 @@ const MOST_TABLES: usize = 12;
 pub struct Opened {
     /// The identifier of the file.
     id: String,
-    /// Its content, as `stiction inspect --json` prints it; null if it could not be read.
+    /// Content of the file, as `stiction inspect --json` prints it; null if the file could not be read.
     summary: Option<Summary>,
     /// What was understood of each of its first loops, as a table.
     understood: Vec<Table>,
@@ -89,7 +89,7 @@ pub struct Opened {
     columns: Vec<String>,
     /// The corrections by hand.
     mapping: Mapping,
-    /// The same as a mapping file.
+    /// The corrections as a mapping file.
     mapping_toml: String,
     /// The path of its own mapping file, existing or not; null for a dropped file.
     mapping_file: Option<String>,
@@ -220,7 +220,7 @@ pub struct Stretch {
     /// Beginning of the stretch, s on the recording's clock; the beginning of the recording by default.
     #[serde(default)]
     from: Option<f64>,
-    /// Its end, exclusive; the end of the recording by default.
+    /// End of the stretch, exclusive; the end of the recording by default.
     #[serde(default)]
     to: Option<f64>,
 }
@@ -232,7 +232,7 @@ pub struct Judged {
     source: Source,
     /// The diagnosis, as `stiction diagnose --json` prints it.
     diagnosis: Diagnosis,
-    /// The same in the words of the report.
+    /// The diagnosis in the words of the report.
     first_screen: FirstScreen,
     /// Times of the slips of the valve, s on the recording's clock.
     slips: Vec<f64>,
@@ -362,7 +362,7 @@ pub fn details(lab: &Lab, asked: More, wanted: &Wanted) -> Answer<Details> {
 /// Where a report is.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct ReportAt {
-    /// Its address at this lab. It holds a secret, so that the browser can open it without the token.
+    /// Address at this lab. It holds a secret, so that the browser can open it without the token.
     address: String,
 }
 

@@ -114,7 +114,7 @@ fn as_date_if_any<S: serde::Serializer>(
 }
 
 impl Entry {
-    /// Its fault, as key and remedy.
+    /// Fault, as key and remedy.
     fn mistake(&self) -> Option<(&'static str, &'static str)> {
         let needs_text = matches!(self.kind, Kind::Override | Kind::Note | Kind::Order);
         match self {

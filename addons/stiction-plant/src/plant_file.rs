@@ -62,7 +62,7 @@ pub enum ModeName {
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Area {
-    /// Its weight, 1 by default.
+    /// Weight, 1 by default.
     pub weight: Option<f64>,
 }
 
@@ -89,7 +89,7 @@ pub struct LoopFacts {
     pub pv_range: Option<[f64; 2]>,
     /// The values of VP that are 0 % and 100 %. By default they are estimated from each file.
     pub vp_range: Option<[f64; 2]>,
-    /// Its weight, 1 by default.
+    /// Weight, 1 by default.
     pub weight: Option<f64>,
     /// The area it is in, one of `[area]`.
     pub area: Option<String>,

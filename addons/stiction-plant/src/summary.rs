@@ -50,7 +50,7 @@ pub struct LoopThere {
     pub tags: Vec<String>,
     /// The values of OP that are 0 % and 100 %.
     pub op_range: Option<[f64; 2]>,
-    /// Its modes: `auto`, `cascade`, `manual`, `other`. Empty if its mode is not recorded.
+    /// Modes: `auto`, `cascade`, `manual`, `other`. Empty if its mode is not recorded.
     pub modes: Vec<&'static str>,
     /// Assumptions, and points to confirm.
     pub notes: Vec<String>,

@@ -39,9 +39,9 @@ impl Kind {
 /// Something that is not known, with the reason.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct Unknown {
-    /// Its kind: `file not read`, `loop not read`, `loop without a PV`, `tag without a partner` or `window not judged`.
+    /// Kind: `file not read`, `loop not read`, `loop without a PV`, `tag without a partner` or `window not judged`.
     pub kind: Kind,
-    /// Its file, loop or tag.
+    /// File, loop or tag.
     pub name: String,
     /// Number of windows of a loop that were not judged; 1 for all other kinds.
     pub count: usize,

@@ -9,7 +9,7 @@ use std::str::FromStr;
 /// A week of the plant's calendar.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Week {
-    /// Its Monday, days since 1970-01-01.
+    /// Monday, days since 1970-01-01.
     monday: i64,
 }
 
@@ -20,7 +20,7 @@ impl Week {
         Self { monday: day - (day + 3).rem_euclid(7) }
     }
 
-    /// Its days, from Monday to Sunday, since 1970-01-01.
+    /// Days, from Monday to Sunday, since 1970-01-01.
     pub fn days(self) -> RangeInclusive<i64> {
         self.monday..=self.monday + 6
     }

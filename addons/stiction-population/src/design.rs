@@ -48,7 +48,7 @@ impl Curve {
         }
     }
 
-    /// Its largest gain within `reach` percent of the operating point.
+    /// Largest gain within `reach` percent of the operating point.
     fn steepest(self, reach: f64) -> f64 {
         match self {
             Self::Linear => 1.0,

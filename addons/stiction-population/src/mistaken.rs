@@ -49,7 +49,7 @@ named! {
 }
 
 impl Mistake {
-    /// Its share: exchanged columns, the likeliest mistake of a person, are more than a third of all.
+    /// Share: exchanged columns, the likeliest mistake of a person, are more than a third of all.
     fn share(self) -> f64 {
         match self {
             Self::Exchanged => 9.0,

@@ -252,8 +252,8 @@ impl<'a> NeighbourRun<'a> {
         })
     }
 
-    /// Its addition to this loop's load at step `k`. `before` was its OP; `valve` and `pv` are the deviations of
-    /// this loop's valve and PV from rest, the PV in percent of OP.
+    /// Addition to this loop's load at step `k`. `before` was its OP; `valve` and `pv` are the deviations of this
+    /// loop's valve and PV from rest, the PV in percent of OP.
     pub fn step(&mut self, k: usize, valve: f64, pv: f64) -> Result<f64> {
         let own = self.process.output(0);
         let op = self.controller.step(0, REST, REST + own + self.design.noise * self.noise.draw());

@@ -57,7 +57,7 @@ pub struct NetworkPlan {
 pub struct NetworkLoop {
     /// The controlled quantity.
     pub loop_type: LoopType,
-    /// Its process: first order, second order, or an integrator, with a dead time.
+    /// Process: first order, second order, or an integrator, with a dead time.
     pub process: ProcessKind,
     /// Time between recorded samples, s: a multiple of [`STEP_S`].
     pub sample_time_s: f64,
@@ -151,9 +151,9 @@ pub enum LinkKind {
 /// A wave from outside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outside {
-    /// Its signal, around zero.
+    /// Signal, around zero.
     pub wave: Signal,
-    /// Its period, s.
+    /// Period, s.
     pub period_s: f64,
     /// The loops with this wave in their load, and its size: percent of load.
     pub into: Vec<(usize, f64)>,

@@ -293,7 +293,7 @@ impl Plant<'_> {
 /// A simulated master.
 struct MasterRun<'a> {
     design: &'a Master,
-    /// Its controlled variable.
+    /// Controlled variable.
     above: f64,
     integral: f64,
     asked: f64,
@@ -304,8 +304,7 @@ impl<'a> MasterRun<'a> {
         Self { design, above: 0.0, integral: 0.0, asked: 0.0 }
     }
 
-    /// Its movement of the set point at step `k`, with this deviation of the PV from rest; it `asks` again or
-    /// holds.
+    /// Movement of the set point at step `k`, with this deviation of the PV from rest; it `asks` again or holds.
     fn step(&mut self, k: usize, away: f64, asks: bool) -> f64 {
         let Master { keep, kc, ki, reach, ref wanted } = *self.design;
         self.above = keep * self.above + (1.0 - keep) * away;

@@ -31,7 +31,7 @@ pub struct Transmitter {
     pub offset: f64,
     /// Standard deviation of white noise, percent.
     pub noise: f64,
-    /// Its resolution, percent.
+    /// Resolution, percent.
     pub quantum: f64,
 }
 
@@ -163,7 +163,7 @@ struct Design {
     sp: Vec<f64>,
 }
 
-/// Its result; OP, PV less [`LEVEL`].
+/// Result; OP, PV less [`LEVEL`].
 struct Played {
     op: Vec<f64>,
     pv: Vec<f64>,

@@ -9,7 +9,7 @@ use super::draw::Draw;
 #[derive(Debug, Clone)]
 pub(super) struct Switched {
     course: Course,
-    /// Its effect at level 1: at the load, percent of OP, and at the PV, percent of span. One of them is 0.
+    /// Effect at level 1: at the load, percent of OP, and at the PV, percent of span. One of them is 0.
     there: [f64; 2],
     /// Of the lag of its effect, a step.
     keep: f64,
@@ -118,7 +118,7 @@ fn changes(n: usize, dwell: f64, (least, most): (f64, f64), draw: &mut Draw) -> 
 /// The simulated switched neighbour.
 pub(super) struct SwitchedRun<'a> {
     design: &'a Switched,
-    /// Its vessel, if it has one.
+    /// Vessel, if it has one.
     vessel: Option<Vessel>,
     /// The remaining changes.
     ahead: &'a [(usize, f64)],
@@ -140,8 +140,8 @@ impl<'a> SwitchedRun<'a> {
         Self { design, vessel, ahead, level, arrived: level, switches: 0 }
     }
 
-    /// Its addition to the load, percent of OP, and to the PV, percent of span, after step `k`; `valve` and `pv`
-    /// are the deviations of this loop's valve and PV from rest, percent of OP.
+    /// Addition to the load, percent of OP, and to the PV, percent of span, after step `k`; `valve` and `pv` are the
+    /// deviations of this loop's valve and PV from rest, percent of OP.
     pub fn step(&mut self, k: usize, valve: f64, pv: f64) -> [f64; 2] {
         let before = self.level;
         if let Some(vessel) = &mut self.vessel {

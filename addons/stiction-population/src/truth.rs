@@ -20,7 +20,7 @@ pub struct Simulated {
 /// The truth about a simulated loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
-    /// Its kind, as requested or drawn.
+    /// Kind, as requested or drawn.
     pub kind: LoopKind,
     /// Whether its valve is faulty: it sticks or is stuck.
     pub sticks: bool,
@@ -207,7 +207,7 @@ impl fmt::Display for Fact {
 }
 
 impl Truth {
-    /// Its properties by name, for tables, before those of its [`Facts`].
+    /// Properties by name, for tables, before those of its [`Facts`].
     pub fn entries(&self) -> [(&'static str, Fact); 10] {
         [
             ("kind", Fact::Text(Some(self.kind.name()))),

@@ -55,7 +55,7 @@ pub struct OperatorActions {
     pub beyond: bool,
     /// Whether the PV of the same loop exceeds it in the same time without a test.
     pub beyond_anyway: bool,
-    /// Its begin, s on the recording's clock.
+    /// Begin, s on the recording's clock.
     pub from_s: f64,
     /// Its end.
     pub to_s: f64,

@@ -18,13 +18,13 @@ pub struct Scenario(pub stiction_io::Scenario);
 
 #[pymethods]
 impl Scenario {
-    /// Its title, one line.
+    /// Title, one line.
     #[getter]
     fn title(&self) -> &str {
         &self.0.title
     }
 
-    /// Its TOML text, with all settings in it.
+    /// TOML text with all settings.
     #[getter]
     fn text(&self) -> &str {
         &self.0.text
@@ -69,7 +69,7 @@ impl Scenario {
 }
 
 impl Scenario {
-    /// Its control loop.
+    /// Control loop.
     pub fn closed_loop(&self) -> PyResult<&ClosedLoop> {
         match &self.0.system {
             System::ClosedLoop(plant) => Ok(plant),

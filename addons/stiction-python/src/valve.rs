@@ -189,7 +189,7 @@ impl Valve {
         Some((position, op, direction.sign(), moving))
     }
 
-    /// Its complete memory between samples.
+    /// Complete memory between samples.
     fn _memory(&self) -> [f64; 7] {
         self.assembly.memory()
     }

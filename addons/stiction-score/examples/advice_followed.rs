@@ -26,7 +26,7 @@ enum Advice {
 impl Advice {
     const ALL: [Self; 3] = [Self::TenCycles, Self::Uncompressed, Self::Position];
 
-    /// Its words within the printed advice.
+    /// Words within the printed advice.
     fn words(self) -> &'static str {
         match self {
             Self::TenCycles => "over at least ten cycles",

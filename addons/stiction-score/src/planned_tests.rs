@@ -62,7 +62,7 @@ pub struct TestTrial {
     pub turns: Option<f64>,
     /// Time in manual of the first test of a loop, s: the median, and what nine of ten do not exceed.
     pub manual_s: Option<[f64; 2]>,
-    /// The same in response times of the process.
+    /// Time in manual of the first test, in response times of the process.
     pub responses: Option<[f64; 2]>,
     /// Time in manual of all tests of a loop, s.
     pub manual_of_all_s: Option<[f64; 2]>,

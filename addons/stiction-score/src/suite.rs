@@ -28,9 +28,9 @@ pub struct Suite {
 /// A loop of a suite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Known {
-    /// Its recording, which has its name.
+    /// Recording, which has its name.
     pub recording: Recording,
-    /// Its truth and its groups.
+    /// Truth and its groups.
     pub asked: KnownLoop,
 }
 
@@ -149,7 +149,7 @@ impl Suite {
         self.jobs.len()
     }
 
-    /// Its parts, with their numbers of loops.
+    /// Parts, with their numbers of loops.
     pub fn parts(&self) -> &'static [(Part, u64)] {
         self.plan.parts
     }

@@ -11,7 +11,7 @@ pub struct Column {
     pub name: String,
     /// 1 if larger values can only be evidence for stiction, -1 if only against, 0 if either.
     pub monotone: i8,
-    /// Its line of evidence.
+    /// Line of evidence.
     pub line: Line,
     /// Whether it needs the OP only.
     pub op_only: bool,
@@ -20,7 +20,7 @@ pub struct Column {
 /// The truth about a loop, and the scale of its evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
-    /// Its number in the population.
+    /// Number in the population.
     pub index: u64,
     /// The name of its kind.
     pub kind: String,

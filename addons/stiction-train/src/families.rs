@@ -346,7 +346,7 @@ fn log_odds(map: &Calibration, margin: f64) -> f64 {
 }
 
 impl Left {
-    /// Its decisions with log-odds of size `above` or more, for or against a fault.
+    /// Decisions with log-odds of size `above` or more, for or against a fault.
     fn sure(&self, accusing: bool, above: f64) -> Sure {
         let mut sure = Sure::default();
         for (log_odds, hit, weight) in &self.judged {

@@ -58,7 +58,7 @@ struct Split {
 
 /// A leaf that may be split.
 struct Leaf {
-    /// Its index in the tree.
+    /// Index in the tree.
     node: usize,
     /// Range of the rows that reach it.
     rows: Range<usize>,
@@ -153,7 +153,7 @@ impl Tree {
         }
     }
 
-    /// Its output at a row.
+    /// Output at a row.
     pub fn value(&self, bins: &Bins, row: u32) -> f32 {
         let mut at = 0;
         loop {
@@ -168,7 +168,7 @@ impl Tree {
         }
     }
 
-    /// Its nodes in preorder, thresholds in the features' units.
+    /// Nodes in preorder, thresholds in the features' units.
     pub fn nodes(&self, bins: &Bins) -> Vec<Node> {
         let mut out = Vec::with_capacity(self.nodes.len());
         let mut to_come = vec![0];

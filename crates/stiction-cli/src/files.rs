@@ -42,7 +42,7 @@ impl In {
         self.0 == Path::new("-")
     }
 
-    /// Its name in messages.
+    /// Name in messages.
     pub fn origin(&self) -> String {
         if self.is_standard() { STANDARD_INPUT.to_owned() } else { self.0.display().to_string() }
     }

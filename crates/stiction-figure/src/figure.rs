@@ -247,14 +247,14 @@ pub enum Annotation {
     HorizontalLine {
         /// Its height.
         y: f64,
-        /// Its name; empty for none.
+        /// Name; empty for none.
         label: String,
     },
     /// A reference line from bottom to top.
     VerticalLine {
         /// Its place.
         x: f64,
-        /// Its name; empty for none.
+        /// Name; empty for none.
         label: String,
     },
     /// A shaded range of x.
@@ -263,7 +263,7 @@ pub enum Annotation {
         from: f64,
         /// The other end.
         to: f64,
-        /// Its name; empty for none.
+        /// Name; empty for none.
         label: String,
     },
     /// A double-headed arrow that measures the distance between two points, as in an

@@ -10,7 +10,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 pub struct Page {
     /// Title of the page.
     pub title: String,
-    /// Its introduction, a paragraph.
+    /// Introduction, a paragraph.
     pub introduction: String,
     /// The figures in order.
     pub entries: Vec<Entry>,
@@ -25,9 +25,9 @@ pub struct Entry {
     pub heading: String,
     /// The picture.
     pub picture: Picture,
-    /// Its caption, one line.
+    /// Caption, one line.
     pub caption: String,
-    /// Its parameters; without any there is no table.
+    /// Parameters; without any there is no table.
     pub parameters: Vec<Parameter>,
 }
 

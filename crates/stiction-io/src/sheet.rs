@@ -39,9 +39,9 @@ pub struct LeftOut {
 /// A named column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// Its name, trimmed.
+    /// Name, trimmed.
     pub name: String,
-    /// Its unit, if the file gives one.
+    /// Unit, if the file gives one.
     pub unit: Option<String>,
     /// Its cells.
     pub cells: Cells,

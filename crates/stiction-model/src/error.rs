@@ -59,7 +59,7 @@ pub enum Error {
     NotOfModel {
         /// Name of the setting.
         name: &'static str,
-        /// Its meaning, such as "the overshoot".
+        /// Meaning of the setting, such as "the overshoot".
         role: &'static str,
         /// Names of the models that have it, separated by commas.
         models: String,
@@ -70,7 +70,7 @@ pub enum Error {
     /// An invalid loop among many.
     #[error("loop {index}: {source}")]
     InLoop {
-        /// Its index, from 0.
+        /// Index, from 0.
         index: usize,
         /// The reason.
         source: Box<Error>,

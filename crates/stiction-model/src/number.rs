@@ -4,12 +4,12 @@
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Number {
-    /// Its name, such as `delta tau`.
+    /// Name, such as `delta tau`.
     pub name: &'static str,
     /// Its value.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub value: f64,
-    /// Its unit; empty for a ratio or count.
+    /// Unit; empty for a ratio or count.
     pub unit: &'static str,
 }
 

@@ -9,9 +9,9 @@ use std::fmt;
 pub struct Estimate {
     /// The best value.
     pub value: f64,
-    /// Lower end of its interval.
+    /// Lower end of the interval.
     pub low: f64,
-    /// Upper end of its interval.
+    /// Upper end of the interval.
     pub high: f64,
 }
 

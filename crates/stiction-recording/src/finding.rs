@@ -48,9 +48,9 @@ impl std::error::Error for Abstention {}
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Method {
-    /// Its name in commands and files, such as `horch`.
+    /// Name in commands and files, such as `horch`.
     pub name: &'static str,
-    /// Its title, such as `Horch's cross-correlation`.
+    /// Title, such as `Horch's cross-correlation`.
     pub title: &'static str,
     /// Authors, year, journal; and whether its formulas were read or recalled.
     #[cfg_attr(feature = "serde", serde(rename = "reference"))]
@@ -75,7 +75,7 @@ pub struct Method {
     /// The signals it needs.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub needs: Needs,
-    /// Its kind of evidence.
+    /// Kind of evidence.
     pub family: Family,
     /// Whether it explains an oscillation that was found before; see `stiction_diagnose::methods::judge`.
     #[cfg_attr(feature = "serde", serde(skip))]

@@ -11,7 +11,7 @@ use stiction_diagnose::spoken;
 pub struct LoopColumn {
     /// Its name.
     pub name: &'static str,
-    /// Its content and type.
+    /// Content and type.
     pub cells: Cells,
 }
 

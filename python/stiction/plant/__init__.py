@@ -368,7 +368,7 @@ def diagnose_window(
     day : int
         The day on which the window begins, by the plant's clock, days since 1970-01-01.
     days : int, default 1
-        Its number of days.
+        Number of days.
 
     Returns
     -------

@@ -818,7 +818,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        Its arguments; by default those of the process.
+        Arguments; by default those of the process.
 
     Returns
     -------

@@ -36,7 +36,7 @@ fn checksum(name: &str, content: u32) -> u32 {
 }
 
 impl Result {
-    /// Its code for the student of this name.
+    /// Code for the student of this name.
     pub fn code(self, name: &str) -> String {
         let Self { lesson, class, tries, marks } = self;
         let content = ((lesson << 14 | class) << 3 | tries.min(TRIES)) << 5 | marks;

@@ -17,7 +17,7 @@ const SHOWN: usize = 20;
 /// An event of a loop.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Happened {
-    /// Its kind, such as `new sticking`.
+    /// Kind, such as `new sticking`.
     event: String,
     /// The tag of the loop.
     #[serde(rename = "loop")]

@@ -60,7 +60,7 @@ pub struct TrendRequest {
     /// Beginning of the part to show, s after the beginning of the first day.
     #[serde(default)]
     from_s: Option<f64>,
-    /// Its end, s.
+    /// End, s.
     #[serde(default)]
     to_s: Option<f64>,
 }
@@ -73,7 +73,7 @@ pub struct Trend {
     name: String,
     /// Begin of the first day, s since 1970-01-01 UTC.
     start: f64,
-    /// The same by the clock of the plant, s since 1970-01-01.
+    /// Begin of the first day by the clock of the plant, s since 1970-01-01.
     clock: f64,
     /// Beginning of the part shown, s after that.
     from_s: f64,

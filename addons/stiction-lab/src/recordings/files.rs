@@ -61,7 +61,7 @@ struct State {
 pub(crate) struct File {
     /// Its identifier.
     pub id: String,
-    /// Its name in messages, and the name of a loop without one.
+    /// Name in messages, and the name of a loop without one.
     origin: String,
     place: Place,
     held: Mutex<Held>,
@@ -79,7 +79,7 @@ enum Place {
 #[derive(Debug, Default)]
 struct Held {
     reading: Option<Arc<Reading>>,
-    /// Its approximate memory, bytes.
+    /// Approximate memory, bytes.
     bytes: usize,
     stamp: Option<Stamp>,
     /// Why it could not be read.
@@ -99,7 +99,7 @@ struct Stamp {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Own {
     pub mapping: Mapping,
-    /// The same as options of the reader; `None` without corrections.
+    /// The corrections as options of the reader; `None` without corrections.
     options: Option<ReadOptions>,
     /// Whether it equals the mapping file; a missing file is empty.
     pub is_saved: bool,
@@ -126,11 +126,11 @@ pub struct Entry {
     id: String,
     /// Its name.
     name: String,
-    /// Its folder; empty for a dropped file.
+    /// Folder; empty for a dropped file.
     folder: String,
     /// Whether it was dropped on the page.
     dropped: bool,
-    /// Its loops; null before it is opened.
+    /// Loops; null before it is opened.
     loops: Option<Vec<String>>,
     /// Why it could not be read.
     failure: Option<String>,
@@ -161,7 +161,7 @@ impl File {
         self.path().map(ReadOptions::mapping_path)
     }
 
-    /// Its entry in the list.
+    /// Entry in the list.
     pub fn entry(&self) -> Entry {
         let (name, folder) = match self.path() {
             Some(path) => (

@@ -69,7 +69,7 @@ impl Mapping {
         toml::to_string(self).unwrap_or_default()
     }
 
-    /// The same as options of the reader.
+    /// The mapping as options of the reader.
     ///
     /// # Errors
     /// If a role, a zone or a similar word is not known. The message is the reader's, without a line number.

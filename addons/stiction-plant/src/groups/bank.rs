@@ -131,7 +131,7 @@ impl Series {
         powers
     }
 
-    /// Its pieces in some bands of one level.
+    /// Pieces in some bands of one level.
     pub fn pieces(&self, bands: &[usize]) -> Vec<Pieces> {
         let Some(first) = bands.first() else { return vec![] };
         let mut values: Vec<Vec<Complex<f32>>> = vec![vec![]; bands.len()];

@@ -23,7 +23,7 @@ use stiction_diagnose::spoken::{self, counted};
 /// Loops that swing together, and the candidates for the source.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Group {
-    /// Its number, from one.
+    /// Number, from one.
     pub id: usize,
     /// Period of the swing, s.
     pub period_s: f64,
@@ -46,7 +46,7 @@ pub struct Member {
     pub probability: Option<f64>,
     /// The share of its swing at the period that it has in common with the group: squared coherence, 0 to 1.
     pub coherence: f64,
-    /// Its place among the candidates for the source, from one; none if it is no candidate.
+    /// Rank among the candidates for the source, from 1; none if the loop is no candidate.
     pub candidate_rank: Option<usize>,
     /// Evidence for and against it as the source, sentences.
     pub reasons: Vec<String>,

@@ -32,9 +32,9 @@ pub struct Edge {
     pub band: usize,
     /// The first by name first.
     pub pair: (usize, usize),
-    /// Its probability by chance.
+    /// Probability by chance.
     pub p: f64,
-    /// Its squared coherence.
+    /// Squared coherence.
     pub squared: f64,
 }
 

@@ -42,7 +42,7 @@ pub enum Scope {
 }
 
 impl Override {
-    /// Its scope in words.
+    /// Scope in words.
     pub fn scope_in_words(&self) -> String {
         let mut words = match &self.scope {
             Scope::File { name, sha256 } => {

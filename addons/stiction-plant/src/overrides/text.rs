@@ -13,7 +13,7 @@ const KEYS: Known = "loop verdict reason by entered tool file sha256 all_recordi
 /// An entry that does not hold.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Damaged {
-    /// Its line, from 1.
+    /// Line, from 1.
     pub line: usize,
     /// Tag of its loop, if that is readable.
     pub loop_name: Option<String>,

@@ -28,7 +28,7 @@ named! {
 always_written_by_name!(Action);
 
 impl Action {
-    /// Its letter on the map.
+    /// Letter on the map.
     pub fn letter(self) -> char {
         match self {
             Self::Repair => 'R',

@@ -66,7 +66,7 @@ columns! {
     "period_s" ["s"] period_s: f64;
     /// Tag of the loop.
     "loop" [""] name: String;
-    /// Its coherence with the group at the period.
+    /// Coherence of the loop with the group at the period.
     "coherence" [""] coherence: f64;
     /// Place among the candidates for the source; empty if it is none.
     "candidate_rank" [""] candidate_rank: Option<i64>;
@@ -90,9 +90,9 @@ struct RankingDocument<'a> {
     plant: &'a str,
     /// The week, such as `2026-W10`.
     week: String,
-    /// Its first day.
+    /// First day.
     first_day: String,
-    /// Its last day.
+    /// Last day.
     last_day: String,
     /// Version of the program.
     engine_version: &'static str,
@@ -109,7 +109,7 @@ pub struct Reported {
     pub plant: String,
     /// The week, such as `2026-W10`.
     pub week: String,
-    /// Its folder, relative to that of the plant.
+    /// Folder, relative to that of the plant.
     pub folder: String,
     /// Loops in it.
     pub loops: usize,

@@ -30,7 +30,7 @@ const LINES: usize = 20;
 const FIRST: usize = 6;
 /// Windows of a small history.
 const POINTS: usize = 42;
-/// Its size, px.
+/// Size, px.
 pub const SPARK: (f64, f64) = (84.0, 22.0);
 /// Width of the map, its height, what each loop adds to the height, and the most: of a wide screen and of a narrow one.
 const MAPS: [(&str, f64, f64, f64, f64); 2] =
@@ -296,7 +296,7 @@ struct Head {
     name: &'static str,
     /// Whether its cells are numbers.
     is_number: bool,
-    /// Its width, px: a table that is measured anew takes a second to sort.
+    /// Width, px: a table that is measured anew takes a second to sort.
     width: u32,
     meaning: &'static str,
 }

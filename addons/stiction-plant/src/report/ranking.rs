@@ -74,15 +74,15 @@ columns! {
     "probability" [""] probability: Option<f64>;
     /// Stick band plus dead band, of span; at the end of the week where it drifts.
     "S" ["%"] s: Option<f64>;
-    /// Low end of its interval.
+    /// Low end of the interval of S.
     "S_low" ["%"] s_low: Option<f64>;
-    /// High end of its interval.
+    /// High end of the interval of S.
     "S_high" ["%"] s_high: Option<f64>;
     /// Slip jump, of span.
     "J" ["%"] j: Option<f64>;
-    /// Low end of its interval.
+    /// Low end of the interval of J.
     "J_low" ["%"] j_low: Option<f64>;
-    /// High end of its interval.
+    /// High end of the interval of J.
     "J_high" ["%"] j_high: Option<f64>;
     /// Detection limit: an S above this would have shown.
     "S_below" ["%"] s_below: Option<f64>;
@@ -138,7 +138,7 @@ columns! {
     "limit_day" [""] limit_day: Option<String>;
     /// Conclusion of a person that holds in the week.
     "override" [""] overruled: Option<VerdictClass>;
-    /// Its reason, author and last day.
+    /// Reason, author and last day of that conclusion.
     "override_reason" [""] override_reason: Option<String>;
     /// Result of the last valve test that counts in the week; a decisive test has precedence.
     "test" [""] test: Option<VerdictClass>;
@@ -146,9 +146,9 @@ columns! {
     "test_day" [""] test_day: Option<String>;
     /// S by that test, of span.
     "test_S" ["%"] test_s: Option<f64>;
-    /// Low end of its interval.
+    /// Low end of the interval of S by that test.
     "test_S_low" ["%"] test_s_low: Option<f64>;
-    /// High end of its interval.
+    /// High end of the interval of S by that test.
     "test_S_high" ["%"] test_s_high: Option<f64>;
     /// Upper limit of S by that test, if it finds no S.
     "test_S_below" ["%"] test_s_below: Option<f64>;
@@ -181,11 +181,11 @@ columns! {
 pub struct Ranked<'a> {
     /// Its row.
     pub row: LoopRow,
-    /// Its windows up to the end of the week, in order of time.
+    /// Windows of the loop up to the end of the week, in order of time.
     pub windows: Vec<&'a WindowRow>,
     /// Those of the week.
     pub of_week: Vec<&'a WindowRow>,
-    /// Its repairs, days since 1970-01-01.
+    /// Repairs of the loop, days since 1970-01-01.
     pub repairs: Vec<i64>,
     /// When its last change or repair was, s; minus infinity if none is known.
     pub settled: f64,

@@ -28,7 +28,7 @@ pub const NAME: f64 = 16.0;
 pub struct AreaTile {
     /// Its name.
     pub area: String,
-    /// Its place; its name takes [`NAME`] of its height.
+    /// Place; its name takes [`NAME`] of its height.
     pub tile: Tile,
     /// Its loops.
     pub loops: Vec<LoopTile>,
@@ -37,7 +37,7 @@ pub struct AreaTile {
 /// A loop on a map.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct LoopTile {
-    /// Its place in the ranking, from 0.
+    /// Place in the ranking, from 0.
     pub place: usize,
     /// Its tile.
     pub tile: Tile,

@@ -47,7 +47,7 @@ impl Problem {
 /// A file of the plant.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Input {
-    /// Its size in bytes, and the time of its last change, ns since 1970. A file with the same two is not read again.
+    /// Size in bytes, and the time of its last change, ns since 1970. A file with the same two is not read again.
     pub stamp: (u64, u128),
     /// SHA-256 of its bytes, or of the part that was examined.
     pub sha256: String,

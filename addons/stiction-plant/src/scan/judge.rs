@@ -43,9 +43,9 @@ pub const TOO_LONG: &str = "took longer than the time limit";
 /// The result of a window.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judged {
-    /// Its row; none without a sample of the OP.
+    /// Row; none without a sample of the OP.
     pub row: Option<WindowRow>,
-    /// Its trace, if it could be judged.
+    /// Trace, if it could be judged.
     pub trace: Option<Trace>,
     /// The number of days that the window should have: the duration of ten periods.
     pub days: i64,

@@ -63,7 +63,7 @@ pub struct ScanOptions {
     pub loops: Option<String>,
     /// Threads; as many as the machine has without it. The rows are the same for any number.
     pub threads: Option<usize>,
-    /// Its memory, bytes; [`MEMORY`] by default. Less memory makes smaller batches, and the same rows.
+    /// Memory, bytes; [`MEMORY`] by default. Less memory makes smaller batches, and the same rows.
     pub memory: Option<u64>,
     /// Whether windows that are done are judged again.
     pub again: bool,
@@ -135,7 +135,7 @@ struct Piece<'a, 's> {
     /// Windows begin on `from` or later, and end before `until`.
     from: i64,
     until: i64,
-    /// Its recordings by file.
+    /// Recordings by file.
     parts: Vec<(&'a str, Recording)>,
     /// The files that could not be read for it, and why.
     failed: Vec<(&'a str, String)>,

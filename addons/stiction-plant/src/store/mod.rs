@@ -56,7 +56,7 @@ pub struct Store {
 /// The identity of a judged window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Done {
-    /// Its duration, s.
+    /// Duration, s.
     pub window_s: i64,
     /// The beginning of a SHA-256 of its settings and its input.
     made_of: [u8; 16],
@@ -75,7 +75,7 @@ impl Done {
 /// A run that is being written. While it lives no other process writes to the store.
 #[derive(Debug)]
 pub struct Run {
-    /// Its name: a number, one above the last.
+    /// Name: a number, one above the last.
     pub name: String,
     folder: PathBuf,
     store: Store,
@@ -98,7 +98,7 @@ impl Store {
         self.damaged.lock().unwrap_or_else(PoisonError::into_inner).insert(sentence);
     }
 
-    /// Its file of that name.
+    /// File of that name.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }

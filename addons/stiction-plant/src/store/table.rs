@@ -16,7 +16,7 @@ use stiction_model::{always_written_by_name, named};
 pub struct Column {
     /// Its name.
     pub name: &'static str,
-    /// Its unit; empty if it has none.
+    /// Unit; empty if it has none.
     pub unit: &'static str,
     /// The kind of its cells.
     pub kind: Kind,
@@ -46,7 +46,7 @@ named! {
 }
 
 impl Kind {
-    /// Its name in Spark SQL.
+    /// Name in Spark SQL.
     pub fn sql(self) -> &'static str {
         match self {
             Self::Text => "STRING",
@@ -101,12 +101,12 @@ impl Cells {
 /// A table, column by column.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
-    /// Its columns, by name, all of one length.
+    /// Columns, by name, all of one length.
     pub columns: Vec<(String, Cells)>,
 }
 
 impl Table {
-    /// Its number of rows.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.columns.first().map_or(0, |(_, cells)| cells.len())
     }

@@ -102,7 +102,7 @@ impl Trace {
         })
     }
 
-    /// Its number of values, including unknown ones.
+    /// Number of values, including unknown ones.
     pub fn len(&self) -> usize {
         self.values.len()
     }
@@ -112,7 +112,7 @@ impl Trace {
         self.values.is_empty()
     }
 
-    /// Its values about their mean, in the units of the signal; NaN for unknown ones.
+    /// Values about their mean, in the units of the signal; NaN for unknown ones.
     pub fn values(&self) -> impl Iterator<Item = f64> {
         let value = |v: &i16| if *v == MISSING { f64::NAN } else { f64::from(*v) * self.unit };
         self.values.iter().map(value)

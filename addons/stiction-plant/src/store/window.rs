@@ -82,15 +82,15 @@ columns! {
     "pool" [""] pool: Option<String>;
     /// Stick band plus dead band, of span.
     "S" ["%"] s: Option<f64>;
-    /// Low end of its interval.
+    /// Low end of the interval of S.
     "S_low" ["%"] s_low: Option<f64>;
-    /// High end of its interval.
+    /// High end of the interval of S.
     "S_high" ["%"] s_high: Option<f64>;
     /// Slip jump, of span.
     "J" ["%"] j: Option<f64>;
-    /// Low end of its interval.
+    /// Low end of the interval of J.
     "J_low" ["%"] j_low: Option<f64>;
-    /// High end of its interval.
+    /// High end of the interval of J.
     "J_high" ["%"] j_high: Option<f64>;
     /// Detection limit: an S above this would have shown.
     "S_below" ["%"] s_below: Option<f64>;
@@ -106,9 +106,9 @@ columns! {
     "test" [""] test: Option<String>;
     /// S by that test, of span.
     "test_S" ["%"] test_s: Option<f64>;
-    /// Low end of its interval.
+    /// Low end of the interval of S by that test.
     "test_S_low" ["%"] test_s_low: Option<f64>;
-    /// High end of its interval.
+    /// High end of the interval of S by that test.
     "test_S_high" ["%"] test_s_high: Option<f64>;
     /// Upper limit of S by that test, if it finds no S.
     "test_S_below" ["%"] test_s_below: Option<f64>;
@@ -150,7 +150,8 @@ impl WindowRow {
         self.window_start as f64 + from + self.stretch_s.unwrap_or(self.window_s as f64) / 2.0
     }
 
-    /// Its observation of the valve in the middle of the judged stretch, like [`Diagnosis::observation`]; `None` if none was judged.
+    /// Observation of the valve in the middle of the judged stretch, like [`Diagnosis::observation`]; `None` if none
+    /// was judged.
     pub fn observation(&self) -> Option<Observation> {
         let estimate = |value: Option<f64>, low: Option<f64>, high: Option<f64>| {
             Some(Estimate { value: value?, low: low?, high: high? })

@@ -108,7 +108,7 @@ impl Network {
 }
 
 impl NetworkLoop {
-    /// Its valves, one after the other.
+    /// Valves, one after the other.
     fn fittings(&self, healed: bool) -> Result<Vec<Fitting>> {
         let from = |at_s: f64| ((WARM_UP_S + at_s) / STEP_S).round() as usize;
         let healthy = Model::Play.build(Bands::from_s_j(self.design.dead_band, 0.0)?)?;

@@ -42,7 +42,7 @@ pub struct NetworkTruth {
 pub struct Reach {
     /// The cause.
     pub cause: Cause,
-    /// Its period, s; for a valve, that of the strongest swing of its position.
+    /// Period, s; for a valve, that of the strongest swing of its position.
     pub period_s: f64,
     /// For each loop, the share of the power at the period that disappears without the cause, of the error or of
     /// the OP.

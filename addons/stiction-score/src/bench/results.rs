@@ -67,7 +67,7 @@ pub struct Label {
 pub struct Detector {
     /// Its name.
     pub name: String,
-    /// Its version, if it was given.
+    /// Version of the detector, if given.
     pub version: String,
     /// The command, or the function, that was measured.
     pub command: String,
@@ -153,7 +153,7 @@ impl Loops {
 }
 
 impl Label {
-    /// The truth by the label. Its stiction counts as visible.
+    /// The truth by the label. Stiction by the label counts as visible.
     pub fn known_loop(&self) -> KnownLoop {
         let truth = Truth {
             valve: self.valve.clone(),

@@ -211,7 +211,7 @@ pub struct NatsMeasure {
 /// Loops with a sure probability.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Sure {
-    /// Their share of the loops.
+    /// Share of the loops with a sure probability.
     pub sure: Share,
     /// Those of them in which the probability is wrong.
     pub wrong: Share,

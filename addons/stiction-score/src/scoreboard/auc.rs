@@ -15,7 +15,7 @@ pub struct Ranked {
     pub sticks: bool,
     /// Larger values indicate sticking; `None` if the method abstains.
     pub score: Option<f64>,
-    /// Its valve: recordings of one valve are not independent.
+    /// Valve of the recording. Recordings of one valve are not independent.
     pub valve: usize,
 }
 
@@ -33,7 +33,7 @@ pub struct Auc {
     pub sticky: usize,
     /// Healthy recordings with a score.
     pub healthy: usize,
-    /// The same share over all recordings: a pair counts half if one of the two has no score, like a random guess.
+    /// Share over all recordings. A pair counts half if one of its recordings has no score, like a random guess.
     pub of_all: f64,
 }
 

@@ -3,9 +3,9 @@
 /// Numbers from a lower end to below an upper end.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Band {
-    /// Its lower end.
+    /// Lower end.
     pub from: f64,
-    /// Its upper end, which belongs to the next one; `None` for the last, which has none.
+    /// Upper end, which belongs to the next band; `None` for the last band.
     pub to: Option<f64>,
 }
 

@@ -52,16 +52,16 @@ pub struct Board {
 /// Accuracy of a method.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct MethodRow {
-    /// Its name in commands and files.
+    /// Name in commands and files.
     pub name: &'static str,
     /// Its title.
     pub title: &'static str,
     /// The method; `None` is the verdict.
     #[serde(skip)]
     pub method: Option<&'static Method>,
-    /// Its decisions on recordings.
+    /// Decisions on recordings.
     pub recordings: Outcomes,
-    /// Its decisions on valves.
+    /// Decisions on valves.
     pub valves: Outcomes,
     /// How well its statistic ranks recordings.
     pub auc: Option<Auc>,
@@ -91,7 +91,7 @@ fn counted<S: serde::Serializer>(share: &Share, to: S) -> Result<S::Ok, S::Error
 }
 
 impl MethodRow {
-    /// Its name in commands and files.
+    /// Name in commands and files.
     pub fn name(&self) -> &'static str {
         self.name
     }

@@ -27,9 +27,9 @@ pub struct Calibration {
 /// One tenth of the range of probabilities.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Bin {
-    /// Its lower end.
+    /// Lower end.
     pub from: f64,
-    /// Its upper end.
+    /// Upper end.
     pub to: f64,
     /// Mean of the probabilities in it; `None` for none.
     pub predicted: Option<f64>,

@@ -135,7 +135,7 @@ impl Share {
         (self.n > 0).then(|| self.k as f64 / self.n as f64)
     }
 
-    /// Its 95 % interval, see [`wilson`]. It assumes independent loops.
+    /// 95 % interval of the share, see [`wilson`]. It assumes independent loops.
     pub fn interval(self) -> (f64, f64) {
         wilson(self.k, self.n)
     }

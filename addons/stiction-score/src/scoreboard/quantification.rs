@@ -11,7 +11,7 @@ pub struct Quantification {
     pub quantified: Share,
     /// Distance of the estimates from the truth, percent of span; `None` without estimates.
     pub absolute: Option<Errors>,
-    /// The same as a share of the truth, over loops where that is above zero.
+    /// Distance as a share of the truth, over loops with a truth above zero.
     pub relative: Option<Errors>,
     /// Number of intervals that contain the truth. An estimate whose interval is unknown (NaN) has none.
     pub covered: Share,

@@ -30,7 +30,7 @@ pub struct RiskCoverage {
 struct Certain {
     certainty: f64,
     wrong: bool,
-    /// Its place among the loops.
+    /// Place among the loops.
     place: usize,
 }
 

@@ -8,7 +8,7 @@ use stiction_population::{Invented, Invention};
 /// The truth about a loop, by its label or by its simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
-    /// Its valve; recordings of one valve are also judged together.
+    /// Valve of the recording. Recordings of one valve are also judged together.
     pub valve: String,
     /// Kind of the loop, such as `saturation`; empty if it is not known.
     pub kind: String,

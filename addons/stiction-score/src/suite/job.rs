@@ -29,7 +29,7 @@ named! {
 }
 
 impl Part {
-    /// Its content, a sentence.
+    /// Content, a sentence.
     pub fn about(self) -> &'static str {
         match self {
             Self::Population => {

@@ -15,7 +15,7 @@ use stiction_report::document::Source;
 
 /// A row of the index.
 pub struct Entry {
-    /// Its place in the index, for messages.
+    /// Place in the index, for messages.
     place: String,
     name: String,
     file: In,

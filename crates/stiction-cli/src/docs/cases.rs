@@ -2,7 +2,7 @@
 
 /// A loop of the gallery.
 pub struct Case {
-    /// Its tag, also the name of its files.
+    /// Tag, also the name of its files.
     pub tag: &'static str,
     /// A short title.
     pub title: &'static str,

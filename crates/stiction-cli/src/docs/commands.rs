@@ -38,7 +38,7 @@ fn description(command: &Command) -> String {
     paragraphs.split("\n\n").map(|paragraph| literal(paragraph) + "\n\n").collect()
 }
 
-/// Its arguments and options, one row each.
+/// Arguments and options, one row each.
 fn options(command: &Command) -> String {
     let mut text = "| option | meaning |\n|---|---|\n".to_owned();
     let shown =

@@ -251,7 +251,7 @@ impl Shown {
         figures
     }
 
-    /// Its data, its report and its figures.
+    /// Data, its report and its figures.
     pub fn files(&self) -> Result<Vec<File>> {
         let [_, data, page] = self.names();
         let fitted = Fitted::of_accused(&self.diagnosis);

@@ -144,7 +144,7 @@ impl Ruling {
         Self::Open,
     ];
 
-    /// Its name, as in `unlike the training`.
+    /// Name, as in `unlike the training`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Mistaken => "mistaken columns",

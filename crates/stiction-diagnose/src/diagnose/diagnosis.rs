@@ -123,7 +123,7 @@ pub struct Judged {
     pub segment: usize,
     /// Time of its first sample, s on the recording's clock.
     pub from_s: f64,
-    /// Its duration, s.
+    /// Duration, s.
     pub duration_s: f64,
     /// Time between samples, s.
     pub sample_time_s: f64,

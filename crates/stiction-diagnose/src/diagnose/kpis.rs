@@ -10,13 +10,13 @@ use crate::series::{
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Kpi {
-    /// Its name, such as `OP travel`.
+    /// Name, such as `OP travel`.
     pub name: &'static str,
-    /// Its value; `None` where the data do not give one.
+    /// Value; `None` where the data do not give one.
     pub value: Option<f64>,
-    /// Its unit; empty for a ratio, `PV` for the units of the process value.
+    /// Unit; empty for a ratio, `PV` for the units of the process value.
     pub unit: &'static str,
-    /// Its meaning, a sentence.
+    /// Meaning, a sentence.
     pub meaning: &'static str,
     /// Why there is no value, or the assumption behind it.
     pub note: Option<String>,

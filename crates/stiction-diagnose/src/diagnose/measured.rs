@@ -47,7 +47,7 @@ pub struct ByPosition {
 }
 
 impl ByPosition {
-    /// The same for signals whose spans are in doubt: limit and amounts hold for every plausible span.
+    /// The result for signals whose spans are in doubt. Limit and amounts then hold for every plausible span.
     pub(super) fn in_doubt(mut self, doubt: Doubt) -> Self {
         self.s_limit = self.s_limit.map(|limit| limit * doubt.most);
         self.stiction.s = self.stiction.s.map(|s| doubt.widen(s));

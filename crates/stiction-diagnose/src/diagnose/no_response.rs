@@ -120,7 +120,7 @@ impl NoResponse {
 #[derive(serde::Serialize, schemars::JsonSchema)]
 #[schemars(rename = "Fault")]
 struct FaultDocument {
-    /// Its name, such as `line isolated`.
+    /// Name, such as `line isolated`.
     name: &'static str,
     /// How to distinguish it from the others.
     told_by: &'static str,
@@ -140,9 +140,9 @@ pub struct Rest {
     /// The behaviour of the PV.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub silence: Silence,
-    /// Its beginning, s on the recording's clock.
+    /// Beginning, s on the recording's clock.
     pub from_s: f64,
-    /// Its end, s on the recording's clock.
+    /// End, s on the recording's clock.
     pub to_s: f64,
     /// Its samples.
     #[cfg_attr(feature = "serde", serde(skip))]

@@ -43,9 +43,9 @@ pub struct Contrast {
     pub before_count: usize,
     /// Number of observations of the quantity after the repair.
     pub after_count: usize,
-    /// Its typical value before.
+    /// Typical value before.
     pub before: f64,
-    /// Its typical value after.
+    /// Typical value after.
     pub after: f64,
     /// Probability of as large a difference by chance, two-sided.
     pub p_value: f64,

@@ -178,7 +178,7 @@ pub struct Verdict {
     pub grade: Grade,
     /// The probability of stiction that the recording can show, where a calibrated model gives one.
     pub probability: Option<f64>,
-    /// Its basis, such as `evidence in OP and PV`.
+    /// Basis, such as `evidence in OP and PV`.
     pub basis: Basis,
     /// The detection limit of this recording: an S above it is ruled out with this confidence. It is given for a
     /// cleared valve and if nothing is decided. `None` if the valve is at fault, S has an interval or no limit is
@@ -222,7 +222,7 @@ pub struct Override {
     pub by: Option<String>,
     /// The day of the entry, as in `2026-03-01`; `None` if it is not kept.
     pub entered: Option<String>,
-    /// Its scope, in words.
+    /// Scope, in words.
     pub scope: String,
     /// The file that keeps it.
     pub kept_in: String,
@@ -274,13 +274,13 @@ pub struct Stiction {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Definition {
-    /// Its name, such as `apparent stiction`.
+    /// Name, such as `apparent stiction`.
     pub name: &'static str,
-    /// Its value; `None` where it cannot be measured.
+    /// Value; `None` where it cannot be measured.
     pub value: Option<f64>,
     /// Its unit.
     pub unit: &'static str,
-    /// Its meaning and source.
+    /// Meaning and source.
     pub meaning: &'static str,
 }
 

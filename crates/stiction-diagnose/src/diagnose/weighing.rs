@@ -263,7 +263,7 @@ impl Weighing {
         Ok(weighing)
     }
 
-    /// The same for an OP whose span is in doubt: limit and amounts hold for every plausible span.
+    /// The result for an OP whose span is in doubt. Limit and amounts then hold for every plausible span.
     pub(super) fn in_doubt(mut self, doubt: Doubt) -> Self {
         let most = |limit: &mut Option<f64>| *limit = limit.map(|limit| limit * doubt.most);
         most(&mut self.limit);

@@ -14,7 +14,7 @@ pub struct Window {
     /// Time of its first sample, s on the recording's clock.
     #[cfg_attr(feature = "serde", serde(rename = "from_s"))]
     pub from: f64,
-    /// Its duration, s.
+    /// Duration, s.
     #[cfg_attr(feature = "serde", serde(rename = "duration_s"))]
     pub duration: f64,
     /// The probability that the valve sticks.

@@ -6,7 +6,7 @@ use stiction_figure::figure::Scale;
 /// A time axis, from seconds to its labels.
 #[derive(Debug, Clone)]
 pub struct TimeAxis {
-    /// Its name with its unit.
+    /// Name with its unit.
     pub label: String,
     /// Format of its values.
     pub scale: Scale,

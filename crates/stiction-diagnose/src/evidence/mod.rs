@@ -34,11 +34,11 @@ use stiction_model::named;
 /// A number of the evidence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Feature {
-    /// Its name, such as `arx_gain`.
+    /// Name, such as `arx_gain`.
     pub name: &'static str,
-    /// Its meaning, a short sentence.
+    /// Meaning, a short sentence.
     pub meaning: &'static str,
-    /// Its line of evidence.
+    /// Line of evidence.
     pub line: Line,
     /// 1 if larger values can only be evidence for stiction, -1 if only against, 0 if either.
     pub monotone: i8,

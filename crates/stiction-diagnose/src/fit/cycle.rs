@@ -42,7 +42,7 @@ const UNLIKE: f64 = 0.05;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Swing {
-    /// Its period, s.
+    /// Period, s.
     pub period_s: f64,
     /// The [`swing()`] of the OP, as in `Oscillation`, percent of span.
     pub op: f64,

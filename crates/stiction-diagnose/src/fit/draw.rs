@@ -18,7 +18,7 @@ pub struct Draw {
     pub process: Process,
     /// The valve's model.
     pub model: Model,
-    /// Its bands, percent of span.
+    /// Bands, percent of span.
     pub bands: Bands,
     /// Time between two executions of the controller, s, or half of that between two samples if it is not known.
     pub execution_s: f64,

@@ -95,7 +95,7 @@ impl Remedy {
         }
     }
 
-    /// Its effort, the least first: nothing, a setting, a block of the control system, a repair, a new part.
+    /// Effort, the least first: nothing, a setting, a block of the control system, a repair, a new part.
     fn effort(self) -> usize {
         match self {
             Self::AsItIs => 0,

@@ -28,7 +28,7 @@ const TRIED: usize = 10;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct FittedValve {
-    /// Its model; `None` if all possible valves follow their OP.
+    /// Model; `None` if all possible valves follow their OP.
     pub model: Option<String>,
     /// Stick band plus dead band if it sticks, percent of span.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
@@ -49,7 +49,7 @@ pub(super) struct Possible {
     pub bands: Bands,
     /// Its weight, before the PV is used.
     pub weight: f64,
-    /// Its position, at every sample.
+    /// Position, at every sample.
     pub path: Vec<f64>,
     /// Standard deviations of S and J within its cell of the grid.
     pub cell: (f64, f64),

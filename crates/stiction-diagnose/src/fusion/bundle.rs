@@ -193,7 +193,7 @@ impl PartialEq for Deferred {
 }
 
 impl TrainedModel {
-    /// Its sums of trees, each with a readable name.
+    /// Sums of trees, each with a readable name.
     pub fn ensembles(&self) -> Vec<(String, &Ensemble)> {
         let mut all =
             vec![("fault".to_owned(), &self.fault), ("no response".to_owned(), &self.no_response)];

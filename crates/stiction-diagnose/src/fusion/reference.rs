@@ -23,11 +23,11 @@ pub fn level(k: usize) -> f64 {
 /// One feature in the training loops.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spread {
-    /// Its index among the features.
+    /// Index among the features.
     pub feature: u16,
     /// The share of loops in which it could not be measured.
     pub missing: f32,
-    /// Its quantiles, ascending; [`level`] gives the share of loops below each. NaN if it could never be measured.
+    /// Quantiles, ascending; [`level`] gives the share of loops below each. NaN if it could never be measured.
     pub quantiles: Vec<f32>,
 }
 
@@ -53,7 +53,7 @@ pub struct Reference {
 /// An unusual feature of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unlike {
-    /// Its index among the features.
+    /// Index among the features.
     pub feature: usize,
     /// Its value.
     pub value: f64,
@@ -90,7 +90,7 @@ impl Spread {
         2.0 * (1.0 + 8.0 * f64::from(excess) / width).ln()
     }
 
-    /// Its score; 0 where it cannot be measured.
+    /// Score; 0 where the feature cannot be measured.
     pub fn score(&self, value: f32) -> f64 {
         if !value.is_finite() || self.is_empty() {
             return 0.0;

@@ -94,7 +94,7 @@ impl Default for FopdtOptions {
 pub struct Estimated {
     /// Its value.
     pub value: f64,
-    /// Its standard error.
+    /// Standard error.
     pub error: f64,
 }
 

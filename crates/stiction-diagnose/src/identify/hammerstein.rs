@@ -240,7 +240,7 @@ pub struct ModelEvidence {
     pub kurtosis: f64,
     /// Gain of the first candidates of the two-phase model.
     pub forward_gain: f64,
-    /// The same in reversed time.
+    /// Gain of the first candidates in reversed time.
     pub reversed_gain: f64,
     /// Gain if the disturbance is a random walk.
     pub walk_gain: f64,

@@ -250,7 +250,7 @@ struct Candidate {
     /// Share of S.
     j: f64,
     model: Model,
-    /// Its initial position, stick bands from the OP.
+    /// Initial position, stick bands from the OP.
     place: f64,
 }
 

@@ -100,7 +100,7 @@ const DIFFERENCE: f64 = 0.03;
 pub struct StemEstimate {
     /// The number.
     pub value: f64,
-    /// Its standard deviation; `None` if the recording does not depend on it.
+    /// Standard deviation; `None` if the recording does not depend on it.
     pub deviation: Option<f64>,
 }
 

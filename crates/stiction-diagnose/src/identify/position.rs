@@ -99,7 +99,7 @@ pub struct Interval {
 pub struct PositionFit {
     /// The model.
     pub model: Model,
-    /// Its S and J, percent of span of the OP.
+    /// S and J, percent of span of the OP.
     pub bands: Bands,
     /// Percent of VP per percent of the model's position.
     pub gain: f64,

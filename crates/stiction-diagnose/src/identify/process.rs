@@ -91,7 +91,7 @@ impl Candidate {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct FittedProcess {
-    /// Its behaviour under a constant input.
+    /// Behaviour under a constant input.
     pub kind: ProcessKind,
     /// Gain, units of PV per percent; `None` for an integrating one, and if it cannot be separated from the lag.
     pub gain: Option<Estimate>,

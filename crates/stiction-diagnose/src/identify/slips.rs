@@ -54,7 +54,7 @@ pub(crate) struct Motion {
     pub slips: Vec<usize>,
     /// Those at which it began to move in the other direction.
     pub reversals: Vec<usize>,
-    /// Its last direction, `+1` or `-1`, at every sample; before the first motion the opposite of it.
+    /// Last direction, `+1` or `-1`, at every sample; before the first motion the opposite of it.
     pub direction: Vec<f64>,
 }
 

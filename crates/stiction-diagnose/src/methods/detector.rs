@@ -7,7 +7,7 @@ use crate::finding::{Abstention, Decision, Finding, Method, Number};
 pub trait Detector: Send + Sync {
     /// Its description.
     fn method(&self) -> &'static Method;
-    /// Its present settings.
+    /// Present settings.
     fn parameters(&self) -> Vec<Number>;
     /// The finding for a segment and the result behind it; [`judge`](Self::judge) adds the parameters.
     ///

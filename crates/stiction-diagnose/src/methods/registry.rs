@@ -63,7 +63,7 @@ impl MethodId {
         self.detector().method()
     }
 
-    /// Its name in commands and files, such as `horch`.
+    /// Name in commands and files, such as `horch`.
     pub fn name(self) -> &'static str {
         self.method().name
     }

@@ -54,7 +54,7 @@ pub(super) struct Curve {
     sign: f64,
     /// Distance of the falling branch from the rising one, percent of OP.
     pub apart: f64,
-    /// Its standard deviation.
+    /// Standard deviation.
     error: f64,
 }
 
@@ -102,7 +102,7 @@ struct Settled {
     op: f64,
     /// The PV, times the sign of the gain.
     pv: f64,
-    /// Its time, samples.
+    /// Time, samples.
     at: f64,
 }
 

@@ -51,7 +51,7 @@ use super::weigh::SMALL;
 pub struct Ramp {
     /// The OP at its end, percent.
     pub to_op: f64,
-    /// Its duration, s.
+    /// Duration, s.
     pub duration_s: f64,
     /// The hold at its end, s.
     pub hold_s: f64,
@@ -244,7 +244,7 @@ struct Run {
     rising: bool,
     /// OP range, percent.
     span: f64,
-    /// Its samples in the segment.
+    /// Samples in the segment.
     from: usize,
     to: usize,
 }
@@ -351,7 +351,7 @@ fn is_ramped(by_hand: &ByHand, ramps: &Signature) -> bool {
 }
 
 impl From<Signature> for TestReading {
-    /// Its result as that of a test without turns. Ramps that decided were right in all simulated tests.
+    /// The signature as the result of a test without turns. Ramps that decided were right in all simulated tests.
     fn from(found: Signature) -> Self {
         let (clear, [low, high]) = (found.class == VerdictClass::DoesNotStick, BORNE_OUT);
         let probability = match found.class {

@@ -13,7 +13,7 @@ use crate::series::span;
 /// A time in manual.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Manual {
-    /// Its PV, sample by sample.
+    /// PV, sample by sample.
     pub pv: Vec<f64>,
     /// The OP before it, percent.
     pub before: f64,
@@ -72,7 +72,7 @@ impl Tried {
         self.s > SMALL
     }
 
-    /// Its valves, with their log-likelihood.
+    /// Valves, with their log-likelihood.
     fn stems(&self) -> impl Iterator<Item = (f64, Stem)> {
         let s = self.s;
         self.logs.iter().zip(SHARES).map(move |(log, share)| (*log, Stem { s, j: share * s }))

@@ -30,7 +30,7 @@ struct RowDocument {
     action: &'static str,
     #[serde(flatten)]
     played: compensate::Row,
-    /// Its rank, 1 for the best.
+    /// Rank, 1 for the best.
     rank: usize,
     /// Evidence against the action, each in a few words.
     against: Vec<String>,
@@ -44,9 +44,9 @@ struct RowDocument {
 enum RetuningDocument {
     /// There is another tuning.
     Best {
-        /// Its gain, percent per PV unit.
+        /// Gain, percent per PV unit.
         kc: f64,
-        /// Its integral time, s.
+        /// Integral time, s.
         ti_s: Option<f64>,
         /// Its `Ms`.
         ms: f64,

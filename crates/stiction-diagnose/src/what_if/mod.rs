@@ -244,8 +244,8 @@ impl Prediction {
 pub struct Row {
     /// The action.
     pub action: Action,
-    /// Its parameters and simulations. An action that does not depend on S and J has the same outcome for any wrong S
-    /// and J.
+    /// Parameters and simulations. An action that does not depend on S and J has the same outcome for any wrong S and
+    /// J.
     pub played: compensate::Row,
     /// The exact cycle of the loop that it leaves.
     pub cycle: Prediction,

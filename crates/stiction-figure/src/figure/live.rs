@@ -25,8 +25,7 @@ const COLUMN: f64 = 1.0;
 pub struct Live {
     /// The picture.
     pub svg: String,
-    /// Its frames, axes and samples as JSON for a `script` element. Long series are reduced, but their extremes are
-    /// kept.
+    /// Frames, axes and samples as JSON for a `script` element. Long series are reduced, but their extremes are kept.
     pub data: String,
 }
 

@@ -24,7 +24,7 @@ impl DecimalMark {
         }
     }
 
-    /// Its name, as an option gives it.
+    /// Name, as an option gives it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Point => "point",

@@ -177,7 +177,7 @@ impl LoopSettings {
 /// Settings of one loop.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoopOptions {
-    /// Its name, compared without case.
+    /// Name, compared without case.
     pub name: String,
     /// The settings.
     pub settings: LoopSettings,

@@ -23,7 +23,7 @@ impl Signal {
     /// All signals.
     pub const ALL: [Self; 5] = [Self::Op, Self::Pv, Self::Sp, Self::Vp, Self::Mode];
 
-    /// Its name, such as `OP`.
+    /// Name, such as `OP`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Op => "OP",

@@ -153,7 +153,7 @@ impl<'b> Input<'b> {
 }
 
 impl Element<'_> {
-    /// Its numbers; none if it has no numbers.
+    /// Numbers; none if it has no numbers.
     fn numbers(&self) -> Option<Vec<f64>> {
         let data = self.data;
         Some(match self.kind {
@@ -171,7 +171,7 @@ impl Element<'_> {
         })
     }
 
-    /// Its characters; none if it has no characters.
+    /// Characters; none if it has no characters.
     fn characters(&self) -> Option<Vec<char>> {
         let data = self.data;
         Some(match self.kind {
@@ -186,7 +186,7 @@ impl Element<'_> {
         })
     }
 
-    /// Its bytes as a name.
+    /// Bytes as a name.
     fn name(&self) -> String {
         let end = self.data.bytes.iter().position(|b| *b == 0).unwrap_or(self.data.bytes.len());
         String::from_utf8_lossy(&self.data.bytes[..end]).trim().to_owned()

@@ -33,7 +33,7 @@ pub struct Builder<'a> {
 /// The cells of one signal, as a column and its rows.
 pub(super) struct Source<'a> {
     column: &'a Column,
-    /// Its name, of the column or the tag.
+    /// Name, of the column or the tag.
     pub(super) name: &'a str,
     pub(super) rows: Vec<usize>,
 }

@@ -97,7 +97,7 @@ impl SignalFile {
         })
     }
 
-    /// Its tag in the joined table, with the unit of its values.
+    /// Tag in the joined table, with the unit of its values.
     fn tag(&self) -> String {
         let signal = self.signal.map_or("", Signal::name);
         let column = &self.sheet.columns[self.value];

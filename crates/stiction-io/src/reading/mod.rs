@@ -39,7 +39,7 @@ use stiction_recording::recording::Recording;
 pub struct TimeColumn {
     /// Name of the column; none if rows are evenly spaced.
     pub column: Option<String>,
-    /// Its notation, in words.
+    /// Notation, in words.
     pub format: String,
     /// The kind of its clock.
     pub clock: Clock,

@@ -19,16 +19,16 @@ const CERTAIN: usize = 20;
 
 /// The cells of a signal or of the times.
 struct Source<'a> {
-    /// Its name, of the column or the tag.
+    /// Name, of the column or the tag.
     name: &'a str,
     column: &'a str,
     cells: &'a Texts,
-    /// Its rows; all if none.
+    /// Rows; all if none.
     rows: Option<&'a [usize]>,
 }
 
 impl Source<'_> {
-    /// Its rows and cells, from a `view` of the column.
+    /// Rows and cells, from a `view` of the column.
     fn cells<'v>(&self, view: &'v View<'_>) -> impl Iterator<Item = (usize, &'v str)> {
         let count = self.rows.map_or(view.len(), <[usize]>::len);
         (0..count).map(|k| self.rows.map_or(k, |rows| rows[k])).map(|row| (row, &view[row]))

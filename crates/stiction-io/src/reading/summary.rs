@@ -25,11 +25,11 @@ pub struct Summary {
     pub sha256: String,
     /// Its format.
     pub format: &'static str,
-    /// Its encoding; `None` except for CSV.
+    /// Encoding; `None` except for CSV.
     pub encoding: Option<&'static str>,
-    /// Its delimiter; `None` except for CSV.
+    /// Delimiter; `None` except for CSV.
     pub delimiter: Option<char>,
-    /// Its decimal mark; `None` except for CSV.
+    /// Decimal mark; `None` except for CSV.
     pub decimal_mark: Option<char>,
     /// The arrangement of loops and signals.
     pub layout: &'static str,
@@ -83,14 +83,14 @@ pub struct Loop {
     pub loop_type: &'static str,
     /// Beginning of its clock, s since 1970 UTC; `None` if unknown.
     pub start_s: Option<f64>,
-    /// Its earliest time.
+    /// Earliest time.
     pub first: String,
-    /// Its latest time.
+    /// Latest time.
     pub last: String,
     /// Duration between them, s.
     #[cfg_attr(feature = "serde", serde(with = "stiction_model::finite::Finite"))]
     pub duration_s: f64,
-    /// Its signals among `op`, `pv`, `sp` and `vp`.
+    /// Signals of the loop among `op`, `pv`, `sp` and `vp`.
     pub signals: BTreeMap<&'static str, Signal>,
     /// Number of samples in each mode; `None` if modes are not recorded.
     #[cfg_attr(feature = "serde", serde(serialize_with = "option_of_counts"))]
@@ -114,13 +114,13 @@ pub struct Signal {
     pub quality: Counts,
     /// The values among the bad ones that are no measurements, such as -9999.
     pub masked: Vec<Masked>,
-    /// Its smallest value; `None` without values.
+    /// Smallest value; `None` without values.
     pub lowest: Option<f64>,
-    /// Its largest value; `None` without values.
+    /// Largest value; `None` without values.
     pub highest: Option<f64>,
-    /// Its unit, if known.
+    /// Unit, if known.
     pub unit: Option<String>,
-    /// Its range, if known.
+    /// Range, if known.
     pub range: Option<Span>,
 }
 
@@ -128,9 +128,9 @@ pub struct Signal {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, JsonSchema))]
 pub struct Span {
-    /// Its lower end.
+    /// Lower end.
     pub low: f64,
-    /// Its upper end.
+    /// Upper end.
     pub high: f64,
     /// Its source.
     pub source: &'static str,

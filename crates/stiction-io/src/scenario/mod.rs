@@ -47,7 +47,7 @@ use toml::de::DeTable;
 /// A scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
-    /// Its title, one line.
+    /// Title, one line.
     pub title: String,
     /// The simulated system.
     pub system: System,

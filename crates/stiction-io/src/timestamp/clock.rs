@@ -17,7 +17,7 @@ pub enum Clock {
 }
 
 impl Clock {
-    /// Its name, in words.
+    /// Name, in words.
     pub fn name(&self) -> &str {
         match self {
             Self::Utc => "UTC",

@@ -130,7 +130,7 @@ impl ClockTime {
         }
     }
 
-    /// Its time on any clock, s: in order, but for the unit of two numbers.
+    /// Time on any clock, s: in order, but for the unit of two numbers.
     pub fn rough(&self) -> f64 {
         self.seconds(match self.count {
             4 => Parts::DaysToSeconds,

@@ -18,7 +18,7 @@ impl Zone {
         &self.name
     }
 
-    /// Its clock at an instant, s since 1970-01-01 UTC.
+    /// Clock at an instant, s since 1970-01-01 UTC.
     pub fn plant_time(&self, instant: f64) -> PlantTime {
         let Ok(at) = Timestamp::from_millisecond((1e3 * instant).round() as i64) else {
             return PlantTime::default();

@@ -30,7 +30,7 @@ use crate::valve::{Assembly, Start, Valve};
 /// }
 /// # Ok::<(), stiction_model::Error>(())
 /// ```
-/// Its valve is a data-driven one, or any other given to [`ClosedLoop::player_of`].
+/// The valve is a data-driven one, or any other given to [`ClosedLoop::player_of`].
 #[derive(Debug, Clone)]
 pub struct Player<V = Assembly>(Bank<V>);
 

@@ -254,7 +254,7 @@ impl SampledProcess {
         self.delay
     }
 
-    /// Its response to an input, sample by sample, from rest at zero on.
+    /// Response to an input, sample by sample, from rest at zero on.
     pub fn answer(&self, input: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let mut process = ProcessBank::<1, { Process::MAX_ORDER }>::new([self]);
         let mut late = DelayLine::new([self.delay]);

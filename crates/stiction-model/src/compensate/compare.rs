@@ -139,7 +139,7 @@ pub struct CompensatorOutcome {
     /// Mean absolute control error during the time after the set-point step, in PV units.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub set_point_iae_per_s: f64,
-    /// The same during the time after the load step.
+    /// Mean absolute control error during the time after the load step, in PV units.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub load_iae_per_s: f64,
     /// Time to settle after the set-point step, s; `None` if it did not.
@@ -153,7 +153,7 @@ pub struct CompensatorOutcome {
 pub struct Row {
     /// The method; `None` for the uncompensated loop.
     pub method: Option<Method>,
-    /// Its parameters in the nominal case.
+    /// Parameters in the nominal case.
     pub parameters: Vec<Number>,
     /// The nominal case first, then S and J below and above their estimates by the relative error (below, below),
     /// (below, above), (above, below), (above, above), then with noise.

@@ -35,9 +35,9 @@ pub enum Method {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", schemars(rename = "Compensator"))]
 pub struct Description {
-    /// Its name in commands.
+    /// Name in commands.
     pub name: &'static str,
-    /// Its principle, in one line.
+    /// Principle, in one line.
     pub summary: &'static str,
     /// Its source.
     pub citation: &'static str,

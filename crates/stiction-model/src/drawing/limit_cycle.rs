@@ -40,7 +40,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Its name and unit.
+    /// Name and unit.
     pub fn label(self) -> &'static str {
         match self {
             Self::Period => "period (s)",
@@ -50,7 +50,7 @@ impl Quantity {
         }
     }
 
-    /// Its value for a cycle with this period, s, and these half peak-to-peak values.
+    /// Value for a cycle with this period, s, and these half peak-to-peak values.
     fn of(self, (period_s, half_pp): (f64, Swing)) -> f64 {
         match self {
             Self::Period => period_s,

@@ -33,7 +33,7 @@ pub struct Swing {
 pub struct Cycle {
     /// The method that found it.
     pub method: Method,
-    /// Its period, s.
+    /// Period, s.
     pub period_s: f64,
     /// Half of the peak-to-peak values.
     pub half_pp: Swing,

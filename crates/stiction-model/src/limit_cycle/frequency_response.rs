@@ -64,7 +64,7 @@ pub struct Margins {
     pub gain_margin: Option<f64>,
     /// `Ms`, the largest sensitivity; infinite if `L` goes through -1.
     pub peak_sensitivity: f64,
-    /// Its frequency, rad/s.
+    /// Frequency, rad/s.
     pub peak_frequency: f64,
 }
 

@@ -86,7 +86,7 @@ impl fmt::Display for NoCycle {
 /// The result of harmonic balance.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Balance {
-    /// Its cycles, the largest OP first; at least one.
+    /// Cycles, the largest OP first; at least one.
     Cycles(Vec<Cycle>),
     /// It has none.
     None(NoCycle),

@@ -52,7 +52,7 @@ crate::named! {
 crate::written_by_name!(Parameter);
 
 impl Parameter {
-    /// Its unit; empty for a number without one.
+    /// Unit; empty for a number without one.
     pub fn unit(self) -> &'static str {
         match self {
             Self::S | Self::J => "%",
@@ -78,7 +78,7 @@ impl Parameter {
         })
     }
 
-    /// Its value in a loop; `None` if the loop does not have it.
+    /// Value in a loop; `None` if the loop does not have it.
     pub fn of(self, l: &ContinuousLoop) -> Option<f64> {
         let (kp, ki, _) = l.controller.gains();
         let value = match self {
@@ -155,7 +155,7 @@ impl Parameter {
         }
     }
 
-    /// Its name and unit, such as `J (%)`.
+    /// Name and unit, such as `J (%)`.
     pub fn label(self) -> String {
         match self.unit() {
             "" => self.name().to_owned(),

@@ -289,7 +289,7 @@ pub struct Assessment {
     /// The controller.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub controller: Controller,
-    /// Its gain and times.
+    /// Gain and times.
     #[cfg_attr(feature = "serde", serde(flatten))]
     pub tuning: Tuning,
     /// `Ms`; infinite if the loop is not stable without friction.
@@ -335,7 +335,7 @@ pub struct Retuning {
     pub best: Assessment,
     /// The swing of the PV over that with the present tuning; `None` if the latter is 0.
     pub pv_ratio: Option<f64>,
-    /// Its cost: the IAE of a load step over that with the present tuning; `None` if either has none.
+    /// Cost: the IAE of a load step over that with the present tuning; `None` if either has none.
     pub iae_ratio: Option<f64>,
     /// Number of tunings within the bound.
     pub robust_tunings: usize,

@@ -47,7 +47,7 @@ pub struct Equivalent {
     pub overshoot: f64,
     /// Viscous lag `Fv/k`, s.
     pub viscous_lag_s: f64,
-    /// Its motion under a slow ramp.
+    /// Motion under a slow ramp.
     ///
     /// If static friction acts only at rest (`vs = 0`): smooth for `z >= 1`, else a staircase.
     /// Otherwise, with the Stribeck curve,
@@ -84,7 +84,7 @@ struct EquivalentDocument {
     overshoot: f64,
     /// Damping ratio.
     damping_ratio: f64,
-    /// Its motion under a slow ramp.
+    /// Motion under a slow ramp.
     sliding: SlidingKind,
 }
 

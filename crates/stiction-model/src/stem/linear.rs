@@ -15,7 +15,7 @@ pub(super) struct Oscillator {
     pub(super) spring: f64,
 }
 
-/// Its drive: net force at `s = 0`, its slope, and the part that settles as `settling (exp(decay s) - 1)`.
+/// Drive: net force at `s = 0`, its slope, and the part that settles as `settling (exp(decay s) - 1)`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Forcing {
     pub(super) net: f64,

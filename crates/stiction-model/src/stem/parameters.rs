@@ -94,7 +94,7 @@ impl StemParameters {
         self.pressure_min_pa + op_percent / 100.0 * (self.pressure_max_pa - self.pressure_min_pa)
     }
 
-    /// The same, but limited to the pressure of the air supply.
+    /// Pressure for an OP, limited to the pressure of the air supply.
     pub fn supplied_pa(&self, op_percent: f64, supply_pa: f64) -> f64 {
         self.pressure_pa(op_percent).min(supply_pa)
     }
@@ -126,7 +126,7 @@ impl StemParameters {
 pub struct ParameterSet {
     /// Name, as a user writes it.
     pub name: &'static str,
-    /// Its description, in one line.
+    /// Description, in one line.
     pub summary: &'static str,
     /// Source of the numbers, and whether it was verified.
     pub source: &'static str,

@@ -52,7 +52,7 @@ impl Assembly {
         &self.model
     }
 
-    /// Its memory between samples, as plain numbers: to store it, or to continue from it with other parameters.
+    /// Memory between samples, as plain numbers: to store it, or to continue from it with other parameters.
     ///
     /// ```
     /// use stiction_model::Bands;

@@ -8,15 +8,15 @@ use crate::error::{Error, Result};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", schemars(rename = "ValveModel"))]
 pub struct Description {
-    /// Its name in commands.
+    /// Name in commands.
     pub name: &'static str,
-    /// Its other names.
+    /// Other names.
     pub aliases: &'static [&'static str],
-    /// Its principle, in one line.
+    /// Principle, in one line.
     pub summary: &'static str,
     /// Its source.
     pub citation: &'static str,
-    /// Its motion after a slip.
+    /// Motion after a slip.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub motion: Motion,
     /// Whether it uses `S`.

@@ -21,7 +21,7 @@ use crate::error::{Error, Result};
 pub struct ValveSpec {
     /// The model.
     pub model: Model,
-    /// Its friction bands, percent of span.
+    /// Friction bands, percent of span.
     pub bands: Bands,
     /// Overshoot `K` of a slip, for models that [use one](super::Description::uses_k): 1 (none) to 2 (no damping);
     /// by default [typical](super::HeWang::TYPICAL_OVERSHOOT).

@@ -15,9 +15,9 @@ pub const FEWEST_HALF_WAVES: usize = 6;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Episode {
-    /// Its beginning, s from the first sample.
+    /// Beginning, s from the first sample.
     pub from_s: f64,
-    /// Its end, s from the first sample.
+    /// End, s from the first sample.
     pub to_s: f64,
     /// Half waves that belong to the oscillation.
     pub half_waves: usize,

@@ -28,7 +28,7 @@ pub struct Peak {
     pub chance: f64,
     /// Power of the peak over that of the background.
     pub over_background: f64,
-    /// Its number as a harmonic of a stronger peak; a harmonic is part of that oscillation's shape.
+    /// Number as a harmonic of a stronger peak; a harmonic is part of that oscillation's shape.
     pub harmonic: Option<usize>,
     /// The band, cycles per sample.
     #[cfg_attr(feature = "serde", schemars(with = "[f64; 2]"))]

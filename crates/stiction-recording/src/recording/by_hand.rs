@@ -55,9 +55,9 @@ const DIFFERENT: f64 = 0.05;
 /// An OP set by the operator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Set {
-    /// Its time, s on the recording's clock.
+    /// Time, s on the recording's clock.
     pub at_s: f64,
-    /// Its value, percent; `None` when the controller took over.
+    /// Value, percent; `None` when the controller took over.
     pub op: Option<f64>,
 }
 

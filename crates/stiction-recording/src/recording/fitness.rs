@@ -34,7 +34,7 @@ macro_rules! measures {
             /// All of them.
             pub const ALL: &'static [Self] = &[$(Self::$id,)*];
 
-            /// Its name, such as `samples per cycle`.
+            /// Name, such as `samples per cycle`.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$id => $name,)*
@@ -74,7 +74,7 @@ pub struct Measure {
     /// A short name, such as `samples per cycle`.
     #[cfg_attr(feature = "serde", serde(rename = "name"))]
     pub id: MeasureId,
-    /// Its value; `None` where it could not be measured.
+    /// Value; `None` where it could not be measured.
     pub value: Option<f64>,
     /// Unit of value and thresholds; empty for a ratio.
     pub unit: &'static str,

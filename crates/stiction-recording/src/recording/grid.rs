@@ -125,7 +125,7 @@ impl Segment {
         })
     }
 
-    /// Its duration, s, with the last sample held.
+    /// Duration, s, with the last sample held.
     pub fn duration(&self) -> f64 {
         self.len() as f64 * self.sample_time
     }

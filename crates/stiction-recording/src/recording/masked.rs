@@ -42,11 +42,11 @@ named! {
 /// One masked sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MaskedSample {
-    /// Its time, s on the recording's clock.
+    /// Time, s on the recording's clock.
     pub time: f64,
     /// The recorded value.
     pub value: f64,
-    /// Its quality before.
+    /// Quality before.
     pub quality: Quality,
     /// Why it is no measurement.
     pub kind: MaskedKind,

@@ -57,7 +57,7 @@ impl Mode {
 /// The mode over time; each holds until the next.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Modes {
-    /// Its time, s on the recording's clock.
+    /// Time, s on the recording's clock.
     pub time: Vec<f64>,
     /// The mode from then on.
     pub modes: Vec<Mode>,

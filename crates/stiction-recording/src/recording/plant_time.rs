@@ -7,7 +7,7 @@
 pub struct PlantTime {
     /// Name of the clock, such as `CET`, `+05:30` or `UTC`; empty if it was not recorded.
     pub name: String,
-    /// Its offset from UTC, s; if its name is not known, times were interpreted as UTC.
+    /// Offset of the clock from UTC, s. If the name is unknown, times were interpreted as UTC.
     pub offset_s: i32,
 }
 

@@ -29,7 +29,7 @@ struct Signal {
     column: Option<String>,
     unit: Option<String>,
     range: Option<Range>,
-    /// Its smallest and its largest value.
+    /// Smallest and its largest value.
     values: Option<(f64, f64)>,
     samples: usize,
     usable: usize,
@@ -47,7 +47,7 @@ pub struct Row {
     pub column: String,
     /// What it is: `time`, `OP`, `PV`, `SP`, `VP` or `mode`.
     pub signal: &'static str,
-    /// Its unit; for times their notation.
+    /// Unit; for times their notation.
     pub unit: String,
     /// The smallest and the largest value.
     pub values: String,

@@ -12,7 +12,7 @@ pub enum Direction {
 /// A crossing of zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ZeroCrossing {
-    /// Its position, in samples, interpolated between its neighbours.
+    /// Position, in samples, interpolated between its neighbours.
     pub place: f64,
     /// The first sample beyond it.
     pub next: usize,
@@ -47,11 +47,11 @@ pub fn zero_crossings(x: &[f64]) -> Vec<ZeroCrossing> {
 /// The samples between two neighbouring crossings of zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfWave {
-    /// Its beginning, in samples.
+    /// Beginning, in samples.
     pub from: f64,
-    /// Its end, in samples.
+    /// End, in samples.
     pub to: f64,
-    /// Its first sample.
+    /// First sample.
     pub first: usize,
     /// One past its last sample.
     pub end: usize,
@@ -60,7 +60,7 @@ pub struct HalfWave {
 }
 
 impl HalfWave {
-    /// Its length in samples, between crossings.
+    /// Length in samples, between crossings.
     pub fn length(&self) -> f64 {
         self.to - self.from
     }

@@ -3,14 +3,14 @@
 /// A straight line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
-    /// Its value at zero.
+    /// Value at zero.
     pub intercept: f64,
     /// Its slope.
     pub slope: f64,
 }
 
 impl Line {
-    /// Its value at `x`.
+    /// Value at `x`.
     pub fn at(&self, x: f64) -> f64 {
         self.intercept + self.slope * x
     }

@@ -46,9 +46,9 @@ pub struct Valve {
 pub struct Point {
     /// Its file.
     pub file: String,
-    /// Its beginning, s.
+    /// Beginning, s.
     pub from_s: f64,
-    /// Its duration, s.
+    /// Duration, s.
     pub duration_s: f64,
     /// Its verdict.
     pub class: VerdictClass,

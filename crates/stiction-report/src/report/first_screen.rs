@@ -43,7 +43,7 @@ pub struct FirstScreen {
 pub struct Likely {
     /// The cause.
     pub cause: String,
-    /// Its likelihood, in words.
+    /// Likelihood, in words.
     pub likelihood: String,
 }
 
@@ -150,15 +150,15 @@ pub enum Piece {
     Card {
         /// The method.
         heading: String,
-        /// Its conclusion, as a word.
+        /// Conclusion, as a word.
         badge: Option<Badge>,
-        /// Its conclusion, as a sentence.
+        /// Conclusion, as a sentence.
         sentence: String,
         /// Its numbers.
         facts: Vec<Fact>,
         /// Its caveats.
         caveats: Vec<String>,
-        /// Its table and its picture.
+        /// Table and its picture.
         pieces: Vec<Piece>,
     },
     /// Content shown on demand.

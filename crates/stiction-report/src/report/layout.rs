@@ -27,7 +27,7 @@ pub const TABLES: &str = include_str!("../tables.js");
 pub struct Report {
     /// Title of the page.
     pub title: String,
-    /// Its introduction, a paragraph; empty for none.
+    /// Introduction, a paragraph; empty for none.
     pub introduction: String,
     /// Content on all loops together, before the sections.
     pub blocks: Vec<Block>,
@@ -94,7 +94,7 @@ pub struct Badge {
     pub symbol: &'static str,
     /// The word.
     pub word: &'static str,
-    /// Its meaning for the reader.
+    /// Meaning for the reader.
     pub tone: Tone,
 }
 
@@ -119,7 +119,7 @@ pub struct Fact {
     pub name: String,
     /// The value as text, such as [`number`] writes it.
     pub value: String,
-    /// Its unit; empty for none.
+    /// Unit; empty for none.
     pub unit: String,
 }
 
@@ -162,7 +162,7 @@ pub struct Table {
     pub caption: String,
     /// Its columns.
     pub columns: Vec<Column>,
-    /// Its rows; each has a cell for every column.
+    /// Rows; each has a cell for every column.
     pub rows: Vec<Vec<String>>,
     /// Targets of links in the first cells of the rows, as relative paths with `/` between folders; empty for none.
     pub links: Vec<String>,
@@ -184,11 +184,11 @@ pub struct Column {
 /// A piece of evidence.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Card {
-    /// Its heading, such as the title of a method.
+    /// Heading, such as the title of a method.
     pub heading: String,
-    /// Its conclusion, as a word.
+    /// Conclusion, as a word.
     pub badge: Option<Badge>,
-    /// Its conclusion, as a sentence.
+    /// Conclusion, as a sentence.
     pub sentence: String,
     /// Its figure.
     pub figure: Option<Figure>,
@@ -550,7 +550,7 @@ impl Table {
 }
 
 impl Column {
-    /// Its name, with its unit.
+    /// Name, with its unit.
     pub fn head(&self) -> String {
         match &self.unit[..] {
             "" => self.name.clone(),
@@ -814,7 +814,7 @@ fn facts(facts: &[Fact]) -> Markup {
 }
 
 impl Fact {
-    /// Its unit, in the singular for one.
+    /// Unit, in the singular for one.
     fn counted(&self) -> &str {
         match &*self.unit {
             "samples" if self.value == "1" => "sample",

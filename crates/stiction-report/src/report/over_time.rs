@@ -7,9 +7,9 @@ use stiction_figure::figure::{Annotation, Figure, Panel, Series, colour};
 
 /// The results of one window, for the figure.
 pub(super) struct Point {
-    /// Its beginning, s.
+    /// Beginning, s.
     pub from: f64,
-    /// Its duration, s.
+    /// Duration, s.
     pub duration: f64,
     pub probability: Option<f64>,
     pub s: Option<Estimate>,

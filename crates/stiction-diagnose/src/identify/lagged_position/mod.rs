@@ -128,11 +128,11 @@ pub struct Judgement {
     pub friction: Friction,
     /// Position of its lag.
     pub place: Place,
-    /// Its lag, samples.
+    /// Lag, samples.
     pub lag: f64,
     /// The lag behind that, samples.
     pub second_lag: f64,
-    /// Its delay, samples.
+    /// Delay, samples.
     pub delay: f64,
     /// Percent of VP per percent of position.
     pub gain: f64,

@@ -126,7 +126,7 @@ struct Look<'a> {
     gain: f64,
     /// Sum of squares of the best of a few candidates.
     loss: f64,
-    /// Its correlation from sample to sample.
+    /// Correlation from sample to sample.
     rho: f64,
     /// The size from which its weight decreases.
     huber: f64,

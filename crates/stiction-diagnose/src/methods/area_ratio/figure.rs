@@ -1,4 +1,4 @@
-//! Its figure: the areas of half waves before and after their peaks.
+//! Figure of the method: the areas of half waves before and after their peaks.
 
 use super::AreaRatioResult;
 use crate::drawing::{Scene, dashed, dotted, histogram, line_at, sheet, solid};

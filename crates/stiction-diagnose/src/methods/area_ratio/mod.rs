@@ -67,7 +67,7 @@ impl Default for AreaRatio {
 pub struct Areas {
     /// Its range.
     pub wave: HalfWave,
-    /// Its first largest sample.
+    /// First largest sample.
     pub peak: usize,
     /// Area before the peak, units of the error times samples.
     pub before: f64,
@@ -88,7 +88,7 @@ pub struct AreaRatioResult {
     pub median: f64,
     /// The control error.
     pub error: Vec<f64>,
-    /// Its half waves.
+    /// Half waves.
     pub areas: Vec<Areas>,
     /// Cautions.
     pub caveats: Vec<String>,

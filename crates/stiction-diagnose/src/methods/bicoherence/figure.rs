@@ -1,4 +1,4 @@
-//! Its figure: the bicoherence of the error, and the ellipse of PV and OP.
+//! Figure of the method: the bicoherence of the error, and the ellipse of PV and OP.
 
 use super::{BicoherencePlane, BicoherenceResult, Bin};
 use crate::drawing::{Scene, WIDTH, sheet, thinned};

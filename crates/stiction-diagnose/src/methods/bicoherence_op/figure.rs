@@ -1,4 +1,4 @@
-//! Its figure: the bicoherence of the OP.
+//! Figure of the method: the bicoherence of the OP.
 
 use crate::drawing::{Scene, sheet};
 use crate::methods::bicoherence::BicoherencePlane;

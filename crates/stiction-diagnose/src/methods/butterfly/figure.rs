@@ -1,4 +1,4 @@
-//! Its figure: the wings of PV and OP.
+//! Figure of the method: the wings of PV and OP.
 
 use super::ButterflyResult;
 use crate::drawing::{Scene, sheet, thinned};

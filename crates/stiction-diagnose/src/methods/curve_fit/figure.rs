@@ -1,4 +1,4 @@
-//! Its figure: half waves with triangle and sine.
+//! Figure of the method: half waves with triangle and sine.
 
 use super::CurveFitResult;
 use crate::drawing::{Scene, dashed, solid};

@@ -1,4 +1,4 @@
-//! Its figure: windows by the slopes of OP and PV.
+//! Figure of the method: windows by the slopes of OP and PV.
 
 use super::DamarlaRegressionResult;
 use crate::drawing::Scene;

@@ -1,4 +1,4 @@
-//! Its figure: OP over increments of the PV, with the sigmoid.
+//! Figure of the method: OP over increments of the PV, with the sigmoid.
 
 use super::DamarlaSigmoidResult;
 use crate::drawing::{Scene, sheet, thinned};

@@ -1,4 +1,4 @@
-//! Its figure: windows by a test of steadiness.
+//! Figure of the method: windows by a test of steadiness.
 
 use super::{DamarlaTestResult, SteadinessTest};
 use crate::drawing::Scene;

@@ -1,4 +1,4 @@
-//! Its figure: the cross-correlation of OP and PV.
+//! Figure of the method: the cross-correlation of OP and PV.
 
 use super::HorchResult;
 use crate::drawing::{Scene, TimeAxis, sheet};

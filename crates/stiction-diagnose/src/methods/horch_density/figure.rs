@@ -1,4 +1,4 @@
-//! Its figure: how often the PV bends by how much.
+//! Figure of the method: how often the PV bends by how much.
 
 use super::HorchDensityResult;
 use crate::drawing::{Scene, sheet};

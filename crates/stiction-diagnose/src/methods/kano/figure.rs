@@ -1,4 +1,4 @@
-//! Its figure: the signal behind the valve over time and over the OP, with its rests.
+//! Figure of the method: the signal behind the valve over time and over the OP, with its rests.
 
 use super::KanoResult;
 use crate::drawing::{Scene, sheet};

@@ -1,4 +1,4 @@
-//! Its figure: half waves with the response to a relay, triangle and sine.
+//! Figure of the method: half waves with the response to a relay, triangle and sine.
 
 use super::RelayFitResult;
 use crate::drawing::{Scene, dashed, dotted, solid};

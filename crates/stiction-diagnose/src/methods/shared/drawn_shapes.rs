@@ -19,7 +19,7 @@ pub struct Shape<'a> {
     pub name: &'static str,
     pub series: fn(&str, Vec<f64>, Vec<f64>) -> Series,
     pub colour: usize,
-    /// Its value in the half wave of that index, at a position in samples.
+    /// Value in the half wave of that index, at a position in samples.
     pub at: &'a dyn Fn(usize, f64) -> f64,
 }
 

@@ -25,7 +25,7 @@ pub enum EllipseSource {
 /// An ellipse: the points `p` with `q(p - centre) = 1`, `q(x, y) = xx x² + 2 xy x y + yy y²`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ellipse {
-    /// Its centre, in the units of the two axes.
+    /// Centre, in the units of the two axes.
     pub centre: [f64; 2],
     /// The coefficients `xx`, `xy`, `yy` of its form.
     pub form: [f64; 3],
@@ -68,7 +68,7 @@ impl Ellipse {
         ellipse.form.iter().all(|v| v.is_finite()).then_some(ellipse)
     }
 
-    /// Its form at the point (`x`, `y`): below 1 inside, above 1 outside.
+    /// Form at the point (`y`, `x`): below 1 inside, above 1 outside.
     pub fn at(&self, x: f64, y: f64) -> f64 {
         let (x, y) = (x - self.centre[0], y - self.centre[1]);
         let [xx, xy, yy] = self.form;
@@ -82,7 +82,7 @@ impl Ellipse {
         2.0 / self.form[0].sqrt()
     }
 
-    /// Its semi-axes, the longer first, in units that are meaningful only if both axes have the same.
+    /// Semi-axes, the longer first, in units that are meaningful only if both axes have the same.
     pub fn semi_axes(&self) -> [f64; 2] {
         let [xx, xy, yy] = self.form;
         let (middle, reach) = ((xx + yy) / 2.0, ((xx - yy) / 2.0).hypot(xy));

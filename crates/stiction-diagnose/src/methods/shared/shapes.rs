@@ -64,7 +64,7 @@ pub struct Triangle {
 }
 
 impl Triangle {
-    /// Its value at `k` in its half wave, in samples.
+    /// Value at `k` in its half wave, in samples.
     pub fn at(&self, wave: &HalfWave, k: f64) -> f64 {
         if k <= self.apex as f64 { self.rise * (k - wave.from) } else { self.fall * (wave.to - k) }
     }
@@ -201,7 +201,7 @@ pub struct Relay {
 }
 
 impl Relay {
-    /// Its value at `k` in its half wave, in samples.
+    /// Value at `k` in its half wave, in samples.
     pub fn at(&self, wave: &HalfWave, k: f64) -> f64 {
         let g = (-self.ratio * (k - wave.from) / wave.length()).exp();
         self.amplitude * (1.0 - g).min(self.ratio.exp() * g - 1.0)

@@ -1,4 +1,4 @@
-//! Its figure: cycles of OP and error with their corners.
+//! Figure of the method: cycles of OP and error with their corners.
 
 use super::{SharpCornerCycle, SharpCornerResult};
 use crate::drawing::{Scene, sheet};

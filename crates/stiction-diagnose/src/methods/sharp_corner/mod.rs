@@ -114,7 +114,7 @@ impl Default for SharpCorner {
 /// One cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SharpCornerCycle {
-    /// Its first sample.
+    /// First sample.
     pub first: usize,
     /// One past its last sample.
     pub end: usize,

@@ -1,4 +1,4 @@
-//! Its figure: half waves with square wave and sine.
+//! Figure of the method: half waves with square wave and sine.
 
 use super::SquareWaveResult;
 use crate::drawing::{Scene, dashed, solid};

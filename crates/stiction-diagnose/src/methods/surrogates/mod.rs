@@ -135,7 +135,7 @@ pub struct SurrogatesResult {
     pub limit: f64,
     /// The tested series: resampled, less its mean and over its standard deviation.
     pub series: Vec<f64>,
-    /// Its first recorded sample.
+    /// First recorded sample.
     pub first: usize,
     /// The refined period, recorded samples.
     pub period: f64,

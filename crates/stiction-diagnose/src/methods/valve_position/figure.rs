@@ -1,4 +1,4 @@
-//! Its figure: the valve position over time and over the OP.
+//! Figure of the method: the valve position over time and over the OP.
 
 use super::{MeasuredValve, Rest};
 use crate::drawing::{Scene, dashed, dotted, sheet};

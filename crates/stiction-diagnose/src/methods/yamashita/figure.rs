@@ -1,4 +1,4 @@
-//! Its figure: steps in which the OP moves and the other rests.
+//! Figure of the method: steps in which the OP moves and the other rests.
 
 use super::{Follower, YamashitaResult};
 use crate::drawing::{Scene, sheet};

@@ -1,4 +1,4 @@
-//! Its figure: the density of the PV's second derivative.
+//! Figure of the method: the density of the PV's second derivative.
 
 use super::YamashitaLevelResult;
 use crate::drawing::{Scene, histogram, sheet};

@@ -56,7 +56,7 @@ pub struct MissingLoop {
 /// A loop with the indices of the names of its signals and qualities.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LoopPlan {
-    /// Its name; none if unknown.
+    /// Name; none if unknown.
     pub name: Option<String>,
     /// Notes for the user on this loop.
     pub notes: Vec<String>,
@@ -102,7 +102,7 @@ impl LoopPlan {
 pub struct Tag {
     /// Its name.
     pub name: String,
-    /// Its rows, in order.
+    /// Rows, in order.
     pub rows: Vec<usize>,
 }
 

@@ -57,7 +57,7 @@ impl<T: Number> Series<T> {
         }))
     }
 
-    /// Its values without derivatives.
+    /// Values without derivatives.
     pub(super) fn values(&self) -> Series<f64> {
         Series(self.0.map(T::value))
     }

@@ -52,9 +52,9 @@ pub enum FrictionLaw {
 pub struct LawEntry {
     /// Name, as a user writes it.
     pub name: &'static str,
-    /// Its principle, in one line.
+    /// Principle, in one line.
     pub summary: &'static str,
-    /// Its source, cited from memory and not verified unless stated otherwise.
+    /// Source, cited from memory and not verified unless stated otherwise.
     pub source: &'static str,
     /// Names of its parameters, with their units, in the order [`FrictionLaw::from_name`] takes
     /// them.
@@ -143,7 +143,7 @@ pub const LAWS: [LawEntry; 6] = [
 struct FrictionDocument {
     /// Its name.
     law: &'static str,
-    /// Its parameters by name, SI units.
+    /// Parameters by name, SI units.
     parameters: std::collections::BTreeMap<&'static str, f64>,
 }
 

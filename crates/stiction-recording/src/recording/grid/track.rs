@@ -22,7 +22,7 @@ pub(super) struct Track {
     pub time: Vec<f64>,
     value: Vec<f64>,
     usable: Vec<bool>,
-    /// Its own most frequent step.
+    /// Most frequent step of the channel.
     pub step: Option<f64>,
     pub on_change: bool,
     /// The longest time for which a stored value holds, s.
