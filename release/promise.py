@@ -66,7 +66,7 @@ def resolved(of: Any, whole: dict[str, Any]) -> Any:
 
 
 def keys(whole: dict[str, Any]) -> dict[str, tuple[set[str], bool]]:
-    """Each key of a schema by its path, with its types and whether it is always there."""
+    """Each key of a schema by its path, with its types and whether it is always present."""
 
     def walk(of: Any, path: str, above: tuple[str, ...]) -> Iterator[tuple[str, tuple[set[str], bool]]]:
         reference = of.get("$ref") if isinstance(of, dict) else None

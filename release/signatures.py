@@ -13,7 +13,7 @@ import stiction
 
 
 def called(name: str, what: object) -> tuple[str, list[Any] | None]:
-    """A name and its parameters; `None` if it has none or hides them."""
+    """A name and its parameters; `None` if the object has no parameters or conceals them."""
     try:
         parameters = inspect.signature(what).parameters.values() if callable(what) else None
     except (TypeError, ValueError):

@@ -2,9 +2,9 @@
 
     pip install . && python python/benchmarks/overhead.py
 
-Best times of many, one after the other on the same machine; then eight threads that diagnose, and how many cores they
-kept busy. Both sides allocate the valve positions anew each time. Rust's are cleared first, as a slice must be; NumPy's
-need not be, so that Python can be the faster.
+Best times of many runs on the same machine. Then eight threads diagnose, and the last figure is the number of cores they kept busy.
+Both sides allocate the valve positions anew each time. Rust's are cleared first, as a slice must be; NumPy's need not be, so that
+Python can be the faster.
 """
 
 import os

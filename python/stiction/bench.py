@@ -249,7 +249,7 @@ def labelled(
 
 
 def training(n: int = 2000, *, first: int = 0) -> tuple[list[Recording], npt.NDArray[np.bool_]]:
-    """Return labelled loops to train a detector on. None of them is in another suite.
+    """Return labelled loops to train a detector on. No other suite contains these loops.
 
     Parameters
     ----------

@@ -323,7 +323,7 @@ def compare(
     before_done, after_done : iterable of (float, float or None), optional
         The manual moves of each test, like `done` of `read`.
     before_plan, after_plan : TestPlan, optional
-        The plan of each test, like `plan` of `read`. Each reading then has its deviations from the plan.
+        The plan of each test, like `plan` of `read`. Each reading then includes its deviations from the plan.
     rises : bool, optional
         Whether the PV rises when the OP rises; by default from the action of the controller, or else from the test.
 

@@ -56,7 +56,7 @@ pub fn unlinked(markdown: &str) -> String {
     text
 }
 
-/// Renders Markdown; `source` is the file of the repository from which its links start, if it is one.
+/// Renders Markdown. `source` is the file of the repository from which its links start, if any.
 fn render(path: &str, title: &str, listed: &str, markdown: &str, source: Option<&str>) -> Rendered {
     let options =
         Options::ENABLE_TABLES | Options::ENABLE_FOOTNOTES | Options::ENABLE_STRIKETHROUGH;

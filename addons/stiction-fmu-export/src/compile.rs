@@ -23,7 +23,7 @@ pub struct Compiler<'a> {
 }
 
 impl Compiler<'_> {
-    /// Compiles the library for one target, unless it is up to date; returns its path.
+    /// Compiles the library for one target unless the library is up to date, and returns its path.
     ///
     /// # Errors
     /// The message of the compiler.

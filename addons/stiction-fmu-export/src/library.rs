@@ -60,7 +60,7 @@ impl Library {
         Self::own_and(vec![])
     }
 
-    /// These, and those of all other [`PLATFORMS`].
+    /// The libraries of `given`, and built-in libraries for all other [`PLATFORMS`].
     ///
     /// # Errors
     /// As those of [`Library::own`].

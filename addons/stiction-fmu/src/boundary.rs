@@ -455,7 +455,7 @@ pub(crate) unsafe fn none_of(
     unsafe { call(instance, refuse) }
 }
 
-/// Defines functions that do one thing with an instance; they get their name.
+/// Defines functions that do one thing with an instance, and are exported under their own names.
 macro_rules! calls {
     ($($name:ident($($arg:ident: $type:ty),*) |$i:pat_param, $called:pat_param| $work:expr;)*) => {$(
         #[unsafe(no_mangle)]

@@ -7,7 +7,7 @@ use crate::variables::{Causality, Numbers, Set, Values, Variability, Variable, V
 /// Why a call was refused, in a sentence.
 pub(crate) type Result<T> = std::result::Result<T, String>;
 
-/// A set of modes; one instance is in one of them.
+/// A set of modes. An instance is in one mode at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Modes(u8);
 
@@ -363,7 +363,7 @@ impl Instance {
         held
     }
 
-    /// Sets the values of some variables of one kind; all of them, or none.
+    /// Sets the values of some variables of one kind. If one value is invalid, none is set.
     pub(crate) fn set(
         &mut self,
         call: &str,
@@ -577,7 +577,7 @@ impl Instance {
         self.equations(call, modes).map(|(model, ..)| model.indicators().len())
     }
 
-    /// Processes events; returns whether there was one.
+    /// Processes events, and returns whether an event occurred.
     pub(crate) fn update_discrete_states(&mut self, call: &str) -> Result<bool> {
         let (model, values, _) = self.equations(call, Modes::EVENT)?;
         let passed = model.pass_events(values);

@@ -22,7 +22,7 @@ pub(crate) trait FmuModel: Send + Sync {
     /// State besides the values, as plain numbers.
     fn memory(&self) -> Vec<f64>;
 
-    /// Continues from there; it has been restarted with the same parameters before.
+    /// Restores the state, after a restart with the same parameters.
     fn recall(&mut self, values: &Numbers, memory: &[f64]) -> Result<()>;
 
     /// The model as differential equations, if an external solver can compute it.
@@ -51,7 +51,7 @@ pub(crate) trait Continuous {
     /// Numbers whose change of sign is an event; their number is constant.
     fn indicators(&self) -> Vec<f64>;
 
-    /// Changes to the mode after an event, if there is one; returns whether there was.
+    /// Changes the mode after an event, and returns whether an event occurred.
     fn pass_events(&mut self, values: &mut Numbers) -> Result<bool>;
 }
 

@@ -15,7 +15,7 @@
 //! | a script in a report | a sandbox with an origin of its own |
 //!
 //! To open the browser, the command passes it the address as an argument. Where users can list each other's processes,
-//! others can read it there for that moment; `--no-open` avoids this.
+//! other users can read the token during that moment. `--no-open` avoids this.
 
 use crate::assets::ASSETS;
 use crate::places::{Paced, Place};

@@ -54,7 +54,7 @@ pub struct Trend {
     name: String,
     /// Times, s.
     time: Vec<f64>,
-    /// Values; null where there is none.
+    /// Values; null where a value is missing.
     values: Vec<Option<f64>>,
 }
 

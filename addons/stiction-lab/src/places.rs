@@ -1,4 +1,4 @@
-//! Places of connections: a new connection always gets one; if there are none left, another connection gives way.
+//! Places of connections. A new connection always gets a place. If no place is free, an older connection is closed.
 //!
 //! | who | places | gives way |
 //! |---|---|---|

@@ -344,7 +344,7 @@ pub fn status(lab: &Lab, _: Nothing) -> Answer<Now> {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PageRequest {
-    /// The week, such as `2026-W10`; the last one without it.
+    /// The week, such as `2026-W10`; by default the last week.
     #[serde(default)]
     week: Option<String>,
 }

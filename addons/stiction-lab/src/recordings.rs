@@ -1,8 +1,8 @@
 //! Recordings: the open files, how they were read, and the verdict on any stretch.
 //!
-//! Files and folders of the command are read when the page needs them. Dropped files are kept in memory. The page names a
-//! file by an identifier from the lab, never by a path. The verdict on a whole recording is that of `stiction diagnose`.
-//! On a stretch it uses the same samples alone, as `stiction history` cuts them.
+//! Files and folders of the command are read when the page needs them. Dropped files are kept in memory. The page names
+//! a file by an identifier from the lab, never by a path. The verdict on a whole recording is that of `stiction
+//! diagnose`. The verdict on a stretch uses only its samples, as `stiction history` cuts them.
 
 mod files;
 mod mapping;

@@ -22,7 +22,7 @@ pub fn begin(day: i64, zone: &Zone) -> f64 {
     instant(&date, Some(zone)).unwrap_or(day as f64 * 86_400.0)
 }
 
-/// A day as text, such as `2026-03-01`; its number if no calendar has it.
+/// A day as text, such as `2026-03-01`; its number if the day is outside the calendar.
 pub fn date(day: i64) -> String {
     let date = Span::new().try_days(day).and_then(|days| EPOCH.checked_add(days));
     date.map_or_else(|_| day.to_string(), |date| date.to_string())

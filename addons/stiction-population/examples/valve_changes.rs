@@ -49,7 +49,7 @@ impl Read {
         Some(Self { weighing: weighed(&recording)?, at })
     }
 
-    /// Whether its halves, each on its own, differ in whether they accuse the valve.
+    /// Whether exactly one half of the record, judged separately, accuses the valve.
     fn is_visible(halves: [&Recording; 2]) -> Option<bool> {
         let [a, b] = halves
             .map(|half| weighed(half).map(|half| half.probability >= half.thresholds().accuse));

@@ -69,7 +69,7 @@ impl Draw {
         things[self.count(0, N - 1)]
     }
 
-    /// One of several items by their weights, which need not sum to one.
+    /// Draws one of several items by their weights, which need not sum to one.
     pub fn weighted<T: Copy, const N: usize>(&mut self, things: [(T, f64); N]) -> T {
         let all: f64 = things.iter().map(|(_, weight)| weight).sum();
         let mut place = self.unit() * all;

@@ -129,7 +129,7 @@ named! {
         NoisyControl = "noisy control",
         /// It writes the set point of a loop below, whose valve moves.
         OuterLoop = "outer loop",
-        /// Another loop acts on it, and it on the other.
+        /// It and another loop act on each other.
         Coupled = "coupled",
         /// Its disturbance is measured and added to its OP.
         Feedforward = "feedforward",

@@ -16,8 +16,8 @@ use stiction_model::bands::Bands;
 use stiction_model::error::Result;
 use stiction_model::valve::{AnyModel, Model, ValveSpec};
 
-/// Loop number `index` of the population of `seed`: its kind is drawn by [`LoopKind::share`], then everything else.
-/// It depends on these two numbers alone.
+/// Loop number `index` of the population of `seed`: its kind is drawn by [`LoopKind::share`], then everything else. The
+/// loop depends on these two numbers alone.
 ///
 /// # Errors
 /// As for [`LoopKind::simulate`]. No error is known.

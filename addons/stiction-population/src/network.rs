@@ -144,7 +144,7 @@ pub enum LinkKind {
     MassBalance,
     /// The outflow of a later unit returns, late and smoothed.
     Recycle,
-    /// One header feeds both: if one valve opens, the other gets less.
+    /// One header feeds both units. If one valve opens, the other unit gets less.
     Header,
 }
 

@@ -346,7 +346,7 @@ impl Wander {
 
 /// Largest deviation of the PV from its rest value, as a share of its span.
 const ALLOWED: f64 = 0.05;
-/// Tests of one loop, one after another.
+/// Maximum number of successive tests of one loop.
 const MOST_TESTS: usize = 3;
 /// Number of stops after which the test is given up.
 const MOST_STOPS: usize = 6;

@@ -63,7 +63,7 @@ impl BenchLoop {
         &self.asked.truth.valve
     }
 
-    /// Whether its valve sticks; None if its stiction is masked.
+    /// Whether the valve sticks; None if the stiction is masked.
     #[getter]
     fn sticks(&self) -> Option<bool> {
         self.asked.counts().then_some(self.asked.truth.sticks)

@@ -4,8 +4,8 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use serde::Serialize;
 
-/// A result as plain Python values: dictionaries, lists, text and numbers. It equals its JSON, so a number that is
-/// not finite is None.
+/// A result as plain Python values: dictionaries, lists, text and numbers. The result equals its JSON, so a number that
+/// is not finite is None.
 pub fn plain<'py>(py: Python<'py>, result: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     let text = serde_json::to_string(result).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
     py.import("json")?.call_method1("loads", (text,))

@@ -127,10 +127,8 @@ impl Recording {
     /// signal : {"op", "pv", "sp", "vp"}
     ///     The signal.
     ///
-    /// Returns
-    /// -------
-    /// ndarray or None
-    ///     Times of its samples, s on the recording's clock; None if it was not recorded.
+    /// Returns ------- ndarray or None Times of the samples, s on the recording's clock; None if the signal was not
+    /// recorded.
     ///
     /// Raises
     /// ------

@@ -4,9 +4,9 @@
 //! cargo run --release -p stiction-score --example advice_followed -- 1000
 //! ```
 //!
-//! simulates 1,000 loops of all kinds. For those that are undecided, it follows each part of the printed advice on the same loop: a
-//! record of ten cycles, one without compression, one with a recorded valve position. It prints how many are decided then,
-//! and how many of these decisions are right. `stiction bench tests` does the same for the planned test.
+//! simulates 1,000 loops of all kinds. For undecided loops, it follows each part of the printed advice on the same
+//! loop: a record of ten cycles, a record without compression, a recorded valve position. It prints how many are
+//! decided then, and how many of these decisions are right. `stiction bench tests` does the same for the planned test.
 
 use rayon::prelude::*;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, VerdictClass, diagnose};

@@ -26,7 +26,7 @@ pub struct Scoreboard<'a> {
     pub loops: &'a [Scored],
     /// Paths of the reports of the loops, relative to the page; empty for none.
     pub reports: &'a [String],
-    /// Median times per loop in microseconds, each with its name; empty for none.
+    /// Median time per loop of each method, microseconds; empty if not measured.
     pub times: &'a [(String, f64)],
     /// Name and version of the program.
     pub tool: &'a str,
@@ -233,7 +233,7 @@ pub fn methods_by_kind(board: &Board, names: Names) -> Option<Table> {
     (!board.kinds.is_empty()).then_some(rows)
 }
 
-/// The calibration of probabilities; `None` if there are none.
+/// Calibration of the probabilities; `None` without probabilities.
 pub fn calibration(board: &Board) -> Option<Table> {
     let calibration = board.calibration.as_ref()?;
     let caption = format!(
@@ -395,7 +395,7 @@ fn loops(loops: &[Scored], reports: &[String]) -> Table {
 
 pub(crate) const DASH: &str = "–";
 
-/// A share in percent with its 95 % interval; a dash if there is none.
+/// A share in percent with its 95 % interval; a dash without loops.
 pub fn share(share: Share) -> String {
     let Some(value) = share.value() else { return DASH.to_owned() };
     let (low, high) = share.interval();

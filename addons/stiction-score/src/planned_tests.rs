@@ -56,7 +56,7 @@ pub struct TestTrial {
     pub s_error: Option<f64>,
     /// Median limit of S if the valve does not stick, percent.
     pub s_below: Option<f64>,
-    /// Tests followed by another one, because they were inconclusive.
+    /// Share of the tests followed by another test because they were inconclusive.
     pub repeated: Share,
     /// Median number of turns.
     pub turns: Option<f64>,

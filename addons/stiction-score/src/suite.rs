@@ -4,9 +4,9 @@
 //! name, key ──> seeds ──> jobs in a drawn order ──> loop k: recording, truth, groups
 //! ```
 //!
-//! A [`Suite`] is a list of jobs. Each loop depends on its job alone, so it can be made anywhere and at any time. The order
-//! is drawn, so that neither the name nor the place of a loop indicates its kind. A suite never changes after
-//! its publication. Another list of loops, or another population, is a new suite.
+//! A [`Suite`] is a list of jobs. Each loop depends only on its job, so it can be made on any machine at any time. The
+//! order is drawn, so that neither the name nor the place of a loop indicates its kind. A suite never changes after its
+//! publication. Another list of loops, or another population, is a new suite.
 
 mod job;
 

@@ -2,9 +2,9 @@
 
     python train.py CACHE MODEL/net.bin --n 300000 --seed 1 --test 15000
 
-Two nets, each of the loops of every second number among the first four fifths; both go into one file, which
-`stiction_diagnose::evidence::raw` reads. The shape must be the one that its `net.rs` describes. For the examination
-`stiction-train signals`, `--half` trains the first net alone, and `--without "AXIS: NAME"` leaves families out.
+Trains two nets, one on the even and one on the odd loops among the first four fifths. Both go into one file, which
+`stiction_diagnose::evidence::raw` reads. The shape must be the one that its `net.rs` describes. For the examination `stiction-train
+signals`, `--half` trains the first net alone, and `--without "AXIS: NAME"` leaves families out.
 """
 
 import argparse

@@ -72,7 +72,7 @@ pub struct Boosted {
     pub ensembles: Vec<Ensemble>,
     /// Total gain of the splits by each column.
     pub gains: Vec<f64>,
-    /// The mean loss on the rows for stopping; on those for learning if there are none.
+    /// Mean loss on the stopping rows, or on the training rows if no stopping rows are given.
     pub loss: f64,
     /// Number of kept rounds.
     pub rounds: usize,

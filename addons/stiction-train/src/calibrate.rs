@@ -100,8 +100,8 @@ fn solve(mut h: [[f64; 3]; 3], mut g: [f64; 3]) -> [f64; 3] {
     g
 }
 
-/// Isotonic regression by pooling adjacent violators; each pool is a point at its mean margin, with
-/// half a loop of either class added so that none is certain.
+/// Isotonic regression by pooling adjacent violators. Each pool is a point at its mean margin. Half a loop of either
+/// class is added to each pool, so that no probability is certain.
 ///
 /// Source: M. Ayer, H. D. Brunk, G. M. Ewing, W. T. Reid, E. Silverman, "An empirical distribution
 /// function for sampling with incomplete information", Ann. Math. Stat. 26 (1955) 641-647 (recalled,

@@ -26,7 +26,7 @@ pub struct Truth {
     pub kind: String,
     /// Its cause.
     pub cause: Cause,
-    /// Whether its fault, if it has one, is visible.
+    /// Whether the fault is visible; false without a fault.
     pub visible: bool,
     /// Number of slips of the valve.
     pub slips: u64,

@@ -82,7 +82,7 @@ pub struct Tree {
     nodes: Vec<Growing>,
     /// The rows it was grown on, those of a leaf together.
     rows: Vec<u32>,
-    /// For each leaf its index, its rows and the bounds of its value.
+    /// Index, rows and bounds of the value of each leaf.
     leaves: Vec<(usize, Range<usize>, (f64, f64))>,
 }
 

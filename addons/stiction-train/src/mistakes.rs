@@ -45,7 +45,7 @@ pub struct Lesson<'a> {
     pub probability: &'a dyn Fn(u32) -> f64,
 }
 
-/// Learns it; also its rounds and its loss.
+/// Trains the model. Also returns its rounds and its loss.
 ///
 /// # Errors
 /// If there is no data.

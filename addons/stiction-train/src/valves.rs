@@ -102,7 +102,7 @@ pub fn gather(
     Ok(())
 }
 
-/// A valve: its line, and the rows of its windows one after another.
+/// A valve: its line, then the rows of its windows.
 type Valve = (String, Vec<f32>);
 
 /// The length of a record, in usual ones.

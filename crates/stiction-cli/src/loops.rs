@@ -141,7 +141,7 @@ pub fn diagnose_file(
     Ok((diagnosed, failures))
 }
 
-/// Releases samples that only a report draws. Of these signals it still counts whether they are there.
+/// Releases samples that only a report draws. Of these signals it keeps only whether they were recorded.
 fn release(diagnosis: &mut Diagnosis) {
     diagnosis.recent = None;
     for segment in &mut diagnosis.grid.segments {

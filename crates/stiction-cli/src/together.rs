@@ -1,4 +1,4 @@
-//! Reads several files. Those that hold one signal each are read together, if they or their names show the loop.
+//! Reads several files. Files with one signal each are read together, if the files or their names identify the loop.
 
 use crate::files::In;
 use crate::input;

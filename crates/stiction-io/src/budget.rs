@@ -56,7 +56,7 @@ impl Budget {
     }
 }
 
-/// The result of `decode`; none if it panics.
+/// The result of `decode`; none after a panic.
 ///
 /// The parquet crate asserts and indexes where a damaged page contradicts itself, which random damage triggers within
 /// thousands of files. calamine slices records without a check, and so panics as often on damaged `.xls` files.

@@ -13,8 +13,8 @@ use crate::error::{Error, Result, non_negative};
 /// A stem at rest breaks away when the net spring force `u - x` exceeds `fs`; a moving stem trails
 /// the input by `fd`. The dead band alone is `S - J = 2 fd`.
 ///
-/// `J > S` (a slip that overshoots the input) gives a negative `fd`. It is a valid pair here; a model that does not
-/// allow it refuses it when it is built.
+/// `J > S` (a slip that overshoots the input) gives a negative `fd`. The pair is valid here. A model that does not
+/// allow it reports an error when it is built.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Bands {

@@ -1,4 +1,4 @@
-//! Iterators over all threads, with the feature `rayon`; without it the same names on one thread.
+//! Iterators over all threads, with the feature `rayon`. Without this feature, the same names run on one thread.
 //!
 //! Results are collected in order and never added up across threads, so that they are the same bits on any
 //! number of them.

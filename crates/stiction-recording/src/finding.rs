@@ -55,8 +55,8 @@ pub struct Method {
     /// Authors, year, journal; and whether its formulas were read or recalled.
     #[cfg_attr(feature = "serde", serde(rename = "reference"))]
     pub source: &'static str,
-    /// Name of its statistic, with its unit if it has one. For every method of the registry, a larger value is
-    /// stronger evidence for a positive decision.
+    /// Name of the statistic, with its unit, if any. For every method of the registry, a larger value is stronger
+    /// evidence for a positive decision.
     #[cfg_attr(feature = "serde", serde(rename = "statistic_name"))]
     pub statistic: &'static str,
     /// The decision rule, a sentence with the thresholds.
@@ -89,7 +89,7 @@ fn votes<S: serde::Serializer>(decides: &Decides, to: S) -> std::result::Result<
 }
 
 named! {
-    /// The kind of evidence of a method. Methods of one family use the same evidence, so they have one vote together.
+    /// The kind of evidence of a method. Methods of one family use the same evidence, so they share one vote.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
     pub enum Family {
         /// The measured valve position.
@@ -165,9 +165,8 @@ pub struct Finding {
     pub caveats: Vec<String>,
     /// The settings of the method.
     pub parameters: Vec<Number>,
-    /// The typed result behind it, from which its figure is drawn. It contains whole signals, so
-    /// `stiction_diagnose::diagnose` keeps it only if
-    /// `DiagnoseOptions::evidence` asks for it.
+    /// The typed result, from which the method's figure is drawn. It contains whole signals, so
+    /// `stiction_diagnose::diagnose` keeps it only if `DiagnoseOptions::evidence` requests it.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub looked_at: Option<LookedAt>,
 }
@@ -210,7 +209,7 @@ impl Finding {
         }
     }
 
-    /// The typed result behind it; `None` if it was not kept or is of another type.
+    /// The typed result; `None` if it was not kept or is of another type.
     pub fn looked_at<T: Any>(&self) -> Option<&T> {
         self.looked_at.as_ref()?.get()
     }

@@ -42,7 +42,7 @@ class Answer:
     point: bytes | None = None
     """The point at which the source continues this answer."""
     code: int = 0
-    """The code of the reason why there is no answer; 0 if there is one."""
+    """Status code of the failure; 0 for an answer."""
     retry: bool = False
     """Whether the source may answer a request for this series alone."""
 

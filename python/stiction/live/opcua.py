@@ -291,7 +291,8 @@ def _names(certificate: x509.Certificate) -> tuple[list[str], set[str]]:
 
 
 def _no_issuer(issuer: x509.Certificate, certificate: x509.Certificate, now: datetime) -> str | None:
-    """Why a trusted certificate is no valid issuer of a server's certificate: empty if it did not sign that; None if it is one.
+    """Why a trusted certificate is no valid issuer of a server's certificate. The reason is empty if the certificate did not sign the
+    server's, and None if it is a valid issuer.
     """
     try:
         certificate.verify_directly_issued_by(issuer)

@@ -292,7 +292,7 @@ class Table:
         self.source.close()
 
     def span(self, begin: int | None = None, end: int | None = None) -> tuple[int, int] | None:
-        """The first and the last time, from one time up to another; None without rows."""
+        """The first and last time within a span; None without rows."""
         time = self.source.quoted(self.time)
         limits = [f"{time} {sign} {self.source.time(self._at(at), self.time)}" for sign, at in ((">=", begin), ("<", end)) if at is not None]
         where = f"WHERE {' AND '.join(limits)}" if limits else ""

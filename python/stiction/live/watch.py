@@ -975,7 +975,7 @@ def _moment_of(value: Any) -> int | None:
 
 
 def read_status(plant: Path) -> dict[str, Any] | None:
-    """The last state of the watch of a plant; None if there was none."""
+    """The last state of the watch of a plant; None before the first watch."""
     try:
         found: dict[str, Any] = json.loads((hours.live_folder(plant) / "status.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -62,7 +62,7 @@ class Plan(Result):
 
     loops: int = about("Loops in the data.")
     windows: int = about(
-        "Windows to judge, of one day each; a loop that swings slowly has fewer, longer ones."
+        "Windows to judge, of one day each. A loop that swings slowly has fewer, longer windows."
     )
     done: int = about("Windows that were judged before.")
     partitions: int = about("Number of tasks.")
@@ -597,7 +597,7 @@ def _scans(
 
 
 def _known(spark: Any, output: str) -> Any:
-    """Rows of earlier runs, with the number of their run; None if there are none."""
+    """Rows of earlier runs, with the number of their run; None before the first run."""
     from pyspark.errors import AnalysisException
 
     try:

@@ -96,7 +96,7 @@ pub struct Trend {
 pub struct Line {
     /// Times, s from the begin of the first day on.
     t: Vec<f64>,
-    /// Values; none where it is not known.
+    /// Values; none where a value is unknown.
     value: Vec<Option<f64>>,
     /// Number of samples.
     samples: usize,

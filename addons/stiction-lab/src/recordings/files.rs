@@ -148,7 +148,7 @@ impl File {
         Self { id, origin, place, held: Mutex::default(), own: Mutex::default() }
     }
 
-    /// Where it is; `None` if it was dropped.
+    /// Path of the file; `None` if it was dropped.
     pub fn path(&self) -> Option<&Path> {
         match &self.place {
             Place::Path(path) => Some(path),

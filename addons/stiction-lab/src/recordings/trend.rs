@@ -47,7 +47,7 @@ fn times(channels: &[&Channel]) -> Arc<[f64]> {
     all.into()
 }
 
-/// The value of a channel at each of some times; none before its first.
+/// Value of a channel at each of some times; none before the first sample.
 fn held<'a>(channel: &'a Channel, times: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
     let mut order: Vec<usize> = (0..channel.time.len()).collect();
     order.sort_by(|a, b| channel.time[*a].total_cmp(&channel.time[*b]));

@@ -122,7 +122,7 @@ fn change_in_words(row: &LoopRow) -> String {
     words
 }
 
-/// The name of a loop, which leads to its page where it has one.
+/// The name of a loop, with a link to its page if one exists.
 fn linked(name: &str, page: Option<&String>) -> Markup {
     html! { @match page { Some(path) => a href=(relative(path)) { (name) }, None => (name) } }
 }

@@ -10,10 +10,10 @@
 //! priority = weight x severity x probability
 //! ```
 //!
-//! * weight: that of the loop times that of its area, 1 by default;
+//! * weight: weight of the loop times weight of its area, both 1 by default;
 //! * severity: S + J in percent of span over [`FULL`], at most 1. If they are unknown, it uses the smallest of the OP travel between
 //!   two reversals, the OP travel in half a period, and the detection limit;
-//! * probability: that of stiction; for "retune" and "look upstream" that of the other cause.
+//! * probability: of stiction; for "retune" and "look upstream", of the other cause.
 //!
 //! For "check data" severity and probability are 1.
 

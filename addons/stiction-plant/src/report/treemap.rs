@@ -28,7 +28,7 @@ pub const NAME: f64 = 16.0;
 pub struct AreaTile {
     /// Its name.
     pub area: String,
-    /// Place; its name takes [`NAME`] of its height.
+    /// Position and size; the name takes [`NAME`] of its height.
     pub tile: Tile,
     /// Its loops.
     pub loops: Vec<LoopTile>,

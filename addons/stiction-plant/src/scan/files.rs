@@ -130,8 +130,8 @@ impl<'a> Files<'a> {
         self.sorted.clear();
     }
 
-    /// The recordings of each of these loops in a file, and perhaps of others; `batch` is their place when rows were
-    /// sorted. An unreadable loop does not affect the others: then each is read alone.
+    /// The recordings of these loops in a file, and possibly of further loops. `batch` is their place when rows were
+    /// sorted. If a loop is unreadable, each loop is read separately, so the others are unaffected.
     ///
     /// # Errors
     /// The reason why a loop cannot be read, a sentence. For an unreadable file it is the same for all loops.

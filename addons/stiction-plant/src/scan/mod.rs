@@ -342,7 +342,7 @@ fn sort(
     Ok(())
 }
 
-/// The stored part of a window: its row, and its trace if it has one.
+/// The stored part of a window: its row, and its trace if available.
 type Window = (WindowRow, Option<Trace>);
 
 /// Judged windows on their way to the store.

@@ -14,8 +14,8 @@
 //! .stiction/pairs/2026-W10-SHA256.parquet      pairs of loops of a week, found elsewhere, and what they were made of
 //! ```
 //!
-//! Every file is written under a temporary name and renamed, so it exists whole or not at all. Rows count even if their run was
-//! interrupted. They alone show which windows are done.
+//! Every file is written under a temporary name and renamed, so it exists whole or not at all. Rows count even if their
+//! run was interrupted. Only these files show which windows are done.
 //!
 //! SHA is the beginning of the SHA-256 of the file. A damaged file of a run is skipped. The next scan moves
 //! it to `damaged` and judges its windows again. An unreadable index is remade from the runs.

@@ -16,7 +16,7 @@ use stiction_model::{always_written_by_name, named};
 pub struct Column {
     /// Its name.
     pub name: &'static str,
-    /// Unit; empty if it has none.
+    /// Unit; empty if the column has none.
     pub unit: &'static str,
     /// The kind of its cells.
     pub kind: Kind,

@@ -319,7 +319,7 @@ struct Tuning {
 }
 
 impl Tuning {
-    /// Draws it; the time of an integrator is then that of its controller.
+    /// Draws a process. The time of an integrator is then that of its controller.
     fn draw(record: &Record, situation: Situation, lags: &mut Lags, draw: &mut Draw) -> Self {
         // Integral action relative to the lags of the loop.
         let step = record.step();

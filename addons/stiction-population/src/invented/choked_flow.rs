@@ -15,7 +15,7 @@ pub(super) struct ChokedFlow {
     noise: NormalStream,
     /// Flow per percent of opening above it.
     share: f64,
-    /// Start of the record, steps; its steps, and the choked ones among them.
+    /// Start of the record, number of its steps, and number of its choked steps.
     begins: usize,
     recorded: usize,
     choked: usize,

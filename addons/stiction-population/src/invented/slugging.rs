@@ -8,7 +8,7 @@ use stiction_model::closed_loop::NormalStream;
 /// the gas blows it out, over and over. A smaller opening chokes the pipe, and the slugs fade away. It is van der
 /// Pol's oscillator, whose growth depends on the opening: a limit cycle of the process.
 pub(super) struct Slugging {
-    /// The opening at which slugs begin, percent from rest, and that beyond it at which they are largest.
+    /// The opening at which slugs begin, and the further opening to the largest slugs, percent from rest.
     onset: f64,
     width: f64,
     /// Angular frequency, radians a step, growth, and half the amplitude of the largest slugs, percent.
@@ -19,7 +19,7 @@ pub(super) struct Slugging {
     slug: f64,
     speed: f64,
     noise: NormalStream,
-    /// Start of the record, steps; its steps, and those with an opening beyond the onset.
+    /// Start of the record, number of its steps, and number of its steps with an opening beyond the onset.
     begins: usize,
     recorded: usize,
     slugging: usize,

@@ -38,7 +38,7 @@ pub fn html(results: &Results, asked: &[KnownLoop]) -> Result<String, Error> {
         .html()
 }
 
-/// Tables, each with its caption as a paragraph before it: on a narrow screen the table scrolls, and its caption with it.
+/// Tables, each after a paragraph with its caption, so that the caption scrolls with a wide table on a narrow screen.
 fn captioned(tables: impl IntoIterator<Item = Table>) -> impl Iterator<Item = Block> {
     tables.into_iter().flat_map(|mut table| {
         let caption = std::mem::take(&mut table.caption);

@@ -11,7 +11,7 @@ use stiction_report::document::json;
 
 /// Version of the document. A change that breaks its readers gets a new one.
 pub const VERSION: u32 = 1;
-/// Up to this many detectors are compared each with each; of more, the first with every other one.
+/// Up to this number, each detector is compared with each other one. Beyond it, the first is compared with all others.
 const EACH: usize = 6;
 
 /// A detector with its answers, in the order of the loops.

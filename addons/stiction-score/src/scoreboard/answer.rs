@@ -213,7 +213,7 @@ pub struct NatsMeasure {
 pub struct Sure {
     /// Share of the loops with a sure probability.
     pub sure: Share,
-    /// Those of them in which the probability is wrong.
+    /// Share of the sure loops whose probability is wrong.
     pub wrong: Share,
 }
 

@@ -89,8 +89,8 @@ pub fn roc(loops: &[Ranked]) -> Vec<(f64, f64)> {
     points
 }
 
-/// Recordings by valve: its score is the mean of its recordings' scores, and it sticks if one of them does. For
-/// probabilities, the scores should be their [`logit`]s.
+/// Recordings by valve. The score of a valve is the mean score of its recordings, and the valve sticks if one recording
+/// does. For probabilities, the scores should be their [`logit`]s.
 pub fn by_valve(loops: &[Ranked]) -> Vec<Ranked> {
     let mut valves: BTreeMap<usize, (bool, f64, usize)> = BTreeMap::new();
     for each in loops {

@@ -103,7 +103,7 @@ impl MethodRow {
 }
 
 impl Board {
-    /// Counts loops. All must have the same methods; those that the first one lacks are ignored.
+    /// Counts loops. All loops must have the same methods. Methods that the first loop lacks are ignored.
     pub fn of(loops: &[Scored]) -> Self {
         let seen: Vec<&Scored> =
             loops.iter().filter(|each| each.truth.visible || !each.truth.sticks).collect();

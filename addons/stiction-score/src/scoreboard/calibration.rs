@@ -31,7 +31,7 @@ pub struct Bin {
     pub from: f64,
     /// Upper end.
     pub to: f64,
-    /// Mean of the probabilities in it; `None` for none.
+    /// Mean probability in the bin; `None` for an empty bin.
     pub predicted: Option<f64>,
     /// How many of them came true.
     pub observed: Share,

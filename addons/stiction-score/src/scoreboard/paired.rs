@@ -33,7 +33,7 @@ pub struct Discordant {
 /// Normal quantile below the top 2.5 %.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// Compares the AUCs of two detectors on the same loops, in the same order; `None` unless there are two loops of each
+/// Compares the AUCs of two detectors on the same loops, in the same order; `None` with fewer than two loops of a
 /// class.
 ///
 /// With `psi = 1` if the sticking loop has the larger score, 1/2 for a tie or a loop without a score, 0 else:

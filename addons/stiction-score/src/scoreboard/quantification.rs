@@ -65,7 +65,7 @@ impl Quantification {
 }
 
 impl Errors {
-    /// Of some errors, or other numbers; `None` for none.
+    /// Statistics of some errors, or of other numbers; `None` for an empty list.
     ///
     /// The interval of the median lies between the numbers of rank `n/2 - 0.98 sqrt n` and `n/2 + 0.98 sqrt n`: their
     /// count below the true median is binomial.

@@ -20,7 +20,7 @@ pub struct Truth {
     pub s: Option<f64>,
     /// Slip jump, percent of span, if it is known.
     pub j: Option<f64>,
-    /// Visibility for a member of a mixed population; `None` for other loops: labelled ones, and those added for a
+    /// Visibility for a member of a mixed population; `None` for labelled loops, and for loops added to reach a
     /// sufficient number of their kind.
     pub member: Option<Member>,
 }

@@ -23,7 +23,8 @@ named! {
         Invented = "invented kinds",
         /// Loops with a recorded valve position.
         Positions = "recorded positions",
-        /// Loops of networks with one sticking valve: in one half that valve's loop, in the other half another one.
+        /// Loops of networks with one sticking valve. Half of these loops have that valve, the other half a healthy
+        /// one.
         Networks = "networks",
     }
 }
@@ -44,8 +45,8 @@ impl Part {
             }
             Self::Positions => "Loops whose valve position is recorded.",
             Self::Networks => {
-                "One loop of a network of five coupled loops with one sticking valve. In one half it is that valve's \
-                 loop, in the other half another one, with a healthy valve."
+                "One loop of a network of five coupled loops with one sticking valve. Half of \
+                 these loops have that valve, the other half a healthy one."
             }
         }
     }

@@ -37,7 +37,7 @@ pub struct Program<'a> {
     vain: usize,
 }
 
-/// A running program. Threads write to it and read from it, so that it can block neither us nor itself.
+/// A running program. Threads write to it and read from it, so that neither process can block.
 struct Running {
     child: Child,
     input: Sender<Arc<str>>,

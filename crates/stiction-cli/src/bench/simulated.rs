@@ -48,7 +48,7 @@ pub fn measure(
     Ok((about, measured.finish(plan)?))
 }
 
-/// Measures `n` loops of each of these kinds, every other one healthy.
+/// Measures `n` loops of each of these kinds. Every second loop is healthy.
 pub fn invented(
     kinds: [Invention; 8],
     seed: u64,

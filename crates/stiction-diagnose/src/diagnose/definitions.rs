@@ -2,7 +2,7 @@
 //!
 //! The stick band S is the OP travel that a reversal of the valve needs. An ellipse through the PV-OP plot is also
 //! widened by dead time and lag, and its axis ratio is not a travel. Their sources are recalled, not read. Each
-//! quantity is named, so that a number from one tool is not compared with a different one from another.
+//! quantity has its own name, so that nobody compares different quantities from two tools.
 
 use super::verdict::Definition;
 use crate::finding::Finding;

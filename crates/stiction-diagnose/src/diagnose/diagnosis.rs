@@ -198,8 +198,8 @@ impl Diagnosis {
         Some(longest.max(weighed))
     }
 
-    /// The dominant oscillation and its signal: that of the error if it oscillates, else that of the OP if it
-    /// oscillates, else that of the error, if there is one.
+    /// The dominant oscillation and its signal. The error has precedence if it oscillates, then the OP if it
+    /// oscillates, then the error, if recorded.
     pub fn oscillation(&self) -> Option<(&'static str, &Oscillation)> {
         self.oscillations.dominant()
     }

@@ -27,8 +27,8 @@ pub struct Observation {
     pub weight: f64,
     /// Number of windows of a long recording in it, with overlaps counted once; 1 for a short recording.
     pub windows: f64,
-    /// The combined evidence of these windows, which adds to that of other observations as if all were one recording;
-    /// `None` without a PV, or if the windows did not give the probability.
+    /// The combined evidence of these windows, which adds to that of other observations as if all were one recording.
+    /// It is `None` without a PV, or if the probability is not from the windows.
     #[cfg_attr(feature = "serde", schemars(with = "Option<String>"))]
     pub pool: Option<Pool>,
 }

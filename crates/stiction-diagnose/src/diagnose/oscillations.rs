@@ -23,8 +23,8 @@ impl Oscillations {
         Self { error: error.as_deref().map(analyse), op: Some(analyse(&segment.op)) }
     }
 
-    /// The dominant oscillation and its signal: that of the error if it oscillates, else that of the OP if it
-    /// oscillates, else that of the error, if there is one.
+    /// The dominant oscillation and its signal. The error has precedence if it oscillates, then the OP if it
+    /// oscillates, then the error, if recorded.
     pub fn dominant(&self) -> Option<(&'static str, &Oscillation)> {
         let error = self.error.as_ref().map(|found| ("error", found));
         let op = self.op.as_ref().map(|found| ("OP", found));

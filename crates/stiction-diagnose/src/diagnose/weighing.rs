@@ -36,7 +36,7 @@ pub struct Weighing {
     /// The evidence of each window.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub evidence: Vec<Evidence>,
-    /// The share of each window that overlaps none before it; 0 before the last change.
+    /// Share of each window that does not overlap earlier windows; 0 before the last change.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub shares: Vec<f64>,
     /// The changes of the valve within the segment. The windows before the last time it began or ceased to stick do not count.
@@ -109,7 +109,7 @@ fn testimony<S: serde::Serializer>(lines: &[(Line, f64)], to: S) -> Result<S::Ok
 }
 
 impl Weighing {
-    /// Weighs a segment in its [`windows`]; without a PV, by the shape of its OP alone.
+    /// Weighs a segment in its [`windows`]. Without a PV, only the shape of the OP counts.
     ///
     /// # Errors
     /// If nothing can be measured in any window, or the frozen model does not fit the evidence.

@@ -2,7 +2,7 @@
 //! scale.
 //!
 //! [`Prepared`] resamples a window to one resolution per period and removes its units. Then each line of evidence
-//! measures its features, one file each. A feature that cannot be measured is NaN, never a code.
+//! measures its features. Each line is one file. A feature that cannot be measured is NaN, never a code.
 //!
 //! Most features are indices of published detectors, which are in [`crate::methods`]; here they are numbers without
 //! thresholds. Our own are named after the quantity they measure.
@@ -66,8 +66,8 @@ named! {
 }
 
 impl Line {
-    /// The lines that are also weighed alone, with their parts: the model fits; movement of one signal while the
-    /// other rests, and whether the PV responds; the shapes of the waves.
+    /// The lines that are also weighed alone, with their parts: the model fits; motion of one signal while the other
+    /// rests, and response of the PV; waveforms.
     pub const WEIGHED: [(Self, &'static [Self]); 3] = [
         (Self::Model, &[Self::Model]),
         (Self::Patterns, &[Self::Patterns, Self::Response]),
@@ -118,7 +118,7 @@ pub fn op_only() -> impl Iterator<Item = usize> {
     needs.enumerate().filter(|(_, op_only)| *op_only).map(|(i, _)| i)
 }
 
-/// Dominant period of a segment, in its samples, as [`Prepared`] finds it; `None` if it has none.
+/// Dominant period of a segment, samples, as [`Prepared`] finds it; `None` without an oscillation.
 pub fn recorded_period(segment: &Segment) -> Option<f64> {
     let prepared = Prepared::of(segment).ok()?;
     Some(prepared.period * prepared.factor as f64)
@@ -127,7 +127,7 @@ pub fn recorded_period(segment: &Segment) -> Option<f64> {
 /// The evidence of a window.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evidence {
-    /// One value for each of [`features`]; NaN where it cannot be measured.
+    /// One value for each of [`features`]; NaN where the feature cannot be measured.
     pub values: Vec<f64>,
     /// Span of the OP without its slow part, percent of span: the scale of S.
     pub op_span: f64,

@@ -57,7 +57,7 @@ pub const FEATURES: &[Feature] = &[
     feature("slip_jitter", -1, "scatter of the PV's jumps around the slips, periods"),
 ];
 
-/// Appends one value for each of [`FEATURES`]; NaN where it is missing.
+/// Appends one value for each of [`FEATURES`]; NaN where the value is missing.
 pub fn measure(evidence: Option<&ModelEvidence>, out: &mut Vec<f64>) {
     let Some(evidence) = evidence else {
         out.extend(FEATURES.iter().map(|_| f64::NAN));
@@ -171,7 +171,7 @@ pub(super) fn weigh_dense(dense: &Dense) -> Option<ModelEvidence> {
     hammerstein::weigh(&dense.op, &dense.pv, dense.period, &options).ok()
 }
 
-/// Appends one value for each of [`DENSE`]; NaN where it is missing.
+/// Appends one value for each of [`DENSE`]; NaN where the value is missing.
 pub fn measure_dense(evidence: Option<&ModelEvidence>, out: &mut Vec<f64>) {
     let mut all = vec![];
     measure(evidence, &mut all);

@@ -86,7 +86,7 @@ pub struct Cycle {
     pub nearest: Option<Draw>,
 }
 
-/// The limit cycle of a loop, if it has one; `None` if it cannot be computed.
+/// The limit cycle of a loop; `None` if it cannot be computed, and an inner `None` if the loop does not cycle.
 fn follow(draw: &Draw) -> Option<Option<Swing>> {
     if draw.model == Model::Ideal {
         return Some(None);

@@ -45,8 +45,8 @@ fn within(of: Estimate, z: f64) -> f64 {
     of.value + z / 1.645 * reach
 }
 
-/// The loop with this valve, every number moved from its middle by a standard normal one; `None` if it is invalid, such as
-/// with a gain of the other sign.
+/// The loop with this valve. Each number differs from its middle by a standard normal number. It is `None` if the loop
+/// is invalid, for example if the gain has the wrong sign.
 pub(super) fn made(
     controller: &FittedController,
     valve: &Weighed,
@@ -94,7 +94,7 @@ pub(super) fn made(
     })
 }
 
-/// Draws loops, the same ones for the same seed. Invalid loops are drawn again.
+/// Draws loops. The same seed gives the same loops. Invalid loops are drawn again.
 pub(super) fn drawn(
     controller: &FittedController,
     valves: &[Weighed],

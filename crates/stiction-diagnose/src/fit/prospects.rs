@@ -1,11 +1,11 @@
 //! Possible actions on a recorded loop and their benefit, with intervals because the loop is known with intervals.
 //!
 //! # Method
-//! Every action is simulated on loops drawn from all that agree with the recording ([`Draw`]). The noise is like
-//! the recorded one if the valve explains the swing, else it is everything that the drawn loop does not explain.
-//! All actions use one protocol: undisturbed operation, a set-point step, a load step. An action is tuned once, for
-//! the likeliest loop, because a user has only the recording. So it also meets valves and processes for which it
-//! was not tuned.
+//! Every action is simulated on loops drawn from all that agree with the recording ([`Draw`]). The noise is like the
+//! recorded one if the valve explains the swing, else it is everything that the drawn loop does not explain. All
+//! actions use one protocol: undisturbed operation, a set-point step, a load step. An action is tuned once, for the
+//! likeliest loop, because a user has only the recording. So the action is also tested on valves and processes for
+//! which it was not tuned.
 //!
 //! # The actions
 //! * *As it is*.

@@ -26,7 +26,7 @@ pub struct Pool {
 const ONE: f64 = (1 << 20) as f64;
 /// The largest value; larger ones, in features only, count as this.
 const LARGEST: f64 = (1 << 26) as f64;
-/// Log-odds beyond those of this probability count as these.
+/// The largest value. Larger values, which occur in features only, count as this value.
 const SUREST: f64 = 0.999;
 /// Standard deviation of `ln S` below which an interval counts as no narrower.
 const NARROWEST: f64 = 0.05;

@@ -98,8 +98,8 @@ impl Spread {
         (self.log_odds(value) / LOGISTIC).clamp(-MOST, MOST)
     }
 
-    /// The share of the training loops with a value below this one, of those in which it could be measured, ties
-    /// counting half; `None` without one.
+    /// Share of the training loops with a value below this one, among loops in which the feature could be measured.
+    /// Ties count half. It is `None` without a value.
     pub fn place(&self, value: f64) -> Option<f64> {
         let value = value as f32;
         (value.is_finite() && !self.is_empty()).then(|| sigmoid(self.log_odds(value)))

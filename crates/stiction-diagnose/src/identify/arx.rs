@@ -217,8 +217,8 @@ impl Target {
         self.first
     }
 
-    /// The residual of the target after its past and these inputs, each at its delay. Inputs are as long as the
-    /// target, delays at most the longest of the target's.
+    /// The residual of the target after regression on its past and on these inputs, each at its delay. Inputs are as
+    /// long as the target, delays at most the longest of the target's.
     pub fn explain(&self, inputs: &[(&[f64], usize)]) -> Option<Solution> {
         let (n, first) = (self.n, self.first);
         let constant = vec![1.0; n - first];

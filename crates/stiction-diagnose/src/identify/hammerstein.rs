@@ -1,10 +1,10 @@
 //! How much better a sticking valve before a linear process explains a PV than a valve that follows.
 //!
 //! # What it measures
-//! Candidates of S and J are tried in two models of a valve. Their one-step predictions of the PV are compared with
-//! that of the OP itself. Several controls accompany this evidence: the same in reversed time, under a disturbance
-//! that wanders, and without the PV's past. Rivals that also have corners are a load that jumps, a sensor with
-//! play, and the same valve under an OP of another loop.
+//! Candidates of S and J are tried in two models of a valve. Their one-step predictions of the PV are compared with a
+//! prediction from the OP. Several controls accompany this evidence: the same in reversed time, under a disturbance
+//! that wanders, and without the PV's past. Rivals that also have corners are a load that jumps, a sensor with play,
+//! and the same valve under an OP of another loop.
 //!
 //! # Assumptions
 //! One valve before one linear process. An oscillation, or another motion of the OP, covers several times S. The

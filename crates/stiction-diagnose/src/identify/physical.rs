@@ -5,9 +5,9 @@
 //! the corresponding S and J, and whether this explains VP better than the data-driven models of
 //! [`super::position`], which move at once.
 //!
-//! OP and VP are sampled together, and each OP is held until the next sample. Friction is that of [`Classical`]
-//! with static friction at rest only. The stem is light: its damping ratio is [`DAMPING_RATIO`], so that it neither
-//! rings nor overshoots. The valve does not change within the recording.
+//! OP and VP are sampled together, and each OP is held until the next sample. Friction is that of [`Classical`] with
+//! static friction at rest only. The stem is so light that it neither rings nor overshoots: its damping ratio is
+//! [`DAMPING_RATIO`]. The valve does not change within the recording.
 //!
 //! # Equations
 //! ```text

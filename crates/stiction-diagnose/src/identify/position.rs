@@ -594,7 +594,7 @@ fn bands(fs: f64, ratio: f64) -> Bands {
     Bands::from_fs_fd(fs, ratio * fs).unwrap_or(Bands::NONE)
 }
 
-/// `count` numbers from one to another; the middle of both for one.
+/// `count` evenly spaced numbers between two numbers; for a count of one, their middle.
 pub(super) fn spaced(count: usize, low: f64, high: f64) -> Vec<f64> {
     if count < 2 {
         return vec![0.5 * (low + high)];

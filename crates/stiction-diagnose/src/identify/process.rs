@@ -160,7 +160,7 @@ fn of_variance_one(x: &[f64]) -> Option<(Vec<f64>, f64)> {
 }
 
 impl FittedProcess {
-    /// The same with the numbers of these processes, such as those behind several valves.
+    /// The process with the numbers of these processes, such as those behind several valves.
     pub(crate) fn over(self, mut points: Vec<Candidate>, step: f64) -> Self {
         points.retain(|point| point.weight > 1e-4);
         if points.is_empty() {

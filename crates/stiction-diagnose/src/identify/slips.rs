@@ -10,7 +10,7 @@ pub struct Slips {
     /// Concentration of the linear process's error in the three samples at which each slip arrives: logarithm of
     /// their share of its energy over their share of all samples.
     pub concentration: f64,
-    /// Share of the energy there that the sticking valve explains; negative if it makes it worse.
+    /// Share of that energy that the sticking valve explains; negative if the sticking valve increases it.
     pub removed: f64,
     /// Steadiness of the PV's jumps; none for fewer than four reversals of the valve.
     pub steadiness: Option<Steadiness>,
@@ -52,7 +52,7 @@ const BACK: f64 = 0.75;
 pub(crate) struct Motion {
     /// Samples at which it began to move.
     pub slips: Vec<usize>,
-    /// Those at which it began to move in the other direction.
+    /// Samples at which the stem began to move in the opposite direction.
     pub reversals: Vec<usize>,
     /// Last direction, `+1` or `-1`, at every sample; before the first motion the opposite of it.
     pub direction: Vec<f64>,

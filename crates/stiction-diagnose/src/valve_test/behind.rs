@@ -1,7 +1,7 @@
 //! Whether a dead band is in the valve or downstream of the process, as in a transmitter or its linkage.
 //!
-//! With a fast process both look alike. With a slow one they differ: a dead band in the valve makes each answer
-//! smaller, and one downstream of the process delays it.
+//! With a fast process both look alike. With a slow process they differ. A dead band in the valve makes each response
+//! smaller, and a dead band downstream of the process delays it.
 //!
 //! ```text
 //! in the valve:        y = K sum_i m_i h(k - k_i) + c + b k + n

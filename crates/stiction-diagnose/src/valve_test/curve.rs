@@ -234,8 +234,8 @@ fn interpolated(n: usize, point: &dyn Fn(usize) -> (f64, f64), x: f64) -> f64 {
     y0 + (y1 - y0) * (x - x0) / (x1 - x0).max(f64::MIN_POSITIVE)
 }
 
-/// What the PV lacks at the end of its holds, as a share of its answer until then; `None` if it is not near its end. From
-/// the sums over all holds of the PV before, and in each third.
+/// The part of the PV's response that is missing at the end of its holds, as a share of the response so far; `None` if
+/// the response is not nearly complete. From the sums over all holds of the PV before, and in each third.
 fn lacking([before, first, second, third]: [f64; 4]) -> Option<f64> {
     let (answer, early, late) = (third - before, second - first, third - second);
     if answer == 0.0 {

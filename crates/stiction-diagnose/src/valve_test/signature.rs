@@ -8,10 +8,11 @@
 //! takes twice as long, so the lag of the stem can be distinguished from a dead band.
 //!
 //! # The reading
-//! Valves with many S and J and several lags are simulated under the recorded OP ([`TwoPhase`](crate::valve::TwoPhase)).
-//! The likeliest valve has the least sum of squares E of the recorded position about the line `a + b x`, where x is the
-//! simulated stem. So an error of the calibration is no friction. `S - J` is the distance between rising and falling
-//! ramps, and J shows in the slips. Each is varied alone for its 90 % interval, which holds all values with
+//! Valves with many S and J and several lags are simulated under the recorded OP
+//! ([`TwoPhase`](crate::valve::TwoPhase)). The likeliest valve has the least sum of squares E of the recorded position
+//! about the line `a + b x`, where x is the simulated stem. So an error of the calibration is no friction. `S - J` is
+//! the distance between rising and falling ramps, and J shows in the slips. Each is varied alone to find its 90 %
+//! interval, which contains all values with
 //!
 //! ```text
 //! (n / 20) ln(E(value) / E) < 2.71

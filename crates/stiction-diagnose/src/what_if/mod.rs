@@ -249,7 +249,7 @@ pub struct Row {
     pub played: compensate::Row,
     /// The exact cycle of the loop that it leaves.
     pub cycle: Prediction,
-    /// Evidence against the action, each in a few words; none for the loop as it is.
+    /// Evidence against the action, each in a few words; empty for the unchanged loop.
     pub against: Vec<String>,
 }
 

@@ -99,8 +99,8 @@ impl<'a> Svg<'a> {
         }
     }
 
-    /// Path data with its scale: of a still picture in tenths of px, if that is shorter. When a live one zooms, its strokes
-    /// keep their width, which those of scaled ones would not.
+    /// Path data with its scale: of a still picture in tenths of px, if that is shorter. When a live figure zooms, its
+    /// strokes keep their width. The strokes of scaled path data would not.
     fn scaled(&self, runs: &[Vec<Point>]) -> (String, f64) {
         let d = path(runs, Digits::Tenths);
         if matches!(self.place, Place::Still(_)) {

@@ -76,7 +76,7 @@ pub fn parse(cell: &str, mark: DecimalMark) -> Option<f64> {
 const MINUS: [char; 5] = ['\u{2212}', '\u{2013}', '\u{2010}', '\u{2011}', '\u{ff0d}'];
 
 /// `cell` with a hyphen instead of a minus sign or of the brackets around a negative amount, or without the apostrophe
-/// before a text of a spreadsheet. `None` if it has none of them.
+/// before a text of a spreadsheet. `None` if the text has none of these marks.
 fn plain(cell: &str) -> Option<String> {
     let negative = cell.strip_prefix(MINUS);
     let negative = negative.or_else(|| cell.strip_prefix('(')?.strip_suffix(')'));
@@ -121,7 +121,7 @@ pub fn looks_like(cell: &str) -> bool {
 pub enum Shows {
     /// It is not a number.
     NoNumber,
-    /// It is the same number with either mark.
+    /// The number is the same with either mark.
     Nothing,
     /// It is a number only with this mark.
     Mark(DecimalMark),

@@ -74,7 +74,7 @@ impl ReadOptions {
 }
 
 impl ReadOptions {
-    /// These options, completed from those `below`, which count where these give nothing.
+    /// These options, completed by the options `below`. An option of `x` counts only where these options give no value.
     #[must_use]
     pub fn over(self, below: Self) -> Self {
         fn both<T>(first: Vec<T>, then: Vec<T>) -> Vec<T> {

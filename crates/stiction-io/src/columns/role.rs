@@ -279,7 +279,7 @@ pub fn rank_of_time(name: &str) -> usize {
 /// A name split into its parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Split {
-    /// The loop; none if the name is that of a signal alone.
+    /// The loop; none if the name is only that of a signal.
     pub loop_name: Option<String>,
     /// The signal or quality.
     pub role: Role,

@@ -57,8 +57,8 @@ pub fn has_signature(bytes: &[u8]) -> bool {
     SIGNATURES.iter().any(|signature| bytes.starts_with(signature))
 }
 
-/// Detects UTF-16 without a byte order mark. Its first characters are those of a header and so mostly ASCII, and then
-/// every other byte is zero.
+/// Detects UTF-16 without a byte order mark. Its first characters belong to a header and are mostly ASCII, so every
+/// second byte is zero.
 fn utf_16(bytes: &[u8]) -> Option<&'static Encoding> {
     let start = &bytes[..bytes.len().min(64) & !1];
     let zeros = |offset| start.iter().skip(offset).step_by(2).filter(|b| **b == 0).count();

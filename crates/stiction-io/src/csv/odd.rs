@@ -23,7 +23,7 @@ pub struct Odd {
 }
 
 impl Odd {
-    /// Whether a record is none of samples; it is then counted.
+    /// Whether a record contains no samples. Such a record is counted.
     pub fn takes(&mut self, line: usize, record: &StringRecord, top: &Top, pads: bool) -> bool {
         let columns = top.names.len();
         let is_short = record.len() < columns && !pads;

@@ -153,7 +153,7 @@ impl<'b> Input<'b> {
 }
 
 impl Element<'_> {
-    /// Numbers; none if it has no numbers.
+    /// Numbers; none if the element contains no numbers.
     fn numbers(&self) -> Option<Vec<f64>> {
         let data = self.data;
         Some(match self.kind {
@@ -171,7 +171,7 @@ impl Element<'_> {
         })
     }
 
-    /// Characters; none if it has no characters.
+    /// Characters; none if the element contains no characters.
     fn characters(&self) -> Option<Vec<char>> {
         let data = self.data;
         Some(match self.kind {

@@ -113,7 +113,7 @@ struct Found<'o> {
 }
 
 impl Found<'_> {
-    /// Appends the sheet of `fields`, if they form one, and those within them.
+    /// Appends the sheet of `fields`, if they form a sheet, and the sheets of nested structs.
     fn search(&mut self, fields: &Fields, part: String) {
         if let Some(sheet) = simulink::sheet(fields, &part, self.origin, self.times) {
             self.sheets.push(sheet);

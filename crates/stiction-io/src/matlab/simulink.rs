@@ -10,7 +10,7 @@ fn field<'f>(fields: &'f Fields, name: &str) -> Option<&'f Value> {
     fields.iter().find(|(each, _)| each == name).map(|(_, value)| value)
 }
 
-/// A name of one line, without the brackets of a label that Simulink propagates; none if there is none.
+/// A name on one line, without the brackets of a label that Simulink propagates; none if unnamed.
 fn name(fields: &Fields, key: &str) -> Option<String> {
     let Some(Value::Text(text)) = field(fields, key) else { return None };
     let line = text.split_whitespace().collect::<Vec<_>>().join(" ");

@@ -109,7 +109,7 @@ impl SignalFile {
     }
 }
 
-/// Reads files of one loop, each with another signal, as one long table.
+/// Reads files of one loop, one signal per file, as one long table.
 ///
 /// # Errors
 /// As for [`parse`](super::parse), with all files as the origin.

@@ -254,7 +254,7 @@ impl Differ {
     }
 }
 
-/// The samples of both, with common samples once. Where they overlap, all samples of one must be among those of the
+/// The samples of both, with common samples once. Where the two overlap, all samples of one must also be samples of the
 /// other. One may begin with a value that the other stored only when it changed.
 fn merged<V: PartialEq + Copy>(
     mut old: Vec<(f64, V)>,

@@ -126,8 +126,8 @@ pub fn columns(bytes: &[u8], origin: &str) -> Result<Vec<String>> {
     Ok(columns.map(|column| column.name).collect())
 }
 
-/// Reads recordings from a table in memory. Its origin is its name in errors, and the name of a loop without another
-/// one.
+/// Reads recordings from a table in memory. `x` of the sheet is its name in errors, and the name of a loop without a
+/// name.
 ///
 /// # Errors
 /// As for [`parse`], except for the format.

@@ -58,7 +58,7 @@ enum Meaning {
     Unknown,
 }
 
-/// The decimal mark of `sheet`, and notes on it. `found` is what its cells show one by one.
+/// The decimal mark of `sheet`, and notes on it. `found` contains the findings for its cells, one by one.
 ///
 /// # Errors
 /// If both readings are possible.

@@ -47,7 +47,7 @@ pub struct Summary {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, JsonSchema))]
 pub struct Times {
-    /// Their column, if they have one.
+    /// Column of the times, if they have one.
     pub column: Option<String>,
     /// Their notation.
     pub format: String,
@@ -59,7 +59,7 @@ pub struct Times {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, JsonSchema))]
 pub struct Column {
-    /// The part of the file that contains it, such as a sheet; empty if there is only one.
+    /// The part of the file that contains the loop, such as a sheet; empty if the file has only one part.
     pub part: String,
     /// Its name.
     pub column: String,

@@ -381,7 +381,7 @@ fn key_of(key: &str) -> String {
     if key.chars().all(is_bare) && !key.is_empty() { key.to_owned() } else { quoted(key) }
 }
 
-/// A number as TOML writes it; a whole one without a point, unless it is beyond the whole numbers of TOML.
+/// A number as TOML writes it. An integer has no decimal point, unless it exceeds the integers of TOML.
 fn decimal(value: f64) -> String {
     if value.abs() < 1e15 { value.to_string() } else { format!("{value:?}") }
 }

@@ -149,7 +149,7 @@ impl Scenario {
         Ok(Self { title, system, valve, text: text.to_owned(), notes, files })
     }
 
-    /// Every setting, with its dotted key, its value as TOML, and its unit if it has one.
+    /// Every setting, with its dotted key, its value as TOML, and its unit, if any.
     pub fn settings(&self) -> Vec<(String, String, &'static str)> {
         settings::listed(&self.text)
     }

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 
-/// Every setting of a scenario, with its dotted key, its value as TOML, and its unit if it has one.
+/// Every setting of a scenario, with its dotted key, its value as TOML, and its unit, if any.
 pub fn listed(text: &str) -> Vec<(String, String, &'static str)> {
     let mut settings = vec![];
     if let Ok(document) = text.parse::<toml_edit::DocumentMut>() {

@@ -22,7 +22,7 @@ const USUAL: RangeInclusive<f64> = 0.009_9..=86_400.0;
 /// Sample times that are accepted if given, s: a microsecond to a year.
 const POSSIBLE: RangeInclusive<f64> = 1e-6..=366.0 * 86_400.0;
 
-/// Dates outside these years mean "none", such as 9999-12-31.
+/// Dates outside these years mean "no date", such as 9999-12-31.
 pub const YEARS: RangeInclusive<i16> = 1900..=2200;
 /// These years, in s since 1970.
 const OF_RECORDINGS: RangeInclusive<f64> = -2_208_988_800.0..=7_289_654_400.0;

@@ -59,8 +59,8 @@ pub(super) fn check(bytes: &[u8], budget: &mut Budget) -> Result<Kind, String> {
 /// Rows and columns that the cells of an old Excel file reach, because its sheets are allocated at once from the
 /// farthest cells.
 ///
-/// The records of a sheet follow each other from its first one to its last. Each has its type, its length, and then,
-/// if it is a cell, row and column.
+/// The records of a sheet are stored one after another. Each record has a type and a length. A cell's record continues
+/// with row and column.
 fn extent(bytes: &[u8]) -> (usize, usize) {
     const FIRST: usize = 0x0809;
     const LAST: usize = 0x000a;

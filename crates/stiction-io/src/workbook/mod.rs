@@ -1,9 +1,9 @@
 //! Sheets from the workbooks of Excel (`.xlsx`, `.xlsm`, `.xlsb`, `.xls`) and OpenDocument (`.ods`).
 //!
-//! Each sheet of a workbook is read like the CSV file as which it could be saved, with its rows at the same lines. So
-//! headers, units and titles are found by one code. Then the numbers and times of the workbook replace their text
-//! (`grid`). Merged cells are resolved before (`merged`), and `limits` refuses damaged files that would take too much
-//! memory.
+//! Each sheet of a workbook is read like the CSV file that a spreadsheet program would save, with rows at the same
+//! lines. So headers, units and titles are found by one code. Then the numbers and times of the workbook replace their
+//! text (`grid`). Merged cells are resolved before (`merged`), and `limits` refuses damaged files that would take too
+//! much memory.
 
 mod grid;
 mod limits;
@@ -31,9 +31,8 @@ const SAVE: &str = "open it, and save it as .xlsx again, or the sheet as CSV";
 /// # Errors
 /// If the workbook is damaged or encrypted, or no sheet holds a table.
 ///
-/// # Limits
-/// Formulas are not calculated, so they have the value with which they were saved. Cells that would take much more
-/// memory than the file are refused.
+/// # Limits Formulas are not calculated. A cell has the value that was saved. Cells that would take much more memory
+/// than the file are refused.
 pub fn workbook_sheets(bytes: &[u8], origin: &str) -> Result<(Vec<Sheet>, Vec<String>)> {
     let wrong = |message: String| Error::Table { origin: origin.to_owned(), message };
     let mut budget = Budget::of(bytes.len());

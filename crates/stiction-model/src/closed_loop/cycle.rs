@@ -102,7 +102,7 @@ pub(super) fn range(signal: &[f64]) -> (f64, f64) {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)))
 }
 
-/// Half the peak-to-peak value of `signal` over its last half; NaN if it contains one there.
+/// Half the peak-to-peak value of `signal` over its last half; NaN if that half contains a NaN.
 pub(super) fn half_pp_of_last_half(signal: &[f64]) -> f64 {
     let (low, high) = range(&signal[signal.len() / 2..]);
     if signal.is_empty() { 0.0 } else { (high - low) / 2.0 }

@@ -197,7 +197,7 @@ impl Row {
         &self.outcomes[0]
     }
 
-    /// The largest value of a quantity in the cases without noise: the cost of wrong S and J. Infinite if it
+    /// The largest value of a quantity in the cases without noise: the cost of wrong S and J. Infinite if the quantity
     /// overflows in one of them.
     pub fn worst(&self, quantity: impl Fn(&CompensatorOutcome) -> f64) -> f64 {
         let values = self.quiet().map(quantity);

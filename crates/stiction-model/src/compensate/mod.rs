@@ -6,10 +6,10 @@
 //!            │  └── tracks, stops ─┘                                             │
 //!            └───────────────────────────────────────────────────────────────────┘
 //! ```
-//! At every sample a [`Compensator`] gets set point, PV and OP and gives the signal for the valve. Some add to the
-//! OP, some take over and let the controller follow, some only freeze its integral action. One compensator is one
-//! file; [`Method`] lists them all and chooses their parameters from the known valve and loop ([`Knowledge`]).
-//! [`run`] puts one into a simulated loop, [`Measures`] quantify its effect, [`compare`] compares all of them.
+//! At every sample a [`Compensator`] gets set point, PV and OP and gives the signal for the valve. Some add to the OP,
+//! some take over and let the controller follow, some only freeze its integral action. One compensator is one file.
+//! [`Method`] lists them all and chooses their parameters from the known valve and loop ([`Knowledge`]). [`run`] puts a
+//! compensator into a simulated loop, [`Measures`] quantify its effect, and [`compare`] compares all compensators.
 //!
 //! Compensation treats a symptom. It mostly reduces the swing of the PV at the cost of stem travel, and so of wear.
 //! Only maintenance repairs the valve.

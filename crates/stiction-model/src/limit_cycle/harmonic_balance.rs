@@ -1,8 +1,8 @@
 //! Limit cycles by harmonic balance: where the frequency response meets `-1/N(X)`.
 //!
-//! # What it computes
-//! Every frequency and amplitude of the OP at which a sine would sustain itself around the loop, as
-//! [`Cycle`]s with [`Method::DescribingFunction`], and whether each attracts; or that there is none, and why.
+//! # What it computes Every frequency and amplitude of the OP at which a sine would sustain itself around the loop, as
+//! [`Cycle`]s with [`Method::DescribingFunction`], and whether each cycle attracts. If no such sine exists, the result
+//! gives the reason.
 //!
 //! # Assumptions
 //! OP and VP are treated as sines: the process passes the fundamental of the VP and suppresses the rest. For
@@ -93,7 +93,7 @@ pub enum Balance {
 }
 
 impl Balance {
-    /// The cycles; empty if there are none.
+    /// The cycles; empty if the loop has none.
     pub fn cycles(&self) -> &[Cycle] {
         match self {
             Self::Cycles(cycles) => cycles,

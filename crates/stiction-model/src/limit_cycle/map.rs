@@ -146,7 +146,7 @@ impl Parameter {
         Ok(l)
     }
 
-    /// The reference of a ratio; the parameter itself if it is none.
+    /// The reference of a ratio; the parameter itself if the parameter is no ratio.
     fn base(self) -> Self {
         match self {
             Self::JOverS => Self::J,
@@ -447,8 +447,7 @@ impl Map {
     }
 
     /// The boundary of cycling: the sides between two adjacent points, one with a cycle and the other known to have
-    /// none. A point extends halfway to its neighbours; each side goes from one of its corners, `(x, y)`, to the
-    /// other.
+    /// none. A point extends halfway to its neighbours. Each side goes from one corner, `(x, y)`, to the other.
     pub fn boundary(&self) -> Vec<[(f64, f64); 2]> {
         let ends = |a: Option<&Point>, b: Option<&Point>| {
             matches!(
@@ -481,7 +480,7 @@ impl Map {
 pub struct Sensitivity {
     /// The parameter.
     pub parameter: Parameter,
-    /// Its unit; empty for a number without one.
+    /// Unit; empty for a number without one.
     pub unit: &'static str,
     /// Its value.
     pub value: f64,

@@ -295,7 +295,7 @@ pub struct Assessment {
     /// `Ms`; infinite if the loop is not stable without friction.
     #[cfg_attr(feature = "serde", serde(rename = "ms", with = "crate::finite::Finite"))]
     pub peak_sensitivity: f64,
-    /// [`load_step_iae`]; `None` if there is none.
+    /// [`load_step_iae`]; `None` if the loop has none.
     pub load_iae: Option<f64>,
     /// The cycle with the sticking valve; `None` if it has none.
     pub cycle: Option<Cycle>,
@@ -348,9 +348,9 @@ pub struct Retuning {
 /// The PI tuning around `grid` with `Ms` at most `bound` whose cycle has the smallest swing of the PV; of several
 /// without a cycle, that with the smallest IAE of a load step.
 ///
-/// `cycle` gives the final cycle of a loop, if there is one; [`by_describing_function`] does so approximately.
-/// After the grid, the neighbourhood of the best is searched on two finer grids. If the best is at an end of the
-/// grid, a wider one may contain a better tuning; [`Retuning::at_edge`] reports this.
+/// `cycle` gives the final cycle of a loop, if any. [`by_describing_function`] does so approximately. After the grid,
+/// the neighbourhood of the best is searched on two finer grids. If the best is at an end of the grid, a wider one may
+/// contain a better tuning; [`Retuning::at_edge`] reports this.
 ///
 /// # Errors
 /// If a number is not allowed, no tuning of the grid is within the bound, or the cycle cannot be determined for the

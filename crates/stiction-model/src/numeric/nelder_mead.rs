@@ -1,9 +1,9 @@
 //! The smallest value of a function of a few numbers between bounds, without derivatives.
 //!
-//! The simplex of J. A. Nelder and R. Mead, A simplex method for function minimization, The Computer Journal 7
-//! (1965) 308-313 (recalled, not read), with its usual coefficients: reflection 1, expansion 2, contraction and
-//! shrinkage one half. A point beyond a bound is moved onto it, which may flatten the simplex there. In that case,
-//! restart from the result.
+//! The simplex of J. A. Nelder and R. Mead, A simplex method for function minimization, The Computer Journal 7 (1965)
+//! 308-313 (recalled, not read), with its usual coefficients: reflection 1, expansion 2, contraction and shrinkage one
+//! half. A point beyond a bound is moved onto the bound, which may flatten the simplex there. In that case, restart
+//! from the result.
 
 /// The result.
 #[derive(Debug, Clone, Copy, PartialEq)]

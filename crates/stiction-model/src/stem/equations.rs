@@ -37,6 +37,6 @@ pub(super) trait Equations {
     /// Appends everything that determines the motion besides parameters, as plain numbers.
     fn remember(&self, memory: &mut Vec<f64>);
 
-    /// Restores it; `None` if there are too few numbers.
+    /// Restores the motion; `None` if the numbers are too few.
     fn recall(&mut self, memory: &mut dyn Iterator<Item = f64>) -> Option<()>;
 }

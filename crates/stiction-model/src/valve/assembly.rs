@@ -102,7 +102,7 @@ impl Assembly {
         self.bare_model()?.state()
     }
 
-    /// The bare model, if it has neither limits nor lag; otherwise itself.
+    /// The bare model, if it has neither limits nor lag; otherwise the unchanged assembly.
     pub(crate) fn into_bare_model(self) -> std::result::Result<AnyModel, Box<Self>> {
         if self.bare_model().is_some() { Ok(self.model) } else { Err(Box::new(self)) }
     }

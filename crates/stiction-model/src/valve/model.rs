@@ -42,7 +42,7 @@ macro_rules! models {
         }
 
         impl AnyModel {
-            /// The state from which [`Valve::restart`] continues its present motion; `None` if its memory is
+            /// The state from which [`Valve::restart`] continues the present motion; `None` if the model's memory is
             /// larger.
             pub(crate) fn state(&self) -> Option<Start> {
                 match self { $(Self::$model(valve) => valve.state(),)+ }

@@ -54,7 +54,7 @@ pub(super) trait Published: Valve + Sized {
     /// Builds it from `spec`, stuck at 0, without limits and lag.
     fn build(spec: &ValveSpec, sample_time: Option<f64>) -> Result<Self>;
 
-    /// The state from which [`Valve::restart`] continues its present motion; `None` if its memory is larger.
+    /// The state from which [`Valve::restart`] continues the present motion; `None` if the model's memory is larger.
     fn state(&self) -> Option<Start> {
         Some(Start::at_rest(self.position()))
     }

@@ -1,6 +1,6 @@
 //! Whether a loop cycles, its regularity, period and amplitude, and the times of oscillation.
 //!
-//! One published method a file; [`analyse`] runs them all.
+//! Each published method is one file. [`analyse`] runs them all.
 
 pub mod decay_ratio;
 pub mod episodes;

@@ -211,7 +211,7 @@ const CLOSED: Rule = Rule::less(MeasureId::InCommand, 50.0, None).percent();
 /// A signal that never moves contains no information.
 const MOVES: f64 = 0.0;
 
-/// Assesses a segment of a recording. `period` is that of its dominant oscillation, in samples, if there is one.
+/// Assesses a segment of a recording. `period` is the dominant period in samples, if the loop oscillates.
 pub fn assess(
     recording: &Recording,
     grid: &Grid,

@@ -381,8 +381,8 @@ impl Process {
     }
 }
 
-/// The masked samples of an SP, which are codes alone, because it may jump anywhere, and its reach together with
-/// that of the PV. Zeros at the times `nothing` do not count.
+/// The masked samples of an SP, and the reach of the SP together with that of the PV. Only codes are masked, because an
+/// SP may jump anywhere. Zeros at the times `nothing` do not count.
 fn of_set_point(sp: &Channel, pv: Option<Reach>, nothing: &HashSet<u64>) -> (Places, Reach) {
     let mut samples = Samples::of(sp);
     samples.retain(|place, value| value != 0.0 || !nothing.contains(&sp.time[place].to_bits()));

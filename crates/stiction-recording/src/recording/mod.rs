@@ -1,6 +1,6 @@
 //! OP, PV, SP, VP and mode of a loop over time, as recorded by a plant, and their processing.
 //!
-//! * [`Recording`]: the signals as they were exported, each with its own times and qualities;
+//! * [`Recording`]: the exported signals, each with its own times and qualities;
 //! * [`Masked`]: values that are no measurements, such as -9999;
 //! * [`ByHand`]: times in which an operator set the OP;
 //! * [`Grid`]: its automatic segments on a regular grid, with all repairs;

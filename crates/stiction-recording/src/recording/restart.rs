@@ -6,10 +6,10 @@
 //! in their range. Otherwise a gap follows that no bridge spans, so that the
 //! grid cuts there.
 //!
-//! Rows in disorder are not moved. A row is in disorder if the rows before leave a place for it: it repeats one of
-//! them, lies in a hole between them or outside of them. It belongs to a new run if they already fill its time. Rows
-//! of another phase lie between the rows before in both cases. Then the values decide: they fit either their
-//! neighbours in the file or those in time.
+//! Rows in disorder are not moved. A row is in disorder if the earlier rows leave a place for it: it repeats an earlier
+//! time, or lies in a gap between earlier rows or outside of them. It belongs to a new run if they already fill its
+//! time. Rows of another phase lie between the rows before in both cases. Then the values decide whether the rows fit
+//! their neighbours in the file or their neighbours in time.
 
 use super::grid::commonest_step;
 use super::{Channel, Recording};
@@ -404,7 +404,7 @@ impl Assigned<'_> {
 
     /// The starts of the runs of a channel whose rows lie between those of the reference.
     fn by_rows(&self, time: &[f64], rows: &[usize], order: &Order) -> Option<Vec<usize>> {
-        /// The distance in rows in which several tags of one time may follow each other.
+        /// Maximum distance, in rows, between several tags of one time.
         const NEAR: usize = 16;
         let of_reference = self.rows.filter(|_| rows.len() == time.len())?;
         let (first, last) = (of_reference.first()?, of_reference.last()?);

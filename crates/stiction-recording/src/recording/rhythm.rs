@@ -6,9 +6,9 @@
 //!   small change is ever stored: in a signal that is sampled regularly, changes close to zero are at least as frequent
 //!   as larger ones. If the smallest stored change is frequent, and smaller ones do not occur, the recorder left them
 //!   out. The value between such samples is the last one.
-//! * **Rows of other channels.** In a table with a column for each channel, a row may be a sample of some channels only.
-//!   Its cell is then empty in the others. If a channel has a longer step than the rows of the table, or is stored on
-//!   change, its empty cells are not missing samples.
+//! * **Rows of other channels.** In a table with a column for each channel, a row may be a sample of some channels
+//!   only. The cells of the other channels are then empty. If a channel has a longer step than the rows of the table,
+//!   or is stored on change, its empty cells are not missing samples.
 
 use super::grid::commonest_step;
 

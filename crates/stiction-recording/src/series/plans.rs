@@ -1,9 +1,9 @@
 //! Cached plans of Fourier transforms: making one takes longer than the transform of a short series.
 //!
-//! Windows of a recording have one length, and so have their spectra. Each thread keeps its plans, because passing
-//! them down would put a planner into the signature of every function with a spectrum. Results cannot depend on
-//! this cache: a plan follows from its length alone. To ensure that, each plan comes from its own planner; one that
-//! has planned other lengths reuses their parts, and adds up in another order.
+//! Windows of a recording have one length, and so have their spectra. Each thread keeps its plans, because passing them
+//! down would put a planner into the signature of every function with a spectrum. Results cannot depend on this cache:
+//! a plan follows from its length alone. To ensure that, each plan comes from its own planner. A planner that has
+//! planned other lengths reuses their parts, and adds up in a different order.
 
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::cell::RefCell;

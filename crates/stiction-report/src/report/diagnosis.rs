@@ -182,7 +182,7 @@ fn pv_unit(diagnosis: &Diagnosis) -> &str {
     diagnosis.pv_unit.as_deref().unwrap_or("PV units")
 }
 
-/// A value with its unit; a dash for none.
+/// A value with its unit; a dash for a missing value.
 fn measured(value: Option<f64>, unit: &str) -> String {
     let text = optional(value);
     if value.is_some() && !unit.is_empty() { format!("{text}\u{a0}{unit}") } else { text }

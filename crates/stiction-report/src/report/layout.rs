@@ -175,7 +175,7 @@ pub struct Table {
 pub struct Column {
     /// Its name.
     pub name: String,
-    /// Unit of all its cells; empty for none.
+    /// Unit of all cells; empty for none.
     pub unit: String,
     /// Whether its cells are numbers, which are aligned right.
     pub number: bool,
@@ -371,7 +371,7 @@ impl Section {
         fn with(block: impl Into<Block>) => blocks.push(block.into());
     }
 
-    /// Adds blocks, or one if there is one.
+    /// Adds several blocks, or an optional block.
     #[must_use]
     pub fn with_all<B: Into<Block>>(mut self, blocks: impl IntoIterator<Item = B>) -> Self {
         self.blocks.extend(blocks.into_iter().map(Into::into));

@@ -20,8 +20,8 @@ const SPREAD: f64 = 20.0;
 /// Signals and scalars.
 ///
 /// The window is thinned to at most [`LENGTH`] samples, with at least 16 per period; of a longer one the middle is
-/// kept. A loop and its mirror image, with OP and PV inverted, are the same loop. So the OP is turned so that its
-/// third moment is not negative, and the PV so that opening the valve raises it.
+/// kept. A loop and its mirror image, with OP and PV inverted, are the same loop. So the OP is inverted if its third
+/// moment is negative, and the PV if opening the valve lowers it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Input {
     /// Of each sample: OP and PV less their means, and PV less SP, each over the standard deviation of its signal;

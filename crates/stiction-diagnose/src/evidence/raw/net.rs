@@ -9,9 +9,9 @@
 //! Activations are `x min(max(x + 3, 0), 6) / 6`. The signals are padded with zeros at their end. Several nets,
 //! each trained on different loops, are averaged.
 //!
-//! Weights were trained by `addons/stiction-train/net/train.py` (its card names the command) on simulated loops
-//! only. They are kept as the upper halves of 32-bit numbers. Every sum has one order, so the same signals give the
-//! same bits on every processor.
+//! Weights were trained by `addons/stiction-train/net/train.py` (its card names the command) on simulated loops only.
+//! They are kept as the upper halves of 32-bit numbers. Every sum has a fixed order, so the same signals give the same
+//! bits on every processor.
 //!
 //! # References
 //! A. Howard et al., "Searching for MobileNetV3", ICCV 2019 (the activation; recalled, not read); K. He et al., "Deep

@@ -452,7 +452,7 @@ impl<L: LaneValve> Kernel for Step<'_, L> {
     }
 }
 
-/// One simulated lag: its output and its two sums.
+/// One simulated lag, with its output and two sums.
 #[derive(Clone, Copy)]
 struct Filter {
     y: Lane,
@@ -466,8 +466,8 @@ struct Filter {
 #[derive(Clone, Copy)]
 struct Run {
     filters: [Filter; 2],
-    /// The outputs of both before the first sample that the last tap scores, at it and after it; the others start
-    /// as many samples later.
+    /// Outputs of both before, at and after the first sample that the last tap scores. The other taps start as many
+    /// samples later.
     heads: [[Lane; 2]; TAPS],
     /// The same at its end.
     tails: [[Lane; 2]; TAPS],

@@ -189,7 +189,7 @@ pub struct BicoherenceResult {
     pub op: Vec<f64>,
     /// PV around its mean, filtered. Empty if the loop is linear.
     pub pv: Vec<f64>,
-    /// The ellipse of both, if they lie along one.
+    /// The ellipse of PV and OP, if they lie along one.
     pub ellipse: Option<Ellipse>,
     /// Apparent stiction, percent; 0 without an ellipse.
     pub apparent: f64,

@@ -37,11 +37,11 @@
 //!
 //! # Deviations from the paper
 //! The paper was not read; definitions are those of the public implementation below, from its source.
-//! * It announces that both windows of a pair are marked, but overwrites the first mark with that of the next pair.
-//!   So a window has the result for itself and the next one, and the last window that of the last pair; we do the
-//!   same. This gives its counts: 13, 22, 22 of 125 windows, M4 114 of 333, on loop CHEM2 of the International
-//!   Stiction Data Base.
-//! * Two windows of one constant value are steady; it divides 0 by 0 there and does not mark them.
+//! * It announces that both windows of a pair are marked, but overwrites the first mark with that of the next pair. So
+//!   a window has the result of itself and the next one, and the last window has the result of the last pair. We do the
+//!   same. This gives its counts: 13, 22, 22 of 125 windows, M4 114 of 333, on loop CHEM2 of the International Stiction
+//!   Data Base.
+//! * Two windows of one constant value are steady. The program divides 0 by 0 there and does not mark them.
 //! * Windows have exactly `window` samples, and the rest at the end is left out. A run of marks at the end counts
 //!   in `eta_95`.
 //! * A number of marks that chance alone could cause is undecided: the decision is positive only above the binomial

@@ -54,7 +54,7 @@ use crate::series::{CrossCorrelation, cross_correlation, fft_length};
 pub struct Horch {
     /// Above it, both ratios indicate stiction.
     pub upper: f64,
-    /// Below it, both ratios indicate none.
+    /// Below it, both ratios indicate no stiction.
     pub lower: f64,
 }
 

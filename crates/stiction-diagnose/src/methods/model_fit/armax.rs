@@ -1,4 +1,4 @@
-//! One ARX or ARMAX model behind one input.
+//! An ARX or ARMAX model of one input.
 //!
 //! ```text
 //! y(k) = c + sum_i a_i y(k-i) + sum_j b_j x(k-d-j) + sum_l c_l e(k-l) + e(k)

@@ -36,7 +36,8 @@
 //! sticking valve. Noise can cover corners, and rarely makes them.
 //!
 //! # Deviations from the paper
-//! No paper. A user's guide and the source of the tool were read. Its steps are these, its details are not:
+//! No paper. A user's guide and the source of the tool were read. The steps of the method are these, but its details
+//! are not:
 //! * it cuts cycles at every second turning point of the smoothed OP, and compares images, not points;
 //! * "50 %" is a distance of image moments of at most 0.5 from one of three fixed ellipses at 45°;
 //! * it crops two opposite quarters of the image, and keeps points farther than 4 % of the contour's length;

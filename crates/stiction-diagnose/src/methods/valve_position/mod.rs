@@ -78,7 +78,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// From these events; `None` for none.
+    /// Statistics of these events; `None` without events.
     fn of(events: &[f64]) -> Option<Self> {
         (!events.is_empty()).then(|| Self {
             median: median(events),
@@ -147,7 +147,7 @@ pub struct MeasuredValve {
     pub rests: Vec<Rest>,
     /// The result of the fit, or why there is none.
     pub judgement: Result<Judgement, Abstention>,
-    /// That of the fit; undecided if there is no result, or no certain one.
+    /// Decision of the fit; undecided without a certain result.
     pub decision: Decision,
     /// Cautions.
     pub caveats: Vec<String>,

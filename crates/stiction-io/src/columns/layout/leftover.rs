@@ -178,7 +178,7 @@ pub fn note_modes(loops: &mut [LoopPlan], unused: &[&str], wording: Wording) {
     }
 }
 
-/// The note on unused numeric columns or tags. If a loop lacks a signal that one of them can be by its numbers, it shows
+/// The note on unused numeric columns or tags. If such a column can be a missing signal by its numbers, the note shows
 /// how to assign it.
 pub fn note(
     loops: &[LoopPlan],

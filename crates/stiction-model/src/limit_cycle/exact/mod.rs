@@ -136,7 +136,7 @@ pub enum CycleOutcome {
         cycles: Vec<Cycle>,
         /// The ends of other motions that are not a cycle.
         beside: Vec<NoCycle>,
-        /// Why another motion could not be followed to its end, if there was one.
+        /// Why a motion could not be followed to its end, if any.
         unsettled: Option<String>,
     },
     /// It does not cycle: every motion ended differently.
@@ -152,7 +152,7 @@ pub enum CycleOutcome {
 }
 
 impl CycleOutcome {
-    /// The cycles found; empty if there are none.
+    /// The cycles found; empty if the loop has none.
     pub fn cycles(&self) -> &[Cycle] {
         match self {
             Self::Cycles { cycles, .. } => cycles,

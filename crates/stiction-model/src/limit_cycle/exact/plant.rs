@@ -18,7 +18,7 @@ pub(super) const STATES: usize = crate::closed_loop::Process::MAX_ORDER + 2;
 pub(super) struct Plant {
     /// Number of states.
     pub(super) order: usize,
-    /// Number of process states; after them come the integral, if there is one, and the filter.
+    /// Number of process states. The integral, if any, and the filter come after them.
     process_order: usize,
     integrates: bool,
     pub(super) a: [[f64; STATES]; STATES],

@@ -266,7 +266,7 @@ impl<'a> Search<'a> {
         Some(self.keep(Found { orbit: Some(orbit), cycle, begin }))
     }
 
-    /// Adds an orbit unless it is known; its index.
+    /// Adds an orbit unless it is known, and returns its index.
     fn keep(&mut self, new: Found<'a>) -> usize {
         let same = |a: f64, b: f64| (a - b).abs() <= 1e-7 * a.abs().max(b.abs());
         let known = self.found.iter().position(|old| {
