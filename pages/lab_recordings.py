@@ -38,7 +38,7 @@ class Room:
 
 
 def drag(page: Page, a: float, b: float) -> None:
-    """Drags over the trend, from one share of its width to another."""
+    """Drags over the trend, from one share of the page's width to another."""
     box = page.locator(".over").bounding_box()
     y = box["y"] + 0.3 * box["height"]
     page.mouse.move(box["x"] + a * box["width"], y)

@@ -1,4 +1,4 @@
-"""Try a released program of another platform: the same sessions by it and by the one for Linux, compared.
+"""Try a released program of another platform. The same sessions by this program and by the Linux program are compared.
 
     python release/try.py OUT/stiction-0.1.0-x86_64-pc-windows-gnu.zip --like OUT/stiction-0.1.0-x86_64-unknown-linux-gnu.tar.xz
     python release/try.py OUT/stiction-0.1.0-aarch64-unknown-linux-gnu.tar.xz --like ...

@@ -71,8 +71,8 @@ def sampled(*roots):
 
 
 def on_spark(folder, workers, made):
-    """What a scan by so many workers takes, each on a CPU of its own: CPU s of the driver, of the Java of the workers, and of
-    their Python, the most memory of one of these in bytes, and s on the clock."""
+    """Cost of a scan by this many workers, each on its own CPU: CPU s of the driver, of the workers' Java and of their Python, the
+    largest memory of one of these in bytes, and s on the clock."""
     made.mkdir()
     cluster = Cluster(made, workers, sorted(os.sched_getaffinity(0)))
     command = [sys.executable, "-m", "stiction.plant.spark", "--plant", str(folder), "--output", str(made / "rows")]

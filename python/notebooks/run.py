@@ -1,4 +1,4 @@
-"""Runs every notebook beside this file and stores it with what it shows, so that a reader sees its pictures."""
+"""Runs every notebook beside this file and stores it with its output, so that a reader sees its figures."""
 
 from base64 import b64decode, b64encode
 from io import BytesIO

@@ -109,7 +109,7 @@ def limit_cycle(
     Returns
     -------
     LimitCycles
-        The result has one cycle, or the reason why there is none.
+        The result has one cycle, or the reason why it has none.
 
     Raises
     ------

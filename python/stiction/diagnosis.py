@@ -442,7 +442,7 @@ def _rough(value: float) -> str:
 
 
 def _first_step(diagnosis: Diagnosis) -> str:
-    """Return the first action: improve the data, then step the OP, then test, then look for the other cause."""
+    """Return the first action: improve the data, step the OP, test the valve, or look for a different cause, in this order."""
     verdict = diagnosis.verdict
     if diagnosis.relation is not None:
         return diagnosis.relation.remedy

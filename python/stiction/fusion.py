@@ -29,7 +29,8 @@ class Feature(Result):
     meaning: str = about("Its meaning.")
     line: str = about("Line of evidence.")
     monotone: int = about(
-        "1 if larger values are evidence for stiction, -1 if they are evidence against it, 0 if they can be either.", kind="{1, 0, -1}"
+        "1 if larger values are evidence for stiction, -1 if they are evidence against it, 0 if both are possible.",
+        kind="{1, 0, -1}",
     )
     op_only: bool = about("Whether it needs only the OP.")
 

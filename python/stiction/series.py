@@ -121,7 +121,8 @@ def cycle_period(x: Samples, sample_time: float = 1.0, *, noise_band: float = 0.
 
     Returns
     -------
-    float or None The period, s; None with fewer than three crossings.
+    float or None
+        The period, s; None with fewer than three crossings.
 
     Raises
     ------

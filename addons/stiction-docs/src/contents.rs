@@ -34,7 +34,7 @@ pub struct Written {
     pub markdown: &'static str,
 }
 
-/// A page written by hand: its place, its name, its document.
+/// A handwritten page: its file in the site, its name, its document.
 macro_rules! written {
     ($path:literal, $title:literal, $source:literal) => {
         Listed {

@@ -37,7 +37,7 @@ pub struct Page {
     pub path: String,
     /// Title, for the browser and the search.
     pub title: String,
-    /// Content, in Markdown; its links are relative to its place in the site.
+    /// Content, in Markdown. Links are relative to the page's place in the site.
     pub markdown: String,
     /// The page of the contents that it belongs to, if it is not in the contents itself.
     pub under: Option<String>,

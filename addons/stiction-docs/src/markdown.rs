@@ -369,7 +369,7 @@ fn with_comments(language: &str, code: &str) -> String {
     html
 }
 
-/// A line of a shell with its options marked, so that a narrow page does not break them at hyphens; escaped.
+/// An escaped line of a shell session. Its options are marked, so that a narrow page does not break them at hyphens.
 fn with_options(language: &str, line: &str) -> String {
     if !matches!(language, "sh" | "bash") {
         return escaped(line);

@@ -82,8 +82,8 @@ const LICENCES: [(&str, &str); 3] = [
     ("LICENSE-APACHE.txt", include_str!("../../../LICENSE-APACHE")),
 ];
 
-/// The FMU as the bytes of its file, the same for the same model and time. `generated_s` is its time of generation
-/// for its description, seconds after the beginning of 1970 in UTC; `None` leaves it out.
+/// The FMU as the bytes of its file, the same for the same model and time. `generated_s` is the time of generation in
+/// the description, in seconds since 1970-01-01 UTC. With `None` the description has no time.
 ///
 /// # Errors
 /// If the start values are inconsistent, FMI has no folder for a given library, or it has a folder for none.

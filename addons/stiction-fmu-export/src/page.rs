@@ -1,4 +1,4 @@
-//! The page inside an FMU: the model, its equations, an example of its behaviour, its simulation, its variables.
+//! The page inside an FMU: model, equations, an example of its behaviour, simulation, variables.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use stiction_fmu::{Fmi, Fmu};

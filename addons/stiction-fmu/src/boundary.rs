@@ -309,7 +309,7 @@ pub(crate) unsafe fn room<'a, T>(array: *mut T, count: usize) -> Result<&'a mut 
     Ok(unsafe { std::slice::from_raw_parts_mut(array.cast(), count) })
 }
 
-/// Writes one value for an importer, if there is a place for it.
+/// Writes one value for an importer, if the importer passed an address for it.
 ///
 /// # Safety
 /// `place` is null or points to room for the value.

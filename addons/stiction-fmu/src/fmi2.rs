@@ -1,4 +1,4 @@
-//! FMI 2.0: the functions of its standard, which documents them.
+//! Functions of the FMI 2.0 standard, which documents them.
 //!
 //! # Safety
 //! An importer keeps the contract of the standard: an instance or a state is null or one from here that has not

@@ -1,5 +1,5 @@
-//! FMI 3.0: the functions of its standard, which documents them. Co-simulation and model exchange; everything else
-//! is refused.
+//! Functions of the FMI 3.0 standard, which documents them. Co-simulation and model exchange; everything else is
+//! refused.
 //!
 //! # Safety
 //! As for [`fmi2`](crate::fmi2).

@@ -209,7 +209,7 @@ impl Fmu {
         self.law
     }
 
-    /// All variables; the value reference of each is its index.
+    /// All variables. The value reference of a variable is its index.
     pub fn variables(&self) -> &[Variable] {
         &self.table
     }
@@ -266,7 +266,7 @@ impl Fmu {
     }
 }
 
-/// A model. A valve needs hardly any computation in a step, so it is stored in place; the others are boxed.
+/// A model. A step of a valve needs hardly any computation, so valves are stored in place. Other models are boxed.
 pub(crate) enum AnyFmuModel {
     Valve(ValveModel),
     Other(Box<dyn FmuModel>),

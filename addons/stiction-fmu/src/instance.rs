@@ -1,4 +1,4 @@
-//! One instance: the permitted calls in each mode, and their effect.
+//! One instance: the calls permitted in each mode, and their effect.
 
 use crate::fmu::{AnyFmuModel, Fmu, accept, hash};
 use crate::model::Continuous;

@@ -334,8 +334,8 @@ impl Continuous for StemModel {
         self.moving.as_ref().and_then(MovingStem::states).unwrap_or_default()
     }
 
-    /// A solver keeps the error of a state below its tolerance times the nominal. The relevant state is the
-    /// position, so the other nominals are errors with the same effect on it.
+    /// A solver keeps the error of a state below its tolerance times the nominal. The relevant state is the position.
+    /// The other nominals are errors with the same effect on the position.
     ///
     /// * Velocity: an error lasts for a step of the solver. With a nominal as small as the velocity of a slide (a
     ///   stroke in seconds) a solver resolves the approach of a light and strongly damped stem to its speed, which

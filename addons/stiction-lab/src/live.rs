@@ -77,7 +77,7 @@ pub struct Knobs {
     /// Use the physical stem with the same S and J instead of the data-driven model.
     #[serde(default)]
     stem: bool,
-    /// The compensator between controller and valve, by its name; none without.
+    /// Name of the compensator between controller and valve; none without a compensator.
     #[serde(default)]
     compensator: Option<String>,
     /// The signal to the valve in manual mode, percent of span; null in automatic.

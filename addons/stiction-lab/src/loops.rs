@@ -31,7 +31,7 @@ impl LoopRequest {
         Self { scenario: scenario.to_owned(), set: set.into() }
     }
 
-    /// More changes, which replace earlier ones of the same key.
+    /// More changes. They replace earlier changes of the same keys.
     pub(crate) fn with(mut self, set: &[&str]) -> Self {
         self.set.extend(set.iter().map(|each| (*each).to_owned()));
         self

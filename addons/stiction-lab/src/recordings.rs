@@ -101,7 +101,7 @@ pub struct Opened {
     command: Option<String>,
 }
 
-/// Opens a file, and reads it if it is new or has changed. If its columns are not understood, the answer has their
+/// Opens a file, and reads it if it is new or has changed. If the columns are not recognised, the answer lists their
 /// names, so that the user can assign them.
 ///
 /// # Errors

@@ -61,7 +61,7 @@ impl Server {
         self.guard.token()
     }
 
-    /// The address to open, with its token behind `#`, which no browser sends.
+    /// The address to open. The token follows `#`, so no browser sends it.
     pub fn address(&self) -> String {
         format!("http://{}/#token={}", self.address, self.token())
     }

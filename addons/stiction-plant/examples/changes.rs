@@ -1,12 +1,12 @@
 //! Compares the weekly reports of demo plants with their true values: changes, work orders, and loops with the action
 //! "look upstream".
 //!
-//! `cargo run -p stiction-plant --example changes -- PLANT...`, with folders that `stiction plant demo` wrote and `stiction
-//! plant scan` judged. A change of the demo is visible if the windows before and after it, each side combined, have 80 % or more
-//! on the side that sticks and 50 % or less on the other. It is found if a weekly report shows it, with its day in the interval of
-//! the report or next to it. Every other change in a report is false, except that a valve whose S grows is worse, or new if it was
-//! too small before. A loop is sent
-//! upstream wrongly if no wave and no valve that sticks on the last day reaches it.
+//! `cargo run -p stiction-plant --example changes -- PLANT...`, with folders that `stiction plant demo` wrote and
+//! `stiction plant scan` judged. A change of the demo is visible if the windows before and after it, each side
+//! combined, have 80 % or more on the side that sticks and 50 % or less on the other. A change is found if a weekly
+//! report shows it and the true day lies in the reported interval or next to it. Every other change in a report is
+//! false, except that a valve whose S grows is worse, or new if it was too small before. A loop is sent upstream
+//! wrongly if no wave and no valve that sticks on the last day reaches it.
 
 use std::path::Path;
 use stiction_diagnose::diagnose::change::Change;

@@ -39,7 +39,7 @@ pub fn parse(text: &str) -> Result<i64, String> {
     Ok(i64::from(since.get_days()))
 }
 
-/// The days on which a recording has a sample of the OP, in order; none of one without dates.
+/// The days on which a recording has a sample of the OP, in order; empty for a recording without dates.
 pub fn days(recording: &Recording, zone: &Zone) -> Vec<i64> {
     let Some(start) = recording.start else { return vec![] };
     let mut days: Vec<i64> = vec![];

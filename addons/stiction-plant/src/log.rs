@@ -196,7 +196,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// Reads `log.toml` in `folder`; empty if there is no such file.
+    /// Reads `log.toml` in `folder`; empty if the file does not exist.
     ///
     /// # Errors
     /// If the log cannot be read, or as for [`Log::parse`].
@@ -205,7 +205,7 @@ impl Log {
         Self::parse(&text_of(&path)?, &path.display().to_string())
     }
 
-    /// Reads a log from its `text`; `origin` names it in errors.
+    /// Reads a log from its `text`. Errors name it `origin`.
     ///
     /// # Errors
     /// If the log is not well-formed, or has unknown keys or invalid values. The message names the line.

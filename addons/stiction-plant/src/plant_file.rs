@@ -138,7 +138,7 @@ impl Plant {
         Ok(plant)
     }
 
-    /// Reads a plant file from its `text`; `origin` names it in errors. It need not name data, which may come as tables.
+    /// Reads a plant file from its `text`. Errors name it `origin`. It need not name data, which may come as tables.
     ///
     /// # Errors
     /// If the text is not well-formed, or has unknown keys or invalid values. Every problem is listed with its line.

@@ -46,7 +46,7 @@ pub struct LoopThere {
     pub last_day: Option<String>,
     /// Whether it is in the plant's file.
     pub in_plant_file: bool,
-    /// The tags of its signals in its last file, such as `op = "FIC101.OP"`.
+    /// Tags of the loop's signals in its last file, such as `op = "FIC101.OP"`.
     pub tags: Vec<String>,
     /// The values of OP that are 0 % and 100 %.
     pub op_range: Option<[f64; 2]>,

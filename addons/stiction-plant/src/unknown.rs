@@ -17,7 +17,7 @@ named! {
         File = "file not read",
         /// A loop that was refused, or that no file holds.
         Loop = "loop not read",
-        /// A loop without a PV, which is judged by its OP alone.
+        /// A loop without a PV, which is judged by its OP only.
         NoPv = "loop without a PV",
         /// A tag of a loop without an OP, which nothing uses.
         Tag = "tag without a partner",

@@ -18,7 +18,7 @@ impl Draw {
         Self::of(&[self.seed()])
     }
 
-    /// Another stream, derived from the state of this one without changing it.
+    /// A different stream, derived from the state of this one. This stream does not change.
     pub fn branch(&self) -> Self {
         Self::of(&[Self(self.0.clone()).seed(), 1])
     }

@@ -58,7 +58,7 @@ named! {
         RingingPositioner = "ringing positioner",
         /// A predictive controller: a move every few samples, held in between, from an inaccurate model.
         PredictiveController = "predictive controller",
-        /// A second valve in the same line, moved manually and by another loop; the gain changes with it.
+        /// A second valve in the same line, moved manually and by a different loop. It changes the gain.
         ValvesInSeries = "valves in series",
         /// A boiler or compressor that is switched on and off by the controlled pressure. The population has similar
         /// loops since version 5, [`LoopKind::SwitchedNeighbour`](super::LoopKind::SwitchedNeighbour).

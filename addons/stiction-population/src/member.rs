@@ -1,4 +1,4 @@
-//! One loop of the population, from its draw to its recording.
+//! One loop of the population: drawing, simulation, recording.
 
 use super::design::Design;
 use super::disturbance::Tapes;

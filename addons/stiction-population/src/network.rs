@@ -30,7 +30,7 @@ pub const MOST_LOOPS: usize = 100;
 /// A network of coupled loops.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Network {
-    /// The loops; one writes the set point only of a later one.
+    /// The loops. A loop writes only the set point of later loops.
     pub loops: Vec<NetworkLoop>,
     /// The couplings.
     pub links: Vec<Link>,
@@ -47,7 +47,7 @@ pub struct NetworkPlan {
     pub sticking: Vec<usize>,
     /// Number of waves from outside.
     pub outside: usize,
-    /// Whether the loops act on each other, and waves on several of them. Uncoupled loops may still swing, each by
+    /// Whether the loops act on each other, and waves reach several loops. Uncoupled loops may still swing, each by
     /// itself.
     pub coupled: bool,
 }
@@ -69,7 +69,7 @@ pub struct NetworkLoop {
     pub j: f64,
     /// When its valve sticks.
     pub course: Course,
-    /// Times in each day in which an operator has the OP, which then rests, s from the begin of the day.
+    /// Times in each day in which the loop is in manual and the OP rests, s from the begin of the day.
     pub manual: Option<(f64, f64)>,
     /// The loop whose set point it writes, instead of having its own valve.
     pub below: Option<usize>,

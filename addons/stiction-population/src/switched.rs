@@ -118,7 +118,7 @@ fn changes(n: usize, dwell: f64, (least, most): (f64, f64), draw: &mut Draw) -> 
 /// The simulated switched neighbour.
 pub(super) struct SwitchedRun<'a> {
     design: &'a Switched,
-    /// Vessel, if it has one.
+    /// Vessel, if the neighbour has one.
     vessel: Option<Vessel>,
     /// The remaining changes.
     ahead: &'a [(usize, f64)],

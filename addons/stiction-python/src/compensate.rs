@@ -155,7 +155,7 @@ pub fn protocol_dict<'py>(
     ))
 }
 
-/// Methods by name, each once; all methods if none is named.
+/// Methods by name, without repetition; all methods if no names are given.
 pub fn methods_of(names: &[String]) -> PyResult<Vec<Method>> {
     let mut methods = vec![];
     for name in names {

@@ -103,8 +103,8 @@ impl Plant {
         Some((found.time, found.long, found.about_rows))
     }
 
-    /// The loops among tags, or among columns except those about rows, each with its name, the places of columns read
-    /// with it, and the place of its OP.
+    /// The loops among tags, or among all columns except those about rows. Each has its name, the positions of columns
+    /// read with it, and the position of its OP.
     fn loops(
         &self,
         names: Vec<String>,

@@ -53,7 +53,7 @@ impl Recording {
         self.recording.loop_type.name()
     }
 
-    /// Time zero of its clock, seconds since 1970-01-01 UTC; None if unknown.
+    /// Time zero of the recording's clock, seconds since 1970-01-01 UTC; None if unknown.
     #[getter]
     fn start(&self) -> Option<f64> {
         self.recording.start
@@ -127,8 +127,10 @@ impl Recording {
     /// signal : {"op", "pv", "sp", "vp"}
     ///     The signal.
     ///
-    /// Returns ------- ndarray or None Times of the samples, s on the recording's clock; None if the signal was not
-    /// recorded.
+    /// Returns
+    /// -------
+    /// ndarray or None
+    ///     Times of the samples, s on the recording's clock; None if the signal was not recorded.
     ///
     /// Raises
     /// ------

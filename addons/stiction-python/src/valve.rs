@@ -182,8 +182,8 @@ impl Valve {
         self.assembly.restart(self.start);
     }
 
-    /// Position, OP, direction and whether it moves, from which a new valve continues like this one; `None` if more
-    /// memory is needed.
+    /// Position, OP, direction, and whether the valve moves. A new valve continues from this state like this one. It is
+    /// `None` if the valve has more memory.
     fn _state(&self) -> Option<(f64, f64, f64, bool)> {
         let Start { position, op, direction, moving } = self.assembly.state()?;
         Some((position, op, direction.sign(), moving))

@@ -36,7 +36,7 @@ pub struct TestTrial {
     pub right: Share,
     /// The same for loops that operation left undecided.
     pub undecided: Share,
-    /// Of these, the correct ones.
+    /// Share of correct conclusions among these.
     pub undecided_right: Share,
     /// Tests of sticking valves that found them.
     pub found: Share,
@@ -50,7 +50,7 @@ pub struct TestTrial {
     pub j_covered: Share,
     /// Tests that were given up and still decide whether the valve sticks.
     pub given_up_decided: Share,
-    /// Of these, the correct ones.
+    /// Share of correct conclusions among these.
     pub given_up_right: Share,
     /// Median error of S, share of the true one; `None` without an estimate.
     pub s_error: Option<f64>,

@@ -28,7 +28,7 @@ pub struct Suite {
 /// A loop of a suite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Known {
-    /// Recording, which has its name.
+    /// Recording, with the name of the loop.
     pub recording: Recording,
     /// Truth and its groups.
     pub asked: KnownLoop,

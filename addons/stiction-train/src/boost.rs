@@ -23,7 +23,7 @@ const CHUNK: usize = 4096;
 pub enum Loss {
     /// A probability of 0 or 1: logistic loss; the margin is the logit.
     Logistic,
-    /// One of this many classes, counted from 0: softmax; a margin for each.
+    /// One of this many classes, counted from 0: softmax with one margin per class.
     Softmax(usize),
     /// The quantile of that share: pinball loss; the margin is the quantile.
     Pinball(f64),

@@ -8,8 +8,8 @@ const WIDTH_CLASSES: usize = 8;
 /// The fewest loops in such a class.
 const FEWEST_IN_CLASS: usize = 50;
 
-/// The better of beta calibration and isotonic regression, each judged on the half it was not fitted to, and its
-/// log loss there.
+/// The better of beta calibration and isotonic regression, and its log loss. Each is judged on the half of the loops to
+/// which it was not fitted.
 pub fn calibration(margins: &[f64], truth: &[bool]) -> (Calibration, f64) {
     let half = |odd: usize| -> (Vec<f64>, Vec<bool>) {
         let part = margins.iter().zip(truth).skip(odd).step_by(2);
@@ -168,7 +168,8 @@ pub fn shifts(predicted: &[(f64, f64, f64)]) -> Vec<(f64, f64)> {
     shifts
 }
 
-/// The smallest of some values that a share of them and of one more does not exceed; 0 for none.
+/// Upper quantile of some values with the correction for a finite sample: `share` of these values and of one more value
+/// do not exceed it. It is 0 without values.
 pub fn upper(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let wanted = ((values.len() + 1) as f64 * share).ceil() as usize;

@@ -33,7 +33,7 @@ pub struct Worth {
     pub loops: usize,
     pub auc: f64,
     pub log_loss: f64,
-    /// Loops reported beyond 0.02 and 0.98, and the wrong ones among them.
+    /// Loops with a probability below 0.02 or above 0.98, and the wrong ones among them.
     pub sure: Share,
 }
 

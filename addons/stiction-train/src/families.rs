@@ -426,8 +426,8 @@ fn confidence(families: &[&Left]) -> Confidence {
 
 impl Families {
     /// Increase of the share of wrong decisions when a family is left out, over all families: decisions up to one
-    /// probability against a fault, from the other one for it. Both shares are those of models of one size, so that
-    /// the weakness of a small model does not count.
+    /// probability against a fault, from the other one for it. Both shares come from models of the same size, so the
+    /// weakness of a small model does not count.
     pub fn excess_beyond(&self, clear: f64, accuse: f64) -> f64 {
         let wrong = |of: &dyn Fn(&&Left) -> bool| {
             let mut sure = Sure::default();

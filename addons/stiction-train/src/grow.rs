@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 use stiction_diagnose::fusion::Node;
 
-/// Bins of a histogram: those of known values, and that of missing ones.
+/// Bins of a histogram: the bins of known values, and one bin of missing values.
 const BINS: usize = 256;
 
 /// Additions that justify a parallel task.

@@ -1,5 +1,5 @@
-//! The shift of the detection limit, for each class of the probability: the loops that are cleared if their limit
-//! allows it, those up to twice as likely at fault, and all others.
+//! Shift of the detection limit for each class of the probability: loops that are cleared if their limit permits, loops
+//! up to twice as likely at fault, all other loops.
 //!
 //! The coverage has two conditions. Of all faulty valves of a class, and of those whose limit is small enough to
 //! clear them, at most one in twenty sticks by more than its limit. The second is the harder one, because a wrong

@@ -1,7 +1,7 @@
 //! A dataset as CSV: kept between two trainings, and for other tools.
 //!
-//! The first line names its loops; the file is refused if others are needed. After it come a header and a row for
-//! each loop: truth, then features, empty where one could not be measured. Numbers keep their bits.
+//! The first line names its loops; the file is refused if others are needed. A header follows, and a row for each loop:
+//! the truth, then the features. A feature that could not be measured is empty. Numbers keep their bits.
 
 use crate::dataset::{Column, Dataset, Truth};
 use anyhow::{Context, Result, bail, ensure};

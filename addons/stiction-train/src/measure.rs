@@ -76,7 +76,7 @@ pub struct Detection {
     pub deciles: Vec<(Range<f64>, f64, Share)>,
     /// Of all loops, those with at most 0.2 or at least 0.8.
     pub decided: Share,
-    /// Of those, the right ones.
+    /// Share of right decisions among these.
     pub right: Share,
     /// Of the visible faults, those with at least 0.8.
     pub recall: Share,
@@ -180,7 +180,7 @@ pub fn is_quantified(s: &Estimate) -> bool {
     s.high - s.low <= 2.0 * QUANTIFIED * s.value
 }
 
-/// The value with a share at or below it; NaN for none.
+/// The smallest value with this share of the values at or below it; NaN without values.
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let place = (share * (values.len().max(1) - 1) as f64).round() as usize;

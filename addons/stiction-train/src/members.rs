@@ -44,8 +44,8 @@ pub fn columns() -> Vec<Column> {
     columns
 }
 
-/// Simulates members of the population of a seed and gathers their evidence, and the input of the net if there is a
-/// file for it; `progress` is called with the number of finished ones.
+/// Simulates members of the population of a seed. Gathers their evidence, and the input of the net if a file for it is
+/// given. `progress` is called with the number of finished members.
 ///
 /// # Errors
 /// If a member cannot be simulated or brought onto a grid, or the file cannot be written.

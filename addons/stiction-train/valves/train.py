@@ -134,7 +134,7 @@ def sides_of(families: list, least: list[float]) -> list[tuple[float, float]]:
     """From which log-odds 0.98 is reported, against a fault and for one, and the largest: as `thresholds` in families.rs.
 
     They give the most sure decisions of which, on either side over all left-out families, at most 4 % are wrong, and more in at most two
-    of them. They are never below those of the model of a window, from which the families were left out, too: here they were not.
+    of them. They are never below the probabilities of a window's model trained without the same families.
     """
 
     def counted(sign: float, first: float) -> list[tuple[float, np.ndarray]]:

@@ -312,7 +312,7 @@ fn inode(_: &Metadata) -> Option<Key> {
     None
 }
 
-/// The keys of the file behind standard input, if it is one.
+/// The keys of the file that is redirected to standard input, if any.
 #[cfg(unix)]
 fn keys_of_standard_input() -> Vec<Key> {
     use std::os::fd::AsFd;

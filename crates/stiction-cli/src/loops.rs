@@ -80,8 +80,8 @@ pub fn find_all(
     Ok((all, choice.failures()?))
 }
 
-/// Diagnoses the selected loops of one file, some of them at a time, so that its recordings need not all be in memory.
-/// With the errors of those that could not be diagnosed.
+/// Diagnoses the selected loops of one file in batches, so that not all recordings need to be in memory. With the
+/// errors of those that could not be diagnosed.
 pub fn diagnose_file(
     file: &In,
     loops: &[String],

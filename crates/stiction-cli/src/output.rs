@@ -154,7 +154,7 @@ fn failure(error: &anyhow::Error) -> String {
     line
 }
 
-/// A remedy for an error of the operating system, which has none itself.
+/// A remedy for an error of the operating system, which gives no remedy.
 fn remedy(cause: &(dyn std::error::Error + 'static)) -> &'static str {
     let Some(refused) = cause.downcast_ref::<std::io::Error>() else { return "" };
     match refused.kind() {

@@ -39,7 +39,7 @@ pub fn is_address(source: &str) -> bool {
     source.contains("://")
 }
 
-/// An address without a password, and without its query, which may have one.
+/// An address without its password and its query, because a query may contain a password.
 pub fn without_secrets(address: &str) -> String {
     let plain = address.split('?').next().unwrap_or(address);
     match (plain.split_once("://"), plain.rsplit_once('@')) {

@@ -196,7 +196,7 @@ pub enum Style {
     /// Each sample is held until the next, as by a digital controller. Dash patterns as for
     /// [`Style::Line`].
     Steps,
-    /// A marker for each sample, with a different shape for each such series.
+    /// A marker for each sample. Each series of markers has a different shape.
     Points,
     /// A bar from zero for each sample, as in a histogram, as wide as the distance of samples.
     Bars,

@@ -34,8 +34,8 @@ impl JsonSchema for Finite {
     }
 }
 
-/// Writes a type, and its schema, as another one: `written_as!(Map, MapDocument)`, with `impl From<&Map> for
-/// MapDocument`.
+/// Writes a type and its schema in the form of a different type: `written_as!(Map, MapDocument)`, with `impl From<&Map>
+/// for MapDocument`.
 #[macro_export]
 macro_rules! written_as {
     ($type:ty, $written:ty) => {

@@ -1,7 +1,6 @@
 //! Iterators over all threads, with the feature `rayon`. Without this feature, the same names run on one thread.
 //!
-//! Results are collected in order and never added up across threads, so that they are the same bits on any
-//! number of them.
+//! Results are collected in order and never added up across threads, so any number of threads gives the same bits.
 
 #[cfg(feature = "rayon")]
 pub use rayon::{join, prelude::*};

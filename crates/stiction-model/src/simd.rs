@@ -11,7 +11,7 @@
 /// Number of candidates or loops that are stepped together.
 pub const LANES: usize = 16;
 
-/// One number in each of `N` lanes: an array that starts on a cache line, so that no vector crosses two of them.
+/// One number in each of `N` lanes. The array starts on a cache line, so that no vector crosses two cache lines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(64))]
 pub struct Lane<const N: usize = LANES>(pub [f64; N]);

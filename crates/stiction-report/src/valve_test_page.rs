@@ -340,7 +340,7 @@ fn facts(of: Tested<'_>) -> Vec<Fact> {
     all
 }
 
-/// Adds the comparison of a test with its plan, if it has one.
+/// Adds the comparison of a test with its plan, if planned.
 pub fn carried(section: Section, test: &TestReading) -> Section {
     match &test.plan {
         Some(carried) => section.with(planned(carried)).list(carried.remarks.clone()),

@@ -80,7 +80,7 @@ class _Series:
 
 
 class Reading:
-    """The reading of some series from one time to another, both included.
+    """The reading of some series between two times, both included.
 
     `time_of` returns the time of a value (None without one), and `key_of` what distinguishes it from others of the same time.
     """

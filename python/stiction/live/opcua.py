@@ -662,7 +662,7 @@ class Server:
             on_alive()
 
     def failed(self) -> BaseException | None:
-        """The reason why notifications no longer arrive; None while they do."""
+        """The reason why notifications no longer arrive; None while they arrive."""
         if self._publishing is None or not self._publishing.done():
             return None
         if self._publishing.cancelled():

@@ -1,8 +1,8 @@
 """Tables of samples in SQL databases: PostgreSQL (also TimescaleDB), and any database with an ODBC driver.
 
-A table is long (times, tags, values, perhaps qualities) or wide (times, and a column per tag), as docs/recordings.md describes. It is
-read in a read-only transaction, loop by loop and day by day, so that memory holds one day of one loop. Each day is added to a file, which
-``stiction plant scan`` reads.
+A table is long (times, tags, values, perhaps qualities) or wide (times, and a column per tag), as docs/recordings.md describes. It
+is read in a read-only transaction, one loop and one day at a time, so memory contains one day of one loop. Each day is added to a
+file, which ``stiction plant scan`` reads.
 """
 
 from __future__ import annotations

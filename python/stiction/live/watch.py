@@ -799,8 +799,8 @@ class Watcher:
         return True
 
     def _is_undone(self, now: int, before: int, after: int, computer: int) -> bool:
-        """Whether a jump of the clock is undone: it is behind the time to which it jumped, or nearer to its time without the
-        jump, by this computer's clock.
+        """Whether a jump of the clock is undone. It is undone if the clock is behind the time to which it jumped, or nearer to its
+        time without the jump, by this computer's clock.
         """
         passed = int(max(0.0, time.time() * US - computer) * self.speed)
         return before < after and now < after or abs(now - before - passed) < abs(now - after - passed)
@@ -969,7 +969,7 @@ def _is_until(value: Any, time: int) -> bool:
 
 
 def _moment_of(value: Any) -> int | None:
-    """The time of a value of the server; None without one."""
+    """The time of a value of the server; None without a time."""
     at = value.SourceTimestamp or value.ServerTimestamp
     return None if at is None else opcua.microseconds(at)
 

@@ -185,7 +185,7 @@ impl File {
         Entry { id: self.id.clone(), name, folder, dropped, loops, failure }
     }
 
-    /// The corrections by hand; at first those of its mapping file.
+    /// The manual corrections; initially those of the mapping file.
     pub fn own(&self) -> Own {
         locked(&self.own).get_or_insert_with(|| self.kept()).clone()
     }

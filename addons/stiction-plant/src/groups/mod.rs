@@ -97,8 +97,9 @@ impl Default for GroupOptions {
     }
 }
 
-/// The groups of some traces, the largest first. `loops` has the other facts about them, and `upstream` lists for a loop
-/// those whose swing would reach it. Traces may have gaps. The result is the same on any number of threads.
+/// The groups of some traces, the largest first. `loops` contains the other facts about the loops. `upstream` lists,
+/// for a given loop, the loops whose swing would reach it. Traces may have gaps. The result is the same on any number
+/// of threads.
 pub fn find(
     traces: &[Trace],
     loops: &[LoopOfWeek],
@@ -356,9 +357,9 @@ fn logit(p: f64) -> f64 {
     (p / (1.0 - p)).ln()
 }
 
-/// The squared coherence of each loop with their common swing: the largest eigenvalue of the matrix of their coherences,
-/// times the squared part of each in its vector. After the spectral envelope and oscillation contribution index of Jiang, Choudhury
-/// and Shah (2007), at one frequency.
+/// The squared coherence of each loop with the common swing. It is the largest eigenvalue of the coherence matrix,
+/// times the square of the loop's element in the eigenvector. After the spectral envelope and oscillation contribution
+/// index of Jiang, Choudhury and Shah (2007), at one frequency.
 fn common_swing(pieces: &[Pieces]) -> Vec<f64> {
     let n = pieces.len();
     let product = |x: &Pieces, y: &Pieces| -> Complex<f64> {

@@ -44,7 +44,7 @@ fn change<T>(path: &Path, edit: impl FnOnce(&[u8], &str) -> Result<(Vec<u8>, T)>
     Ok(done)
 }
 
-/// The bytes of the file at `path`; none if it is missing.
+/// The bytes of the file at `path`; none if the file does not exist.
 pub fn read_if_there(path: &Path) -> Result<Vec<u8>> {
     match bytes::read(path) {
         Err(Error::File { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
@@ -54,8 +54,8 @@ pub fn read_if_there(path: &Path) -> Result<Vec<u8>> {
     }
 }
 
-/// The bytes of a file of overrides with one more, which replaces those of the same loop and scope with overlapping
-/// days. All other content, such as comments and damaged entries, is unchanged.
+/// The bytes of a file of overrides with one more override. The new override replaces overrides of the same loop and
+/// scope with overlapping days. All other content, such as comments and damaged entries, is unchanged.
 ///
 /// # Errors
 /// If an override to be replaced is not written as its own `[[override]]` table.

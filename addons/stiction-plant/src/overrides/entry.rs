@@ -80,7 +80,7 @@ impl Override {
         scope && self.loop_name == loop_name
     }
 
-    /// Whether both are about the same loop with the same scope.
+    /// Whether both overrides concern the same loop and have the same scope.
     pub(super) fn rivals(&self, other: &Self) -> bool {
         let same_scope = match (&self.scope, &other.scope) {
             (Scope::File { name: a, .. }, Scope::File { name: b, .. }) => a == b,

@@ -43,7 +43,7 @@ impl Action {
 /// What an action rests on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
-    /// The week's verdict in one word, if there is one.
+    /// The week's verdict in one word; empty without a verdict.
     pub grade: Option<Grade>,
     /// The conclusion of a person, which has precedence over the verdict and the test.
     pub overruled: Option<VerdictClass>,

@@ -1,4 +1,4 @@
-//! The head of the page of a loop: the verdict of the week, its action and its size, above one window of it.
+//! The head of a loop's page: verdict of the week, action and size. One window of the loop follows.
 
 use crate::report::action::Action;
 use crate::report::health::Health;

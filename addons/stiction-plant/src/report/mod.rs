@@ -68,7 +68,7 @@ columns! {
     "loop" [""] name: String;
     /// Coherence of the loop with the group at the period.
     "coherence" [""] coherence: f64;
-    /// Place among the candidates for the source; empty if it is none.
+    /// Place among the candidates for the source; empty if the loop is no candidate.
     "candidate_rank" [""] candidate_rank: Option<i64>;
     /// Evidence, sentences.
     "reasons" [""] reasons: String;
@@ -526,7 +526,7 @@ fn telling<'a>(ranked: &Ranked<'a>) -> Option<&'a WindowRow> {
 struct LoopPages {
     /// The diagnosis of a window as a page.
     diagnosis: String,
-    /// The test of its valve, or the reason why there is none.
+    /// The test of the valve, or the reason why no test is possible.
     plan: std::result::Result<TestPlan, Abstention>,
 }
 

@@ -42,7 +42,7 @@ pub const FULL: f64 = 10.0;
 const BEFORE: i64 = 28;
 /// The least squared coherence with its group of a loop that swings because of it.
 const SHARED: f64 = 0.6;
-/// Factor within which the period of a loop is that of its group.
+/// The least squared coherence with the group of a loop that the group makes swing.
 const SAME_PERIOD: f64 = 1.5;
 /// Windows by which a loop oscillates now.
 const LAST: usize = 3;
@@ -324,9 +324,9 @@ impl<'a> LogEntries<'a> {
     }
 }
 
-/// A valve as it is now by its windows, and its change.
+/// The present state of a valve according to its windows, and its change.
 struct Valve {
-    /// When its last change or repair was, s; windows from then on count.
+    /// Time of the last change or repair, s. Windows from then on count.
     settled: f64,
     /// The observations that count in the week.
     now: Vec<Observation>,
@@ -573,7 +573,7 @@ impl LoopRow {
     }
 }
 
-/// The combined history of observations; `None` if there are none.
+/// The combined history of observations; `None` without observations.
 fn combined(observations: &[Observation]) -> Option<History> {
     // Numbers in the store are finite: others were left out when rows were made.
     (!observations.is_empty()).then(|| together(observations).ok())?

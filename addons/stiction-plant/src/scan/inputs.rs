@@ -23,7 +23,7 @@ use stiction_io::timestamp::Zone;
 /// A file or loop that could not be read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Problem {
-    /// The file; none if the problem concerns all of them.
+    /// The file; none if the problem concerns all files.
     pub file: Option<String>,
     /// The loop; none if the problem concerns the whole file.
     #[serde(rename = "loop")]
@@ -68,10 +68,10 @@ pub struct Input {
 pub struct LoopIn {
     /// The days on which it has samples of the OP: of the plant's calendar, since 1970-01-01.
     pub days: Vec<i64>,
-    /// SHA-256 of its own part of the file, if it has one.
+    /// SHA-256 of the loop's part of the file, if the loop has a part.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
-    /// Why it has no PV in the file, if it has none.
+    /// Why the loop has no PV in the file, if so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_pv: Option<String>,
 }

@@ -11,9 +11,9 @@
 //! bytes, not by names or dates.
 //!
 //! # Time
-//! A window that takes longer than the time limit is a row with an error, so a scan always ends. Only this row depends on the
-//! speed of the machine. It is done until its files change or a scan has another limit. What runs too long is not
-//! stopped: its thread computes until the program ends, and its result is ignored.
+//! A window that takes longer than the time limit is a row with an error, so a scan always ends. Only this row depends
+//! on the speed of the machine. It is not repeated until its files change or a scan has a different limit. What runs
+//! too long is not stopped: its thread computes until the program ends, and its result is ignored.
 //!
 //! # Memory
 //! Windows are judged in [segments](SEGMENT) of days, in batches of loops that take a share of the allowed memory. Of Parquet a

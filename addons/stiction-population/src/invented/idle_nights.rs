@@ -11,7 +11,7 @@ pub(super) struct IdleNights {
     day: usize,
     night: usize,
     since: usize,
-    /// OP at night, percent; `None` if it stays where it was.
+    /// OP at night, percent; `None` if the OP stays unchanged.
     parked: Option<f64>,
     /// Whether the controller continues from there. A P controller has its own bias.
     continues: bool,

@@ -7,7 +7,7 @@ use super::sketch::Sketch;
 pub(super) struct OnOffNeighbour {
     /// Distance of the PV that switches it, percent of span.
     band: f64,
-    /// Its effect while it runs, and while it does not.
+    /// Effect while the neighbour runs, and effect while it stands.
     adds: f64,
     runs: bool,
 }

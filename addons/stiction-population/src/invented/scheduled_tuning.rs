@@ -11,7 +11,7 @@ pub(super) struct ScheduledTuning {
     hysteresis: f64,
     /// Gain of the valve beyond the border, over that below it.
     steeper: f64,
-    /// Controller gain of the set beyond the border, over that of the other.
+    /// Controller gain beyond the border, relative to the gain below it.
     factor: f64,
     /// The integral is kept as a sum of errors, to which the new gain applies: the OP jumps.
     bumps: bool,

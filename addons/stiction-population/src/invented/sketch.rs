@@ -4,7 +4,7 @@ use super::Invention;
 use crate::draw::Draw;
 use stiction_model::valve::Model;
 
-/// A drawn loop. One step is that of the controller, unless it moves less often.
+/// A drawn loop. One step is a step of the controller, unless the controller moves less often.
 pub(super) struct Sketch {
     pub samples: usize,
     /// Steps a recorded sample.

@@ -10,7 +10,7 @@ pub(super) struct StickingFloat {
     holds: f64,
     leaves: f64,
     reads: f64,
-    /// Start of the record, steps; its steps, and the slips among them.
+    /// Start of the record, number of its steps, and number of its slips.
     begins: usize,
     recorded: usize,
     slips: usize,

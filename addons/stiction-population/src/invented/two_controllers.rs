@@ -4,9 +4,9 @@ use super::parts::{Parts, Pi};
 use super::sketch::Sketch;
 use stiction_model::closed_loop::NormalStream;
 
-/// A second valve acts on the same PV. Its PI controller has a transmitter of its own, which reads slightly more or
-/// less than that of this loop. The two integrals move in opposite directions: the OP travels far, and the PV hardly
-/// moves. The second valve has less travel and may be at the end of it.
+/// A second valve acts on the same PV. Its PI controller has its own transmitter, which reads slightly more or less
+/// than the transmitter of this loop. The two integrals move in opposite directions: the OP travels far, and the PV
+/// hardly moves. The second valve has less travel and may be at the end of it.
 pub(super) struct TwoControllers {
     /// Gain and integral time of the second controller, and its gain over that of this one.
     kc: f64,

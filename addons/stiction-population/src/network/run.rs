@@ -22,7 +22,7 @@ const GROWS_EVERY_S: f64 = 21_600.0;
 const FARTHEST: f64 = 50.0;
 const DAY_S: f64 = 86_400.0;
 
-/// A simulated network. It continues from its state, so that a long record needs no more memory than a short one.
+/// A simulated network. It continues from its state, so memory does not grow with the length of the record.
 pub struct NetworkRun<'a> {
     network: &'a Network,
     nodes: Vec<Node>,
@@ -108,7 +108,7 @@ impl Network {
 }
 
 impl NetworkLoop {
-    /// Valves, one after the other.
+    /// The valves, one per loop.
     fn fittings(&self, healed: bool) -> Result<Vec<Fitting>> {
         let from = |at_s: f64| ((WARM_UP_S + at_s) / STEP_S).round() as usize;
         let healthy = Model::Play.build(Bands::from_s_j(self.design.dead_band, 0.0)?)?;
@@ -225,7 +225,7 @@ impl NetworkRun<'_> {
         Ok(samples)
     }
 
-    /// This many steps; `see` is called for each loop in each.
+    /// Simulates this many steps. In each step, `see` is called for each loop.
     fn play(
         &mut self,
         steps: usize,

@@ -1,4 +1,4 @@
-//! The benchmark of detectors: its lines, its results and its page.
+//! The benchmark of detectors: the format of its lines, its results and its page.
 //!
 //! ```text
 //! recording ──> line ──> any detector ──> line ──> Answer ──> Results ──> JSON, Markdown, page

@@ -141,7 +141,7 @@ pub struct Measures {
     pub groups: Vec<GroupMeasure>,
     /// Sticking loops by how clearly they show, masked ones too.
     pub nats: Vec<NatsMeasure>,
-    /// Loops with a probability up to 2 % or from 98 %, and those of them in which it is wrong.
+    /// Loops with a probability up to 2 % or from 98 %, and the wrong ones among these.
     pub sure: Option<Sure>,
     /// Accuracy of the probability.
     pub calibration: Option<Calibration>,

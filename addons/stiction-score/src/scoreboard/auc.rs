@@ -65,7 +65,7 @@ pub fn auc(loops: &[Ranked], seed: u64) -> Option<Auc> {
 }
 
 /// The receiver operating characteristic: false-alarm rate and recall at every threshold, from (0, 0) to (1, 1).
-/// Recordings without a score are left out; empty unless both classes have one.
+/// Recordings without a score are left out. The result is empty unless both classes have scores.
 pub fn roc(loops: &[Ranked]) -> Vec<(f64, f64)> {
     let ranks = Ranks::of(loops);
     let of = |sticks: bool| ranks.order.iter().filter(|each| each.sticks == sticks).count();
@@ -120,9 +120,9 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// The largest share of the sticking loops that lie above a threshold which at most the share `alarms` of the healthy
-/// ones exceeds, with a bootstrap interval as of [`auc`]; `None` unless there are both classes. Loops without a score
-/// lie below every threshold, so abstaining costs recall.
+/// The largest share of the sticking loops above a threshold that at most the share `alarms` of the healthy loops
+/// exceeds. The bootstrap interval is as for [`auc`]. It is `None` unless both classes occur. Loops without a score lie
+/// below every threshold, so abstaining costs recall.
 pub fn recall_at(loops: &[Ranked], alarms: f64, seed: u64) -> Option<Interval> {
     let ranks = Ranks::of_all(loops);
     let value = ranks.recall_at(&ranks.once(), alarms)?;
@@ -232,7 +232,8 @@ impl Ranks {
         self.called_at(weights, alarms).map(|(recall, _)| recall)
     }
 
-    /// The recall, and the place in the order from which on loops are called; `None` unless there are both classes.
+    /// The recall, and the place in the order from which on loops are called sticking; `None` unless both classes
+    /// occur.
     fn called_at(&self, weights: &[u32], alarms: f64) -> Option<(f64, Option<usize>)> {
         let mut all = [0u64; 2];
         for each in &self.order {

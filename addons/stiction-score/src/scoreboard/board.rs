@@ -11,13 +11,13 @@ use stiction_diagnose::finding::{Decision, Method};
 /// The name of the verdict among the methods.
 pub const VERDICT: &str = "verdict";
 
-/// Seed of the bootstrap; another one moves the last digit of an interval.
+/// Seed of the bootstrap. A different seed changes the last digit of an interval.
 pub(super) const SEED: u64 = 20_260_101;
 
 /// Accuracy of the verdict and the methods on some loops.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Board {
-    /// Loops that stick; those that stick invisibly are in neither class.
+    /// Sticking loops. Loops with masked stiction are in neither class.
     pub sticky: usize,
     /// Loops that do not stick.
     pub healthy: usize,

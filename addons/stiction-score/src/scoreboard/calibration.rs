@@ -38,8 +38,8 @@ pub struct Bin {
 }
 
 impl Calibration {
-    /// From probabilities that a valve sticks, each with the truth; `None` for none. Values outside 0 to 1 are left
-    /// out.
+    /// Calibration of probabilities that a valve sticks, each with the truth; `None` without probabilities. Values
+    /// outside 0 to 1 are left out.
     pub fn of(said: impl IntoIterator<Item = (f64, bool)>) -> Option<Self> {
         let mut sums = [(0.0, Share::default()); BINS];
         let (mut squares, mut n) = (0.0, 0);

@@ -36,7 +36,7 @@ pub struct FoundBand {
 }
 
 impl Found {
-    /// Counts loops; `None` if no member among them shows that it sticks.
+    /// Counts loops; `None` if no member shows its stiction.
     pub fn of(loops: &[Scored]) -> Option<Self> {
         let shown: Vec<(&Scored, Member)> = loops
             .iter()

@@ -10,7 +10,7 @@ use stiction_population::{Invented, Invention};
 pub struct Truth {
     /// Valve of the recording. Recordings of one valve are also judged together.
     pub valve: String,
-    /// Kind of the loop, such as `saturation`; empty if it is not known.
+    /// Kind of the loop, such as `saturation`; empty if unknown.
     pub kind: String,
     /// Whether the valve sticks.
     pub sticks: bool,

@@ -37,7 +37,7 @@ pub struct Measured {
     pub reports: Vec<String>,
     /// Median times in microseconds; empty unless they were requested.
     pub times: Vec<(String, f64)>,
-    /// Times of each loop, first of the diagnosis, then of each method.
+    /// Times of each loop: first of the diagnosis, then of each method.
     each: Vec<Vec<f64>>,
 }
 

@@ -194,7 +194,7 @@ fn truth(all: &[KnownLoop]) -> Result<String> {
 
 /// Results in files.
 struct Again {
-    /// Each file with its name.
+    /// Each set of results with the name of its file.
     submitted: Vec<(String, Submitted)>,
     asked: Vec<KnownLoop>,
     /// All of them, measured again together.

@@ -1,4 +1,4 @@
-//! Diagnoses as text: one screen for one loop, one line each for several, or a table of all.
+//! Diagnoses as text: one screen for a single loop, one line per loop for several, or a table of all loops.
 
 use super::Diagnosed;
 use crate::output::{Sheet, name};
@@ -19,7 +19,7 @@ const REASONS: usize = 3;
 /// Mark of an S whose range of the OP is guessed.
 const GUESSED: &str = "*";
 
-/// One loop on one screen.
+/// One loop as one screen of text.
 pub fn one(loop_: &Diagnosed) -> String {
     let Diagnosed { source, diagnosis } = loop_;
     let screen = first_screen(&loop_.found());

@@ -85,7 +85,7 @@ named! {
 }
 
 impl Change {
-    /// It with its day: `new since 2026-03-06`.
+    /// The change with its day: `new since 2026-03-06`.
     pub fn since(self, day: &str) -> String {
         match self {
             Self::StillSticks => format!("still sticks after the repair of {day}"),
@@ -192,8 +192,8 @@ pub fn events(windows: &[Seen], repairs: &[f64]) -> Vec<Event> {
 }
 
 impl Event {
-    /// It in words, such as "the valve began to stick at about 2 h (between 1 h and 3 h)"; `moment` writes a time. All times are
-    /// those of windows, so they are known to a window.
+    /// It in words, such as "the valve began to stick at about 2 h (between 1 h and 3 h)"; `moment` writes a time. All
+    /// times are those of windows, so their resolution is one window.
     pub fn words(&self, moment: impl Fn(f64) -> String) -> String {
         let (what, at, (from, to)) = (self.change.words(), moment(self.time), self.interval);
         match from == to {

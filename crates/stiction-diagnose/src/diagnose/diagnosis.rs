@@ -37,7 +37,7 @@ pub struct Diagnosis {
     /// The controlled quantity.
     #[cfg_attr(feature = "serde", serde(rename = "type"))]
     pub loop_type: LoopType,
-    /// The judged segment, the longest of the grid; `None` if there is none.
+    /// The judged segment, the longest of the grid; `None` without a segment.
     pub judged: Option<Judged>,
     /// Time zero of the recording's clock as seconds since 1970-01-01 UTC, if it is known.
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -138,7 +138,7 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// The longest segment of a grid; `None` if it has none.
+    /// The longest segment of a grid; `None` without a segment.
     pub(super) fn of(grid: &Grid) -> Option<Self> {
         let longest = grid.longest()?;
         let segment = grid.segments.iter().position(|each| std::ptr::eq(each, longest))?;

@@ -25,8 +25,8 @@ pub struct Kpi {
 /// Settings of the key figures.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct KpiOptions {
-    /// Dead time of process and valve together, s, for the Harris index. Without it, one sample is assumed, which
-    /// gives the smallest possible index.
+    /// Dead time of process and valve together, s, for the Harris index. Without this value, one sample is assumed,
+    /// which gives the smallest possible index.
     pub dead_time: Option<f64>,
 }
 

@@ -104,7 +104,7 @@ pub struct NoResponse {
 }
 
 impl NoResponse {
-    /// From a rest, if there is one, and whether the verdict is that nothing responds; `None` without either.
+    /// Combines a rest, if any, with the verdict "does not respond"; `None` with neither.
     pub(super) fn of(rest: Option<Rest>, decides: bool) -> Option<Self> {
         let silence = match rest {
             Some(rest) => rest.silence,
@@ -187,8 +187,8 @@ const BY_ITSELF: [MeasureId; 8] = [
 ];
 
 impl Rest {
-    /// Finds the rest of the PV in which the OP travels farthest; `None` if there is none, or there is no set point
-    /// to compare the PV with.
+    /// Finds the rest of the PV in which the OP travels farthest. The result is `None` without a rest, or without a set
+    /// point to compare the PV with.
     pub fn of(segment: &Segment) -> Option<Self> {
         let (op, pv, sp) = (&segment.op, segment.pv.as_ref()?, segment.sp.as_ref()?);
         let n = op.len().min(pv.len()).min(sp.len());
@@ -256,9 +256,10 @@ impl Rest {
 /// The verdict that the valve does not respond; `None` if it does not apply. Data may be unfit for reasons that
 /// such a loop causes by itself.
 ///
-/// It is given if a rest alone is overwhelming, if the evidence gives it [`NAMED_FROM`] or more, or if there is a
-/// rest and the evidence gives it a fifth. The evidence alone counts only if the PV moves, and OP and PV look like
-/// those of one loop and like those of training. Play elsewhere and saturation must be unlikely.
+/// The verdict is given in three cases: a rest alone is overwhelming, the evidence gives a probability of
+/// [`NAMED_FROM`] or more, or the PV rests and the evidence gives a probability of a fifth. The evidence alone counts
+/// only if the PV moves, and OP and PV look like those of one loop and like those of training. Play elsewhere and
+/// saturation must be unlikely.
 pub(super) fn verdict(
     rest: Option<&Rest>,
     sample_time: f64,

@@ -22,8 +22,8 @@ pub struct Observation {
     /// Slip jump, percent of span, where it was quantified.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
-    /// Weight among those that decide by majority or have no pool, such as its number of cycles; 1 if all are alike. An
-    /// observation of weight 0 does not count.
+    /// Weight among observations that decide by majority or have no pool, such as the number of cycles; 1 if all
+    /// observations have the same weight. An observation of weight 0 does not count.
     pub weight: f64,
     /// Number of windows of a long recording in it, with overlaps counted once; 1 for a short recording.
     pub windows: f64,

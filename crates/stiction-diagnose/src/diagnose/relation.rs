@@ -210,7 +210,7 @@ fn middle(x: &[f64]) -> &[f64] {
     &x[from..x.len().min(from + LONGEST)]
 }
 
-/// Whether one of OP and PV is a copy of the other, in the same sample or one sample late.
+/// Whether OP and PV are copies of each other, in the same sample or one sample late.
 fn copied(op: &[f64], pv: &[f64], sp: Option<&[f64]>) -> Option<(Mismatch, String)> {
     let n = op.len();
     if n < 8 || !(span(op) > 0.0 && span(pv) > 0.0) {

@@ -57,7 +57,7 @@ impl Default for DiagnoseOptions {
     }
 }
 
-/// The published methods that a diagnosis runs. They decide nothing, so leave out those that are not needed.
+/// The published methods that a diagnosis runs. Their results decide nothing, so leave out those that you do not need.
 ///
 /// Methods that read the measured valve position ([`Family::Measured`]) always run. Only the methods that run are
 /// counted in the votes.

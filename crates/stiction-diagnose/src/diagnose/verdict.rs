@@ -244,7 +244,7 @@ pub struct Limit {
 pub struct Alternative {
     /// The cause, such as `aggressive tuning`.
     pub cause: Cause,
-    /// Its probability. Those of all causes and that of sticking add up to one.
+    /// Its probability. The likelihoods of sticking and of all other causes add up to one.
     pub likelihood: f64,
     /// The evidence for it, and how to distinguish it: a sentence.
     pub because: String,

@@ -41,7 +41,7 @@ pub struct Weighing {
     pub shares: Vec<f64>,
     /// The changes of the valve within the segment. The windows before the last time it began or ceased to stick do not count.
     pub changes: Vec<Event>,
-    /// What the windows say together, to which those of other recordings can be added; `None` without a PV.
+    /// The combined evidence of the windows, to which evidence of other recordings can be added; `None` without a PV.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub pool: Option<Pool>,
     /// The probability that the valve is at fault: that it sticks or does not respond.
@@ -71,8 +71,8 @@ pub struct Weighing {
         schemars(with = "Option<Limit>")
     )]
     pub limit: Option<f64>,
-    /// Standard errors by which a sticking valve predicts the PV better than one that follows, for all windows
-    /// together: their sum over the root of their number; 0 if nothing can be predicted.
+    /// Standard errors by which a sticking valve predicts the PV better than one that follows the OP, for all windows
+    /// together. This is the sum over the windows divided by the root of their number; 0 if nothing can be predicted.
     pub z: f64,
     /// Range of the OP in the window where it is widest, percent of span.
     pub op_range: f64,

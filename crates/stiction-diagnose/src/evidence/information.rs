@@ -170,8 +170,8 @@ pub(super) fn of(op: &[f64], pv: &[f64], period: f64) -> Option<Information> {
     information(op, pv, Some(period)).ok()
 }
 
-/// Appends one value for each of [`FEATURES`], `op_span` being the span of the OP, percent; NaN where it is
-/// missing.
+/// Appends one value for each of [`FEATURES`]; NaN where the value is missing. `op_span` is the span of the OP,
+/// percent.
 pub fn measure(information: Option<&Information>, op_span: f64, out: &mut Vec<f64>) {
     let Some(told) = information else {
         out.extend(FEATURES.iter().map(|_| f64::NAN));

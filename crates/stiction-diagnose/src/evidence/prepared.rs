@@ -44,8 +44,8 @@ pub struct Trace {
     pub span: f64,
 }
 
-/// OP and PV averaged over blocks so that at most 1,200 samples remain, each less its mean and in its standard
-/// deviations.
+/// OP and PV averaged over blocks so that at most 1,200 samples remain. Each signal has mean 0 and standard deviation
+/// 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dense {
     /// The OP.

@@ -113,8 +113,8 @@ fn typical_travel(prepared: &Prepared<'_>, x: &[f64]) -> f64 {
     travel(prepared.lag(0.5)) / travel(prepared.lag(1.0 / 24.0))
 }
 
-/// Share of times at which only the OP has moved over `lag` samples, among those at which either signal has. A move
-/// is more than half of the typical travel for the OP and a quarter for the PV.
+/// Of the times at which OP or PV has moved over `lag` samples, the share at which only the OP has. A move is more than
+/// half of the typical travel for the OP and a quarter for the PV.
 fn silent(op: &[f64], pv: &[f64], lag: usize) -> f64 {
     let (u, y) = (steps(op, lag), steps(pv, lag));
     let (of_u, of_y) = (0.5 * std(&u), 0.25 * std(&y));

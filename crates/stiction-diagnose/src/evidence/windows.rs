@@ -75,7 +75,7 @@ fn length(segment: &Segment) -> usize {
     WINDOW_SAMPLES.min(n)
 }
 
-/// The median period of some windows, in samples; infinite if none has one.
+/// The median period of some windows, in samples; infinite if no window has a period.
 fn typical_period(segment: &Segment, length: usize) -> f64 {
     let asked = spread(segment, length, ASKED);
     let periods: Vec<f64> = asked.par_iter().filter_map(recorded_period).collect();

@@ -1,7 +1,7 @@
 //! Whether the fitted valve causes the recorded swing.
 //!
 //! # Method
-//! Two answers, each over all drawn loops. One of them is enough:
+//! Two comparisons, each over all drawn loops. One of them is enough:
 //! * The exact limit cycle: the loop would oscillate like this without any disturbance. Noise and loads make a stem
 //!   slip sooner, so a recorded oscillation may be faster.
 //! * The PV behind a valve that follows ([`without`](super::without)): if a good part of the swing disappears, the

@@ -351,7 +351,7 @@ impl Kernel for Fit<'_> {
     }
 }
 
-/// The sum of `x` from one sample to another, and of its products with itself 0 to 3 samples before.
+/// The sum of `x` from one sample to another, and of the products of `x` with itself 0 to 3 samples before.
 #[inline(always)]
 fn own_sums(x: &[Lane], from: usize, to: usize) -> (Lane, [Lane; TAPS]) {
     let (mut sum, mut square) = (Lane::splat(0.0), Lane::splat(0.0));

@@ -282,7 +282,7 @@ impl Record<'_> {
         found
     }
 
-    /// Why it is none of these controllers: its gain depends on the size of the error, or an unrecorded set point
+    /// Why the controller is none of these: its gain depends on the size of the error, or an unrecorded set point
     /// moves.
     fn refuted(&self, best: &Fit) -> Option<Abstention> {
         let columns = self.columns(best.shape);

@@ -27,7 +27,7 @@
 //! * Load that jumps: the regression with u plus a square wave that changes sign whenever the best model's valve
 //!   reverses. It explains corners without any friction.
 //! * Placebo: valves driven by the OP of half a period earlier, mirrored. A regular wave looks the same there, so the
-//!   placebo explains everything that depends only on its period.
+//!   placebo explains everything that depends only on the period.
 //! * Sensor: the output error of u behind a sensor with play.
 //! * Slips: see [`Slips`] and [`Steadiness`].
 //!
@@ -591,8 +591,8 @@ impl Explored {
         }
     }
 
-    /// S at the vertex of a parabola in ln S through the best candidate and its neighbours of the same J; that of
-    /// the candidate if it lies on an edge.
+    /// S at the vertex of a parabola in ln S through the best candidate and its neighbours of the same J; S of the
+    /// candidate at an edge of the grid.
     fn vertex(&self) -> f64 {
         let best = self.ranked[0];
         let beside = |side: f64| {

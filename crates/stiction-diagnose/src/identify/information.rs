@@ -159,8 +159,8 @@ pub struct Information {
 }
 
 impl Information {
-    /// Standard errors by which the best sticking valve predicts the PV better than one that follows; negative if
-    /// it predicts worse.
+    /// Standard errors by which the best sticking valve predicts the PV better than one that follows the OP; negative
+    /// if it predicts worse.
     pub fn z(&self) -> f64 {
         self.best_at().z
     }
@@ -171,7 +171,8 @@ impl Information {
     }
 }
 
-/// The information of `op` (percent) and `pv` (any unit); `period` is the dominant one in samples, if there is one.
+/// The information in `op` (percent) and `pv` (any unit). `period` is the dominant period in samples, if the loop
+/// oscillates.
 ///
 /// # Errors
 /// If the signals differ in length, are too short or not finite, or one is constant.

@@ -53,7 +53,7 @@ impl Response {
         width.run(Filters { response: self, x, plays: None })
     }
 
-    /// The same for one input, if the sensor has plays of these widths, in shares of the range of its input.
+    /// The unexplained share for one input and sensors with plays of these widths, in shares of the range of the input.
     pub fn unexplained_by_sensor(&self, x: &[f64], plays: &Lane, width: Width) -> Lane {
         let x: Vec<Lane> = x.iter().map(|x| Lane::splat(*x)).collect();
         width.run(Filters { response: self, x: &x, plays: Some(plays) })

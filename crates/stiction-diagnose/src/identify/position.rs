@@ -242,7 +242,8 @@ struct Scale {
     reach: f64,
 }
 
-/// Sums over samples of a model's position, and of its products with VP at each delay; both less a level.
+/// Sums over samples of a model's position, and of its products with VP at each delay. A level is subtracted from both
+/// signals.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sums {
     x: f64,

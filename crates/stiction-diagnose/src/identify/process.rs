@@ -180,8 +180,8 @@ impl FittedProcess {
         }
     }
 
-    /// The likeliest of its processes, at most this many, to explain `pv` behind other inputs; `None` for a PV that does not
-    /// move.
+    /// Of these processes, the likeliest to explain `pv` in response to other inputs, at most this many; `None` for a
+    /// PV that does not move.
     pub fn explaining(&self, pv: &[f64], step: f64, most: usize) -> Option<Explaining<'_>> {
         let (y, of_y) = of_variance_one(pv)?;
         let last = most_delay(&delays(y.len()));
@@ -212,8 +212,8 @@ pub struct Explaining<'a> {
 }
 
 impl Explaining<'_> {
-    /// How well they explain the PV behind an `input`, such as the path of a valve. Each has its best gain; the
-    /// log-likelihood is in nats over any constant. Empty for an input that does not move.
+    /// How well they explain the PV behind an `input`, such as the path of a valve. Each process has its best gain. The
+    /// log-likelihood is in nats, up to a constant. Empty for an input that does not move.
     pub fn behind(&self, input: &[f64]) -> Vec<(Candidate, f64)> {
         let Some((x, of_x)) = of_variance_one(input) else { return vec![] };
         let bench = Bench { x: &x, y: &self.y, sign: None };

@@ -7,8 +7,8 @@ use crate::series::{mean, std};
 pub struct Slips {
     /// Slips a period.
     pub rate: f64,
-    /// Concentration of the linear process's error in the three samples at which each slip arrives: logarithm of
-    /// their share of its energy over their share of all samples.
+    /// Concentration of the linear process's error at the slips. It is the logarithm of a ratio: share of the error's
+    /// energy in the three samples at which each slip arrives, over the share of these samples in all samples.
     pub concentration: f64,
     /// Share of that energy that the sticking valve explains; negative if the sticking valve increases it.
     pub removed: f64,

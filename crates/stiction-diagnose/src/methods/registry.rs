@@ -36,7 +36,7 @@ macro_rules! methods {
                 }
             }
 
-            /// The figure of its evidence; `None` if there is too little to draw.
+            /// The figure of the method's evidence; `None` if the data are too few.
             #[cfg(feature = "figure")]
             fn draw(
                 self,

@@ -1,4 +1,4 @@
-//! What a repair changed, from a test before it and one after it.
+//! Effect of a repair, from a test before the repair and a test after it.
 //!
 //! # Equations
 //! b and a are S before and after, each with its 90 % interval (b_l to b_u, a_l to a_u). The tests are independent, so

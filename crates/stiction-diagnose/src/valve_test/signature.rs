@@ -19,7 +19,8 @@
 //! ```
 //!
 //! Twenty of the n samples count as one, because the errors of neighbours are alike. The interval of S follows from the
-//! sum of both squares. Each tenth of the stroke has its own S, with the same J over S, by the sum of squares there.
+//! sum of both squares. Each tenth of the stroke has its own S with the common J/S, from the sum of squares in that
+//! tenth.
 //!
 //! The simulated stem slides on after a slip. A stem that rests again and moves in steps leaves a saw-tooth of height J
 //! with the variance `J²/12`, and the distance between the ramps is S. J then follows from the variance that is left.
@@ -179,8 +180,9 @@ const SEARCHED: usize = 1500;
 const MOST_SAMPLES: usize = 8000;
 /// No model is exact: the least distances of S and J from the ends of their intervals, as shares of S.
 const LEAST_WIDE: (f64, f64) = (0.05, 0.08);
-/// The same for a stem that moves in steps: the distance for S as a share of it, then J and the ends of its interval as
-/// multiples of the height of the saw-tooth, which the lag of the stem lowers; and the smallest step, percent.
+/// Limits for a stem that moves in steps. The first number is the distance for S as a share of S. The others are J and
+/// the two ends of its interval, as multiples of the height of the saw-tooth, which the lag of the stem lowers. Below,
+/// the smallest step, percent.
 const STEPS_WIDE: (f64, f64, f64, f64) = (0.1, 1.2, 0.75, 1.6);
 const LEAST_STEP: f64 = 0.2;
 /// S of a sticking valve is at least so many of the smallest changes of the recorded position.

@@ -11,7 +11,7 @@ use serde::Serialize;
 pub(super) struct WhatIfDocument {
     /// All actions, the best first.
     actions: Vec<RowDocument>,
-    /// The recommended action until the valve is repaired; null if there is none.
+    /// The recommended action until the valve is repaired; null without a recommendation.
     interim: Option<&'static str>,
     /// Effects and cost of retuning, or why there is no other tuning.
     retuning: RetuningDocument,
@@ -55,10 +55,10 @@ enum RetuningDocument {
         present_ms: f64,
         /// Ratio of the PV swing to the one with the present tuning; null if the latter is 0.
         swing_ratio: Option<f64>,
-        /// Ratio of the IAE of a load step to the one with the present tuning; null if either has none.
+        /// Ratio of the IAE of a load step to the IAE with the present tuning; null if one of them has no IAE.
         load_iae_ratio: Option<f64>,
     },
-    /// There is no other tuning.
+    /// No other tuning exists.
     None {
         /// Why.
         none: String,

@@ -138,7 +138,7 @@ fn ends_with(name: &str, word: &str) -> bool {
 /// The content of a column of qualities.
 #[derive(Debug)]
 pub struct Column {
-    /// One for each requested row.
+    /// One quality for each requested row.
     pub qualities: Vec<Quality>,
     /// The code of its numbers, if it has any.
     pub code: Option<Code>,

@@ -43,7 +43,7 @@ impl ReadOptions {
         Self::parse(&bytes::text(bytes::read(path)?, &origin)?, &origin)
     }
 
-    /// Reads a mapping file from its `text`; `origin` is its name in errors.
+    /// Reads a mapping file from its `text`. Errors name it `origin`.
     ///
     /// # Errors
     /// If the text is not well-formed. The error gives the line.

@@ -137,7 +137,7 @@ impl Mapped {
     /// A column with the role `ROLE` or `LOOP.ROLE`.
     ///
     /// # Errors
-    /// If there is no such role; the message lists all.
+    /// If no role has this name. The message lists all roles.
     pub fn of(role: &str, column: &str) -> Result<Self, String> {
         let (loop_name, role) = match role.rsplit_once('.') {
             Some((loop_name, role)) => (Some(loop_name.to_owned()), role),

@@ -1,5 +1,6 @@
-//! The CSV of InfluxDB, as `influx query --raw` and its page export it: several tables below each other, each with a
-//! header and, in the annotated form, rows that begin with `#group`, `#datatype` and `#default`.
+//! The CSV of InfluxDB, as `influx query --raw` and the web page of InfluxDB export it. It contains several tables
+//! below each other. Each table has a header and, in the annotated form, rows that begin with `#group`, `#datatype` and
+//! `#default`.
 //!
 //! The tables become one. With `_value`, each row is a sample, and its signal is named by those of `_measurement`, the
 //! tags and `_field` that distinguish the signals. Without `_value`, the data were pivoted, and the columns are the

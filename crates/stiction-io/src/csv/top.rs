@@ -8,7 +8,7 @@ use crate::timestamp;
 use csv::StringRecord;
 use std::collections::HashSet;
 
-/// The most rows of words below each other that are one header.
+/// Maximum number of consecutive rows of words that form one header.
 const MOST_ROWS: usize = 6;
 
 /// A record that is not blank, with its line.

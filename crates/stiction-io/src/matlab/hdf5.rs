@@ -191,7 +191,7 @@ fn class(attributes: &Attributes) -> &str {
     attributes.get("MATLAB_class").and_then(AttrValue::as_str).unwrap_or("")
 }
 
-/// An object or function, which is not read, if it is one.
+/// An object or function, which is not read.
 fn object(attributes: &Attributes) -> Option<Value> {
     let class = class(attributes);
     let decode = attributes.get("MATLAB_object_decode").and_then(AttrValue::as_i64);

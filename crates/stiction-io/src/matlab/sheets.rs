@@ -90,7 +90,7 @@ fn few(names: &[&str]) -> String {
     }
 }
 
-/// Numbers the columns of one name, so that each can be named.
+/// Numbers the columns that share a name, so that each has its own name.
 fn name_apart(sheet: &mut Sheet) {
     let mut seen: HashMap<String, usize> = HashMap::new();
     for column in &mut sheet.columns {

@@ -170,7 +170,7 @@ impl ParquetFile {
         self.groups.len()
     }
 
-    /// Number of rows of a row group; 0 if there is none.
+    /// Number of rows of a row group; 0 if the group does not exist.
     pub fn rows(&self, group: usize) -> usize {
         self.groups.get(group).map_or(0, |group| group.rows)
     }

@@ -80,8 +80,9 @@ impl Builder<'_> {
         })
     }
 
-    /// A note if the SP may be in percent, unlike the PV. Either their units say so, or the SP is in 0 to 100, the PV is
-    /// not, and they are far apart. If they are far apart and in different units, the SP is left out.
+    /// A note if the SP may be in percent, unlike the PV. The note appears if their units say so, or if the SP is in 0
+    /// to 100, the PV is not, and the two are far apart. If they are far apart and in different units, the SP is left
+    /// out.
     fn sp_elsewhere(&self, recording: &mut Recording) -> Option<String> {
         /// Least distance in swings of the PV (ours). A saturated loop has a smaller one.
         const FAR: f64 = 3.0;

@@ -92,8 +92,8 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading> {
     collected(File::open(path, &origin)?, &origin, options)
 }
 
-/// Passes the recordings in the file at `path` to `visit` one after the other, each with the clock of the file, so that they need
-/// not all be in memory. The reading has none.
+/// Passes the recordings in the file at `path` to `visit` one by one, each with the clock of the file. So not all of
+/// them need to be in memory. The reading has none.
 ///
 /// # Errors
 /// As for [`read`], also after some of the recordings.

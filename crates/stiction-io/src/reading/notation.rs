@@ -132,7 +132,7 @@ fn parts_thousands(cells: &Cells, mark: DecimalMark) -> bool {
 }
 
 impl<'a> Open<'a> {
-    /// The meaning of the marks in `source`; `None` if it has none or some cell shows its mark.
+    /// The meaning of the marks in `source`. The result is `None` without marks, or if some cell determines its mark.
     fn of(source: Source<'a>) -> Option<Self> {
         let mut first: Option<(DecimalMark, usize)> = None;
         let (mut is_mixed, mut whole, mut decimal, mut thousands) = (false, false, 0, 0);

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use stiction_recording::recording::{Channel, Range, Recording};
 
 /// The mapping file, in TOML, by which `bytes` are read to the same recordings as with `options`. Each line has its
-/// reason as a comment. It was tried: the file is read with it before it is returned.
+/// reason as a comment. The mapping was tested: the file is read with it before it is returned.
 ///
 /// # Errors
 /// As for [`parse`], or if a mapping file cannot express how the file was read.

@@ -316,7 +316,7 @@ fn decimals(numbers: &[f64]) -> Option<i32> {
     (0..=9).find(has)
 }
 
-/// The time between rows if all of them are regular, s; none if all times are the same.
+/// Step of a regular clock, s, or else the mean time between rows; none if all times are equal.
 pub fn mean_step_of_all(seconds: &[f64]) -> Option<f64> {
     let mean = series::span(seconds) / (seconds.len().max(2) - 1) as f64;
     let regular = Regular::of(seconds).map(|regular| regular.step);
@@ -364,7 +364,7 @@ fn steps(series: &[Vec<usize>], times: &[f64]) -> Vec<f64> {
     steps
 }
 
-/// The median of steps; none if all times are the same.
+/// The median of steps; none if all times are equal.
 fn median(mut steps: Vec<f64>) -> Option<f64> {
     let middle = steps.len().checked_sub(1)? / 2;
     Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)

@@ -76,7 +76,7 @@ impl Regular {
     }
 }
 
-/// Replaces rounded times by the regular ones behind them, with a note.
+/// Replaces rounded times by the regular times from which they were rounded, with a note.
 pub fn restore(times: &mut Times, column: &Column, context: &Context<'_>) {
     let mut found = None;
     for mut rows in context.rows_of_series() {

@@ -10,8 +10,8 @@ const TOP: usize = 40;
 /// The grid with the values of merged cells where they belong.
 ///
 /// A value over several rows is the value of each. A text over several columns belongs to the names below it, as in
-/// `FIC101 PV`, if it is the only such text in its row, or the names need it because some are equal. A title over all
-/// columns belongs to none.
+/// `FIC101 PV`, if its row has no other such text, or if some names are equal and need it. A title over all columns
+/// belongs to none.
 pub(super) fn resolved(mut grid: Grid, merged: &[Dimensions]) -> Grid {
     let height = grid.rows.len();
     let mut groups: Vec<(usize, usize, usize)> = vec![];

@@ -31,8 +31,9 @@ const SAVE: &str = "open it, and save it as .xlsx again, or the sheet as CSV";
 /// # Errors
 /// If the workbook is damaged or encrypted, or no sheet holds a table.
 ///
-/// # Limits Formulas are not calculated. A cell has the value that was saved. Cells that would take much more memory
-/// than the file are refused.
+/// # Limits
+/// Formulas are not calculated. A cell has the value that was saved. Cells that would take much more memory than the
+/// file are refused.
 pub fn workbook_sheets(bytes: &[u8], origin: &str) -> Result<(Vec<Sheet>, Vec<String>)> {
     let wrong = |message: String| Error::Table { origin: origin.to_owned(), message };
     let mut budget = Budget::of(bytes.len());

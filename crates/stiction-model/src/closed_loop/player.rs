@@ -10,7 +10,7 @@ use crate::valve::{Assembly, Start, Valve};
 
 /// A closed loop whose external signals are given one sample at a time.
 ///
-/// It gives the bits of [`ClosedLoop::run`], which runs the same code.
+/// It gives the same bits as [`ClosedLoop::run`], which runs the same code.
 ///
 /// ```
 /// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};

@@ -115,7 +115,7 @@ impl Process {
         Ok(Self { dynamics, dead_time: non_negative("process dead time", dead_time)? })
     }
 
-    /// The same with additional dead time, s; values not above 0 add none.
+    /// The process with additional dead time, s. Values of 0 or below add none.
     #[must_use]
     pub fn delayed(mut self, by: f64) -> Self {
         self.dead_time += by.max(0.0);

@@ -51,7 +51,7 @@ pub enum Signal {
         /// Where in its period it starts, as a fraction of the period.
         phase: f64,
     },
-    /// Each value holds from its time on; before the first, the first. Times in s, ascending.
+    /// Each value holds from its time on. Before the first time, the first value holds. Times in s, ascending.
     Steps(Vec<(f64, f64)>),
     /// `start + slope (t - from)` from the time `from` on; `start` before.
     Line {
@@ -84,7 +84,7 @@ pub enum Signal {
     },
     /// A Gaussian random walk from zero.
     RandomWalk {
-        /// Standard deviation after one second; it grows with the square root of time.
+        /// Standard deviation after one second. It grows with the square root of time.
         sd_per_sqrt_s: f64,
         /// Seed of its stream.
         seed: u64,

@@ -9,9 +9,9 @@ use crate::error::Result;
 ///
 /// # What it does
 /// Each pair of moves brings the stem to a target, always from the same side. The PV gets time to settle, and the
-/// remaining control error corrects the target. The friction then adds a constant to the signal, which the
-/// correction removes, so neither S nor J need be known well. Changes of set point and load are followed. While the
-/// error is within the zone nothing moves.
+/// remaining control error corrects the target. The friction then adds a constant to the signal. The correction removes
+/// this constant, so S and J need not be known well. Changes of set point and load are followed. While the error is
+/// within the zone nothing moves.
 ///
 /// # Equations
 /// Those of [`Moves`], in two moves, and of [`Correction`], at the end of every interval.

@@ -7,8 +7,8 @@ use crate::error::Result;
 /// Six moves after Wang and Arifin: three, a check of the settled PV, and three more.
 ///
 /// # What it does
-/// The first three moves bring the stem to the estimated target. The offset of the settled PV shows the error of
-/// the estimate (in the steady OP, or in fd). Three more moves, which approach from the same side, correct it.
+/// The first three moves bring the stem to the estimated target. The offset of the settled PV shows the error of the
+/// estimate (in the steady OP, or in fd). Three more moves approach from the same side and correct this error.
 ///
 /// # Equations
 /// Those of [`Moves`], in three moves, and of [`Correction`], applied once.

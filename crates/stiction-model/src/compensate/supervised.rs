@@ -37,7 +37,7 @@ pub struct Supervised {
     pub inner: Box<dyn Compensator>,
     /// Control error above which it goes to work, in PV units.
     pub wake: f64,
-    /// Control error below which it may rest, in PV units; at most `wake`.
+    /// Control error below which the compensator may rest, in PV units; at most `wake`.
     pub quiet: f64,
     /// Time for which the error must be small, s.
     pub dwell_s: f64,

@@ -17,7 +17,7 @@ use crate::error::Result;
 /// As for the two moves.
 ///
 /// # Limits
-/// As for the two moves; it travels one reach further.
+/// As for the two moves. The valve travels one more reach.
 ///
 /// # Deviations from the paper
 /// Only the name of the method in the paper is known to us. The form of the moves, the estimate of the steady OP

@@ -9,8 +9,8 @@ use crate::error::{Result, non_negative, positive};
 pub struct Knowledge {
     /// Estimate of S, percent of span.
     pub s: f64,
-    /// Estimate of J, percent of span; `None` if there is none. Then it is S / 2, the middle of its range without
-    /// overshoot.
+    /// Estimate of J, percent of span; `None` without an estimate. Then J = S / 2 is used, the middle of its range
+    /// without overshoot.
     pub j: Option<f64>,
     /// The controller.
     pub controller: Controller,

@@ -7,8 +7,8 @@ use crate::error::Result;
 /// Srinivasan and Rengaswamy's two moves: away from the stuck position, then to the steady one, and hold.
 ///
 /// # What it does
-/// It ends the cycle instead of shortening it: the stem is brought to the position that holds the PV at its set
-/// point, and stays there.
+/// It ends the cycle instead of shortening it. The stem moves to the position that holds the PV at its set point, and
+/// stays there.
 ///
 /// # Equations
 /// Those of [`Moves`], in two moves; the first goes to the side of the steady OP on which the OP is.

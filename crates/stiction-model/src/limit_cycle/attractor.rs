@@ -5,7 +5,7 @@ use super::harmonic_balance::{Balance, harmonic_balance};
 use super::{ContinuousLoop, Cycle, Method};
 use crate::error::{Error, Result};
 
-/// The final cycle of a loop that starts near its equilibrium; or, in words, why there is none.
+/// The final cycle of a loop that starts near its equilibrium, or a sentence with the reason why it has none.
 ///
 /// Exactly: the end of one motion ([`exact::cycle`]). By describing function: the stable cycle with the largest OP.
 ///

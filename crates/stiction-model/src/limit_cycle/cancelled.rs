@@ -11,9 +11,9 @@
 //! du/dt = -kappa x(t - theta)
 //! ```
 //! Let the stem be stuck at `-a`, for longer than theta. The OP rises at the rate `kappa a` until `u = fs - a`. The
-//! stem jumps to `J - a` and follows. The process still sees `-a`, so the OP rises at the same rate for another
-//! theta, and the stem with it, by `q a`. Then the jump reaches the process. If `J - a > 0`, which the fixed point
-//! below satisfies for `q < 1`, the OP turns at once, and the stem sticks at `J - (1 - q) a`. From stroke to stroke
+//! stem jumps to `J - a` and follows. The process still receives `-a`, so the OP and the stem rise at the same rate for
+//! a different theta, by `q a`. Then the jump reaches the process. If `J - a > 0`, which the fixed point below
+//! satisfies for `q < 1`, the OP turns at once, and the stem sticks at `J - (1 - q) a`. From stroke to stroke
 //! ```text
 //! a(n+1) = J - (1 - q) a(n)
 //! ```

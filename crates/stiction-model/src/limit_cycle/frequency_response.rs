@@ -55,7 +55,7 @@ pub enum Stability {
 pub struct Margins {
     /// Frequency with `|L| = 1` and the phase nearest to -180 degrees, rad/s; `None` if the gain never is 1.
     pub gain_crossover: Option<f64>,
-    /// Distance of the phase from -180 degrees there, rad; negative beyond.
+    /// Distance of the phase from -180 degrees at that frequency, rad; negative for a larger lag.
     pub phase_margin: Option<f64>,
     /// Frequency of oscillation at the stability limit, after raising the gain (or lowering it, if the loop is
     /// unstable), rad/s; `None` if the phase never is -180 degrees.
@@ -298,7 +298,7 @@ impl FrequencyResponse {
         grid
     }
 
-    /// The largest frequency at which the gain is `gain`, if there is one.
+    /// The largest frequency at which the gain is `gain`; `x` if it never is.
     pub(super) fn last_crossover(&self, gain: f64) -> Option<f64> {
         self.where_gain_is(gain).last().copied()
     }

@@ -1,8 +1,9 @@
 //! Limit cycles by harmonic balance: where the frequency response meets `-1/N(X)`.
 //!
-//! # What it computes Every frequency and amplitude of the OP at which a sine would sustain itself around the loop, as
-//! [`Cycle`]s with [`Method::DescribingFunction`], and whether each cycle attracts. If no such sine exists, the result
-//! gives the reason.
+//! # What it computes
+//! Every frequency and amplitude of the OP at which a sine would sustain itself around the loop, as [`Cycle`]s with
+//! [`Method::DescribingFunction`], and whether each cycle attracts. If no such sine exists, the result gives the
+//! reason.
 //!
 //! # Assumptions
 //! OP and VP are treated as sines: the process passes the fundamental of the VP and suppresses the rest. For
@@ -297,7 +298,7 @@ impl Meeting<'_> {
             .collect()
     }
 
-    /// Refines a crossing of two edges and adds it; or finds, on finer polygons, that it is none.
+    /// Refines a crossing of two edges and adds it, or finds on finer polygons that the edges do not cross.
     fn settle(
         &self,
         w_edge: (f64, f64),

@@ -297,7 +297,7 @@ pub struct Assessment {
     pub peak_sensitivity: f64,
     /// [`load_step_iae`]; `None` if the loop has none.
     pub load_iae: Option<f64>,
-    /// The cycle with the sticking valve; `None` if it has none.
+    /// The cycle with the sticking valve; `None` if the loop has none.
     pub cycle: Option<Cycle>,
 }
 
@@ -339,9 +339,9 @@ pub struct Retuning {
     pub iae_ratio: Option<f64>,
     /// Number of tunings within the bound.
     pub robust_tunings: usize,
-    /// Number of them whose cycle could not be determined; they were skipped.
+    /// Number of skipped tunings, whose cycle could not be determined.
     pub unjudged_tunings: usize,
-    /// Whether the best lies at an end of the search range: beyond it there may be a better one.
+    /// Whether the best tuning lies at an end of the search range. A better tuning may then exist beyond it.
     pub at_edge: bool,
 }
 

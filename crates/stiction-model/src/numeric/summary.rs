@@ -1,6 +1,6 @@
 //! Statistics of series of samples.
 
-/// Arithmetic mean; NaN for none.
+/// Arithmetic mean; NaN for an empty list.
 pub fn mean(x: &[f64]) -> f64 {
     x.iter().sum::<f64>() / x.len() as f64
 }

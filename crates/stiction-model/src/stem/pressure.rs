@@ -140,7 +140,7 @@ impl Drive {
         0.5 * self.slope * s * s + lag
     }
 
-    /// The turn of the acting pressure, if there is one after `s = 0`: it is monotone on either side.
+    /// The time after `s = 0` at which the acting pressure turns, if any. The pressure is monotone on either side.
     pub(super) fn turning_point(&self) -> Option<f64> {
         let ratio = -self.slope / (self.decaying * self.decay);
         let s = ratio.ln() / self.decay;

@@ -15,7 +15,7 @@ pub use crate::simd::{LANES, Lane};
 
 /// Valves of one model, one a lane.
 pub trait LaneValve: Copy + Send {
-    /// One valve a lane, with its own bands and its own start.
+    /// One valve per lane. Each has its own bands and its own start.
     fn starting(bands: &[Bands; LANES], starts: [Start; LANES]) -> Self;
 
     /// The position of the valve in lane `l` once its controller output has become `op`.

@@ -123,7 +123,7 @@ impl Model {
     /// Friction bands from the given `S` and `J`, percent of span. Unused ones may be missing.
     ///
     /// # Errors
-    /// [`Error::Missing`] if a used one is missing; an error if one is out of its range.
+    /// [`Error::Missing`] if a required value is missing; an error if a value is out of range.
     pub fn bands(self, s: Option<f64>, j: Option<f64>) -> Result<Bands> {
         let Description { name: needed_by, uses_s, uses_j, .. } = self.describe();
         let need = |name: &str, value: Option<f64>, used: bool| match value {

@@ -14,7 +14,7 @@ use crate::error::{Result, non_negative};
 /// It equals [`He`](super::He) with `S = J = d`.
 ///
 /// # Parameters
-/// `d`, percent of span. It is the slip jump `J`; there is no dead band.
+/// `d`, percent of span. It is the slip jump `J`. The model has no dead band.
 ///
 /// # Limits
 /// Without offset between input and position it fails a dead-band test.

@@ -28,9 +28,9 @@ pub struct Episode {
 /// The episodes of an oscillation of that period, in samples, in a series without other frequencies, such as a
 /// band-passed one.
 ///
-/// A half wave belongs to the oscillation if its length is within 50 % of half the period and its height at least
-/// 40 % of that of the large ones (their 0.9 quantile). Six or more of them make an episode, with at most two other
-/// consecutive half waves in between. The shares are ours.
+/// A half wave belongs to the oscillation if its length is within 50 % of half the period. Its height must be at least
+/// 40 % of the 0.9 quantile of all heights. Six or more of them make an episode, with at most two other consecutive
+/// half waves in between. The shares are ours.
 pub fn episodes(x: &[f64], period: f64, sample_time: f64) -> Vec<Episode> {
     let waves = half_waves(x);
     let heights: Vec<f64> = waves

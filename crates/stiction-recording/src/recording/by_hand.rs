@@ -85,7 +85,7 @@ pub struct ByHand {
 }
 
 impl ByHand {
-    /// The manual settings in a recording; `None` if there are none.
+    /// The manual settings in a recording; `None` without any.
     pub fn of(recording: &Recording) -> Option<Self> {
         let (sets, known_by) = match &recording.mode {
             Some(_) => (by_mode(recording), KnownBy::Mode),

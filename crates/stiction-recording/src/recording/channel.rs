@@ -57,7 +57,7 @@ pub struct Range {
     pub high: f64,
     /// Its source.
     pub source: RangeSource,
-    /// The narrowest and the widest plausible span, in the unit of the signal; both that of the range if it is known.
+    /// The narrowest and the widest plausible span, in the unit of the signal. Both equal the span of a known range.
     pub spans: [f64; 2],
 }
 

@@ -1,6 +1,6 @@
 //! Values that are no measurements: codes for "no value", isolated spikes, and flat lines far outside the rest.
 //!
-//! Historians, gateways and converters write numbers such as -9999 or 32767 where there is no value. One of them
+//! Historians, gateways and converters write numbers such as -9999 or 32767 where there is no value. One such sample
 //! shifts every mean, range and relation, so [`Recording::mask`] makes such samples bad before anything is computed.
 //! Every masked sample keeps its value and the reason, see [`MaskedSample`].
 //!
@@ -104,7 +104,7 @@ impl Masked {
     }
 }
 
-/// Fewer values than these show no rest with which others can be compared.
+/// Fewer equal values than this number are not a rest with which others can be compared.
 const FEWEST: usize = 8;
 /// Distance of a code from the reach of a PV, in its widths. Codes are far outside by design, and a value within one
 /// width may be a measurement.

@@ -7,9 +7,9 @@
 //! grid cuts there.
 //!
 //! Rows in disorder are not moved. A row is in disorder if the earlier rows leave a place for it: it repeats an earlier
-//! time, or lies in a gap between earlier rows or outside of them. It belongs to a new run if they already fill its
-//! time. Rows of another phase lie between the rows before in both cases. Then the values decide whether the rows fit
-//! their neighbours in the file or their neighbours in time.
+//! time, or lies in a gap between earlier rows or outside of them. A row belongs to a new run if earlier rows already
+//! fill its time. Rows of another phase lie between the rows before in both cases. Then the values decide whether the
+//! rows fit their neighbours in the file or their neighbours in time.
 
 use super::grid::commonest_step;
 use super::{Channel, Recording};
@@ -36,7 +36,7 @@ pub struct Restart {
     pub joined: bool,
 }
 
-/// Rows with the time of another row of their run, but other values.
+/// Rows that repeat the time of another row of their run with different values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Repeated {
     /// Their number.
@@ -60,8 +60,8 @@ const FEWEST_ROWS: usize = 4;
 /// From so many steps back on, rows that together have one regular clock may be shuffled.
 const SHUFFLED: usize = 8;
 
-/// Such rows are shuffled unless successive values differ more in order of time than in that of the file: the balance of
-/// both, from -1 to 1, above which they are runs. In noise alone it is near 0.
+/// Such rows are shuffled unless successive values differ more in order of time than in the order of the file. The
+/// balance of both ranges from -1 to 1, and above this value the rows are runs. In noise alone it is near 0.
 const SMOOTHER: f64 = 0.1;
 
 /// The fewest rows in occupied times that show a restart. Fewer may be late.

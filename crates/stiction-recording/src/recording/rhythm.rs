@@ -82,7 +82,7 @@ fn leaves_out_small_changes(time: &[f64], values: &[f64], step: f64) -> bool {
         && (larger >= near || median(&held) <= 1.5 * median(&next))
 }
 
-/// The time of which nearly all steps are multiples, to nine digits; `None` if there is no such time.
+/// The time of which nearly all steps are multiples, to nine digits; `None` if no such time exists.
 fn common_divisor(time: &[f64]) -> Option<f64> {
     let steps: Vec<f64> = time.windows(2).map(|t| t[1] - t[0]).filter(|step| *step > 0.0).collect();
     let shortest = steps.iter().copied().min_by(f64::total_cmp)?;

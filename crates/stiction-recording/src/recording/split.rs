@@ -33,8 +33,8 @@ impl Recording {
         Ok((0..count).filter_map(part).collect())
     }
 
-    /// The samples from `from` up to `to`, s on the recording's clock, from the first of any channel on. If a
-    /// channel has none there, its last value before is repeated, unless it is older than `held_s` before `from`.
+    /// The samples from `from` up to `to`, s on the recording's clock, from the first of any channel on. If a channel
+    /// has no sample there, its last earlier value is repeated, unless the value is older than `held_s` before `from`.
     /// `None` without a value of the OP.
     pub fn part(&self, from: f64, to: f64, held_s: f64) -> Option<Self> {
         let channels = [Some(&self.op), self.pv.as_ref(), self.sp.as_ref(), self.vp.as_ref()];
@@ -62,8 +62,8 @@ impl Recording {
     }
 }
 
-/// The samples of a channel from `from` up to `to`, and at `from` the last one before, if it is not before
-/// `earliest`; `None` if there are none.
+/// The samples of a channel from `from` up to `to`. At `from` the last earlier sample counts, if it is not before
+/// `earliest`. The result is `None` without samples.
 fn cut(channel: &Channel, from: f64, to: f64, earliest: f64) -> Option<Channel> {
     let mut chosen: Vec<(usize, f64)> = channel
         .time

@@ -1,4 +1,4 @@
-//! What was understood of a recording, as one small table: a row for its times and one for each signal.
+//! How a recording was interpreted, as one small table: a row for the times and one for each signal.
 //!
 //! Terminal, report and lab show these rows, and nothing else on the same subject.
 

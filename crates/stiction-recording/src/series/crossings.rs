@@ -14,7 +14,7 @@ pub enum Direction {
 pub struct ZeroCrossing {
     /// Position, in samples, interpolated between its neighbours.
     pub place: f64,
-    /// The first sample beyond it.
+    /// The first sample after it.
     pub next: usize,
     /// Its direction.
     pub direction: Direction,
@@ -53,7 +53,7 @@ pub struct HalfWave {
     pub to: f64,
     /// First sample.
     pub first: usize,
-    /// One past its last sample.
+    /// Index after the last sample.
     pub end: usize,
     /// Whether the series is above zero.
     pub above: bool,

@@ -1,6 +1,6 @@
 //! Cached plans of Fourier transforms: making one takes longer than the transform of a short series.
 //!
-//! Windows of a recording have one length, and so have their spectra. Each thread keeps its plans, because passing them
+//! Windows of a recording have one length, and so do their spectra. Each thread keeps its plans, because passing them
 //! down would put a planner into the signature of every function with a spectrum. Results cannot depend on this cache:
 //! a plan follows from its length alone. To ensure that, each plan comes from its own planner. A planner that has
 //! planned other lengths reuses their parts, and adds up in a different order.

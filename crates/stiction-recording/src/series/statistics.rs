@@ -36,13 +36,13 @@ pub fn quantile(x: &[f64], p: f64) -> f64 {
     if share == 0.0 { low } else { low + share * (high - low) }
 }
 
-/// The median; NaN for none.
+/// The median; NaN for an empty list.
 pub fn median(x: &[f64]) -> f64 {
     quantile(x, 0.5)
 }
 
-/// Median distance from the median, times 1.4826 so that it estimates the standard deviation of
-/// Gaussian samples; NaN for none.
+/// Median distance from the median, times 1.4826, which estimates the standard deviation of Gaussian samples; NaN for
+/// an empty list.
 pub fn median_absolute_deviation(x: &[f64]) -> f64 {
     let middle = median(x);
     let distances: Vec<f64> = x.iter().map(|v| (v - middle).abs()).collect();

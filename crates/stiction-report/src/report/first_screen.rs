@@ -22,7 +22,7 @@ pub struct FirstScreen {
     pub headline: String,
     /// The conclusion of a person, if there is one.
     pub overruled: Option<String>,
-    /// The probability of sticking, in words; null if there is none.
+    /// The probability of sticking, in words; null if unknown.
     pub probability: Option<String>,
     /// Type, time, sample time and file.
     pub line: String,

@@ -152,7 +152,7 @@ impl<'a> Folder<'a> {
         }
     }
 
-    /// For each loop, whether an earlier one has the same name.
+    /// For each loop, whether an earlier loop has the same name.
     fn later(&self) -> Vec<bool> {
         let mut seen = std::collections::BTreeSet::new();
         self.loops.iter().map(|each| !seen.insert(&each.diagnosis.name)).collect()

@@ -24,9 +24,10 @@ const SPREAD: f64 = 20.0;
 /// moment is negative, and the PV if opening the valve lowers it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Input {
-    /// Of each sample: OP and PV less their means, and PV less SP, each over the standard deviation of its signal;
-    /// signed logarithms of the moves of OP and PV. Then the residuals of the PV behind valves that follow and that
-    /// stick, in standard deviations of the former, and the OP less the likeliest stem, in units of its S.
+    /// For each sample: OP, PV and PV less SP, and the moves of OP and PV. OP and PV are less their means. Each signal
+    /// is divided by its standard deviation. Moves are signed logarithms. Then the residuals of the PV behind valves
+    /// that follow and that stick, in standard deviations of the former, and the OP less the likeliest stem, in units
+    /// of its S.
     pub values: Vec<[f32; CHANNELS]>,
     /// Logarithms of the standard deviations of the moves of OP and PV in those of the signals, shares of samples
     /// at rest and at the ends, logarithms of thinning and periods.

@@ -36,7 +36,7 @@ fn quantum(x: &[f64]) -> f64 {
     if multiples * 100 >= changes.len() * 98 { least } else { 0.0 }
 }
 
-/// A limit of a signal: its extreme, if it stays there and arrives in steps above its resolution.
+/// A limit of a signal: its extreme value, if the signal stays there and arrives in steps above its resolution.
 fn limit(x: &[f64], extreme: f64, quantum: f64) -> Option<f64> {
     let at: Vec<bool> =
         x.iter().map(|v| (v - extreme).abs() <= 1e-9 * extreme.abs().max(1.0)).collect();

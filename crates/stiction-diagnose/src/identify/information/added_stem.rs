@@ -44,7 +44,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 const AROUND: usize = 12;
 /// Degrees of freedom of Student's t, which limits the weight of a single large error.
 const FREEDOM: f64 = 4.0;
-/// Values of S: those of the grid, and one between each two.
+/// Values of S: the values of the grid, and one value between each two.
 const FINE_STEPS: usize = 2 * STEPS - 1;
 /// J over S, and the model.
 const SHAPES: [(f64, Model); 5] = [
@@ -183,7 +183,8 @@ impl Problem {
         (best, tried)
     }
 
-    /// The best stem of the grid, or a finer one around it, and its gain; appends the tried valves.
+    /// The best stem of the grid, or a better one from a finer search around it, with its gain. Appends the valves
+    /// tried.
     fn refined(
         &self,
         on_grid: Vec<WithGain<Stem>>,
@@ -438,8 +439,8 @@ fn better(best: Option<WithGain<Stem>>, other: WithGain<Stem>) -> Option<WithGai
     }
 }
 
-/// Posterior mean and standard deviation of some values, each with its gain in nats; a bin counts as much as its
-/// best.
+/// Posterior mean and standard deviation of some values, each with its gain in nats. A bin counts as much as its best
+/// value.
 fn posterior<const BINS: usize>(
     tried: impl Iterator<Item = (f64, f64)>,
     from: f64,

@@ -77,8 +77,8 @@ impl<'a> Target<'a> {
         Self { pieces, whitened: whitened.collect(), rho, huber, scored, gain }
     }
 
-    /// Each candidate at its best lag among `lags`, samples, in their order. Runs on all threads of the current
-    /// rayon pool; the result does not depend on their number.
+    /// Fits each candidate at its best lag among `lags`, samples, and keeps the order. Runs on all threads of the
+    /// current rayon pool; the result does not depend on their number.
     pub fn fit(&self, candidates: &[Candidate], lags: &[f64]) -> Vec<Fitted> {
         let width = Width::widest();
         // Lanes share their friction and the position of their lag.
@@ -469,7 +469,7 @@ struct Run {
     /// Outputs of both before, at and after the first sample that the last tap scores. The other taps start as many
     /// samples later.
     heads: [[Lane; 2]; TAPS],
-    /// The same at its end.
+    /// Outputs at the end of the record.
     tails: [[Lane; 2]; TAPS],
 }
 
@@ -543,7 +543,7 @@ impl Default for Sums {
 }
 
 impl Sums {
-    /// Adds those of one piece of `count` samples, around its mean.
+    /// Adds the sums of one piece of `count` samples, around its mean.
     fn add(&mut self, path: &PathSums, run: &Run, stages: &Stages, count: f64) {
         let lags = [Some(stages.first), stages.second];
         for l in 0..LANES {

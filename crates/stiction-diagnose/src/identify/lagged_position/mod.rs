@@ -1,8 +1,9 @@
 //! Whether a valve sticks, from OP and a recorded position that lags.
 //!
-//! # What it measures Which of three valves leads from OP to the recorded position VP: one that follows, one with a
-//! dead band, or one that sticks. A lag of the stem comes before or after the valve. The result includes S and J with
-//! their intervals, and the largest S that the recording allows.
+//! # What it measures
+//! Which of three valves leads from OP to the recorded position VP: one that follows, one with a dead band, or one that
+//! sticks. A lag of the stem comes before or after the valve. The result includes S and J with their intervals, and the
+//! largest S that the recording allows.
 //!
 //! # Assumptions
 //! OP and VP are percent of the same span, except for an offset and a gain of 0.85 to 1.18. The valve does not
@@ -100,7 +101,7 @@ pub enum Behaviour {
     Follows,
     /// It does not move although the OP does.
     DoesNotMove,
-    /// None of them is certain.
+    /// None of the three valves is certain.
     Open,
 }
 

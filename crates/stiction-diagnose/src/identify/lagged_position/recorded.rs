@@ -29,10 +29,10 @@ const ENOUGH: usize = 4_000;
 /// missed   = 1/4 (i sigma)^2,   i = (b0 + b1 + b2) / (1 - a1 - a2)
 /// recorded:  var r - rounding <= 0.3 missed,  rounding <= 3 missed
 /// ```
-/// with q the resolutions of the recorded signals, i the gain of the integral and sigma the standard deviation of
-/// the noise of e. A controller that acts twice a sample integrates an unrecorded error: that alone leaves at least
-/// `missed`. So does one whose record was averaged or compressed, or that has another law: then moves count as
-/// missed.
+/// with q the resolutions of the recorded signals, i the gain of the integral and sigma the standard deviation of the
+/// noise of e. A controller that acts twice a sample integrates an unrecorded error: that alone leaves at least
+/// `missed`. A controller whose record was averaged or compressed, or that has a different law, leaves an error, too.
+/// Moves then count as missed.
 pub fn moves(op: &[f64], pv: Option<&[f64]>, sp: Option<&[f64]>) -> Moves {
     match pv {
         Some(pv) if keeps_law(op, pv, sp) => Moves::Recorded,

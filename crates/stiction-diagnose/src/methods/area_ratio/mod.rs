@@ -1,8 +1,8 @@
 //! Singhal and Salsbury's ratio of areas.
 //!
 //! # What it measures
-//! The area of each half wave of the control error before its peak over that after it. Behind a lag, a jump of the
-//! valve makes the error rise in a curve and fall at once, so the peak comes late. The sinusoid of a tightly tuned
+//! For each half wave of the control error, the area before the peak over the area after it. Behind a lag, a jump of
+//! the valve makes the error rise in a curve and fall at once, so the peak comes late. The sinusoid of a tightly tuned
 //! loop has its peak in the middle.
 //!
 //! # Assumptions

@@ -85,7 +85,8 @@ pub struct KanoResult {
     pub caveats: Vec<String>,
 }
 
-/// Share of the variance of `x` that `u` explains behind a dead band of each width; both without mean.
+/// For a dead band of each width, the share of the variance of `u` that `x` explains. Both signals are less their
+/// means.
 fn explained(u: &[f64], x: &[f64], widths: &[f64; WIDTHS]) -> [f64; WIDTHS] {
     let (mut sp, mut pp, mut px) = ([0.0; WIDTHS], [0.0; WIDTHS], [0.0; WIDTHS]);
     let (mut f, mut before) = (widths.map(|w| 0.5 * w), u.first().copied().unwrap_or(0.0));

@@ -97,7 +97,7 @@ impl Ellipse {
         0.5 * (-2.0 * xy).atan2(yy - xx)
     }
 
-    /// `n` points along it, to draw it; the first follows the last.
+    /// `n` points along the ellipse, for drawing. The last point precedes the first.
     pub fn outline(&self, n: usize) -> Vec<[f64; 2]> {
         let ([m, n_axis], (sin, cos)) = (self.semi_axes(), self.angle().sin_cos());
         let point = |k: usize| {

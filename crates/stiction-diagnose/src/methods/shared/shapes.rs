@@ -51,8 +51,8 @@ pub fn presume_oscillation(subject: &Subject<'_>, caveats: &mut Vec<String>) {
     }
 }
 
-/// A triangle on a half wave: two lines through its two zeros, each by least squares on its side of the apex. They
-/// need not meet there.
+/// A triangle on a half wave: two lines through its two zeros, each by least squares on its side of the apex. The two
+/// lines need not meet there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Triangle {
     /// Sample of the apex.

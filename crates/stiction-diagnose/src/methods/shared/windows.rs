@@ -44,7 +44,7 @@ pub fn op_travel(op: &[f64], marked: &[bool], window: usize) -> Vec<f64> {
     travels
 }
 
-/// The value above 95 % of `travels`; `None` if there is none.
+/// The 95 % quantile of `travels`; `None` for an empty list.
 pub fn percentile_95(travels: &[f64]) -> Option<f64> {
     (!travels.is_empty()).then(|| quantile(travels, 0.95))
 }

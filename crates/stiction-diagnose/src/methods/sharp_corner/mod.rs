@@ -14,9 +14,9 @@
 //!   oscillation. Each is reduced to at most 48 means of equal duration, and long sides of the polygon through
 //!   them, at jumps of a signal, are filled with points;
 //! * similarity: one less the residual of the [`Ellipse`] fitted to the cycle;
-//! * corner: in coordinates in which that ellipse is the unit circle, the points within 60° of the point farthest
-//!   from the centre, and of the farthest on the other side. Douglas and Peucker's method keeps as few of them as
-//!   possible with no other farther than the tolerance from the line through them;
+//! * corner: in coordinates in which that ellipse is the unit circle, the points within 60° of the point farthest from
+//!   the centre, and of the farthest on the other side. Douglas and Peucker's method keeps as few points as possible.
+//!   No other point may be farther than the tolerance from the line through the kept points;
 //! * sharp: three points. The arc of a circle has five: each half of it, 60°, bulges by
 //!   `1 - cos 30° = 0.134` from its chord, and the tolerance is half of this;
 //! * more than five points are noise; undecided if most corners are noise;
@@ -117,7 +117,7 @@ impl Default for SharpCorner {
 pub struct SharpCornerCycle {
     /// First sample.
     pub first: usize,
-    /// One past its last sample.
+    /// Index after the last sample.
     pub end: usize,
     /// OP, reduced, percent.
     pub op: Vec<f64>,

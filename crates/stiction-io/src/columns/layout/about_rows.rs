@@ -85,7 +85,7 @@ impl AboutRows {
         self.roles.iter().any(|(column, each)| *each == role && self.given.contains(column))
     }
 
-    /// Whether the names alone leave it open which column is the time.
+    /// Whether the names alone leave several columns as possible times.
     pub fn is_open(&self) -> bool {
         self.roles.iter().filter(|(_, role)| *role == Role::Time).count() > 1
     }

@@ -33,7 +33,8 @@ pub struct Bundle {
     pub has_pv: bool,
 }
 
-/// The shape of a table, from the names of its columns. `None` if they do not show it, or if there are no times.
+/// The shape of a table, from the names of its columns. `None` if the names do not show the shape, or if no times
+/// exist.
 pub fn shape(columns: &[&str], options: &ReadOptions) -> Option<Shape> {
     if has_clocks(columns, options) {
         return None;

@@ -161,8 +161,8 @@ pub fn note_qualities(unused: &[&str], role: String, wording: Wording) -> String
     )
 }
 
-/// Notes for loops without mode on unused columns or tags with words of modes. One whose name begins with that of
-/// another loop belongs to that loop.
+/// Notes for loops without mode on unused columns or tags with words of modes. An unused column whose name begins with
+/// the name of another loop belongs to that loop.
 pub fn note_modes(loops: &mut [LoopPlan], unused: &[&str], wording: Wording) {
     let is_only = loops.len() == 1;
     for name in unused {

@@ -42,8 +42,8 @@ pub fn take_switches(candidates: &mut [Option<Candidate>], names: &[&str], conte
     }
 }
 
-/// Qualities with one name, such as `Conf`, belong to the signals on their left, if there are several. They belong to
-/// the signals on their right if each has a signal there, and the first has none on its left.
+/// Several quality columns of one name, such as `Conf`, belong to the signals on their left. They belong to the signals
+/// on their right if each has a signal there, and the first has none on its left.
 pub fn take_qualities(
     candidates: &mut [Option<Candidate>],
     names: &[&str],

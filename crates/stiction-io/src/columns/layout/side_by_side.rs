@@ -327,7 +327,7 @@ fn is_nothing(cells: &Viewed<'_>, row: usize) -> bool {
     }
 }
 
-/// Cells of several columns in a new order. Columns of one kind stay of that kind; others become text.
+/// Cells of several columns in a new order. Columns of one kind stay of that kind. Mixed columns become text.
 fn gathered(sheet: &Sheet, places: impl Iterator<Item = Option<(usize, usize)>> + Clone) -> Cells {
     let cells = |column: usize| &sheet.columns[column].cells;
     let columns: HashSet<usize> = places.clone().flatten().map(|(column, _)| column).collect();

@@ -170,7 +170,7 @@ pub fn choose(sheet: &Sheet, found: &mut AboutRows, given: &Given<'_>) {
     found.notes = notes;
 }
 
-/// The best of several good clocks: the one with more different times, then with dates, then by its name.
+/// The best of several good clocks. More distinct times decide first, then dates, then the name.
 fn best(sheet: &Sheet, good: &[usize], clock: impl Fn(usize) -> Option<Clock>) -> Option<usize> {
     if good.len() < 2 {
         return good.first().copied();

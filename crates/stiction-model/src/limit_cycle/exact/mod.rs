@@ -37,20 +37,20 @@
 //! ```text
 //! w(k+1) = (A w(k) + B x(k)) / (k + 1)
 //! ```
-//! cut after the 20th power. A segment is at most 1 long in the unit of time above, so that the omitted terms are
-//! of the order `1 / 21!`, which is below a double's rounding. It is longer where the last terms are below `1e-17`
-//! even then, for example with only slow modes left. Segments also end with the piece of the past that the process
-//! sees. Without dead time a moving stem closes the loop, `x(k) = u(k)` except for the offset. An event is where a
-//! power series rises through zero. Segments are halved until the coefficients prove that there is none or one,
-//! which Newton's method finds in a bracket. Extremes are found in the same way, in the derivative.
+//! cut after the 20th power. A segment is at most 1 long in the unit of time above, so that the omitted terms are of
+//! the order `1 / 21!`, which is below a double's rounding. It is longer where the last terms are below `1e-17` even
+//! then, for example with only slow modes left. Segments also end with the piece of the past that the process sees.
+//! Without dead time a moving stem closes the loop, `x(k) = u(k)` except for the offset. An event is where a power
+//! series rises through zero. Segments are halved until the coefficients prove that a segment contains one event or
+//! none. Newton's method then finds the event in its bracket. Extremes are found in the same way, in the derivative.
 //!
-//! **The event map.** Consider a slip before which the stem was stuck for a dead time. Then the process only sees
-//! the position before the slip, which is `C w - d fs`, so `w` alone determines the future. The map `P` takes it
-//! from one such slip to another, `n` slips later, multiplied by the sign of the slip so that every slip is upward.
-//! A cycle is a fixed point. If the last slip is downward, the fixed point is half of a symmetric cycle; else it is
-//! all of one. Newton's method solves `P(w) = w`. The derivative of `P` comes from the same code in numbers with
-//! derivatives: through the series, and through the times of events by the implicit function theorem, `dt = -dg /
-//! g'` for the event `g = 0`. This includes the jumps of the variational equation (saltation).
+//! **The event map.** Consider a slip before which the stem was stuck for a dead time. Then the process only receives
+//! the position before the slip, which is `C w - d fs`, so `w` alone determines the future. The map `P` takes it from
+//! one such slip to another, `n` slips later, multiplied by the sign of the slip so that every slip is upward. A cycle
+//! is a fixed point. If the last slip is downward, the fixed point is half of a symmetric cycle; else it is all of one.
+//! Newton's method solves `P(w) = w`. The derivative of `P` comes from the same code in numbers with derivatives:
+//! through the series, and through the times of events by the implicit function theorem, `dt = -dg / g'` for the event
+//! `g = 0`. This includes the jumps of the variational equation (saltation).
 //!
 //! **Stability.** The eigenvalues of the derivative of `P` at the fixed point, squared if it is half a cycle, are
 //! the Floquet multipliers over a period. The event removes the direction along the cycle, and the position removes
@@ -76,9 +76,9 @@
 //!   Newton's method. In 19 of 60 random loops a cycle and a motion to rest both attract. Halving the interval
 //!   between initial states with different ends 30 times met no orbit: they are separated by whether the OP ever
 //!   turns, not by a repelling orbit.
-//! * If the stem never rests for a dead time, the state at a slip is a function, not a vector. A cycle is then
-//!   found only by following the motion until it repeats itself to 1e-11, with extrapolation where it creeps. It
-//!   attracts, and its multipliers are not known.
+//! * If the stem never rests for a dead time, the state at a slip is a function, not a vector. Then a cycle is found
+//!   only by following the motion until it repeats to 1e-11. Slow motion is extrapolated. It attracts, and its
+//!   multipliers are not known.
 //! * A motion that slides to rest needs an OP that never turns; the smallest noise ends that, and the loop then
 //!   cycles.
 //! * A sampled loop differs by the order of its sample time, and not smoothly.
@@ -278,8 +278,8 @@ pub struct Trajectory {
     pub pv: Vec<f64>,
 }
 
-/// The final cycle of a loop, as [`cycle`] finds it, over one period: at `samples` equally spaced times, and at
-/// every slip and every stop of the stem. `None` if there is none.
+/// The final cycle of a loop, as [`cycle`] finds it, over one period: at `samples` equally spaced times, and at every
+/// slip and every stop of the stem. `None` without a cycle.
 ///
 /// The values are those of the flow: exact at each time, not interpolated.
 ///

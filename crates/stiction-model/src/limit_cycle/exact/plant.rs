@@ -150,8 +150,8 @@ impl Plant {
         (1..self.order).fold(w[0] * self.c[0], |sum, i| sum + w[i] * self.c[i])
     }
 
-    /// The process at rest under VP `position`, with the integral such that the OP is `op`. An integrating process
-    /// does not rest there; its PV is `position` instead.
+    /// The process at rest under VP `position`, with the integral such that the OP is `op`. An integrating process does
+    /// not rest there. Its PV is `position` instead.
     pub(super) fn resting(&self, position: f64, op: f64) -> [f64; STATES] {
         let n = self.process_order;
         let mut state = [0.0; STATES];

@@ -30,7 +30,7 @@ pub(crate) trait BristleLaw<const N: usize> {
     /// Typical size of each deflection, m: the scale of its error tolerance.
     fn deflection_scale(&self) -> [f64; N];
 
-    /// Distance of each sticking element from slipping, N; infinite without one.
+    /// Distance of each sticking element from slipping, N; infinite for other elements.
     fn stick_margins(&self, _y: &[f64; N], _direction: f64) -> [f64; ELEMENTS] {
         [f64::INFINITY; ELEMENTS]
     }

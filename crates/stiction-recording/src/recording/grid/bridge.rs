@@ -121,7 +121,7 @@ impl Regression {
     }
 }
 
-/// The neighbours of a sample in its signal, and those in the others with the samples of its own time.
+/// The neighbours of a sample in its signal, and the neighbours at the same time in the other signals.
 fn neighbours<'a>(
     signal: &'a [f64],
     others: &'a [&[f64]],

@@ -219,7 +219,8 @@ impl Track {
         (0..end).rev().find(|&i| self.usable[i]).unwrap_or(0)
     }
 
-    /// Every point, held over missing ones; before the first usable sample, that one.
+    /// Every point, with the last usable sample held over missing ones. The first usable sample also counts before its
+    /// time.
     pub(super) fn held(&self, run: &Run, step: f64) -> Vec<f64> {
         let tolerance = tolerance(step, run.from, run.to);
         let usable = |i: &usize| self.usable[*i];
