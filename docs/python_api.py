@@ -3,7 +3,7 @@
 
 python3 docs/python_api.py
 
-The schemas are those of the installed `stiction._core`. Everything else is read from the sources: parameters from the modules and
+The schemas come from the installed `stiction._core`. Everything else is read from the sources: parameters from the modules and
 `_core.pyi`, documentation from doc strings and, for compiled classes, from the Rust files.
 """
 

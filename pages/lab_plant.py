@@ -295,7 +295,7 @@ def loop(page: Page, plant: Path, kept: Path) -> None:
 
 
 def both(browser: Browser, lab: Lab, page: Page, plant: Path) -> None:
-    """Checks two windows: each shows the entries of the other, and no entry is lost."""
+    """Checks two windows: each shows the entries of the second window, and no entry is lost."""
     other = opened(browser, lab, "#/plant")
     for each in (page, other):
         go(each, "?loop=FIC1002")

@@ -107,7 +107,7 @@ def broken_keys(document: str, old: dict[str, Any], new: dict[str, Any]) -> Iter
 
 
 def broken_calls(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:
-    """Python names that are gone, parameters that are gone or must be given now, and those at another place."""
+    """Python names that were removed, parameters that were removed or are now required, and parameters at another position."""
     in_modules = {re.sub(r"^stiction\.\w+", "stiction", name) for name in new}
     for name, parameters in old.items():
         if name not in new:

@@ -77,7 +77,7 @@ def series(recordings):
 
 
 def series_and_changes(recordings):
-    """The same with the changes from sample to sample, which a network learns from more easily."""
+    """Recordings with the changes from sample to sample, from which a network learns more easily."""
     x = series(recordings)
     changes = np.diff(x, axis=2, prepend=x[:, :, :1])
     return np.concatenate([x, changes / (changes.std(axis=2, keepdims=True) + 1e-9)], axis=1)

@@ -1,4 +1,4 @@
-"""A detector for `stiction bench detector`, in Python without any package.
+"""A detector for `stiction bench detector`, in Python without packages.
 
     stiction bench detector 'python3 detector.py' --suite v1-trial
 

@@ -8,9 +8,9 @@
 
 `soak` plays at a hundred times the speed, and prints the memory of the collector every minute. It fails if the memory grew by more
 than 5 % after the first quarter. It also fails if a service was requested that is not listed, or if a value is missing or wrong.
-`cpu` writes a value per second to each tag of 1,000 loops. `play` has the server of node-opcua, which is faster, play minutes of loops
-with four tags at any speed. It compares all values with those played, and all windows with those of `plant scan`. `sql` fetches a plant from a table of
-PostgreSQL, and compares every time and value of all days with those of the plant.
+`cpu` writes a value per second to each tag of 1,000 loops. `play` has the server of node-opcua, which is faster, play minutes of
+loops with four tags at any speed. It compares all values with the played values, and all windows with the windows of `plant scan`.
+`sql` fetches a plant from a table of PostgreSQL, and compares every time and value of all days with the plant.
 """
 
 from __future__ import annotations

@@ -1,11 +1,10 @@
-"""Compares the time of a scan on Spark with that of the local engine, for the table in BENCHMARKS.md.
+"""Compares the time of a scan on Spark with the time of the local engine, for the table in BENCHMARKS.md.
 
     pip install ".[spark]" && python python/benchmarks/spark.py --loops 50 --days 3
 
-A demo plant is scanned by the local engine in one thread, then by Spark on one machine with one and with two workers, each
-bound to a separate CPU. Driver and master may use any CPU. CPU seconds are those of processes, sampled from
-/proc: the driver, the virtual machines of Java that work, and their Python, which reads tables and diagnoses. It
-runs on Linux.
+A demo plant is scanned by the local engine in one thread, then by Spark on one machine with one and with two workers, each bound to
+a separate CPU. Driver and master may use any CPU. CPU seconds are summed over processes and sampled from /proc: the driver, the
+virtual machines of Java that work, and their Python, which reads tables and diagnoses. It runs on Linux.
 """
 
 import argparse

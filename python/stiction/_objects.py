@@ -60,7 +60,7 @@ def _with_index(frame: Any, name: Any) -> Any:
 
 
 def _joined(name: Any) -> str:
-    """Return the name of a column as text, with dots between the levels of a name with several."""
+    """Return the name of a column as text, with dots between levels if the name has several."""
     return ".".join(str(part) for part in name if str(part)) if isinstance(name, tuple) else str(name)
 
 

@@ -71,7 +71,9 @@ class Result:
 
 
 def about(words: str, *, kind: str = "", default: Any = dataclasses.MISSING) -> Any:
-    """Describe an attribute. One without words shares those of the next attribute. By default its kind follows from its type."""
+    """Describe an attribute. An attribute without a description shares the description of the next attribute. By default its kind
+    follows from its type.
+    """
     return dataclasses.field(default=default, metadata={"words": words, "kind": kind})
 
 

@@ -231,7 +231,7 @@ def simulate(
 ) -> Run:
     """Simulate a control loop.
 
-    Your own parts replace those of the scenario. All other properties, such as set point, noise and sample time, come from the
+    Your own parts replace the parts of the scenario. All other properties, such as set point, noise and sample time, come from the
     scenario. Your parts are stepped in the same order and with the same arithmetic as library parts, so a copy of a library part
     gives the same numbers, only more slowly.
 

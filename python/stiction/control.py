@@ -92,8 +92,8 @@ def valve_system(
 ) -> Any:
     """Return a sticking valve as a discrete-time system.
 
-    Its response to a series of OP values equals that of `stiction.valve` to the last bit. The state is the position, the OP of
-    the sample before, and the motion (1 upward, -1 downward, 0 stuck). The state ``[0, 0, 0]`` is a valve at rest at 0; pass
+    Its response to a series of OP values equals the response of `stiction.valve` to the last bit. The state is the position, the OP
+    of the sample before, and the motion (1 upward, -1 downward, 0 stuck). The state ``[0, 0, 0]`` is a valve at rest at 0; pass
     ``[x, x, 0]`` as initial state of a valve at rest at x.
 
     Parameters

@@ -1,8 +1,7 @@
 """Estimators for scikit-learn, a classifier and a regressor based on diagnoses of recordings.
 
-The model behind a verdict is frozen, so fitting learns nothing. Fitting only checks its arguments, and the probabilities are
-those of the verdicts. These estimators are for scoring, comparing and chaining. The package does not import this module by
-itself.
+The model behind a verdict is frozen, so fitting learns nothing. Fitting only checks its arguments, and the probabilities come from
+the verdicts. These estimators are for scoring, comparing and chaining. The package does not import this module by itself.
 
 Cases are recordings, tables of one loop each, or an array of the shape ``(n_cases, n_channels, n_timepoints)``. The channels are
 OP in percent of span, PV and, if there are three, SP. NaN is missing.

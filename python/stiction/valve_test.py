@@ -164,7 +164,7 @@ def signature(recording: RecordingLike) -> Signature:
 
 
 def compare_signatures(before: RecordingLike, after: RecordingLike) -> SignatureComparison:
-    """Compare the signature of a valve after a repair with the one before it.
+    """Compare the signatures of a valve before and after a repair.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ impl Compiler<'_> {
         Ok(self.folder.join(target).join("dist").join(name))
     }
 
-    /// Flags of the compiler: those of this build if the target is the same, and flags that remove paths.
+    /// Flags of the compiler: the flags of this build if the target is the same, and flags that remove paths.
     fn flags(&self, target: &str) -> Result<String, String> {
         let mut flags: Vec<String> = vec![];
         if target == self.own {

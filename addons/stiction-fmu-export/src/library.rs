@@ -32,7 +32,7 @@ pub struct Platform {
     library: Option<&'static [u8]>,
 }
 
-/// The platform of this build, and those in the variable `STICTION_FMU_TARGETS` when it was built.
+/// The platform of this build, and the platforms in the variable `STICTION_FMU_TARGETS` at build time.
 pub const PLATFORMS: &[Platform] = &include!(concat!(env!("OUT_DIR"), "/platforms.rs"));
 
 impl Platform {
@@ -63,7 +63,7 @@ impl Library {
     /// The libraries of `given`, and built-in libraries for all other [`PLATFORMS`].
     ///
     /// # Errors
-    /// As those of [`Library::own`].
+    /// As [`Library::own`].
     pub fn own_and(given: Vec<Self>) -> Result<Vec<Self>, Error> {
         let is_given = |own: &&Platform| given.iter().any(|g| g.arch == own.arch && g.os == own.os);
         let own = PLATFORMS.iter().filter(|own| !is_given(own)).map(Platform::library);

@@ -5,7 +5,7 @@ use stiction_fmu::Fmu;
 use stiction_io::Scenario;
 use stiction_io::scenario::System;
 
-/// Common settings of a scenario and of a loop inside an FMU: the key of the one, the variable of the other.
+/// Common settings of a scenario and of a loop inside an FMU: the key in the scenario, and the variable of the FMU.
 const SHARED: [(&str, &str); 20] = [
     ("sample_time", "sample_time"),
     ("operating_point.op", "OP_rest"),

@@ -119,7 +119,7 @@ pub(crate) unsafe fn call(
     unsafe { call_or(instance, ERROR, work) }
 }
 
-/// The same, with a different status for a refusal, or a different type for its sentence.
+/// As [`call`], with a different status for a refusal, or a different type for its message.
 ///
 /// # Safety
 /// As for [`call`].

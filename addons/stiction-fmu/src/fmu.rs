@@ -84,7 +84,7 @@ impl Fmu {
         }
     }
 
-    /// The same with another start value. Boolean values are 1 and 0.
+    /// The FMU with a different start value. Boolean values are 1 and 0.
     ///
     /// # Errors
     /// If no variable has this name, the variable is computed and cannot be set, or the value has the wrong type.

@@ -264,19 +264,19 @@ impl Variable {
         Self::real(Causality::Parameter, Variability::Fixed, name, unit, Some(start), description)
     }
 
-    /// The same, changing at samples only.
+    /// The variable, changing at samples only.
     pub(crate) const fn sampled(mut self) -> Self {
         self.variability = Variability::Discrete;
         self
     }
 
-    /// The same, tunable while the simulation runs.
+    /// The variable, tunable during the simulation.
     pub(crate) const fn tunable(mut self) -> Self {
         self.variability = Variability::Tunable;
         self
     }
 
-    /// The same as a Boolean.
+    /// The variable as a Boolean.
     pub(crate) const fn boolean(mut self) -> Self {
         self.kind = VariableKind::Boolean;
         if matches!(self.causality, Causality::Output) {
@@ -285,7 +285,7 @@ impl Variable {
         self
     }
 
-    /// The same as an integer.
+    /// The variable as an integer.
     pub(crate) const fn integer(mut self) -> Self {
         self.kind = VariableKind::Int32;
         if matches!(self.causality, Causality::Output) {
@@ -294,19 +294,19 @@ impl Variable {
         self
     }
 
-    /// The same as the rate of another variable.
+    /// The variable as the rate of another variable.
     pub(crate) const fn rate_of(mut self, state: usize) -> Self {
         self.rate_of = Some(state as u32);
         self
     }
 
-    /// The same as an event indicator.
+    /// The variable as an event indicator.
     pub(crate) const fn indicator(mut self) -> Self {
         self.indicates = true;
         self
     }
 
-    /// The same, depending at an instant only on these states.
+    /// The variable, depending at an instant only on these states.
     pub(crate) const fn depends_on(mut self, states: &'static [u32]) -> Self {
         self.depends_on = Some(states);
         self

@@ -1,7 +1,7 @@
 //! Writes a plant of many loops, to try the lab on: `cargo run -p stiction-lab --example big_plant -- FOLDER [LOOPS]`.
 //!
-//! Twenty loops are those of `stiction plant demo`, with two days of data, and judged; the windows of the others, of four
-//! weeks, are made up.
+//! Twenty loops are copied from `stiction plant demo`, with two judged days of data. The windows of the other loops, of
+//! four weeks, are invented.
 
 #[path = "../../stiction-plant/tests/made_up/mod.rs"]
 mod made_up;

@@ -44,7 +44,7 @@ impl Wrong {
         self.status
     }
 
-    /// The same status with a different text.
+    /// The failure with a different text.
     pub(crate) fn with(self, error: String) -> Self {
         Self { error, ..self }
     }

@@ -219,7 +219,7 @@ enum Fitted {
 }
 
 impl Fitted {
-    /// The valve of the settings: that of the scenario, or a stem.
+    /// The valve of the settings: the scenario's valve, or a stem.
     fn of(knobs: &Knobs, valve: &Assembly, sample_time: f64) -> Answer<Self> {
         if !knobs.stem {
             return Ok(Self::Model(Box::new(valve.clone())));

@@ -37,7 +37,7 @@ impl LoopRequest {
         self
     }
 
-    /// The same changes of a different scenario.
+    /// These changes, applied to a different scenario.
     pub(crate) fn of(self, scenario: &str) -> Self {
         Self::new(scenario, self.set)
     }
@@ -193,7 +193,7 @@ pub struct Cycles {
     j: f64,
     /// The scenario with all its settings, as TOML.
     toml: String,
-    /// The same, key by key.
+    /// The settings of the scenario, key by key.
     settings: Vec<Setting>,
     /// Settings without effect.
     notes: Vec<String>,

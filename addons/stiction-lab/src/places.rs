@@ -82,7 +82,7 @@ impl Taken {
 }
 
 impl Place {
-    /// Goes behind the others of its kind.
+    /// Moves the connection behind the others of its kind.
     fn moves(self: &Arc<Self>, to: impl FnOnce(&mut Taken) -> &mut VecDeque<Arc<Self>>) {
         let mut taken = locked(&self.places.0);
         taken.remove(self);

@@ -24,7 +24,7 @@ pub enum Cost {
 }
 
 impl Cost {
-    /// How many calls of this cost are worked on at a time; the others wait.
+    /// How many calls of this cost run at a time. The others wait.
     pub fn at_once(self) -> usize {
         match self {
             Self::Low => 8,

@@ -5,8 +5,8 @@ use jiff::{Span, Unit};
 use stiction_diagnose::recording::{Channel, MaskedSample, Modes, Recording};
 use stiction_io::timestamp::{Zone, instant};
 
-/// A value stored on change holds into a window for at most this long, s. With this bound a window does not depend on the
-/// other data that are read with it.
+/// A value stored on change holds into a window for at most this long, s. With this bound a window does not depend on
+/// other data in the same read.
 pub const HELD_FROM: f64 = 86_400.0;
 
 const EPOCH: Date = Date::constant(1970, 1, 1);

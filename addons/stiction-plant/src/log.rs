@@ -256,7 +256,8 @@ pub fn loop_named<'a>(
     })
 }
 
-/// The same from the plant's file, its examined data or the judged loops. Unreadable rows are no reason to refuse an entry.
+/// The loop of this name, from the plant's file, its examined data or the judged loops. Unreadable rows are no reason
+/// to refuse an entry.
 ///
 /// # Errors
 /// If no loop has this name.

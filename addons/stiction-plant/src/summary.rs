@@ -83,7 +83,7 @@ pub struct Status {
     pub cut_short: usize,
     /// Damaged files of the store, a sentence each.
     pub damaged: Vec<String>,
-    /// How the data files differ from those of the last scan.
+    /// Differences of the data files from the last scan.
     pub changes: Changes,
     /// What the last scan did not read of the data, and all windows that could not be judged.
     pub unknown: Vec<Unknown>,

@@ -19,9 +19,9 @@ pub struct Trial {
     pub networks: usize,
     /// Loops in these networks.
     pub loops: usize,
-    /// Of all valves whose oscillation reaches another loop: those in a group with such a loop.
+    /// Share of the valves whose oscillation reaches another loop that are in a group with such a loop.
     pub sources: Share,
-    /// Of all pairs of such a valve's loop and one that it reaches: those in a group.
+    /// Share of the pairs of such a valve's loop and a loop that it reaches that are in a group.
     pub recall: Share,
     /// Of all pairs of loops in a group: those that nothing can reach both.
     pub false_pairs: Share,
@@ -33,7 +33,7 @@ pub struct Trial {
     pub not_recorded: Share,
     /// Of the groups with a source: those whose source is reported as not recorded.
     pub wrongly_not_recorded: Share,
-    /// Of the networks in which nothing can reach two loops: those with a group.
+    /// Share of the networks without any common cause that have a group.
     pub unrelated: Share,
 }
 

@@ -4,9 +4,9 @@
 //! cargo run --release -p stiction-population --example record_longer -- 4000
 //! ```
 //!
-//! prints, for 4,000 loops of all kinds of which a record of the usual length is undecided, how many are decided by 2, 4 and 8 times
-//! this record, and the same of those with too few slips. Then the median limit of S of healthy loops that 8 times the usual record
-//! clears, and how many sticking loops with a limit exceed it.
+//! It prints, for 4,000 loops of all kinds whose usual record is undecided, how many are decided by 2, 4 and 8 times
+//! this record. It prints the same for loops with too few slips. Then the median limit of S of healthy loops that 8
+//! times the usual record clears, and how many sticking loops with a limit exceed it.
 
 use rayon::prelude::*;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, VerdictClass, diagnose};

@@ -4,9 +4,9 @@
 //! cargo run --release -p stiction-population --example valve_changes -- 200 40
 //! ```
 //!
-//! prints, for 200 loops with records of 40 usual lengths: sticking valves that are repaired in the middle, the same with both halves
-//! exchanged, the same without a repair, and loops of all kinds in which nothing changes. Where the windows of one half accuse the valve
-//! and those of the other do not, the change can be seen.
+//! prints, for 200 loops with records of 40 usual lengths: sticking valves that are repaired in the middle, the same
+//! with both halves exchanged, the same without a repair, and loops of all kinds in which nothing changes. The change
+//! is visible if the windows of one half accuse the valve and the windows of the other half do not.
 
 use rayon::prelude::*;
 use stiction_diagnose::diagnose::Weighing;
@@ -24,7 +24,7 @@ fn weighed(recording: &Recording) -> Option<Weighing> {
     Weighing::of(grid.longest()?).ok()
 }
 
-/// One recording after another, without a gap.
+/// One recording directly after another.
 fn joined(first: &Recording, second: &Recording) -> Option<(Recording, f64)> {
     let (mut all, mut second) = (first.clone(), second.clone());
     let step = second.op.time.get(1)? - second.op.time.first()?;

@@ -1,5 +1,5 @@
-//! Prints a loop of the population with a test of its valve at the end, as CSV: how the samples in `samples/test` were made.
-//! KIND is that of the loop, by default that of a valve that sticks.
+//! Prints a loop of the population with a test of its valve at the end, as CSV: how the samples in `samples/test` were
+//! made. KIND is the kind of the loop, by default a sticking valve.
 //!
 //! ```text
 //! cargo run --release -p stiction-population --example valve_trial -- SEED [KIND] > loop.csv

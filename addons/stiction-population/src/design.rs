@@ -65,14 +65,14 @@ impl Curve {
 pub(super) struct Design {
     pub samples: usize,
     pub sample_time: f64,
-    /// Sample time of an ordinary historian, s; longer than that of an eager one. Times of the loop are drawn in
-    /// units of it.
+    /// Sample time of an ordinary historian, s. It is longer than the sample time of an eager historian. Times of the
+    /// loop are drawn in units of it.
     pub pace: f64,
     /// Steps of controller and valve per recorded sample.
     pub steps: usize,
     /// Steps before the record begins.
     pub warm_up: usize,
-    /// All steps of the drawn record, including those before it; the recording may be longer.
+    /// All steps of the drawn record, including the steps before it. The recording may be longer.
     pub drawn_steps: usize,
     pub situation: Situation,
 
@@ -130,7 +130,7 @@ pub(super) struct Design {
 }
 
 impl Design {
-    /// Noise of the OP, percent: that of the PV, filtered and times the gain, plus the controller's own.
+    /// Noise of the OP, percent: the noise of the PV, filtered and times the gain, plus the controller's own noise.
     pub fn op_noise(&self) -> f64 {
         let keep = if self.pv_filter > 0.0 { (-self.step() / self.pv_filter).exp() } else { 0.0 };
         let of_pv = self.noise_ratio * self.activity * self.gain * self.kc;

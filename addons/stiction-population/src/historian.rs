@@ -51,7 +51,7 @@ impl Historian {
         }
     }
 
-    /// The same without compression, averages and holds: a trend opened for a test.
+    /// The historian without compression, averages and holds: a trend opened for a test.
     pub fn trend(&self) -> Self {
         Self { averaged: false, hold: 1, doors: [0.0; 2], exceptions: [0.0; 2], ..self.clone() }
     }

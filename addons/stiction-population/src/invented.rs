@@ -96,7 +96,7 @@ named! {
         Slugging = "slugging",
         /// A knocker that was left on: short pulses in the OP.
         Knocker = "knocker",
-        /// A volume booster for one way of the stroke; the other way is slow.
+        /// A volume booster in one direction of the stroke; the other direction is slow.
         OneSidedBooster = "one-sided booster",
         /// A heat exchanger that fouls and is cleaned, under a daily load.
         Fouling = "fouling",
@@ -108,13 +108,13 @@ named! {
 }
 
 impl Invention {
-    /// The kinds of the first examination, that of population 4.
+    /// The kinds of the first examination, for population 4.
     pub const FIRST: [Self; 8] = Self::ALL.as_chunks().0[0];
 
-    /// The kinds of the second, that of population 5.
+    /// The kinds of the second examination, for population 5.
     pub const SECOND: [Self; 8] = Self::ALL.as_chunks().0[1];
 
-    /// The kinds of the third, that of records of a week.
+    /// The kinds of the third examination, for records of a week.
     pub const THIRD: [Self; 8] = Self::ALL.as_chunks().0[2];
 
     /// The loop of this kind and seed, healthy or sticking.
@@ -125,7 +125,7 @@ impl Invention {
         self.simulate_for(seed, sticks, 1.0)
     }
 
-    /// The same, recorded for `factor` times as many samples, with as many more steps of the load.
+    /// Simulates a loop with `factor` times as many samples, and as many more steps of the load.
     ///
     /// # Errors
     /// None is known.

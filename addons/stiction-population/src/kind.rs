@@ -8,7 +8,7 @@ use stiction_model::error::{Error, Result};
 use stiction_model::named;
 
 named! {
-    /// The peculiarity of a simulated loop, those with faulty valves first.
+    /// The peculiarity of a simulated loop. Kinds with faulty valves come first.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
     pub enum LoopKind {
         /// Its valve sticks and slips.
@@ -123,10 +123,10 @@ impl LoopKind {
 
     /// The loop of this kind and seed, recorded for `factor` times as many samples.
     ///
-    /// Process, tuning, valve and historian are the same, and the cause continues. Loads, set-point changes and
-    /// noise are those of the shorter record during its length. After it they are drawn again for every further
-    /// length, from the same distributions, so that a load does not drift away in a month. A sticking that comes
-    /// and goes does so by shares of the longer record.
+    /// Process, tuning, valve and historian are the same, and the cause continues. Loads, set-point changes and noise
+    /// equal the shorter record during its length. After it they are drawn again for every further length, from the
+    /// same distributions, so that a load does not drift away in a month. A sticking that comes and goes does so by
+    /// shares of the longer record.
     ///
     /// # Errors
     /// As [`simulate`](Self::simulate), and if `factor` is not from 0.1 to 10,000. It needs some 100 bytes of

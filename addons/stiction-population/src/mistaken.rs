@@ -23,13 +23,13 @@ named! {
         PvNoise = "PV noise",
         /// The samples of the PV are out of order: each by itself, or in blocks.
         PvShuffled = "PV shuffled",
-        /// The PV is that of another loop.
+        /// The PV column contains the PV of another loop.
         PvOfAnotherLoop = "PV of another loop",
         /// Noise replaces the OP.
         OpNoise = "OP noise",
         /// The samples of the OP are out of order.
         OpShuffled = "OP shuffled",
-        /// The OP is that of another loop.
+        /// The OP column contains the OP of another loop.
         OpOfAnotherLoop = "OP of another loop",
         /// The SP replaces the OP, and the OP replaces the SP or is missing.
         SpAsOp = "SP for OP",
@@ -215,7 +215,7 @@ fn rescale(of: &mut Signals, draw: &mut Draw) {
     }
 }
 
-/// A signal with the mean and standard deviation of another.
+/// A signal scaled to the mean and standard deviation of another signal.
 fn like(model: &[f64], mut signal: Vec<f64>) -> Vec<f64> {
     let (from, spread) = (mean(&signal), std(&signal));
     let scale = if spread > 0.0 { std(model) / spread } else { 0.0 };

@@ -4,10 +4,10 @@
 //! Network (drawn) ──> NetworkRun, step by step on one clock ──> Samples of each loop ──> Recording
 //!                └──> the same without one cause at a time  ──> NetworkTruth: loops it reaches
 //! ```
-//! A loop has a valve of the population's models, a PI controller, a process with dead time, a wandering load,
-//! noise, and a historian that takes a sample every few steps. A [`Link`] couples two loops: the output of one acts
-//! on the load of the other after a dead time and a lag. The upper loop of a cascade writes the set point of the
-//! one [below](NetworkLoop::below) it. A signal from [`Outside`] enters several loops at once.
+//! A loop has a valve of the population's models, a PI controller, a process with dead time, a wandering load, noise,
+//! and a historian that takes a sample every few steps. A [`Link`] couples two loops. The output of one loop acts on
+//! the load of the other after a dead time and a lag. The upper loop of a cascade writes the set point of the loop
+//! [below] it. A signal from [`Outside`] enters several loops at once.
 
 mod drawn;
 mod run;

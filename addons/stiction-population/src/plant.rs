@@ -255,8 +255,8 @@ impl<'a> Plant<'a> {
 }
 
 impl Plant<'_> {
-    /// The OP at step `k`, after `last_op`: that of the controller, unless an operator or another controller takes
-    /// over.
+    /// The OP at step `k`, after `last_op`. It is the controller's output, unless an operator or another controller
+    /// takes over.
     fn answer(
         &self,
         controller: &mut PidBank<1>,

@@ -35,7 +35,7 @@ impl Repaired {
         Self::simulate_for(seed, 2.0)
     }
 
-    /// The same with `factor` times as many samples as usual, half of them before the repair.
+    /// Simulates a loop with `factor` times as many samples as usual, half of them before the repair.
     ///
     /// # Errors
     /// As [`LoopKind::simulate_for`].

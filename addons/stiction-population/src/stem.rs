@@ -10,7 +10,7 @@ use stiction_model::valve::{AnyModel, Assembly, Start, StemLag, Valve};
 pub(super) struct Fitting {
     pub from: usize,
     pub model: AnyModel,
-    /// Initial position; by default that of the stem.
+    /// Initial position; by default the stem's position.
     pub position: Option<f64>,
 }
 

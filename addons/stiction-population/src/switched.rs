@@ -22,7 +22,7 @@ pub(super) struct Switched {
 enum Course {
     /// The steps of its changes, and the level from then on.
     Timed(Vec<(usize, f64)>),
-    /// A vessel that it empties and this loop fills, or in the other direction.
+    /// A vessel that the neighbour empties and this loop fills, or the reverse.
     Vessel(Vessel),
 }
 

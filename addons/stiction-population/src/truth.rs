@@ -37,9 +37,9 @@ pub struct Truth {
     /// are 8, plus 4 by chance, plus `ln 36` for an observer who has to find S and J among 36 instead of knowing
     /// the stem.
     ///
-    /// For a sticking valve in the loop below it is true if the stem slipped twice, and the PV differs from that of
-    /// a healthy valve with the same OP by at least the noise's standard deviation. The recorded OP is not that of
-    /// the valve, so there is no likelihood of it.
+    /// For a sticking valve in the loop below it is true if the stem slipped twice, and the PV differs from that of a
+    /// healthy valve with the same OP by at least the noise's standard deviation. The recorded OP is not the valve's
+    /// input, so it has no likelihood.
     ///
     /// For a stuck valve, and for a sticking one whose stem never [moves](Self::moves), the PV must differ from
     /// that of a healthy valve with the same OP by a standard deviation of at least three times the noise's and
@@ -66,8 +66,8 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Whether S and J are those of a sticking valve in percent of the recorded OP, so that an estimate can be
-    /// compared with them. False for a stuck valve, and for one that sticks in the loop below.
+    /// Whether S and J describe a sticking valve in percent of the recorded OP, so that estimates can be compared with
+    /// them. False for a stuck valve, and for one that sticks in the loop below.
     pub fn has_bands(&self) -> bool {
         self.kind == LoopKind::Sticky
     }
@@ -207,7 +207,7 @@ impl fmt::Display for Fact {
 }
 
 impl Truth {
-    /// Properties by name, for tables, before those of its [`Facts`].
+    /// Properties by name, for tables, before the properties of its [`Facts`].
     pub fn entries(&self) -> [(&'static str, Fact); 10] {
         [
             ("kind", Fact::Text(Some(self.kind.name()))),
@@ -225,10 +225,10 @@ impl Truth {
 }
 
 impl Facts {
-    /// All facts by name, for tables, except the historian and the disturbances: those with numbers are included,
-    /// and all of them are in [`Truth::families`].
+    /// All facts by name, for tables, except the historian and the disturbances. Disturbances with numbers are
+    /// included, and all disturbances are in [`Truth::families`].
     pub fn entries(&self) -> Vec<(&'static str, Fact)> {
-        /// Names equal to those of the fields.
+        /// The names equal the names of the fields.
         macro_rules! entries {
             (@ text $name:ident) => { Fact::Text(Some(self.$name.name())) };
             (@ number $name:ident) => { Fact::Number(self.$name) };

@@ -41,7 +41,7 @@ pub struct ToPlan {
 /// The actions of the operator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OperatorActions {
-    /// Tests that began, one after another.
+    /// Number of tests that began.
     pub began: usize,
     /// Number of turns.
     pub turns: usize,

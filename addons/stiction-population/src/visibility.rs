@@ -13,7 +13,7 @@ const EFFECTIVE: f64 = 500.0;
 const OWN: usize = 5;
 const MEANS: usize = 4;
 const TAPS: [usize; 8] = [0, 1, 2, 3, 5, 7, 10, 14];
-/// Columns of the past, those with the OP, and all.
+/// Columns of the past, columns with the OP, and all columns.
 const PAST: usize = 2 + OWN + MEANS;
 const WITHOUT: usize = PAST + TAPS.len();
 const COLUMNS: usize = WITHOUT + TAPS.len();
@@ -33,7 +33,7 @@ pub(super) struct Observed<'a> {
 }
 
 impl Observed<'_> {
-    /// Information of the true stem about the PV beyond that of the OP, nats.
+    /// Information of the true stem about the PV beyond the information of the OP, nats.
     ///
     /// `y(k)`, the PV at every `q`-th recorded instant, is regressed on a constant, a line, five of its own past
     /// values, and means over the `q` samples strictly before an instant. These are four of the PV, before the
@@ -42,11 +42,11 @@ impl Observed<'_> {
     /// through the controller it contains the PV: that between the instants, and, through the integral, that of
     /// long ago.
     ///
-    /// The gain is the difference of the two logarithms of likelihood of Student's t with four degrees of freedom.
-    /// Its scale is that of the residuals without the stem (median of their size) plus 5 % of the residual variance
-    /// after the PV's own past, because no model is perfect. It is multiplied by the effective number of samples,
-    /// `n (1 - |r|)/(1 + |r|)` with the first autocorrelation of the residuals with the stem, at most 500, over
-    /// `n`. Zero if the record is too short or the PV does not move.
+    /// The gain is the difference of the two logarithms of likelihood of Student's t with four degrees of freedom. The
+    /// scale is the scale of the residuals without the stem (median of their size) plus 5 % of the residual variance
+    /// after the PV's own past, because no model is perfect. It is multiplied by the effective number of samples, `n (1
+    /// - |r|)/(1 + |r|)` with the first autocorrelation of the residuals with the stem, at most 500, over `n`. Zero if
+    /// the record is too short or the PV does not move.
     pub fn gain(&self) -> f64 {
         let Some(fits) = Rows::of(self, self.decimation()).fits() else { return 0.0 };
         let scale = (median_size(&fits.without) / 0.6745).powi(2) + 0.05 * fits.own;
@@ -156,8 +156,8 @@ impl Rows {
     }
 }
 
-/// Normal equations, factored by Cholesky with a small ridge: the first columns of the factor solve those of the
-/// first columns.
+/// Normal equations, factored by Cholesky with a small ridge. The first columns of the factor solve the equations of
+/// the first columns.
 struct Normal {
     factor: [[f64; COLUMNS]; COLUMNS],
     target: [f64; COLUMNS],

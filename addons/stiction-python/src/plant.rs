@@ -195,7 +195,7 @@ pub fn plant_status<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py
     plain(py, &status.map_err(refused)?)
 }
 
-/// The valid rows of windows that begin from one day on and before another.
+/// The valid rows of windows that begin between two days, the first included.
 #[pyfunction]
 pub fn plant_windows(
     py: Python<'_>,
@@ -259,8 +259,8 @@ fn known(folder: &Path, week: Option<String>) -> Result<(plant_file::Plant, Know
     Ok((plant, known))
 }
 
-/// The pairs of loops among some traces that may swing in step: all pairs, or those of a loop in `block` with one
-/// outside.
+/// The pairs of loops among some traces that may swing in step: all pairs, or the pairs of a loop in `block` with a
+/// loop outside.
 #[pyfunction]
 pub fn plant_pairs(
     py: Python<'_>,

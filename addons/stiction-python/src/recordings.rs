@@ -565,7 +565,7 @@ fn cells(array: &ArrayRef, name: &str) -> PyResult<Cells> {
     })
 }
 
-/// The same recording with another name and another start of its clock.
+/// The recording with another name and another start of its clock.
 #[pyfunction]
 pub fn recording_renamed(
     recording: &Recording,

@@ -23,7 +23,7 @@ use stiction::valve::{Start, Valve as _};
 /// set : str, default "cts"
 ///     Name of a set of parameters, see `stem_sets`.
 /// friction : str, optional
-///     Name of a friction law, see `friction_laws`; by default that of the set.
+///     Name of a friction law, see `friction_laws`; by default the law of the set.
 /// parameters : mapping, optional
 ///     Changes to parameters of stem and friction by name, such as ``{"coulomb_n": 900}``.
 /// tolerance : float, default 1e-8

@@ -64,7 +64,7 @@ type Done = Option<Vec<(f64, Option<f64>)>>;
 /// A plan as JSON.
 type Planned = Option<String>;
 
-/// The same in the form of the library.
+/// The manual actions in the form of the Rust library.
 fn sheet(done: Done) -> Option<ByHand> {
     let sets = done?.into_iter().map(|(at_s, op)| Set { at_s, op }).collect();
     Some(ByHand { sets, known_by: KnownBy::Sheet })

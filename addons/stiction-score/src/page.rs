@@ -80,8 +80,8 @@ const READING: &str = "Brackets contain 95 % intervals. Abstaining or remaining 
 
 const RANKING: &str = "The AUC (area under the receiver operating characteristic) compares all pairs of a sticking and \
     a healthy recording. It is the share in which the sticking one has the larger statistic or, for the verdict, \
-    probability. Ties count half, and 0.5 is chance. Recordings on which a method abstains are left out, and the \
-    numbers of the others are shown. Under \"of all\", a pair with an omitted recording counts half. Intervals come \
+    probability. Ties count half, and 0.5 is chance. Recordings on which a method abstains are left out, and the table \
+    shows how many remain. Under \"of all\", a pair with an omitted recording counts half. Intervals come \
     from 2,000 bootstrap draws of valves within each class.";
 
 /// The numbers of loops and the main results.

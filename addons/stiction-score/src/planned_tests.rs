@@ -11,13 +11,13 @@ use stiction_population::{Draw, Invention, LoopKind, Operator, Tested, ToPlan, T
 
 /// Accuracy and cost of a test.
 ///
-/// Loops whose OP is not that of a valve ([`LoopKind::StickyBelow`]), and those whose valve changes during the
+/// Loops whose OP is not the valve's input ([`LoopKind::StickyBelow`]), and loops whose valve changes during the
 /// record, are left out.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct TestTrial {
     /// Loops with a plan, of all.
     pub planned: Share,
-    /// Tests that began, of those that were planned. In the others the PV was never calm with the OP off its
+    /// Tests that began, of those that were planned. In the other loops the PV was never calm with the OP off its
     /// limits.
     pub began: Share,
     /// Tests that were never stopped and decide whether the valve sticks.
@@ -34,7 +34,7 @@ pub struct TestTrial {
     pub decided: Share,
     /// Of these, the correct ones: a limit of S below the true S is wrong.
     pub right: Share,
-    /// The same for loops that operation left undecided.
+    /// The accuracy for loops that operation left undecided.
     pub undecided: Share,
     /// Share of correct conclusions among these.
     pub undecided_right: Share,
@@ -68,7 +68,7 @@ pub struct TestTrial {
     pub manual_of_all_s: Option<[f64; 2]>,
     /// Time in manual that the plan expects of the first test, s.
     pub expected_s: Option<[f64; 2]>,
-    /// The same for loops of which 40 response times of the process last 15 min at most.
+    /// This time for loops whose 40 response times of the process last 15 min at most.
     pub expected_fast_s: Option<[f64; 2]>,
     /// Tests that are found without a sheet and without a mode.
     pub noticed: Share,

@@ -10,8 +10,8 @@ const MOST: usize = 255;
 
 /// Columns of features, each value replaced by the number of its bin.
 pub struct Bins {
-    /// For each column the ascending ends of its bins: bin k contains values above end k - 1 and up to end k, the
-    /// last bin those above all ends.
+    /// For each column, the ends of its bins in ascending order. Bin k contains values above end k - 1 and up to end k.
+    /// The last bin contains values above all ends.
     ends: Vec<Vec<f32>>,
     /// For each column the bin of each row.
     codes: Vec<Vec<u8>>,

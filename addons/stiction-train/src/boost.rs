@@ -183,7 +183,7 @@ impl Task<'_> {
         Ok(())
     }
 
-    /// The initial margins: those with the smallest loss without any column.
+    /// The initial margins, with the smallest loss of a model without columns.
     fn bases(&self) -> Vec<f64> {
         let total: f64 = self.train.iter().map(|row| self.weight[*row as usize]).sum();
         // A class that never occurs has a finite base.

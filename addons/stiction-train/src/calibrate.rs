@@ -49,7 +49,7 @@ pub fn beta(margins: &[f64], truth: &[bool]) -> Calibration {
 }
 
 /// Logistic regression of the truth on rows of three, by Newton's method. A coefficient that is not free is 0. A small
-/// regularisation to `aim` keeps the others finite if one class is missing.
+/// regularisation to `aim` keeps free coefficients finite if a class is missing.
 pub fn logistic(rows: &[[f64; 3]], truth: &[bool], aim: [f64; 3], free: [bool; 3]) -> [f64; 3] {
     const PULL: f64 = 1e-3;
     let mut at = [0, 1, 2].map(|k| if free[k] { aim[k] } else { 0.0 });

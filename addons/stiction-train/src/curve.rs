@@ -12,7 +12,7 @@ use std::fmt::Write;
 use stiction_diagnose::evidence::Line;
 use stiction_diagnose::fusion::{Ensemble, SURE, logit, row, softplus};
 
-/// One recipe for all sizes: that of the left-out families, with more rounds.
+/// One recipe for all sizes: the recipe of the left-out families, with more rounds.
 const RECIPE: BoostOptions = BoostOptions {
     rounds: 800,
     rate: 0.08,
@@ -110,7 +110,7 @@ pub fn worth(trees: &Ensemble, test: &Dataset, asked: impl Fn(&Truth) -> bool) -
     }
 }
 
-/// The same loops with the gain of an observer who knows the stem; nothing for valves that do not stick.
+/// The loops with the gain of an observer who knows the stem; empty for valves that do not stick.
 fn with_truth(data: &Dataset) -> Dataset {
     let mut knowing = data.clone();
     knowing.columns.push(Column {

@@ -1,8 +1,8 @@
 //! The thresholds of the verdict, chosen by their risk on loops that were not used for learning, and the cost and
 //! benefit of each additional rule.
 //!
-//! Thresholds are tried from [`Decision::CAUTIOUS`] outwards, by a hundredth on each side in turn. A side that
-//! violates a constraint stays at its last value. So the chance that the final ones violate a constraint is that of
+//! Thresholds are tried from [`Decision::CAUTIOUS`] outwards, by a hundredth on each side in turn. A side that violates
+//! a constraint stays at its last value. So the chance that the final thresholds violate a constraint is the chance of
 //! a single test, for any number of tries (fixed sequence testing, as in A. Angelopoulos et al., "Learn then test",
 //! 2021; recalled, not read). Tests of shares of all decisions are exact: the upper end of a one-sided binomial
 //! interval of [`DOUBT`] must be within the bound. The thresholds hold for loops like the simulated ones. Kinds of
@@ -25,7 +25,7 @@ use stiction_diagnose::fusion::{Bundle, Cause, Decision, Weighed};
 const DOUBT: f64 = 0.1;
 /// Largest share of wrong decisions on loops that are healthy, or visibly faulty.
 const WRONG: f64 = 0.04;
-/// Largest share of accused loops, of all healthy ones and of those of each kind.
+/// Largest share of accused loops, among all healthy loops and among the loops of each kind.
 const ACCUSED: f64 = 0.01;
 const ACCUSED_OF_KIND: f64 = 0.03;
 /// Largest share of cleared sticking loops whose S exceeds the reported limit.
@@ -86,7 +86,7 @@ impl Rule {
         }
     }
 
-    /// The inputs without those of a current rule.
+    /// The inputs without the inputs of a current rule.
     fn silenced(self, signs: Signs) -> Signs {
         match self {
             Self::Strange => Signs { distance: 0.0, ..signs },

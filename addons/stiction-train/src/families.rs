@@ -1,10 +1,10 @@
 //! Accuracy of the verdict on families of loops that were left out of its training.
 //!
 //! Every family in turn is left out: smaller models are trained and calibrated without it, and tested on it. Their
-//! errors determine the confidence of the verdict ([`Confidence`]) and the stretch of its intervals of S. A family
-//! of one class is completed by loops of the other class, which were not used for training either, at the
-//! population's shares. Leaving out a family changes the share of faults, so log-odds are shifted back to that of
-//! the whole population.
+//! errors determine the confidence of the verdict ([`Confidence`]) and the stretch of its intervals of S. A family of
+//! one class is completed by loops of the other class, which were not used for training either, at the population's
+//! shares. Leaving out a family changes the share of faults, so log-odds are shifted back to the share of the whole
+//! population.
 
 use crate::bins::Bins;
 use crate::boost::{BoostOptions, Loss, Task, boost};
@@ -29,7 +29,7 @@ const TRAINED: usize = 40_000;
 const CALIBRATED: usize = 10_000;
 const ASKED: usize = 6_000;
 
-/// Families with fewer loops give no result; those with more than this share are the population itself.
+/// Families with fewer loops give no result. Families with more than this share are the population itself.
 const FEWEST: usize = 200;
 const LARGEST: f64 = 0.6;
 
@@ -72,7 +72,7 @@ pub struct Lesson<'a> {
     pub monotone: &'a [i8],
     pub columns: &'a [usize],
     pub open: &'a [usize],
-    /// The loops for training, and the others.
+    /// The loops for training. All other loops are for calibration and test.
     pub trained: &'a [u32],
     pub calibrated: &'a [u32],
     /// Whether S, its limit and the distance are tested too.

@@ -80,7 +80,7 @@ enum Growing {
 /// A tree, in bins; its rows sorted by leaf.
 pub struct Tree {
     nodes: Vec<Growing>,
-    /// The rows it was grown on, those of a leaf together.
+    /// The rows on which the tree was grown, sorted by leaf.
     rows: Vec<u32>,
     /// Index, rows and bounds of the value of each leaf.
     leaves: Vec<(usize, Range<usize>, (f64, f64))>,

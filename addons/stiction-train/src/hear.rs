@@ -1,7 +1,8 @@
-//! Output of the nets for unseen loops, instead of that for all loops.
+//! Output of the nets for loops that they have not seen in training.
 //!
-//! Each net was trained on every [`FOLDS`]th of the loops for growing trees. For each of these loops, the trees get
-//! the output of the other nets, and nothing without any. For all other loops they get the mean, as in a diagnosis.
+//! Each net was trained on every [`FOLDS`]th of the loops for growing trees. For each of these loops, the trees get the
+//! output of the nets that have not seen it. Without such a net the output is empty. For all other loops they get the
+//! mean, as in a diagnosis.
 
 use crate::dataset::Dataset;
 use crate::signals_file;
@@ -16,8 +17,8 @@ pub const FOLDS: u64 = 2;
 /// Records that are processed at once.
 const AT_ONCE: usize = 2048;
 
-/// Fills the columns of the nets from the signals of the same loops; those with a number below `trained` are of the
-/// population that the nets were trained on.
+/// Fills the columns of the nets from the signals of the same loops. Loops with a number below `trained` belong to the
+/// population on which the nets were trained.
 ///
 /// # Errors
 /// If there are more nets than parts, or the signals are of other loops.

@@ -114,7 +114,7 @@ pub fn limit_target(truth: &Truth) -> Option<f64> {
     known.then(|| Limit::target(s, truth.op_span))
 }
 
-/// The same for faulty valves only, visible or not.
+/// The target for faulty valves only, visible or not.
 pub fn at_fault(truth: &Truth) -> Option<f64> {
     limit_target(truth).filter(|_| truth.cause.is_fault())
 }
@@ -246,7 +246,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         families(&lesson, &self.report)
     }
 
-    /// All models of these columns, and the gain of the columns in those of a fault and of S.
+    /// All models of these columns, and the gain of the columns in the models of a fault and of S.
     fn model(
         &mut self,
         name: &str,
@@ -337,7 +337,7 @@ impl<'a, R: Fn(&str)> School<'a, R> {
         Ok((model, fault_gains, s_gains))
     }
 
-    /// The classifier of mistaken columns; `None` without any data for it.
+    /// The classifier of mistaken columns; `None` without data for it.
     fn mismatch(
         &mut self,
         mistaken: &Dataset,

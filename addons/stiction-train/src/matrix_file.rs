@@ -21,7 +21,7 @@ pub fn key(population: u32, seed: u64, members: u64) -> String {
     format!("# stiction: population {population}, seed {seed}, members 0 to {members}")
 }
 
-/// The same for recordings with a mistake in their columns.
+/// The key for recordings with a mistake in their columns.
 pub fn key_of_mistaken(population: u32, seed: u64, recordings: u64) -> String {
     format!("# stiction: population {population}, seed {seed}, mistaken 0 to {recordings}")
 }

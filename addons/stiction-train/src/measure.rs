@@ -74,17 +74,17 @@ pub struct Detection {
     pub log_loss: f64,
     /// Tenths of probability: predicted on average, and observed.
     pub deciles: Vec<(Range<f64>, f64, Share)>,
-    /// Of all loops, those with at most 0.2 or at least 0.8.
+    /// Share of loops with a probability of at most 0.2 or at least 0.8.
     pub decided: Share,
     /// Share of right decisions among these.
     pub right: Share,
-    /// Of the visible faults, those with at least 0.8.
+    /// Share of the visible faults with a probability of at least 0.8.
     pub recall: Share,
-    /// Of the loops with at least 0.8, those with a fault.
+    /// Share of faults among the loops with a probability of at least 0.8.
     pub precision: Share,
-    /// Of the invisible faults, those with at least 0.8.
+    /// Share of the invisible faults with a probability of at least 0.8.
     pub hidden_called: Share,
-    /// For each kind, those with at least 0.8, 0.85 and 0.9, without invisible faults.
+    /// For each kind, the shares of loops with a probability of at least 0.8, 0.85 and 0.9, without invisible faults.
     pub called: Vec<(String, [Share; 3])>,
     /// Of loops without a fault, those whose likeliest cause, apart from faults, is the true one.
     pub causes: Share,

@@ -7,8 +7,8 @@ use stiction_diagnose::valve_test::TestReading;
 use stiction_population::{Operator, Trend};
 use stiction_score::{TestTrial, TestTrialOptions, TestedLoops};
 
-/// Fits the constants of `valve_test/probability.rs` to the tests of `n` loops of the population by a careful operator,
-/// and those of a third as many by a careless one, and prints them.
+/// Fits the constants of `valve_test/probability.rs` to simulated tests of `n` loops of the population by a careful
+/// operator and of a third as many by a careless one, and prints the constants.
 pub fn fit(seed: u64, n: u64, done: impl Fn() + Sync) -> Result<()> {
     let read = |operator: Operator, seed: u64, n: u64| {
         let loops = TestedLoops::Population;

@@ -8,8 +8,8 @@ use anyhow::Result;
 use std::fmt::Write;
 use stiction_diagnose::evidence::Line;
 
-/// Trees with and without the output of the nets, as Markdown. They are grown on the loops unseen by the one net,
-/// except the families `without`, and tested on fresh loops and those families.
+/// Trees with and without the output of the nets, as Markdown. The trees are grown on the loops that one net has not
+/// seen, except the families `without`. They are tested on fresh loops and on these families.
 ///
 /// # Errors
 /// If there is too little data.

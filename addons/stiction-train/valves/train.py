@@ -158,7 +158,7 @@ def sides_of(families: list, least: list[float]) -> list[tuple[float, float]]:
 
 
 def at_most(k: int, n: int) -> float:
-    """The upper end of the one-sided interval of a share."""
+    """The upper limit of the one-sided interval of a share."""
     return 1.0 if k >= n else float(beta.ppf(1.0 - DOUBT, k + 1, n - k))
 
 

@@ -47,7 +47,8 @@ pub fn single_loop<'a>(name: &str, scenario: &'a Scenario) -> Result<&'a ClosedL
 const HEADS: [&str; 8] =
     ["error", "worst", "PV std", "OP %/min", "stem %/min", "rev./h", "SP s", "load s"];
 
-/// The measures of a row. The mean control error is given nominally and for the worst case, the others nominally.
+/// The measures of a row. The mean control error is given nominally and for the worst case, the other measures
+/// nominally.
 fn cells(row: &Row) -> [String; 8] {
     let outcome = row.nominal();
     let m = &outcome.measures;

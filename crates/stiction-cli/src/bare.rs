@@ -14,7 +14,7 @@ pub struct Launch {
     pub waits: bool,
 }
 
-/// The command that the arguments of the program mean. `names` are those of its subcommands.
+/// The command that the arguments of the program mean. `names` are the names of its subcommands.
 pub fn launch(arguments: Vec<OsString>, names: &[&str]) -> Launch {
     let own = arguments.first().cloned().unwrap_or_else(|| "stiction".into());
     if let Some(command) = dropped(&own, arguments.get(1..).unwrap_or_default(), names) {

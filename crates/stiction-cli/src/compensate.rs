@@ -69,7 +69,7 @@ pub struct Document {
     assumed: Bands,
     /// The simulated test of each method.
     protocol: CompareOptions,
-    /// First the loop without a compensator, then the methods, those with the smallest worst error first.
+    /// The loop without a compensator, then the methods in order of their worst error.
     methods: Vec<Compensated>,
 }
 

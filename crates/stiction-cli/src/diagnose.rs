@@ -182,7 +182,7 @@ fn reported(path: &Out, loops: &[Loop<'_>]) -> Result<()> {
     output::write(Some(&path.inside(report::folder::INDEX)?), folder.index().as_bytes())
 }
 
-/// Returns the last of some failures, after printing a message for each of the others.
+/// Returns the last of some failures, after printing a message for each earlier one.
 pub fn ended(mut failures: Vec<anyhow::Error>) -> Result<()> {
     let Some(last) = failures.pop() else { return Ok(()) };
     for failure in failures {

@@ -48,7 +48,7 @@ impl In {
     }
 }
 
-/// The files that `named` names: of a folder those in it whose names are those of recordings, in order.
+/// The files that `named` names. For a folder, these are the files in it that are named like recordings, in order.
 ///
 /// # Errors
 /// If a folder cannot be listed or contains no recordings.

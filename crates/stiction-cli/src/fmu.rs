@@ -111,7 +111,7 @@ pub fn run(args: Args) -> Result<()> {
     output::write(Some(&path), &bytes)
 }
 
-/// The given libraries and those of our own platforms, which a development build compiles first.
+/// The given libraries and the libraries of our own platforms, which a development build compiles first.
 fn libraries(given: Vec<Library>) -> Result<Vec<Library>> {
     let wait = PLATFORMS.iter().any(Platform::is_compiled_at_export);
     let spinner = wait.then(|| {

@@ -28,7 +28,7 @@ impl Diagnosed {
         verdict.overruled.as_ref().map_or(verdict.class, |said| said.verdict)
     }
 
-    /// The same for documents, pages and tables.
+    /// The diagnosis for documents, pages and tables.
     pub fn found(&self) -> Loop<'_> {
         Loop::new(&self.source, &self.diagnosis)
     }

@@ -8,7 +8,7 @@ pub fn shown(text: &str) -> Cow<'_, str> {
     escaped(text, |c| steers(c) && !matches!(c, '\n' | '\t'))
 }
 
-/// The same for text within a line, such as a tag or a file name.
+/// Safe text within a line, such as a tag or a file name.
 pub fn name(text: &str) -> Cow<'_, str> {
     escaped(text, steers)
 }

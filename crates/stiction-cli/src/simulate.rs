@@ -223,7 +223,7 @@ pub struct Document {
     period_s: Option<f64>,
     /// Half of the peak-to-peak values.
     half_pp: HalfPp,
-    /// The swing of the PV in the last quarter over that in the quarter before; null without a PV.
+    /// Ratio of the PV swing in the last quarter to the swing in the quarter before; null without a PV.
     growth: Option<f64>,
     /// The part of the run that was analysed.
     window: &'static str,

@@ -30,7 +30,7 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// A paragraph of lines with at most `width` columns, with `head` before the first one and blanks before the others.
+/// A paragraph of lines with at most `width` columns. `head` precedes the first line, and blanks precede the others.
 pub fn hanging(head: &str, text: &str, width: usize) -> String {
     let blank = " ".repeat(head.len());
     let lines = wrapped(text, width).into_iter().enumerate();

@@ -9,7 +9,7 @@
 //! * [`valve_test`]: a test that shows whether a valve sticks, with its plan, its search and its judgement.
 //! * [`what_if`]: the effect of repair, retuning, a compensator or a positioner on a loop.
 //!
-//! [`recording`], [`oscillation`], [`finding`], [`series`] and [`spoken`] are those of [`stiction_recording`].
+//! [`recording`], [`oscillation`], [`finding`], [`series`] and [`spoken`] are the modules of [`stiction_recording`].
 //!
 //! Controller output (OP), valve position (VP), S and J are in percent of span, times in seconds, the process value
 //! (PV) in its own units. The crate only computes: no files, no clock, no panics on bad input, and the same bytes

@@ -8,8 +8,8 @@
 //! Panels of one column that are directly above each other and share their x label have the same x range. Only the
 //! lowest one has tick labels.
 //!
-//! Series differ in dash pattern or marker as well as in colour. The colours are those of Okabe and Ito, which remain
-//! distinct for colour-blind readers.
+//! Series differ in dash pattern or marker as well as in colour. The colours are the palette of Okabe and Ito, which
+//! remains distinct for colour-blind readers.
 //!
 //! An axis divides its range linearly, logarithmically or as dates and times, see [`Scale`].
 //!
@@ -97,8 +97,8 @@ pub struct Panel {
     pub x_range: Option<(f64, f64)>,
     /// Ends of the y axis; by default all samples fit.
     pub y_range: Option<(f64, f64)>,
-    /// Whether a unit is equally long on both axes. The frame shrinks to the shape of the ranges; a
-    /// range shorter than a quarter of the other is widened, even if it is fixed.
+    /// Whether a unit is equally long on both axes. The frame shrinks to the shape of the ranges. A range shorter than
+    /// a quarter of the other range is widened, even if it is fixed.
     pub equal_aspect: bool,
     /// Position of the legend.
     pub legend: Legend,
@@ -165,7 +165,7 @@ pub struct Series {
     pub style: Style,
     /// Index into the palette, see [`colour`]; by default the place of the series in its panel.
     pub colour: Option<usize>,
-    /// Indices of samples that are not joined to the one before, ascending.
+    /// Indices of samples that are not joined to the previous sample, ascending.
     pub breaks: Vec<usize>,
     /// A third quantity, which a live page shows for the sample under the pointer.
     pub along: Option<Along>,
@@ -337,7 +337,7 @@ impl Figure {
         caption_id(id)
     }
 
-    /// The picture as an SVG on a page with others, without data for a script.
+    /// The picture as an SVG on a page with other pictures, without data for a script.
     ///
     /// `id` is its name, which must be unique on the page.
     ///
@@ -423,7 +423,7 @@ impl Panel {
         fn height(height: f64) => height = Some(height);
         /// Puts a strip above the axes.
         fn strip(strip: Strip) => strip = Some(strip);
-        /// Links crosshair and zoom to those of all panels of the group.
+        /// Links crosshair and zoom with all panels of the group.
         fn group(group: impl Into<String>) => group = Some(group.into());
     }
 

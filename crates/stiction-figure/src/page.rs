@@ -27,7 +27,7 @@ pub struct Entry {
     pub picture: Picture,
     /// Caption, one line.
     pub caption: String,
-    /// Parameters; without any there is no table.
+    /// Parameters. Without parameters the page has no table.
     pub parameters: Vec<Parameter>,
 }
 

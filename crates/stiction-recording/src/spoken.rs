@@ -129,7 +129,7 @@ pub fn time(seconds: f64) -> String {
     format!("{whole} {name} {rest} {small}")
 }
 
-/// The same, with a true minus sign and non-breaking spaces.
+/// The time with a true minus sign and non-breaking spaces.
 pub fn unparted(seconds: f64) -> String {
     time(seconds).replace(' ', "\u{a0}").replace('-', "\u{2212}")
 }

@@ -56,7 +56,7 @@ impl<'a> Loop<'a> {
         Self { source, diagnosis, fitted: None }
     }
 
-    /// The same with its fitted loop.
+    /// The diagnosis with its fitted loop.
     #[must_use]
     pub fn with_fit(self, fitted: &'a Option<Fitted>) -> Self {
         Self { fitted: fitted.as_ref(), ..self }

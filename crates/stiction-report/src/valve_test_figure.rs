@@ -42,7 +42,7 @@ fn branches(unit: Option<&str>, test: &TestReading) -> Panel {
     panel
 }
 
-/// The tests before and after a repair, one above the other with the same axes. Each has a title; `unit` is the unit of
+/// The tests before and after a repair, above each other with the same axes. Each has a title; `unit` is the unit of
 /// the PV.
 pub fn before_and_after(tests: [(&str, &TestReading); 2], unit: Option<&str>) -> Figure {
     let mut panels =

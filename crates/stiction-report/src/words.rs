@@ -357,7 +357,7 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
     })
 }
 
-/// The remedy for data that are unfit because they contain too little of the OP; `None` for others.
+/// The remedy for data that are unfit because they contain too little of the OP; `None` for other data.
 fn too_little(diagnosis: &Diagnosis) -> Option<String> {
     let mut unfit = diagnosis.fitness.measures.iter().filter(|m| m.class == Class::Unfit);
     unfit.find_map(|measure| match measure.id {

@@ -1,7 +1,7 @@
 //! Imports every FMU of a folder with the `fmi` crate and simulates it: `importer FOLDER`.
 //!
-//! A file is `NAME-2.fmu` or `NAME-3.fmu`. Each is co-simulated over 1,000 steps with a sine as OP, that of FMI 2.0
-//! also set up for model exchange if its description offers that. Both versions must give the same VP.
+//! A file is `NAME-2.fmu` or `NAME-3.fmu`. Each is co-simulated over 1,000 steps with a sine as OP. The FMU of FMI 2.0
+//! is also set up for model exchange if its description offers that. Both versions must give the same VP.
 
 use std::collections::BTreeMap;
 use std::error::Error;

@@ -39,7 +39,7 @@ def fetch(
     Warns
     -----
     UserWarning
-        About rows with wrong times, and about values that differ from those of an earlier call.
+        About rows with wrong times, and about values that differ from the values of an earlier call.
 
     Raises
     ------

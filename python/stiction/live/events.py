@@ -1,6 +1,6 @@
 """Events of a plant: new conclusions on loops in its ranking.
 
-The verdicts, changes and the health of the data are those of the week's ranking. A loop has an event when two successive
+The verdicts, changes and the health of the data come from the week's ranking. A loop has an event when two successive
 judgements find a fault of its valve or its data, and another when they no longer do.
 """
 
@@ -33,7 +33,7 @@ def path_of(plant: Path) -> Path:
 
 
 def _verdict(row: Mapping[str, Any]) -> str | None:
-    """Return the conclusion that counts: a person's, that of a decisive test, or the verdict on the operation."""
+    """Return the conclusion that counts: a person's, the conclusion of a decisive test, or the verdict on the operation."""
     test = row["test"] if row["test"] != "cannot tell" else None
     chosen = row["override"] or test or row["verdict"]
     return None if chosen is None else str(chosen)

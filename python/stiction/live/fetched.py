@@ -88,7 +88,7 @@ def add(path: Path, new: Iterable[tuple[str, hours.Rows]], note: Callable[[str],
 
 
 def merged(known: hours.Rows, new: hours.Rows) -> tuple[hours.Rows, int]:
-    """Return the rows of a file and those of a source as one series, and the number of times with different values."""
+    """Return the rows of a file and the rows of a source as one series, and the number of times with different values."""
     kept = ~np.isin(known.time, new.time[new.status < hours.BAD])
     rest = hours.Rows(known.time[kept], known.value[kept], known.status[kept])
     return hours.joined([rest, new]), hours.differing(known, new)

@@ -49,7 +49,7 @@ class Answer:
 
 @dataclass
 class Span:
-    """A part of a series whose values are not known yet, except perhaps those at its edges."""
+    """A part of a series whose values are not known yet, except perhaps the values at its edges."""
 
     index: int
     begin: int

@@ -480,7 +480,7 @@ class Stored:
             self.file.close()
 
     def rows(self, tag: str) -> Rows | None:
-        """The rows of a tag; None without any."""
+        """The rows of a tag; None if the tag has none."""
         group = self.groups.get(tag)
         return None if group is None else _rows(self.file.read_row_group(group))
 
@@ -600,7 +600,7 @@ def same(a: Rows, b: Rows) -> bool:
 
 
 def _of_hour(hour: int, known: Rows | None, new: Rows | None, before: Any) -> Rows:
-    """The rows of a tag in an hour; without any, its last value before, as held."""
+    """The rows of a tag in an hour; without rows, its last value before, as held."""
     parts = []
     if known is not None:
         # What was held at the start is found again.

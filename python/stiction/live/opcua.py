@@ -1,6 +1,6 @@
 """A client of OPC UA servers that can only read.
 
-Every request passes `ReadOnlyProtocol`, which sends the services of `SERVICES` and no others. A request to write a value, call a
+Every request passes `ReadOnlyProtocol`, which sends only the services of `SERVICES`. A request to write a value, call a
 method or change nodes raises `Refused` before it is encoded.
 
 The client is `asyncua`_, which encrypts with OpenSSL through ``cryptography``. The Rust client would use the crate ``rsa``, whose
@@ -116,7 +116,7 @@ TOO_LARGE = (
 
 
 class ReadOnlyProtocol(UASocketProtocol):
-    """Sends the requests of `SERVICES` and refuses all others."""
+    """Sends the requests of `SERVICES` and refuses all other requests."""
 
     def _send_request(
         self, request: Any, timeout: float = 1, message_type: ua.MessageType = ua.MessageType.SecureMessage
@@ -504,7 +504,7 @@ class Server:
         return str(node.to_string())
 
     async def browse(self) -> list[Found]:
-        """All variables below the Objects folder, except those of the server itself."""
+        """All variables below the Objects folder, except the server's own variables."""
         found: list[Found] = []
         open_: list[tuple[Any, str, bool]] = [(ua.NodeId(ua.ObjectIds.ObjectsFolder), "", False)]
         seen = {open_[0][0]}

@@ -164,7 +164,7 @@ class Points:
         return now - DAYS * 86_400_000_000, now
 
     def rows(self, tags: Sequence[str], begin: int, end: int) -> Iterator[tuple[str, hours.Rows]]:
-        """The rows of tags of a loop from one time up to another."""
+        """The rows of tags of a loop between two times."""
         found: dict[str, list[tuple[int, float, int]]] = {tag: [] for tag in tags}
         reading = history.Reading(
             range(len(tags)), begin, end, together=len(tags), time_of=lambda item: microseconds(item["Timestamp"]), key_of=repr

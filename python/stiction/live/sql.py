@@ -334,7 +334,7 @@ class Table:
         return {3: hours.GOOD, 1: 0x4000_0000}.get(code >> 6 & 3, hours.BAD)
 
     def rows(self, tags: Sequence[str], begin: int, end: int) -> Iterator[tuple[str, hours.Rows]]:
-        """The rows of tags of a loop from one time up to another."""
+        """The rows of tags of a loop between two times."""
         source, quoted = self.source, self.source.quoted
         time = quoted(self.time)
         first, last = (source.time(self._at(at), self.time) for at in (begin, end))

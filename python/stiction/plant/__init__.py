@@ -321,8 +321,8 @@ def diagnose_table(table: Any, settings: Settings = None, *, threads: int | None
     Parameters
     ----------
     table : table
-        A long table (times, tags, values, and optionally qualities) or a wide one, of one loop or of several, with the Arrow
-        capsule interface. Times have a time type. Tags may be dictionary-encoded. Rows may have any order.
+        A long table (times, tags, values, and optionally qualities) or a wide table, of one or more loops, with the Arrow capsule
+        interface. Times have a time type. Tags may be dictionary-encoded. Rows may have any order.
     settings : str or path, optional
         The text of a ``plant.toml``, or the path of its folder. By default the zone is UTC, and loops and columns are recognised
         by their names.

@@ -1,4 +1,4 @@
-"""The scan of a plant on Apache Spark. Windows, rows and compiled code are those of the local scan.
+"""The scan of a plant on Apache Spark. Windows, rows and compiled code are the same as in the local scan.
 
 ``python -m stiction.plant.spark --plant DIR --output DIR --input DATA`` runs it; `scan` takes a data frame.
 
@@ -50,7 +50,7 @@ DAY_US = 86_400_000_000
 DAY_BITS, LENGTH_BITS = 28, 4
 """A window is one number, made of its loop, first day, and length, because Spark sorts numbers fast."""
 TRACE = ["trace_start", "trace_signal", "trace_unit", "trace_values"]
-"""The trace of a window's signal, in columns after those of its row."""
+"""The trace of a window's signal, in columns after the columns of its row."""
 TRACE_DDL = "trace_start BIGINT, trace_signal STRING, trace_unit DOUBLE, trace_values BINARY"
 UNKNOWN = -32_768
 """The value for unknown samples of a trace. Values are whole numbers of two bytes, low byte first."""
@@ -229,7 +229,7 @@ class _Input:
         self.payload = [name for name in self.samples.columns if name not in {"loop_id", "time", "day", "is_op", "tag"}]
 
     def samples_of(self, loops: set[int]) -> Any:
-        """The samples of these loops. If they are many or the table is wide, those of other loops are included."""
+        """The samples of these loops. If they are many or the table is wide, samples of other loops are included."""
         if self.tag is None or 2 * len(loops) > len(self.names):
             return self.samples
         tags = sorted({tag for loop in loops for tag in self.tags[loop]})

@@ -95,8 +95,8 @@ impl Operator<'_> {
         Ok(all)
     }
 
-    /// Part 1, from this turn of the plan on: that at which the PV goes to and fro with all turns, and how long the
-    /// slowest answer took, s.
+    /// Part 1, from this turn of the plan on. Returns the turn at which the PV follows all turns, and the time of the
+    /// slowest response, s.
     fn grow(&mut self, from: usize) -> Answer<Option<(usize, f64)>> {
         let each = self.plan.each;
         for at in (from..self.plan.grow.len()).step_by(each) {

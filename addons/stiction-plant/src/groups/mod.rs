@@ -111,7 +111,7 @@ pub fn find(
     find_among(&swings, edges, swings.series.len(), loops, upstream, options)
 }
 
-/// The same from pairs that were found before. None of those that count may be missing.
+/// The groups of some traces, from pairs found earlier. None of those that count may be missing.
 ///
 /// `None` if one is of a loop that has no trace.
 pub fn find_of(
@@ -218,7 +218,7 @@ fn components(edges: &[Edge]) -> Vec<Part> {
 }
 
 /// Removes parts that show the same swing again: nearly the same loops, or half of them at nearly the same period or a
-/// fraction of it. Of such parts the one with the largest coherence stays.
+/// fraction of it. The part with the largest coherence is kept.
 fn one_a_swing(mut parts: Vec<Part>) -> Vec<Part> {
     let strength = |part: &Part| part.edges.iter().map(|edge| edge.squared).sum::<f64>();
     parts.sort_by(|a, b| strength(b).total_cmp(&strength(a)).then(a.loops.cmp(&b.loops)));

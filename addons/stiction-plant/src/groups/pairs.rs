@@ -98,7 +98,7 @@ impl Swings {
         edges
     }
 
-    /// The same from pairs that were found before, in the same order; `None` if the loop of a pair is missing.
+    /// The edges from pairs found earlier, in the same order; `None` if the loop of a pair is missing.
     pub fn edges_of(&self, pairs: &[Pair]) -> Option<Vec<Edge>> {
         let place = |name: &str| self.series.binary_search_by(|own| (*own.name).cmp(name)).ok();
         let edge = |pair: &Pair| {
@@ -112,8 +112,8 @@ impl Swings {
     }
 }
 
-/// The pairs among the loops of some traces. With `block`, a set of names, the pairs of a loop in it and one outside. `span` is
-/// that of all traces, including missing ones.
+/// The pairs among the loops of some traces. With `block`, a set of names, only pairs of a loop in it and a
+/// loop outside. `span` is the time range of all traces, including missing ones.
 pub fn pairs(
     traces: &[Trace],
     loops: &[LoopOfWeek],

@@ -1,4 +1,4 @@
-//! Splits the text of overrides into pieces, so that a damaged one does not affect the others.
+//! Splits the text of overrides into pieces, so that a damaged override does not affect the others.
 
 use super::entry::{Override, Scope};
 use jiff::civil::Date;

@@ -54,7 +54,7 @@ use stiction_report::report::{Fitted, Folder};
 use stiction_report::sheet::Sheet;
 use stiction_report::valve_test_sheet;
 
-/// The folder of all reports, in that of the plant.
+/// The folder of all reports, inside the plant's folder.
 pub const FOLDER: &str = "reports";
 
 columns! {
@@ -109,7 +109,7 @@ pub struct Reported {
     pub plant: String,
     /// The week, such as `2026-W10`.
     pub week: String,
-    /// Folder, relative to that of the plant.
+    /// Folder, relative to the plant's folder.
     pub folder: String,
     /// Loops in it.
     pub loops: usize,
@@ -204,7 +204,7 @@ impl Known {
         Ok(known)
     }
 
-    /// The same without groups, which take the most time.
+    /// The report without groups, which take the most time.
     ///
     /// # Errors
     /// As for [`Known::of`].

@@ -217,7 +217,7 @@ fn evidence(row: &LoopRow) -> String {
     parts.join("; ")
 }
 
-/// The test that is due, or the day of the one that was made.
+/// The test that is due, or the day of the last test.
 fn test(row: &LoopRow) -> String {
     match (status(row), &row.plan) {
         (Status::Closed | Status::Confirmed, _) => {

@@ -385,7 +385,7 @@ fn columns(ranking: &Ranking<'_>) -> Markup {
             summary { "What the columns mean" }
             dl { @for head in shown(ranking) { dt { (head.name) } dd { (head.meaning) } } }
             p {
-                b { "Weight" } " is the weight of the loop times that of its area, both from plant.toml. "
+                b { "Weight" } " is the weight of the loop times the weight of its area, both from plant.toml. "
                 b { "Severity" } " is S + J over " (FULL) " % of span, at most 1. If they are unknown, the smallest of three values \
                 replaces them: OP travel between two reversals, OP travel in half a period, and the detection limit. "
                 b { "Probability" } " is that of stiction, or of the other cause for “retune” and “look upstream”. For “check data”, \

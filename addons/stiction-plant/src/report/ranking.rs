@@ -1,9 +1,10 @@
 //! The ranking of a week: a row per loop, the most urgent first.
 //!
 //! # A week
-//! The windows of the week are combined as `stiction history` combines those of a valve ([`together`]). If the valve was repaired
-//! (by `log.toml`), or began or ceased to stick, only the windows after that count: the verdict is on the valve as it is now. S
-//! and J are the medians of the windows that have them, as are the ends of their intervals. Key figures are means.
+//! The windows of the week are combined as `stiction history` combines the windows of a valve ([`together`]). If the
+//! valve was repaired (by `log.toml`), or began or ceased to stick, only the windows after that count: the verdict is
+//! on the valve as it is now. S and J are the medians of the windows that have them, as are the ends of their
+//! intervals. Key figures are means.
 //!
 //! # Priority
 //! ```text
@@ -50,7 +51,7 @@ const LAST: usize = 3;
 const FARTHEST: f64 = 730.0;
 
 columns! {
-    /// A loop in a week. Units are those of the columns.
+    /// A loop in a week. Units are as in the columns.
     pub struct LoopRow;
     /// Tag of the loop.
     "loop" [""] name: String;
@@ -60,7 +61,7 @@ columns! {
     "unit" [""] unit: Option<String>;
     /// Type of the loop.
     "type" [""] loop_type: String;
-    /// Weight of the loop times that of its area.
+    /// Weight of the loop times weight of its area.
     "weight" [""] weight: f64;
     /// Windows of the week that were judged.
     "windows_judged" [""] windows_judged: i64;
@@ -118,7 +119,7 @@ columns! {
     "change_to" [""] change_to: Option<String>;
     /// Graded word before the change, or else of the four weeks before.
     "verdict_before" [""] verdict_before: Option<Grade>;
-    /// Windows on which the verdict rests: those of the week after the last change or repair.
+    /// Windows on which the verdict rests: the windows of the week after the last change or repair.
     "windows_used" [""] windows_used: i64;
     /// The first of their days.
     "since" [""] since: Option<String>;
@@ -331,7 +332,7 @@ struct Valve {
     /// The observations that count in the week.
     now: Vec<Observation>,
     history: Option<History>,
-    /// The grade before the change, or else that of the four weeks before.
+    /// The grade before the change, or else the grade of the four weeks before.
     before: Option<Grade>,
     drift: Option<Drift>,
     event: Option<Event>,

@@ -16,7 +16,7 @@ const SAMPLE: usize = 17;
 /// Approximate memory of a row group in the metadata of a file.
 const GROUP: usize = 256;
 
-/// The recordings of a loop, and perhaps of others, or the reason why it cannot be read.
+/// The recordings of a loop, and possibly of others, or the reason why the loop cannot be read.
 pub type Loops = Result<Arc<Vec<Recording>>, String>;
 
 /// The files of a plant, with a cache of those used last.

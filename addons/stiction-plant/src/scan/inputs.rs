@@ -104,7 +104,7 @@ pub struct Inputs {
 struct Places {
     /// Folders that cannot be listed.
     problems: Vec<Problem>,
-    /// Folders whose names are those of recordings, a sentence each.
+    /// Folders that are named like recordings, a sentence each.
     folders: Vec<String>,
 }
 
@@ -114,7 +114,7 @@ impl Places {
     }
 }
 
-/// Data files that differ from those of the last scan.
+/// Data files that differ from the last scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, schemars::JsonSchema)]
 pub struct Changes {
     /// Files that no scan has read.
@@ -147,7 +147,7 @@ impl Changes {
 }
 
 const NAME: &str = "inputs.json";
-/// The form of the list. Files are examined again where it was another.
+/// The form of the list. Files are examined again if their form is different.
 const FORM: &str = "2-";
 
 impl Inputs {
@@ -339,7 +339,7 @@ pub fn paths(folder: &Path, plant: &Plant) -> Vec<String> {
     listed(folder, plant).0
 }
 
-/// The same, with the places that hold no readable file.
+/// The paths of the data files, and the places without a readable file.
 fn listed(folder: &Path, plant: &Plant) -> (Vec<String>, Places) {
     let (mut paths, mut folders) = (BTreeSet::new(), BTreeSet::new());
     let mut problems: BTreeMap<String, Problem> = BTreeMap::new();
@@ -438,7 +438,7 @@ fn of_parts(file: &PartedFile, path: &Path, zone: &Zone) -> stiction_io::Result<
     Ok(Input { sha256, loops: loops.collect(), without_op, ..Input::default() })
 }
 
-/// The remedy for a loop whose tags are in files of one tag each, in addition to that of the reader.
+/// The additional remedy for a loop whose tags are in files with one tag each.
 pub(crate) const APART: &str = "or, if each tag has a file of its own, export all tags of a loop to one file, because a plant does not join them";
 
 /// The remedy for a loop without a PV.

@@ -58,7 +58,7 @@ impl<'a> Judge<'a> {
         Self { plant, facts: plant.facts(name), name, settings: plant.settings_hash(name), limit_s }
     }
 
-    /// With this limit of time for a window, s, instead of that of the plant's file.
+    /// With this limit of time for a window, s, instead of the limit in the plant's file.
     #[must_use]
     pub fn within(self, limit_s: Option<u32>) -> Self {
         Self { limit_s: limit_s.unwrap_or(self.limit_s), ..self }

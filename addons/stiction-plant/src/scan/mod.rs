@@ -67,7 +67,7 @@ pub struct ScanOptions {
     pub memory: Option<u64>,
     /// Whether windows that are done are judged again.
     pub again: bool,
-    /// The longest time for a window, s; by default that of the plant's file, or else [`TIME_LIMIT_S`].
+    /// The longest time for a window, s; by default the limit in the plant's file, or else [`TIME_LIMIT_S`].
     pub time_limit_s: Option<u32>,
 }
 
@@ -114,7 +114,7 @@ pub struct Manifest {
     pub no_recordings: Vec<String>,
     /// Files of earlier runs that were found damaged, a sentence each.
     pub damaged: Vec<String>,
-    /// How the data files differ from those of the previous scan.
+    /// Differences of the data files from the previous scan.
     pub changes: Changes,
 }
 
@@ -350,7 +350,7 @@ struct Kept {
     run: Run,
     rows: Vec<WindowRow>,
     traces: Vec<Trace>,
-    /// Windows that were written, and those of them that could not be judged.
+    /// Number of written windows, and number of windows that could not be judged.
     windows: usize,
     errors: usize,
     /// Days of loops that are done.

@@ -1,4 +1,5 @@
-//! Rows of windows from tables in memory of other engines: a long or wide table of samples, of one loop or several.
+//! Rows of windows from tables in the memory of other programs: a long or wide table of samples, of one loop or
+//! several.
 //!
 //! A distributed engine judges one [window] at a time, from the samples of its loop on its days and the day before.
 //! [`loops`] finds the tags that belong together.

@@ -42,7 +42,7 @@ use table::{Row, Table};
 use trace::Trace;
 use window::WindowRow;
 
-/// The folder of the store, in that of the plant.
+/// The folder of the store, inside the plant's folder.
 pub(crate) const STORE: &str = ".stiction";
 
 /// The store of a plant.
@@ -212,7 +212,7 @@ impl Store {
         names(&self.runs(), |name| name.bytes().all(|b| b.is_ascii_digit()))
     }
 
-    /// The valid rows, by loop and time. Of overlapping windows of a loop the one judged last is valid.
+    /// The valid rows, by loop and time. If windows of a loop overlap, the window judged last is valid.
     ///
     /// # Errors
     /// If a file cannot be read or was changed.
@@ -367,12 +367,12 @@ impl Store {
         self.path("index").join(format!("{week:05}.parquet"))
     }
 
-    /// The weeks in the index, counted from that of 1970-01-01 on.
+    /// The weeks in the index, counted from the week of 1970-01-01 on.
     fn weeks(&self) -> Result<Vec<i64>> {
         self.weeks_in(&self.through())
     }
 
-    /// The same of an index that goes through this run.
+    /// The weeks in an index that includes this run.
     fn weeks_in(&self, through: &str) -> Result<Vec<i64>> {
         // Without this file the index is incomplete, and the runs are read.
         if through.is_empty() {
@@ -414,8 +414,9 @@ impl Store {
         ));
     }
 
-    /// The traces of windows that begin from `from` on and before `to`, s since 1970-01-01 UTC, by loop and time: of traces of a
-    /// loop that begin at the same time, the one written last. Only the footers of files without any are read.
+    /// The traces of windows that begin from `from` on and before `to`, s since 1970-01-01 UTC, by loop and time. If
+    /// traces of a loop begin at the same time, only the trace written last is returned. Of files without such traces,
+    /// only the footers are read.
     ///
     /// # Errors
     /// If a file cannot be read or was changed.
@@ -614,7 +615,8 @@ fn is_whole(path: &Path) -> Result<bool> {
     }
 }
 
-/// The same, but only the end of a file that has not changed since `seen` is read, because all runs together may be large.
+/// Whether a file is complete. Of a file that has not changed since `seen`, only the end is read, because all runs
+/// together may be large.
 fn looks_whole(path: &Path, seen: Option<SystemTime>) -> Result<bool> {
     let there = fs::metadata(path).map_err(file(path))?;
     match there.modified() {

@@ -10,7 +10,7 @@ use stiction_diagnose::recording::fitness::{Class, MeasureId};
 use stiction_diagnose::valve_test::TestReading;
 
 columns! {
-    /// One window of one loop. Units are those of the columns.
+    /// One window of one loop. Units are as in the columns.
     pub struct WindowRow;
     /// Tag of the loop.
     "loop" [""] name: String;
@@ -177,8 +177,8 @@ impl WindowRow {
         Some(Seen { valve: self.observation()?, days: self.window_s as f64 / 86_400.0, moves })
     }
 
-    /// The row with the results of a diagnosis. Identity, settings and fingerprint are those of `self`. The times of the diagnosis
-    /// count from the start of the window.
+    /// The row with the results of a diagnosis. Identity, settings and fingerprint are taken from `self`. The times of
+    /// the diagnosis count from the start of the window.
     #[must_use]
     pub fn judged(self, diagnosis: &Diagnosis) -> Self {
         let verdict = &diagnosis.verdict;

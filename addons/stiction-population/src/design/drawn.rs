@@ -1,4 +1,4 @@
-//! Random draw of a loop. The order of draws is that of the stream: it is part of the population's version.
+//! Random draw of a loop. The stream defines the order of draws, which is part of the population's version.
 
 use super::{Curve, Design, TRANSMITTER};
 use crate::LoopKind;
@@ -319,7 +319,7 @@ struct Tuning {
 }
 
 impl Tuning {
-    /// Draws a process. The time of an integrator is then that of its controller.
+    /// Draws a process. The time of an integrator is then the time constant of its controller.
     fn draw(record: &Record, situation: Situation, lags: &mut Lags, draw: &mut Draw) -> Self {
         // Integral action relative to the lags of the loop.
         let step = record.step();

@@ -5,7 +5,7 @@ use super::sketch::Sketch;
 
 /// Soft packing and seats creep into contact: static friction grows with the logarithm of the time at rest, from
 /// sliding friction up to a largest value. A stem that moves often slides with a dead band, and one that rested for
-/// long jumps. S and J are those after a long rest.
+/// long jumps. S and J hold after a long rest.
 pub(super) struct AgeingFriction {
     /// Sliding friction, and the largest static friction, percent.
     slides: f64,

@@ -11,7 +11,7 @@ pub(super) struct Fouling {
     day: f64,
     campaign: f64,
     since: f64,
-    /// Resistance of the dirt before a cleaning over that of the clean exchanger.
+    /// Resistance of the dirt before a cleaning, relative to the clean exchanger.
     dirt: f64,
     /// The valve's duty at rest, and the daily load, percent.
     duty: f64,

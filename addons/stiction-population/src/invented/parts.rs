@@ -10,7 +10,7 @@ use stiction_model::valve::{Start, Valve};
 /// The behaviour of a loop's parts in a step; a kind replaces some of the ordinary ones. Positions, flows and loads
 /// are in percent from rest, the PV and its set point in percent of span from rest.
 pub(super) trait Parts {
-    /// The largest gain over that of the process, for the tuning.
+    /// The largest gain relative to the gain of the process, for the tuning.
     fn steepest(&self) -> f64 {
         1.0
     }

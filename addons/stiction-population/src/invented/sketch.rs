@@ -107,7 +107,7 @@ impl Sketch {
         }
     }
 
-    /// The same loop, recorded for `factor` times as many samples.
+    /// The loop, recorded for `factor` times as many samples.
     pub fn lasting(self, factor: f64) -> Self {
         let times = |n: usize| (n as f64 * factor).round() as usize;
         Self { samples: times(self.samples), steps_of_load: times(self.steps_of_load), ..self }

@@ -18,7 +18,7 @@ pub(super) struct SurgeControl {
     /// Deficit of the flow, filtered.
     lack: f64,
     op: f64,
-    /// Start of the record, steps; its steps, and those with closing by the ramp.
+    /// Start of the record, number of its steps, and number of its steps with closing by the ramp.
     begins: usize,
     recorded: usize,
     ramping: usize,

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 /// transport time is the dead time at rest, and shorter with a larger flow.
 pub(super) struct TransportByFlow {
     rest: f64,
-    /// The flow, over that at rest.
+    /// The flow, relative to the flow at rest.
     flow: f64,
     /// The total flow, in steps at rest, at which each value in the pipe entered, and the volume of the pipe.
     pipe: VecDeque<(f64, f64)>,

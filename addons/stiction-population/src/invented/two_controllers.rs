@@ -8,7 +8,7 @@ use stiction_model::closed_loop::NormalStream;
 /// than the transmitter of this loop. The two integrals move in opposite directions: the OP travels far, and the PV
 /// hardly moves. The second valve has less travel and may be at the end of it.
 pub(super) struct TwoControllers {
-    /// Gain and integral time of the second controller, and its gain over that of this one.
+    /// Gain and integral time of the second controller. The gain is relative to the gain of this controller.
     kc: f64,
     ti: f64,
     ratio: f64,

@@ -99,8 +99,8 @@ impl Unseen {
         Ok(None)
     }
 
-    /// Whether the valve sticks in a part of the stroke, in one direction or after a rest only, or the OP is not that
-    /// of the stem.
+    /// Whether the valve sticks in a part of the stroke, in one direction or only after a rest, or the recorded OP is
+    /// not the stem's input.
     fn partly(self) -> bool {
         use Invention as Kind;
         matches!(

@@ -79,7 +79,7 @@ pub fn network(seed: u64, plan: &NetworkPlan) -> Network {
     Network { loops, links, outside }
 }
 
-/// A loop; one above waits for the one `below`.
+/// Draws a loop. A master loop waits for its slave loop `below`.
 fn one(place: Place, below: Option<&NetworkLoop>, draw: &mut Draw) -> NetworkLoop {
     let process = match place {
         Place::Below => ProcessKind::FirstOrder,

@@ -47,7 +47,7 @@ pub struct Samples {
     pub op: Vec<f64>,
     /// Whether the controller had the OP.
     pub auto: Vec<bool>,
-    /// Position of the valve, percent; for an upper loop, the PV of the one below.
+    /// Position of the valve, percent. For a master loop, the PV of its slave loop.
     pub vp: Vec<f64>,
 }
 

@@ -33,7 +33,7 @@ pub enum Cause {
 pub struct NetworkTruth {
     /// The effect of each cause.
     pub causes: Vec<Reach>,
-    /// For each loop, the possible sources: the numbers of loops, including itself, followed by those of waves.
+    /// The possible sources for each loop: the numbers of loops, including itself, and then the numbers of waves.
     origins: Vec<BTreeSet<usize>>,
 }
 
@@ -42,7 +42,7 @@ pub struct NetworkTruth {
 pub struct Reach {
     /// The cause.
     pub cause: Cause,
-    /// Period, s; for a valve, that of the strongest swing of its position.
+    /// Period, s. For a valve, the period of the strongest swing of its position.
     pub period_s: f64,
     /// For each loop, the share of the power at the period that disappears without the cause, of the error or of
     /// the OP.
@@ -52,7 +52,8 @@ pub struct Reach {
 }
 
 impl NetworkTruth {
-    /// Whether no event can reach both loops: no loop and no wave acts on both, through any number of others.
+    /// Whether no event can reach both loops. That is the case if no loop and no wave acts on both, directly or through
+    /// other loops.
     pub fn apart(&self, a: usize, b: usize) -> bool {
         self.origins[a].is_disjoint(&self.origins[b])
     }

@@ -11,7 +11,8 @@ use stiction_report::document::json;
 
 /// Version of the document. A change that breaks its readers gets a new one.
 pub const VERSION: u32 = 1;
-/// Up to this number, each detector is compared with each other one. Beyond it, the first is compared with all others.
+/// Up to this number, each detector is compared with each other one. Beyond it, only the first detector is compared
+/// with each other one.
 const EACH: usize = 6;
 
 /// A detector with its answers, in the order of the loops.

@@ -177,7 +177,7 @@ pub struct KindMeasure {
     pub decisions: Counts,
     /// Share of the loops called sticking: false alarms of a healthy kind, recall of a sticking one.
     pub called: Share,
-    /// The same at the threshold with 1 % false alarms over all loops.
+    /// This share at the threshold with 1 % false alarms over all loops.
     pub at_1_percent: Share,
 }
 

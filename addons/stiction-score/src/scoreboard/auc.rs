@@ -207,7 +207,7 @@ impl Ranks {
         Self { order, clusters }
     }
 
-    /// The same with the loops without a score, which lie below all others.
+    /// All loops. Loops without a score rank below all others.
     fn of_all(loops: &[Ranked]) -> Self {
         let lowest = |each: &Ranked| {
             let score = each.score.filter(|score| !score.is_nan());

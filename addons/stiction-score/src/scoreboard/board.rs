@@ -41,7 +41,7 @@ pub struct Board {
     /// Accuracy of the estimates of J; null if no J is known.
     #[serde(rename = "J")]
     pub j: Option<Quantification>,
-    /// Accuracy of limits of S and sure probabilities; null without any.
+    /// Accuracy of limits of S and sure probabilities; null if none exist.
     pub sureness: Option<Sureness>,
     /// Detected sticking valves by how clearly they show; null if no loop is a member of a mixed population.
     pub found: Option<Found>,

@@ -9,8 +9,8 @@ const GAINS: [f64; 6] = [15.0, 25.0, 50.0, 100.0, 200.0, 400.0];
 /// Lower ends of the bands of the number of slips.
 const SLIPS: [f64; 6] = [1.0, 3.0, 6.0, 11.0, 21.0, 51.0];
 
-/// Detected sticking valves among the members of a mixed population whose records show them: visible loops whose
-/// own valve slips. Valves that never move, and those of a loop below, have no gain and are left out.
+/// Detected sticking valves among the members of a mixed population whose records show them: visible loops whose own
+/// valve slips. Valves that never move, and valves of a slave loop, have no gain and are left out.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Found {
     /// By the [gain](Member::gain) of an observer who knows the stem, nats.

@@ -18,7 +18,7 @@
 //! ```
 //!
 //! A [`Scored`] keeps the counted parts of a diagnosis, so that populations of any size can be scored; a [`Board`]
-//! contains all counts. Nothing is fitted: thresholds are those of the methods.
+//! contains all counts. Nothing is fitted. Thresholds are the thresholds of the methods.
 //!
 //! Loops with a sticking valve that the recording cannot show ([`Truth::visible`]) belong to neither class. They
 //! are left out of every measure and counted separately.

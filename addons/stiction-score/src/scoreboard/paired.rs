@@ -11,7 +11,7 @@ use stiction_diagnose::methods::Counts;
 pub struct AucDifference {
     /// AUC of the first over all loops; a pair with a loop without a score counts half.
     pub first: Interval,
-    /// The same of the second.
+    /// AUC of the second over all loops.
     pub second: Interval,
     /// First less second.
     pub difference: Interval,

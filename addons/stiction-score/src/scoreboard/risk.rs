@@ -56,8 +56,8 @@ impl RiskCoverage {
     }
 }
 
-/// Calls `each` with coverage and risk after every group of equally certain loops, and gives the weight of all loops
-/// and the coverage of those with a score.
+/// Calls `each` with coverage and risk after every group of equally certain loops. Returns the share of the loops that
+/// have a score.
 fn walk(certain: &[Certain], weights: &[u32], mut each: impl FnMut(f64, f64)) -> Option<f64> {
     let all: u64 = weights.iter().map(|weight| u64::from(*weight)).sum();
     let (mut accepted, mut wrong) = (0u64, 0u64);

@@ -63,7 +63,7 @@ impl Truth {
         }
     }
 
-    /// The same of a member of a mixed population, with its visibility.
+    /// The truth about a member of a mixed population, with its visibility.
     pub fn of_member(valve: String, truth: &stiction_population::Truth) -> Self {
         let member = Some(Member { gain: truth.gain, slips: truth.slips });
         Self { member, ..Self::of_simulated(valve, truth) }

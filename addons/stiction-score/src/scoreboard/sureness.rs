@@ -23,7 +23,7 @@ pub struct Sureness {
     /// Median of the limits of healthy loops that are cleared, percent of span.
     #[serde(rename = "median_limit_of_cleared_healthy")]
     pub limit: Option<f64>,
-    /// Of visible and healthy loops with a sure probability, those in which it is wrong.
+    /// Share of the visible and healthy loops with a sure probability in which this probability is wrong.
     #[serde(rename = "sure_and_wrong")]
     pub wrong: Share,
     /// Number of visible and healthy loops with a sure probability.

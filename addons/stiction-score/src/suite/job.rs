@@ -59,13 +59,13 @@ pub(super) enum Job {
     Member(u64, u64),
     /// The loop of this kind with this seed.
     Of(LoopKind, u64),
-    /// The same with a longer record.
+    /// The loop with a longer record.
     Longer(LoopKind, u64),
     /// The loop of this kind outside the population, healthy or sticking.
     Invented(Invention, u64, bool),
     /// A loop with a recorded position.
     Position(u64, u64),
-    /// A loop of the network of this seed: that of the sticking valve, or another one.
+    /// A loop of the network of this seed: the loop of the sticking valve, or another one.
     Network(u64, bool),
 }
 

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use stiction::score::bench::exchange::{ParsedLine, parsed_line};
 use stiction::scoreboard::Answer;
 
-/// Starts in sequence without any answer, after which a program is not started again.
+/// Number of consecutive starts without an answer, after which a program is not started again.
 const STARTS: usize = 10;
 /// Bytes of a line that are read; the rest of a longer one is skipped.
 const LINE: u64 = 1 << 20;

@@ -62,7 +62,7 @@ fn not_of_the_whole(files: &[Found]) -> stiction_io::Result<Vec<String>> {
     Ok(notes)
 }
 
-/// The recordings of each tag together, and those of files without tags.
+/// The recordings of each tag together, and the recordings of files without tags.
 fn groups(found: Vec<Found>) -> Vec<Vec<Found>> {
     let mut groups: Vec<Vec<Found>> = vec![];
     let mut of_tag: HashMap<String, Vec<usize>> = HashMap::new();
@@ -116,8 +116,8 @@ pub fn by_tag(found: Vec<Found>) -> Vec<(Source, Recording)> {
     all
 }
 
-/// All recordings, each separate. The user is notified of those of one tag that cannot be joined, such as files that
-/// overlap with different values.
+/// All recordings, each separate. The user is notified of recordings of one tag that cannot be joined, such as files
+/// that overlap with different values.
 pub fn separate(found: Vec<Found>) -> Vec<(Source, Recording)> {
     let groups = groups(found);
     for group in groups.iter().filter(|group| group.len() > 1) {

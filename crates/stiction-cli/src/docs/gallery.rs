@@ -84,7 +84,7 @@ impl Shown {
         Ok(Self { case, csv, source, diagnosis, truth })
     }
 
-    /// The same for tables and reports.
+    /// The diagnosis for tables and reports.
     pub fn found(&self) -> Loop<'_> {
         Loop::new(&self.source, &self.diagnosis)
     }

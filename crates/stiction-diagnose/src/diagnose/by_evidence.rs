@@ -5,7 +5,7 @@
 //!
 //! | Evidence | Conclusion |
 //! |---|---|
-//! | OP and PV do not look like those of one loop | cannot tell |
+//! | OP and PV do not look like signals of one loop | cannot tell |
 //! | The recording is unlike the training loops | cannot tell |
 //! | The probability is above the threshold for a fault | sticks, or does not respond |
 //! | The same, but S is [`HARMLESS`] or less | cannot tell: it would be no fault |
@@ -73,7 +73,7 @@ pub struct Signs {
     pub probability: f64,
     /// Distance of the recording from the training loops; above 1 it is unlike all of them.
     pub distance: f64,
-    /// Whether OP and PV look like those of one loop; above 1 they do not.
+    /// Whether OP and PV look like signals of one loop; above 1 they do not.
     pub mismatch: f64,
     /// Whether no response is likelier than sticking.
     pub idle: bool,
@@ -113,7 +113,7 @@ pub fn thresholds_of_several() -> Decision {
 /// The row of the table that applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ruling {
-    /// OP and PV are not those of one loop.
+    /// OP and PV do not belong to one loop.
     Mistaken,
     /// The recording is unlike the training loops.
     Strange,

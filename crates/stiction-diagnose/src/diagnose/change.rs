@@ -1,26 +1,27 @@
 //! What changed about a valve, and when.
 //!
 //! # Rule
-//! A change is a step between two windows of a valve. Of each window the rule uses log-odds `l` of the probability that the
-//! valve sticks, limited to those of 99 %, and, where they are known, four logarithms of how the loop moves: amplitude, period, OP
-//! travel and OP reversals. Windows are added in order of time. With each, every place `k` of a step since the last change, 28 days
-//! back at most, gets the gain in log-likelihood of a step with unknown noise. On each side are windows of at least [`SIDE`] days, or
-//! at least two that hold [`MANY`] windows of a diagnosis.
+//! A change is a step between two windows of a valve. For each window the rule uses log-odds `l` of the probability
+//! that the valve sticks, limited to those of 99 %. Where they are known, it also uses the logarithms of the loop's
+//! amplitude, period, OP travel and OP reversals. Windows are added in order of time. With each, every place `k` of a
+//! step since the last change, 28 days back at most, gets the gain in log-likelihood of a step with unknown noise. On
+//! each side are windows of at least [`SIDE`] days, or at least two that hold [`MANY`] windows of a diagnosis.
 //!
 //! ```text
 //! gain = (NU + n)/2 ln((NU s^2 + SS)/(NU s^2 + SS_before + SS_after))
 //! ```
 //!
-//! `n` is the number of windows, `SS` their sum of squares about the mean, `SS_before` and `SS_after` those about the means of the two
-//! sides. The noise has a prior of [`NU`] degrees of freedom about `s`: [`NOISE`] for log-odds, [`MOVES`] for logarithms. The
-//! score of `k` is the gain of the log-odds plus those of the four logarithms, which add [`MOVES_MOST`] at most: a repaired valve moves
-//! its loop differently. The change is at the `k` of the largest score. All `k` whose score is within [`WITHIN`] of it are its
-//! 95 % interval.
+//! `n` is the number of windows, `SS` their sum of squares about the mean, `SS_before` and `SS_after` those about the
+//! means of the two sides. The noise has a prior of [`NU`] degrees of freedom about `s`: [`NOISE`] for log-odds,
+//! [`MOVES`] for logarithms. The score of `k` is the gain of the log-odds plus the gains of the four logarithms, which
+//! add [`MOVES_MOST`] at most: a repaired valve moves its loop differently. The change is at the `k` of the largest
+//! score. All `k` whose score is within [`WITHIN`] of it are its 95 % interval.
 //!
-//! The valve began or ceased to stick if the score reaches [`THRESHOLD`], the mean log-odds differ by [`FARTHEST`], and all
-//! windows of one side, combined, accuse the valve while those of the other do not. Up is *new*, or *returned* if the valve stuck
-//! before. Down is *gone*. Otherwise the valve is *worse* or *better* if the gain of `ln S`, with noise [`S_NOISE`], reaches
-//! [`S_THRESHOLD`] and S grows or shrinks by [`GROWTH`]. Later windows place the change better, until the next one is found.
+//! The valve began or ceased to stick under three conditions. The score reaches [`THRESHOLD`], the mean log-odds differ
+//! by [`FARTHEST`], and all windows of one side, combined, accuse the valve while all windows of the other side do not.
+//! Up is *new*, or *returned* if the valve stuck before. Down is *gone*. Otherwise the valve is *worse* or *better* if
+//! the gain of `ln S`, with noise [`S_NOISE`], reaches [`S_THRESHOLD`] and S grows or shrinks by [`GROWTH`]. Later
+//! windows place the change better, until the next one is found.
 //!
 //! A single day never makes a change, because a day that is unlike all others comes and goes.
 //!
@@ -193,7 +194,7 @@ pub fn events(windows: &[Seen], repairs: &[f64]) -> Vec<Event> {
 
 impl Event {
     /// It in words, such as "the valve began to stick at about 2 h (between 1 h and 3 h)"; `moment` writes a time. All
-    /// times are those of windows, so their resolution is one window.
+    /// times are times of windows, so their resolution is one window.
     pub fn words(&self, moment: impl Fn(f64) -> String) -> String {
         let (what, at, (from, to)) = (self.change.words(), moment(self.time), self.interval);
         match from == to {

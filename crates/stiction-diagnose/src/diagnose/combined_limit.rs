@@ -3,8 +3,8 @@
 /// Rank, as a share of the windows, of the limit for all of them.
 const LIMIT_RANK: f64 = 0.4;
 
-/// The detection limit of a record from those of its windows, percent of span. An S above it would have been
-/// detected with the confidence of each window's limit. A window without a limit counts as one without any
+/// The detection limit of a record from the limits of its windows, percent of span. An S above it would have been
+/// detected with the confidence of each window's limit. A window without a limit counts as a window without
 /// information.
 ///
 /// It is the 40 % quantile, the rank rounded up. Each limit `L_i` fails for one sticking valve in twenty: S is

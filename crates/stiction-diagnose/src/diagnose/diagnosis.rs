@@ -172,7 +172,7 @@ impl Diagnosis {
         self.masked.iter().map(|masked| masked.count).sum()
     }
 
-    /// These values in words, such as `1 value of the PV (-9999)`; `None` without any.
+    /// These values in words, such as `1 value of the PV (-9999)`; `None` if no value is masked.
     pub fn masked_words(&self) -> Option<String> {
         Masked::words(&self.masked)
     }
@@ -187,8 +187,8 @@ impl Diagnosis {
         self.grid.segments.get(self.judged.as_ref()?.segment)
     }
 
-    /// Duration of what gave the verdict, s: that of all weighed windows, what overlaps counted once, or else of the
-    /// longest segment. `None` if no segment was judged.
+    /// Duration of the data that gave the verdict, s. It is the duration of all weighed windows, with overlaps counted
+    /// once, or else of the longest segment. `None` if no segment was judged.
     pub fn judged_s(&self) -> Option<f64> {
         let longest = self.segment()?.duration();
         let weighed = match (self.verdict.basis, &self.evidence) {

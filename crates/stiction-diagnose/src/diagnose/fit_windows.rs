@@ -1,7 +1,7 @@
 //! The fit windows of a long recording, or of one in several segments.
 //!
-//! One hour of saturation, one frozen morning or one afternoon of set-point changes makes some windows unfit, but
-//! not the whole week. Unfit windows are left out and the others are judged; the number of both is reported.
+//! One hour of saturation, one frozen morning or one afternoon of set-point changes makes some windows unfit, but not
+//! the whole week. Unfit windows are left out and the others are judged. The program reports both numbers.
 
 use super::oscillations::Oscillations;
 use super::steps::Stops;

@@ -6,12 +6,11 @@
 //!
 //! # Drift of S
 //!
-//! A weighted least-squares line through `ln S` over time, because stiction grows by a share of itself. The weight
-//! of a window is one over the squared width of its interval in `ln S`, which is at least [`NARROWEST`]. The drift
-//! is significant only if two p-values are below [`SIGNIFICANT`]: that of the line, and that of Mann and Kendall's
-//! test, which is robust to outliers and to the shape of the trend. The median of all slopes (Theil and Sen) must
-//! also have the same sign. Both tests assume that the errors of windows are independent; otherwise p-values are
-//! too small.
+//! A weighted least-squares line through `ln S` over time, because stiction grows by a share of itself. The weight of a
+//! window is one over the squared width of its interval in `ln S`, which is at least [`NARROWEST`]. The drift is
+//! significant only if two p-values are below [`SIGNIFICANT`]: the p-value of the line, and that of Mann and Kendall's
+//! test, which is robust to outliers and to the shape of the trend. The median of all slopes (Theil and Sen) must also
+//! have the same sign. Both tests assume that the errors of windows are independent; otherwise p-values are too small.
 
 use super::by_evidence::{thresholds, thresholds_of_several};
 use super::change::{Event, Seen, events, present_since};

@@ -49,7 +49,7 @@ const NOISE_BAND: f64 = 3.0;
 const NO_PV: &str = "the PV is not recorded";
 
 impl Kpis {
-    /// The key figures of a segment; those of the PV have no value without a PV.
+    /// The key figures of a segment. Without a PV, the key figures of the PV have no value.
     ///
     /// | name | equation |
     /// |---|---|
@@ -70,9 +70,9 @@ impl Kpis {
     /// | ellipse axis ratio | `sqrt((1 - abs(rho)) / (1 + abs(rho)))`, rho the correlation of OP and PV |
     /// | ellipse OP width | `2 sqrt(2) std(OP) sqrt(1 - rho^2)`, % |
     ///
-    /// The two ellipses are those of the covariance, not a fit to the outline of the cloud. The axis ratio is that
-    /// of the standardised cloud, 1 for a circle and 0 for a line. The width is the one along OP through the
-    /// centre; for two sines of one frequency it is exactly `2 A abs(sin phase)`.
+    /// The two ellipses are ellipses of the covariance, not a fit to the outline of the cloud. The axis ratio describes
+    /// the standardised cloud: 1 for a circle and 0 for a line. The width is measured along OP through the centre. For
+    /// two sines of one frequency it is exactly `2 A abs(sin phase)`.
     pub fn of(recording: &Recording, grid: &Grid, segment: &Segment, options: &KpiOptions) -> Self {
         let mut kpis = Self::default();
         let hours = segment.duration() / 3600.0;

@@ -138,9 +138,10 @@ pub(super) fn concluded(judged: &Judgement, sample_time: f64) -> ByPosition {
 }
 
 impl ByPosition {
-    /// The verdict from the position instead of that from OP and PV, because the position shows the stem itself. If it leaves open
-    /// whether the valve sticks, OP and PV may accuse it, unless their `S` is above the position's limit. If it does not move, but OP
-    /// and PV show a stem that slips, its transmitter has failed. A stem that follows stands against their accusation.
+    /// The verdict from the position, which replaces the verdict from OP and PV because the position shows the stem
+    /// itself. If it leaves open whether the valve sticks, OP and PV may accuse it, unless their `S` is above the
+    /// position's limit. If it does not move, but OP and PV show a stem that slips, its transmitter has failed. A stem
+    /// that follows stands against their accusation.
     pub fn verdict(&self, without: Verdict, s: Option<Estimate>) -> Verdict {
         let accuse = without.basis == Basis::Evidence && without.class == VerdictClass::Sticks;
         let agree = s.zip(self.s_limit).is_none_or(|(s, limit)| s.low <= limit);

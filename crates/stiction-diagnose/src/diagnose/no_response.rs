@@ -1,4 +1,4 @@
-//! Whether the PV does not respond: the OP travels far without any effect on the PV.
+//! Whether the PV does not respond: the OP travels far without effect on the PV.
 //!
 //! A loop that compensates a drifting load also has an OP that travels and a PV that rests, at its set point. So a
 //! resting PV counts only if it rests *away* from its set point while the OP moves in one direction, as integral
@@ -50,7 +50,7 @@ named! {
 }
 
 impl Fault {
-    /// How to distinguish it from the others.
+    /// How to distinguish this fault from the others.
     pub fn check(self) -> &'static str {
         match self {
             Self::ValveShutOrSeized => "the stem does not move although the actuator pressure does",
@@ -122,7 +122,7 @@ impl NoResponse {
 struct FaultDocument {
     /// Name, such as `line isolated`.
     name: &'static str,
-    /// How to distinguish it from the others.
+    /// How to distinguish this fault from the others.
     told_by: &'static str,
 }
 
@@ -258,7 +258,7 @@ impl Rest {
 ///
 /// The verdict is given in three cases: a rest alone is overwhelming, the evidence gives a probability of
 /// [`NAMED_FROM`] or more, or the PV rests and the evidence gives a probability of a fifth. The evidence alone counts
-/// only if the PV moves, and OP and PV look like those of one loop and like those of training. Play elsewhere and
+/// only if the PV moves, and OP and PV look like signals of one loop and like the training loops. Play elsewhere and
 /// saturation must be unlikely.
 pub(super) fn verdict(
     rest: Option<&Rest>,

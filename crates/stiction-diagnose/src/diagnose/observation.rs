@@ -12,7 +12,7 @@ pub struct Observation {
     pub time: f64,
     /// The conclusion.
     pub class: VerdictClass,
-    /// The verdict in one graded word; `None` for that of the conclusion and the probability.
+    /// The verdict in one graded word; `None` for the word that follows from conclusion and probability.
     pub grade: Option<Grade>,
     /// The probability that the valve sticks, where there is one.
     pub probability: Option<f64>,
@@ -27,8 +27,8 @@ pub struct Observation {
     pub weight: f64,
     /// Number of windows of a long recording in it, with overlaps counted once; 1 for a short recording.
     pub windows: f64,
-    /// The combined evidence of these windows, which adds to that of other observations as if all were one recording.
-    /// It is `None` without a PV, or if the probability is not from the windows.
+    /// The combined evidence of these windows. It adds to the evidence of other observations as if all were one
+    /// recording. It is `None` without a PV, or if the probability is not from the windows.
     #[cfg_attr(feature = "serde", schemars(with = "Option<String>"))]
     pub pool: Option<Pool>,
 }

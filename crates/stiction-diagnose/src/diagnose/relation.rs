@@ -1,10 +1,9 @@
 //! Whether OP and PV belong together.
 //!
-//! In closed loop OP and PV obey the controller's law, with any valve and any disturbance: a sticking, stuck or
-//! healthy valve answers to the same controller. So three questions about a recording need no tuning. Is one signal
-//! a copy of another? Which of the columns stays at the set point? Does the OP follow the PV as a controller's
-//! output does ([`law`]), the PV the OP, or neither the other? If the columns are mistaken, the valve is not
-//! judged.
+//! In closed loop OP and PV obey the controller's law, with any valve and any disturbance: a sticking, stuck or healthy
+//! valve answers to the same controller. So three questions about a recording need no tuning. Is one signal a copy of
+//! another? Which of the columns stays at the set point? Does the OP follow the PV as a controller's output does
+//! ([`law`]), does the PV follow the OP, or neither? If the columns are mistaken, the valve is not judged.
 
 mod law;
 
@@ -106,7 +105,7 @@ impl Mistake<'_> {
     }
 }
 
-/// Block lengths in samples, from the waves of a fast loop to those of a slow one. Each is four times the previous
+/// Block lengths in samples, from the waves of a fast loop to the waves of a slow loop. Each is four times the previous
 /// one.
 const LENGTHS: [usize; 4] = [16, 64, 256, 1024];
 /// The two lengths for averages.
@@ -114,7 +113,7 @@ const SHORT: [usize; 2] = [16, 64];
 /// Numbers of samples to average. A PV fed forward through derivative action, or a sample that is held, leads at
 /// the fastest scale only; a controller's integral shows at the slower ones, also under a noise that it filters.
 const SCALES: [usize; 2] = [4, 16];
-/// Most samples to examine: those in the middle of a longer segment.
+/// Most samples to examine. Of a longer segment, the middle is examined.
 const LONGEST: usize = 16_384;
 /// Largest distance of an exact copy, in standard deviations: rounding of floating point.
 const EXACT: f64 = 1e-8;
@@ -138,9 +137,9 @@ const RANGES: [(f64, f64); 10] = [
 const CROSSINGS: usize = 8;
 /// Least distance of a signal that is far from its set point and never reaches it, in standard deviations.
 const FAR: f64 = 5.0;
-/// Below this share, a signal explains nothing of another.
+/// Below this share, a signal does not explain another.
 const NOTHING: f64 = 0.1;
-/// The variance must be spread over this many blocks for that to be meaningful.
+/// The variance must be spread over this many blocks, or the share is meaningless.
 const SPREAD: f64 = 3.0;
 /// A law indicates an order if it explains this much.
 const EXPLAINS: f64 = 0.5;

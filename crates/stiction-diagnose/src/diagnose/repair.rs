@@ -1,4 +1,4 @@
-//! Whether a repair changed a valve: observations before it against those after.
+//! Whether a repair changed a valve: a comparison of the observations before and after the repair.
 //!
 //! Two contrasts: the log-odds of the probability that it sticks, and ln S. Each is tested by
 //! [`difference_of_means`], two-sided, at half of [`SIGNIFICANT`], because there are two. With fewer than
@@ -77,7 +77,7 @@ pub struct Repair {
     pub words: String,
 }
 
-/// Compares observations of one valve before and after a repair at `time`; those at exactly that time count as
+/// Compares observations of one valve before and after a repair at `time`. Observations at exactly that time count as
 /// after.
 ///
 /// # Errors

@@ -288,7 +288,7 @@ fn findings(asked: &Detectors, subject: Option<&Subject<'_>>, stops: Stops<'_>) 
     asked.iter().take_while(|_| !stops()).map(|detector| said(&**detector)).collect()
 }
 
-/// The note on the segments that are judged, if there are several: those of the windows that gave the verdict, or else
+/// The note on the judged segments, if there are several: the segments of the windows that gave the verdict, or else
 /// the longest.
 fn cut(grid: &Grid, longest: &Segment, windows: Option<&Weighing>) -> Option<String> {
     let count = grid.segments.len();

@@ -1,9 +1,9 @@
 //! The evidence of a segment, window by window, weighed by the frozen model.
 //!
-//! A long segment is divided into [`windows`]. What they say together is a [`Pool`], from which the model of
-//! [`Valves`] gives probability and S. A single window keeps those of its own model. Without a PV, for which that model is
-//! not trained, the log-odds are averaged and S is the median, on a logarithmic scale, of the windows that have one. If the valve
-//! began or ceased to stick within the segment, only the windows since then count.
+//! A long segment is divided into [`windows`]. What they say together is a [`Pool`], from which the model of [`Valves`]
+//! gives probability and S. A single window keeps probability and S of its own model. Without a PV, for which that
+//! model is not trained, the log-odds are averaged and S is the median, on a logarithmic scale, of the windows that
+//! have one. If the valve began or ceased to stick within the segment, only the windows since then count.
 
 use super::by_evidence::{thresholds, thresholds_of_several};
 use super::change::{Event, Seen, events, present_since};
@@ -78,7 +78,7 @@ pub struct Weighing {
     pub op_range: f64,
     /// Distance of the windows from the training loops, the median: above 1 they are unlike all of them.
     pub distance: f64,
-    /// Whether OP and PV look like those of one loop, the median over the windows: above 1 they do not.
+    /// Whether OP and PV look like signals of one loop, the median over the windows; above 1 they do not.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub mismatch: f64,
     /// The features farthest outside the training loops, in words.
@@ -283,7 +283,7 @@ impl Weighing {
         }
     }
 
-    /// The windows that count, those of the present state of the valve, with their evidence.
+    /// The windows of the present state of the valve, with their evidence.
     pub fn present(&self) -> impl Iterator<Item = (&Window, &Evidence)> {
         let since = present_since(&self.changes);
         self.windows.iter().zip(&self.evidence).filter(move |(window, _)| window.from >= since)
@@ -332,7 +332,7 @@ fn resolved(part: &Segment) -> f64 {
     levels.map_or(0.0, |levels| 2.0 * span(&part.op) / (levels - 1.0))
 }
 
-/// The probability of the mean of [`log_odds`], of `(probability, weight)`; a half without any weight.
+/// The probability of the mean of [`log_odds`], of `(probability, weight)`; a half if all weights are zero.
 pub(super) fn mean_log_odds(each: impl Iterator<Item = (f64, f64)>) -> f64 {
     let (mut sum, mut total) = (0.0, 0.0);
     for (probability, weight) in each {
@@ -342,10 +342,10 @@ pub(super) fn mean_log_odds(each: impl Iterator<Item = (f64, f64)>) -> f64 {
     if total > 0.0 { sigmoid(sum / total) } else { 0.5 }
 }
 
-/// The highest probability that a window may have among others; ours.
+/// The highest probability that one of several windows may have; ours.
 const SUREST: f64 = 0.99;
 
-/// Log-odds, limited to those of [`SUREST`].
+/// Log-odds, limited to the log-odds of [`SUREST`].
 pub(super) fn log_odds(probability: f64) -> f64 {
     logit(probability.clamp(1.0 - SUREST, SUREST))
 }

@@ -16,7 +16,7 @@ pub struct Context<'a> {
     pub pv_unit: Option<&'a str>,
     /// The controller's mode.
     pub modes: Option<&'a Modes>,
-    /// Period of the dominant oscillation, s; by default that of the highest peak of the spectrum.
+    /// Period of the dominant oscillation, s; by default the period of the highest peak of the spectrum.
     pub period_s: Option<f64>,
 }
 
@@ -41,7 +41,7 @@ impl Context<'_> {
         format!("{names} ({})", self.pv_unit.unwrap_or("units of the PV"))
     }
 
-    /// The period of the dominant oscillation, s; by default that of the highest peak of the spectrum.
+    /// The period of the dominant oscillation, s; by default the period of the highest peak of the spectrum.
     pub fn period_of(&self, segment: &Segment) -> Option<f64> {
         self.period_s.filter(|p| *p > 0.0 && p.is_finite()).or_else(|| dominant_period(segment))
     }

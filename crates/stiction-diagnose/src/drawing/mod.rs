@@ -58,7 +58,7 @@ impl Scene<'_> {
         self.context.last_periods(segment)..segment.len()
     }
 
-    /// A panel along time that zooms with the others of its figure.
+    /// A panel along time that zooms together with the other panels of its figure.
     pub fn trend(&self, y_label: impl Into<String>) -> Panel {
         let axis = self.time();
         Panel::new(axis.label, y_label).x_scale(axis.scale).group(self.group).height(130.0)

@@ -89,7 +89,7 @@ pub fn measure_loop(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
     out.extend(values);
 }
 
-/// Logarithm of the number of different values over that of the samples.
+/// Logarithm of the ratio of the number of different values to the number of samples.
 fn levels(x: &[f64]) -> f64 {
     let mut sorted = x.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);

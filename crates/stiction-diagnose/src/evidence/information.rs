@@ -14,8 +14,8 @@ const OF_ALL: usize = 9;
 /// The scalars of stems beside the OP.
 const BESIDE: usize = 20;
 
-/// The features of this line, in the order of [`measure`]: those of the whole window, then one of each sort for
-/// every S of the grid.
+/// The features of this line, in the order of [`measure`]. The features of the whole window come first, then one of
+/// each sort for every S of the grid.
 pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
     feature("info_z", 1, "most standard errors by which a sticking valve predicts the PV better"),
     feature("info_z_s", 0, "S with the most standard errors, share of the OP's range, ln"),

@@ -111,8 +111,8 @@ pub fn features() -> impl Iterator<Item = &'static Feature> {
         .chain(&raw::FEATURES)
 }
 
-/// The indices, in [`features`], of those that need the OP only. Recordings without a PV have no others. With a PV,
-/// the dominant period is that of OP and error together, so the values may differ from those of the OP alone.
+/// The indices, in [`features`], of those that need the OP only. Recordings without a PV have only these. With a PV,
+/// the dominant period comes from OP and error together, so the values may differ from the values of the OP alone.
 pub fn op_only() -> impl Iterator<Item = usize> {
     let needs = PARTS.iter().flat_map(|part| part.features.iter().map(|_| part.op_only));
     needs.enumerate().filter(|(_, op_only)| *op_only).map(|(i, _)| i)
@@ -136,7 +136,7 @@ pub struct Evidence {
     /// Sticking valves before a linear process, fitted to OP and PV; `None` without a PV that moves, or with too
     /// little to fit.
     pub model: Option<ModelEvidence>,
-    /// The same at the [dense](Prepared::dense) resolution, where there is one.
+    /// The models at the [dense] resolution, where one exists.
     pub dense: Option<ModelEvidence>,
     /// The information of the window about S; `None` if too little can be predicted.
     pub information: Option<Information>,

@@ -102,8 +102,8 @@ pub fn measure(evidence: Option<&ModelEvidence>, out: &mut Vec<f64>) {
 /// in a slow record.
 const DENSE_DELAYS: [f64; 4] = [3.0, 5.0, 8.0, 12.0];
 
-/// The features at the dense resolution, in the order of [`measure_dense`]. If it is not much denser, those at the
-/// resolution of the period are repeated.
+/// The features at the dense resolution, in the order of [`measure_dense`]. If this resolution is not much denser, the
+/// features at the resolution of the period are repeated.
 pub const DENSE: &[Feature] = &[
     feature(
         "dense_arx_gain",

@@ -199,8 +199,8 @@ fn irreversibility(x: &[f64], lag: usize) -> f64 {
     moment(3).abs() / moment(2).powf(1.5)
 }
 
-/// Logarithm of the mean energy of residuals, which end with the signal, within `reach` samples of turns over that
-/// of all.
+/// Logarithm of a ratio of mean energies: residuals within `reach` samples of turns over all residuals. The residuals
+/// end with the signal.
 fn near_turns(residuals: &[f64], turns: &[usize], reach: usize) -> f64 {
     let first = 4;
     let energy: Vec<f64> = residuals.iter().map(|r| r * r).collect();

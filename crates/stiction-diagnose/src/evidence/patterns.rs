@@ -208,7 +208,7 @@ struct Innovations {
     /// From sample `FIRST` on; empty if only rounding remains.
     values: Vec<f64>,
     kurtosis: f64,
-    /// Logarithm of the share that remains without the OP over that with it.
+    /// Logarithm of the share that remains without the OP, over the share that remains with it.
     of_op: f64,
 }
 

@@ -56,7 +56,7 @@ impl<const P: usize> Regression<P> {
         !(self.left > NOTHING * NOTHING) || !(std(&self.residuals) > 0.0)
     }
 
-    /// Logarithm of the unexplained share, not below that of rounding.
+    /// Logarithm of the unexplained share, not below the share of rounding.
     pub fn ln_left(&self) -> f64 {
         self.left.max(NOTHING * NOTHING).ln()
     }

@@ -107,7 +107,7 @@ fn slow(trace: &Trace) -> Vec<f64> {
     trace.values.iter().zip(&trace.high).map(|(all, high)| all - high).collect()
 }
 
-/// Travel in steps of half a period over that in steps of a 24th.
+/// Ratio of the travel in steps of half a period to the travel in steps of a 24th.
 fn typical_travel(prepared: &Prepared<'_>, x: &[f64]) -> f64 {
     let travel = |lag: usize| mean(&steps(x, lag).iter().map(|d| d.abs()).collect::<Vec<_>>());
     travel(prepared.lag(0.5)) / travel(prepared.lag(1.0 / 24.0))

@@ -69,8 +69,8 @@ pub(super) fn components(x: &[f64], period: f64, harmonic: f64) -> Vec<Complex<f
 }
 
 /// Position of the third harmonic on the fundamental, windows weighted by their power: the coherence of the third
-/// component with the cube of the first. Its real part is near 1 for peaked waves such as triangles, and -1 for
-/// flat ones such as squares. The imaginary part is that of leaning waves. NaN for fewer than three windows.
+/// component with the cube of the first. Its real part is near 1 for peaked waves such as triangles, and -1 for flat
+/// ones such as squares. The imaginary part shows leaning waves. NaN for fewer than three windows.
 pub(super) fn third_harmonic(first: &[Complex<f64>], third: &[Complex<f64>]) -> Complex<f64> {
     let (mut joint, mut cubes, mut thirds) = (Complex::default(), 0.0, 0.0);
     if first.len().min(third.len()) < FEWEST_WINDOWS {

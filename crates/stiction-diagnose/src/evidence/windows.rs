@@ -5,9 +5,9 @@
 //! windows of many cycles of the loop.
 //!
 //! A window has [`WINDOW_SAMPLES`] samples or, if the loop cycles slowly, [`WINDOW_CYCLES`] cycles. To detect that,
-//! windows of growing length are tried. Cycles are those of the loop if windows contain [`FEWEST_CYCLES`] or more
-//! of them. Drift has no period of its own: a longer window then shows a longer one. A day is not a cycle of the
-//! loop, hence [`SLOWEST_S`].
+//! windows of growing length are tried. Cycles count as cycles of the loop if windows contain [`FEWEST_CYCLES`] or more
+//! of them. Drift has no period of its own: a longer window then shows a longer one. A day is not a cycle of the loop,
+//! hence [`SLOWEST_S`].
 
 use super::recorded_period;
 use crate::parallel::*;
@@ -24,7 +24,7 @@ pub const WINDOW_SAMPLES: usize = 1_500;
 const UNDIVIDED: usize = 2_500;
 /// Cycles of a window, if they are long.
 pub const WINDOW_CYCLES: f64 = 25.0;
-/// Fewest cycles in a window for its period to be that of the loop.
+/// Fewest cycles in a window for its period to count as the loop's period.
 pub const FEWEST_CYCLES: f64 = 12.0;
 /// The longest period of a cycle of the loop that needs longer windows, s.
 pub const SLOWEST_S: f64 = 4.0 * 3600.0;

@@ -24,7 +24,7 @@ use crate::valve::Model;
 /// Factor by which the recorded period may lie above or below the interval of the predicted periods: noise and
 /// loads make a stem slip sooner than it would by itself.
 pub const PERIOD_WITHIN: [f64; 2] = [1.15, 1.6];
-/// The same for the OP's swing, which noise, loads and a varying S change more.
+/// This factor for the OP's swing, which noise, loads and a varying S change more.
 pub const SWING_WITHIN: f64 = 1.5;
 /// Share of the drawn loops that must cycle for the valve to explain the recorded swing.
 pub const LEAST_CYCLING: f64 = 0.5;
@@ -80,8 +80,8 @@ pub struct Cycle {
     pub explained: Option<bool>,
     /// The same in words.
     pub sentence: String,
-    /// A drawn loop that cycles by itself and whose S, J and gain are within their intervals: the one with period
-    /// and OP nearest to the recorded ones.
+    /// Of the drawn loops that cycle by themselves and whose S, J and gain are within their intervals, the loop with
+    /// period and OP nearest to the recorded ones.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub nearest: Option<Draw>,
 }

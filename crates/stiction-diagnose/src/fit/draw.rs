@@ -32,7 +32,7 @@ impl Draw {
         (*below != 0.0).then(|| above / below)
     }
 
-    /// The same in continuous time; a controller with an execution interval responds half that time later.
+    /// The loop in continuous time. A controller with an execution interval responds half that time later.
     pub fn continuous(&self) -> ContinuousLoop {
         let process = self.process.clone().delayed(0.5 * self.execution_s);
         ContinuousLoop::new(self.controller.clone(), process, self.model, self.bands)

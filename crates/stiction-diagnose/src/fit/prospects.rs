@@ -18,16 +18,16 @@
 //!   pulses only if one lasts as long as a stem needs to follow it ([`STEM_SPEED`]).
 //!
 //! # The swing
-//! The swing after an action is the recorded one times the simulated ratio to the present loop, draw by draw. How far
-//! recorded swings are from it was measured on loops of the population before and after a repair, whose loads after the
-//! repair are others. After a repair they are a third of the simulated ones in the median, because the parts of the
+//! The swing after an action is the recorded one times the simulated ratio to the present loop, draw by draw. The
+//! accuracy of this prediction was measured on loops of the population before and after a repair, with different loads
+//! after the repair. After a repair they are a third of the simulated ones in the median, because the parts of the
 //! recording that the fitted process does not explain look like loads. They also scatter widely. The intervals include
 //! both.
 //!
 //! # The ranking
-//! By the upper end of the interval of the control error over that of the present loop, so that no action is
-//! recommended that may make things worse. Among equally good actions, the one with the least effort comes first.
-//! The benefit of an action is *certain* if the PV swing falls by more than 20 % with a probability of at least 95 %, and
+//! By the upper end of the interval of the control error, relative to the present loop. So the program recommends no
+//! action that may make things worse. Among equally good actions, the action with the least effort comes first. The
+//! benefit of an action is *certain* if the PV swing falls by more than 20 % with a probability of at least 95 %, and
 //! *probable* above 50 %.
 
 use super::{CHANGED, Draw, Fit, Swing, without};
@@ -156,11 +156,11 @@ pub struct Prospect {
     pub action: Remedy,
     /// The [`swing()`] of the PV about its set point, in its units.
     pub pv_swing: Estimate,
-    /// Ratio of the PV swing to that of the present loop, for each drawn loop; 20 for 20 or more.
+    /// Ratio of the PV swing to the PV swing of the present loop, for each drawn loop; 20 for 20 or more.
     pub pv_swing_ratio: Estimate,
     /// Mean absolute control error, in units of the PV.
     pub error: Estimate,
-    /// Ratio of the control error to that of the present loop, for each drawn loop; 20 for 20 or more.
+    /// Ratio of the control error to the control error of the present loop, for each drawn loop; 20 for 20 or more.
     pub error_ratio: Estimate,
     /// Valve travel, percent of span per hour.
     pub travel: Estimate,

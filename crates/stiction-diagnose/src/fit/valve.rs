@@ -70,7 +70,7 @@ pub(super) struct Weighed {
 }
 
 /// The path of a valve that follows this OP. Its initial position is not recorded, and a stem with a wrong one may
-/// never slip. So the result is that of several initial positions with the most slips.
+/// never slip. So the result is the path with the most slips among several initial positions.
 pub(super) fn path(model: Model, bands: Bands, op: &[f64]) -> Option<Vec<f64>> {
     let first = op.first().copied()?;
     let mut best: Option<(usize, Vec<f64>)> = None;

@@ -26,7 +26,7 @@ use crate::valve::{Assembly, Model};
 const FOLLOWED: usize = 30;
 /// The swing consists of these multiples of its frequency.
 const BAND: [f64; 2] = [0.7, 1.4];
-/// A swing of this multiple of the recorded one, or more, is that of a loop that runs away.
+/// If the swing is this multiple of the recorded swing, or more, the loop is unstable.
 const RUNS_AWAY: f64 = 10.0;
 /// Most executions of the controller between two samples that are followed one by one.
 const MOST_EXECUTIONS: f64 = 20.0;

@@ -60,12 +60,12 @@ pub struct TrainedModel {
     pub calibration: Calibration,
     /// From that probability to the reported one.
     pub confidence: Confidence,
-    /// The classifier of a fault by each line of evidence alone, for those in [`Line::WEIGHED`] that the recording
+    /// The classifier of a fault by each line of evidence alone, for the lines in [`Line::WEIGHED`] that the recording
     /// has.
     pub lines: Vec<(Line, Ensemble, Calibration)>,
     /// The logit of no response, given a fault.
     pub no_response: Ensemble,
-    /// The margins of the other causes, given no fault: their shares are the softmax of these.
+    /// The margins of the other causes, given no fault. Their shares are the softmax of these margins.
     pub causes: Vec<(Cause, Ensemble)>,
     /// Quantiles of `ln(S / OP span)`, given that the valve sticks.
     pub s: Quantiles,
@@ -75,7 +75,7 @@ pub struct TrainedModel {
     pub limit: Option<Limit>,
     /// The features of the training loops.
     pub reference: Option<Reference>,
-    /// Whether OP and PV are those of one loop; `None` with the OP alone.
+    /// Whether OP and PV belong to one loop; `None` with the OP alone.
     pub mismatch: Option<Mismatch>,
 }
 

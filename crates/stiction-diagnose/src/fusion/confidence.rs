@@ -10,10 +10,9 @@ pub const SURE: f64 = 0.98;
 
 /// The reported log-odds for calibrated ones.
 ///
-/// Calibration holds on loops like those of training. On loops of a kind that was left out, a calibrated 0.98 is
-/// wrong more often than once in fifty. Leaving out each kind in turn shows how much more often. So log-odds l are
-/// reported unchanged between probabilities of 0.1 and 0.9, and compressed by a straight line beyond, on either
-/// side:
+/// Calibration holds on loops like the training loops. On loops of a kind that was left out, a calibrated 0.98 is wrong
+/// more often than once in fifty. Leaving out each kind in turn shows how much more often. So log-odds l are reported
+/// unchanged between probabilities of 0.1 and 0.9, and compressed by a straight line beyond, on either side:
 ///
 /// ```text
 /// reported = ln 9 + (|l| - ln 9) (ln 49 - ln 9) / (reached - ln 9)      |l| > ln 9
@@ -32,7 +31,7 @@ pub struct Confidence {
 /// One side of a [`Confidence`], as absolute values of log-odds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Side {
-    /// The calibrated log-odds that are reported as 0.98; at least those of 0.98.
+    /// The calibrated log-odds that are reported as 0.98; at least the log-odds of 0.98.
     pub reached: f64,
     /// The largest reported log-odds; infinite without a bound.
     pub most: f64,

@@ -1,4 +1,4 @@
-//! Whether OP and PV are those of one loop.
+//! Whether OP and PV belong to one loop.
 
 use super::trees::Ensemble;
 
@@ -17,7 +17,8 @@ pub struct Mismatch {
 }
 
 impl Mismatch {
-    /// The odds of a mistake over those of the threshold, `exp(margin - threshold)`: above 1 the columns look mistaken.
+    /// The odds of a mistake relative to the odds of the threshold, `exp(margin - threshold)`. Above 1 the columns look
+    /// mistaken.
     pub fn odds(&self, row: &[f32]) -> f64 {
         (self.trees.margin(row) - self.threshold).exp()
     }

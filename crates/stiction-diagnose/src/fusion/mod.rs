@@ -57,8 +57,8 @@ pub struct Weighed {
     pub probability: f64,
     /// The probability of a fault from each line of evidence alone.
     pub lines: Vec<(Line, f64)>,
-    /// The probability of every cause, in the order of [`Cause::ALL`]. They add up to one; those of
-    /// [`Cause::StickingValve`] and [`Cause::NoResponse`] to `probability`.
+    /// The probability of every cause, in the order of [`Cause::ALL`]. All probabilities add up to one. The
+    /// probabilities of [`Cause::StickingValve`] and [`Cause::NoResponse`] add up to `probability`.
     pub causes: [(Cause, f64); Cause::ALL.len()],
     /// Stick band plus dead band if the valve sticks, percent of span, and its 90 % interval.
     pub s: Estimate,
@@ -67,10 +67,10 @@ pub struct Weighed {
     /// The detection limit, percent of span: of valves at fault at most 5 % have a larger S. `None` if it is more
     /// than three spans of the OP, or for the OP alone.
     pub limit: Option<f64>,
-    /// Distance of the recording from the training loops. Above 1 it is unlike all of them, and the other results
-    /// mean little. 0 for a model without this measure.
+    /// Distance of the recording from the training loops. Above 1 the recording is unlike all training loops, and the
+    /// other results are unreliable. 0 for a model without this measure.
     pub distance: f64,
-    /// Whether OP and PV look like those of one loop: above 1 they do not, see [`Mismatch::odds`]. 0 for a model
+    /// Whether OP and PV look like signals of one loop: above 1 they do not, see [`Mismatch::odds`]. 0 for a model
     /// without this measure.
     pub mismatch: f64,
 }

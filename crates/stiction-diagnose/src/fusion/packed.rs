@@ -179,7 +179,8 @@ fn write_bits(out: &mut Writer, bits: impl Iterator<Item = bool>) {
     }
 }
 
-/// Visits the places of the bits that are set, or of the others: 64 at a time, for the processor cannot predict each.
+/// Visits the places of the bits that are set, or of the bits that are not set. It handles 64 bits at a time, because
+/// the processor cannot predict each bit.
 fn each_place(bits: &[u8], set: bool, mut visit: impl FnMut(usize) -> Result<()>) -> Result<()> {
     for (k, bytes) in bits.chunks(8).enumerate() {
         let mut word = [0; 8];

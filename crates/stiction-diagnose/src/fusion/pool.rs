@@ -33,7 +33,7 @@ const NARROWEST: f64 = 0.05;
 /// Width of a 90 % interval in standard deviations.
 const OF_INTERVAL: f64 = 3.29;
 
-/// The sums of [`Pool`] before those of the features, in their order.
+/// The sums of [`Pool`] that precede the sums of the features, in their order.
 const SUMS: usize = 13;
 
 /// The numbers of a row before the means of the features, and the sign by which each may affect the probability.
@@ -114,7 +114,7 @@ impl Pool {
         self.most.iter_mut().zip(&other.most).for_each(|(a, b)| *a = *b.max(a));
     }
 
-    /// The pool of all windows of several; `None` without any.
+    /// The pool of all windows of several pools; `None` for an empty list.
     pub fn merged<'a>(pools: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
         let mut pools = pools.into_iter();
         let mut all = pools.next()?.clone();

@@ -105,7 +105,7 @@ impl Spread {
         (value.is_finite() && !self.is_empty()).then(|| sigmoid(self.log_odds(value)))
     }
 
-    /// The value above this share of the loops; NaN without any.
+    /// The value above this share of the loops; NaN without loops.
     pub fn quantile(&self, share: f64) -> f64 {
         let at = (super::confidence::logit(share) / OUTERMOST + 1.0) * 0.5 * (QUANTILES - 1) as f64;
         let at = at.clamp(0.0, (QUANTILES - 1) as f64);

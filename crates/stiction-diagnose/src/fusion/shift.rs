@@ -1,11 +1,11 @@
-//! Distance of recordings from simulated loops, feature by feature, without any label.
+//! Distance of recordings from simulated loops, feature by feature, without labels.
 //!
 //! A model trained on simulated loops is valid for similar loops. For every feature, the *place* is the share of
-//! simulated values that a recorded one exceeds, averaged over the recorded values (ties count half). It is 0.5 if
-//! both are alike, and 0 or 1 if they do not overlap. It equals the area under the curve of a test that separates
-//! recordings from simulations by this feature (Mann and Whitney 1947, recalled, not read). The simulated loops are
-//! those of the training, known by the quantiles in the frozen model. So a place is accurate to about a hundredth,
-//! and at least 0.0005 from 0 or 1 for a value outside all of them.
+//! simulated values that a recorded one exceeds, averaged over the recorded values (ties count half). It is 0.5 if both
+//! are alike, and 0 or 1 if they do not overlap. It equals the area under the curve of a test that separates recordings
+//! from simulations by this feature (Mann and Whitney 1947, recalled, not read). The simulated loops are the training
+//! loops, represented by the quantiles in the frozen model. So a place is accurate to about a hundredth, and at least
+//! 0.0005 from 0 or 1 for a value outside all of them.
 
 use super::Reference;
 use crate::evidence::{Evidence, Feature, features};

@@ -10,7 +10,7 @@ pub enum Node {
     Split {
         /// Index of the feature.
         feature: u16,
-        /// The largest value that goes left; infinite to separate missing values from all others.
+        /// The largest value that goes left; infinite if the split separates missing values from all others.
         threshold: f32,
         /// Whether a missing value goes right.
         missing_right: bool,
@@ -137,8 +137,8 @@ impl Ensemble {
         mean
     }
 
-    /// The same with leaves that are integers of 16 bits times the smallest sufficient power of two, as in a file.
-    /// Rounding again changes nothing.
+    /// The trees as in a file. Leaves are 16-bit integers times the smallest sufficient power of two. Rounding again
+    /// changes nothing.
     pub fn rounded(mut self) -> Self {
         let unit = 2f64.powi(self.exponent());
         for leaf in self.steps.iter_mut().filter(|step| step.feature == LEAF) {

@@ -10,7 +10,7 @@
 //! ```text
 //! y(k) = c + sum_{i=1..5} a_i y(k-i) + sum_{j=0..3} b_j x(k-d-j) + e(k)
 //! ```
-//! by least squares for every delay d up to the longest. The result is the one with the smallest error.
+//! by least squares for every delay d up to the longest. The result is the delay with the smallest error.
 //!
 //! # Parameters
 //! | name | unit | default | source |
@@ -61,8 +61,7 @@ pub struct Arx {
     pub residual_std: f64,
     /// Share of the variance of the PV that is explained from sample to sample.
     pub fit: f64,
-    /// The PV predicted from the samples before, in its units; the first samples, without a past, are those of the
-    /// PV.
+    /// The PV predicted from the earlier samples, in units of the PV. The first samples have no past and equal the PV.
     pub predicted: Vec<f64>,
 }
 

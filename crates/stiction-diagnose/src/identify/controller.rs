@@ -18,16 +18,15 @@
 //! D(k) = a D(k-1) + (1 - a) (w(k) - w(k-1)) / Ts              w = -pv, or e
 //! n(k) = rho n(k-1) + innovation                              Student's t with four degrees of freedom
 //! ```
-//! `kp`, `ki`, `kd`, the levels and the SP are found by iterated least squares; `rho`, `a`, the gap and the delay
-//! over grids, by likelihood. With `rho = 0` the residual is the rounding of the OP. With `rho = 1` it wanders, as
-//! the sum of errors of the recorded PV does, or jumps once where the controller tracked a signal. The innovations'
-//! heavy tails give such jumps a low cost. `Kc = kp`, `Ti = kp / ki`, `Td = kd / kp`, the filter from `a`. A more
-//! complex structure must be likelier by [`WORTH`] nats. Standard errors come from the sums of scores over blocks
-//! of the record, so that the residual may be correlated. The variance of `e` is corrected for the PV's rounding. A
-//! controller that executes `m` times a sample sums errors that the record does not contain. Then `W` contains only
-//! `(m + 1) / 2m` of `e(k)`, which cannot be distinguished from a part of `kp`. It executes once per sample if the
-//! residual is only rounding. Otherwise `m` is unknown, `kp` is that of the middle, and its range is added to the
-//! error.
+//! `kp`, `ki`, `kd`, the levels and the SP are found by iterated least squares; `rho`, `a`, the gap and the delay over
+//! grids, by likelihood. With `rho = 0` the residual is the rounding of the OP. With `rho = 1` it wanders, as the sum
+//! of errors of the recorded PV does, or jumps once where the controller tracked a signal. The innovations' heavy tails
+//! give such jumps a low cost. `Kc = kp`, `Ti = kp / ki`, `Td = kd / kp`, the filter from `a`. A more complex structure
+//! must be likelier by [`WORTH`] nats. Standard errors come from the sums of scores over blocks of the record, so that
+//! the residual may be correlated. The variance of `e` is corrected for the PV's rounding. A controller that executes
+//! `m` times a sample sums errors that the record does not contain. Then `W` contains only `(m + 1) / 2m` of `e(k)`,
+//! which cannot be distinguished from a part of `kp`. It executes once per sample if the residual is only rounding.
+//! Otherwise `m` is unknown. `kp` is then the value at the middle of its range, and the range is added to the error.
 //!
 //! # Parameters
 //! None.

@@ -6,7 +6,7 @@
 //!
 //! # Assumptions
 //! A linear process, with its input held between samples. The dead time is at least the one sample of a sampled
-//! controller, otherwise the fit could find the controller's inverse. Something besides the PV's own noise moves
+//! controller. Otherwise the fit could find the inverse of the controller. Something besides the PV's own noise moves
 //! the loop: a set point, a sticking valve, or a slow or small disturbance.
 //!
 //! # Equations
@@ -15,10 +15,10 @@
 //! z(k) = z(k-1) + Ts x(k-1)                                    integrating
 //! y(k) = c + K z(k-d) + w a^k + e(k)     (integrating: w k, which balances the mean of x)
 //! ```
-//! with `x` less its mean. The fit minimises the output error `e`: c, K and w by least squares for each `d` and
-//! tau, tau over a geometric grid and then by golden sections, d over all delays up to the longest. `dead time = d
-//! Ts - Ts`, because `z` already contains the hold. Standard errors are those of the linearised model in K, ln tau
-//! and d, with the residual's variance multiplied by `(1 + r)/(1 - r)` with its correlation r at lag 1.
+//! with `x` less its mean. The fit minimises the output error `e`: c, K and w by least squares for each `d` and tau,
+//! tau over a geometric grid and then by golden sections, d over all delays up to the longest. `dead time = d Ts - Ts`,
+//! because `z` already contains the hold. Standard errors come from the model linearised in K, ln tau and d, with the
+//! residual's variance multiplied by `(1 + r)/(1 - r)` with its correlation r at lag 1.
 //!
 //! # Parameters
 //! | name | unit | default | source |

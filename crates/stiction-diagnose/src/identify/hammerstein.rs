@@ -25,7 +25,7 @@
 //!   moving mean over 1.5 periods, and g has the sign of `-sum dOP dPV`; `gain = ln(1 - R2 with u) -
 //!   ln(1 - R2)`.
 //! * Load that jumps: the regression with u plus a square wave that changes sign whenever the best model's valve
-//!   reverses. It explains corners without any friction.
+//!   reverses. It explains corners without friction.
 //! * Placebo: valves driven by the OP of half a period earlier, mirrored. A regular wave looks the same there, so the
 //!   placebo explains everything that depends only on the period.
 //! * Sensor: the output error of u behind a sensor with play.
@@ -38,9 +38,9 @@
 //! | J | 0.05, 0.2, 0.4, 0.6, 0.8, 1 | S | ours |
 //! | delays | 1 and 2 samples; 0.05, 0.1, 0.16, 0.24 | period | ours |
 //!
-//! The grid is refined around its three best S that lie a factor 1.2 apart, along J = 0 and 0.1 S, and once more
-//! around the best of all, with a final parabola in ln S. The span of the OP is that of its middle 98 % after
-//! subtraction of a moving mean over two periods.
+//! The grid is refined around its three best S that lie a factor 1.2 apart, along J = 0 and 0.1 S, and once more around
+//! the best of all, with a final parabola in ln S. The span of the OP is the span of its middle 98 % after subtraction
+//! of a moving mean over two periods.
 //!
 //! # Limits
 //! The gain compares predictions and is not a probability: a wave with corners from elsewhere gains as well, hence
@@ -86,8 +86,8 @@ const APART: f64 = 0.2;
 const STEPS: [[f64; 2]; 2] = [[0.075, 0.15], [0.025, 0.07]];
 /// Steps in ln S along a valve without slip jump.
 const STEP_WITHOUT_JUMP: f64 = 0.06;
-/// Candidates of the two-phase model that are compared side by side with those of He's, after the valve that
-/// follows.
+/// Candidates of the two-phase model that are compared in parallel with the candidates of He's model, after the valve
+/// that follows.
 const SIDE_BY_SIDE: usize = LANES / 2 - 1;
 /// Widths of the play in a sensor, steps of a share of the range of its input.
 const SENSOR_STEP: f64 = 0.06;
@@ -169,7 +169,7 @@ pub struct ValveFit {
     pub mse: f64,
     /// Evidence: `ln(SSE of the valve that follows / SSE)`.
     pub gain: f64,
-    /// The same with Schwarz's criterion: `ln(1 + max(0, m gain - 2 ln m))`.
+    /// This error with Schwarz's criterion: `ln(1 + max(0, m gain - 2 ln m))`.
     pub information: f64,
     /// The part explained by the slip jump: `ln(SSE with J/S at most 0.1 / SSE)`. Near 0, J is not identified.
     pub jump_gain: f64,
@@ -426,7 +426,7 @@ fn kurtosis(x: &[f64]) -> f64 {
     Some(excess_kurtosis(x)).filter(|v| v.is_finite()).unwrap_or(0.0)
 }
 
-/// The gain of the best valve over the one in the first lane if both sides are differenced; 0 if nothing remains.
+/// The gain of the best valve over the valve in the first lane if both sides are differenced; 0 if nothing remains.
 fn walk_gain(pv: &[f64], valves: &[Lane], delays: &[usize], width: Width) -> f64 {
     let dy: Vec<f64> = pv.windows(2).map(|w| w[1] - w[0]).collect();
     let scale = 1.0 / std(&dy);

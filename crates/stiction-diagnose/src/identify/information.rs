@@ -16,10 +16,10 @@
 //! ```text
 //! y(k) = c + t k + sum_{i=1..5} a_i y(k-i) [+ sum_{i=1..4} d_i m(k-i)] + sum_j b_j x(k - j) + e(k),  j = 1 2 3 4 6 8 11 15
 //! ```
-//! with `x = u` for the valve that follows, and for a sticking valve the same means of its stem under the OP at
-//! full rate. The means of the PV are needed if q > 1. Without them, those of the OP show the PV between the
-//! instants through the controller, and no stem can compete with that. If a valve slips less than [`SELDOM`] times,
-//! the initial position of its stem matters; several positions are tried.
+//! with `x = u` for the valve that follows, and for a sticking valve the same means of its stem under the OP at full
+//! rate. The means of the PV are needed if q > 1. Without them, the means of the OP show the PV between the instants
+//! through the controller, and no stem can compete with that. If a valve slips less than [`SELDOM`] times, the initial
+//! position of its stem matters; several positions are tried.
 //! ```text
 //! gain  = n/2 ln(SSE of x = u / SSE),  n independent samples: (1 - |r|) / (1 + |r|) of all, 500 at most
 //! d(k)  = l(e) - l(e of x = u),        l(e) = -5/2 ln(1 + e^2 / (4 s^2)): Student's t with 4 degrees of freedom
@@ -215,7 +215,7 @@ struct Problem {
     op_range: f64,
     factor: usize,
     instants: usize,
-    /// Columns of all regressions, then those of the OP.
+    /// Columns of all regressions, then the columns of the OP.
     columns: Vec<Vec<f64>>,
     /// Number of common columns.
     common: usize,
@@ -445,7 +445,7 @@ impl Problem {
         self.stems_under(asked, &self.op, false)
     }
 
-    /// The same under another OP, whose stems may be reversed in time.
+    /// The movement of the stems under a different OP, which may be reversed in time.
     fn stems_under(&self, asked: &[Candidate], op: &[f64], turned: bool) -> Vec<Stem> {
         let width = Width::widest();
         let side_by_side = |block: &[Candidate]| -> Vec<Stem> {
@@ -527,8 +527,8 @@ impl Problem {
             * ((self.follows.sse + self.floor) / (tried.fit.sse + self.floor)).ln()
     }
 
-    /// The nats that a valve that sticks like this, and one that follows, would gain over the other, together. A
-    /// stem that never moves has no effect of its own, but the OP has one that the stem does not explain.
+    /// The sum of two gains in nats: of a valve that sticks like this over one that follows, and the reverse. A stem
+    /// that never moves has no effect of its own, but the OP has one that the stem does not explain.
     fn power_to_see(&self, tried: &Tried) -> f64 {
         let common = self.common;
         let of_op: DVector<f64> = self.follows.coefficients.rows(common, TAPS).into();

@@ -5,7 +5,7 @@
 //! the corresponding S and J, and whether this explains VP better than the data-driven models of
 //! [`super::position`], which move at once.
 //!
-//! OP and VP are sampled together, and each OP is held until the next sample. Friction is that of [`Classical`] with
+//! OP and VP are sampled together, and each OP is held until the next sample. Friction is the law of [`Classical`] with
 //! static friction at rest only. The stem is so light that it neither rings nor overshoots: its damping ratio is
 //! [`DAMPING_RATIO`]. The valve does not change within the recording.
 //!
@@ -18,13 +18,13 @@
 //! explained = 1 - sum e^2 / sum (VP - mean VP)^2
 //! information = m ln(mean e^2) + 3 ln m  over m samples (Schwarz)
 //! ```
-//! x(k) is the position after OP(k) has been held for its sample time, as in [`StemValve`]. The mass is left out
-//! above; [`StemValve`] includes it. Gain g and offset o are those of least squares. fs, fc and ln T are found
-//! within bounds by the simplex of Nelder and Mead, from the best of sixty starts around the fs of the best
-//! data-driven model, five times with different simplexes.
+//! x(k) is the position after OP(k) has been held for its sample time, as in [`StemValve`]. The mass is left out above;
+//! [`StemValve`] includes it. Least squares gives gain g and offset o. fs, fc and ln T are found within bounds by the
+//! simplex of Nelder and Mead, from the best of sixty starts around the fs of the best data-driven model, five times
+//! with different simplexes.
 //!
-//! The standard deviations are those of least squares of all five numbers, with differences of x for
-//! derivatives; errors with correlation r from sample to sample count as `(1 - r)/(1 + r)` samples each.
+//! Least squares of all five numbers, with differences of x for derivatives, gives the standard deviations; errors with
+//! correlation r from sample to sample count as `(1 - r)/(1 + r)` samples each.
 //!
 //! # Parameters
 //! | name | unit | default | source |
@@ -34,12 +34,12 @@
 //! Constants: [`MOST_SAMPLES`], [`FEWEST_SLIPS`], [`DAMPING_RATIO`], [`UNSURE`]; ours.
 //!
 //! # Limits
-//! The mass is not identified, nor is a Stribeck velocity: a stem that overshoots or moves in steps under a slow
-//! ramp is fitted badly, and He's model should then explain it better. A lag much shorter than the sample time
-//! cannot be distinguished from zero, nor a lag on slow ramps from Coulomb friction. A delay counts as lag. A slip
-//! is located to a sample at best, so the uncertainty of the bands is at least the OP travel in one. Air lag and
-//! positioner count as lag or delay. J is at most S. Of a longer recording only the first [`MOST_SAMPLES`] are
-//! fitted. The standard deviations are those of the best fit and ignore other minima.
+//! The mass is not identified, nor is a Stribeck velocity: a stem that overshoots or moves in steps under a slow ramp
+//! is fitted badly, and He's model should then explain it better. A lag much shorter than the sample time cannot be
+//! distinguished from zero, nor a lag on slow ramps from Coulomb friction. A delay counts as lag. A slip is located to
+//! a sample at best, so the uncertainty of the bands is at least the OP travel in one. Air lag and positioner count as
+//! lag or delay. J is at most S. Of a longer recording only the first [`MOST_SAMPLES`] are fitted. The standard
+//! deviations describe the best fit and ignore other minima.
 //!
 //! Force balance: M. A. A. S. Choudhury, N. F. Thornhill, S. L. Shah, Modelling valve stiction, Control Engineering
 //! Practice 13 (2005) 641-658 (recalled, not read). Friction from stem position: R. A. Romano and C. Garcia, IFAC
@@ -76,7 +76,7 @@ const RATIOS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 /// Shortest lag, samples, and longest, share of the recording.
 const SHORTEST: f64 = 0.02;
 const LONGEST: f64 = 0.1;
-/// Starting fs, shares of that of the data-driven model; its smallest value, span of OP.
+/// Starting fs, as shares of the data-driven model's fs; its smallest value, span of OP.
 const ABOUT: [f64; 3] = [0.8, 1.0, 1.2];
 const LEAST: f64 = 0.005;
 /// Simplex along fs and along fc, both as a share of fs, and along ln T.
@@ -85,8 +85,8 @@ const SIZE: [f64; PARAMETERS] = [0.15, -0.15, 0.5];
 const SIMPLEXES: [f64; 5] = [1.0, -0.7, 1.0, -0.5, 0.3];
 /// Samples between the end of an OP's hold interval and its VP.
 const DELAY: usize = 1;
-/// Slips occur at samples, so the errors have steps along fs, at which a simplex stops. Before each search this
-/// many values of fs are tried, from one share of itself to another.
+/// Slips occur at samples, so the errors have steps along fs, at which a simplex stops. Before each search, this many
+/// values of fs are tried, between these shares of fs.
 const SCAN: [f64; 2] = [0.7, 1.4];
 const SCANNED: usize = 15;
 /// Simplex at the end of a search, share of the first; tries in each search.

@@ -14,18 +14,18 @@
 //! explained = 1 - sum e^2 / sum (VP - mean VP)^2
 //! information = m ln(mean e^2) + p ln m            over m samples (Schwarz)
 //! ```
-//! p is 2 for models with S and J, 1 for those with one of them, 0 for the valve that follows; the lowest
-//! information ranks first. Gain g and offset o are those of least squares, so VP may have another scale than OP; S
-//! and J are in percent of OP. The search uses a grid of fs and fd, then finer ones around its best point.
+//! p is 2 for models with S and J, 1 for models with one of them, and 0 for the valve that follows. The model with the
+//! lowest information ranks first. Least squares gives gain g and offset o, so VP may have another scale than OP. S and
+//! J are in percent of OP. The search uses a grid of fs and fd, then finer ones around its best point.
 //!
 //! A model that is at rest after every sample (He, He and Wang, Stenman) never forgets its initial position, and
 //! accumulates small errors from slip to slip. It is restarted in each of [`BLOCKS`] parts of the recording, at VP,
 //! with the g and o of the two-phase model; each start counts as a parameter.
 //!
-//! The intervals are those of a bootstrap of moving blocks. The recording is cut into blocks, which are drawn with
-//! replacement [`DRAWS`] times. Each time the result is the candidate around the best with the smallest error in
-//! the drawn blocks. The interval contains the middle 90 % of the results. It is widened by half of the OP movement
-//! in a sample, because no slip can be timed better.
+//! The intervals come from a bootstrap of moving blocks. The recording is cut into blocks, which are drawn with
+//! replacement [`DRAWS`] times. Each time the result is the candidate around the best with the smallest error in the
+//! drawn blocks. The interval contains the middle 90 % of the results. It is widened by half of the OP movement in a
+//! sample, because no slip can be timed better.
 //!
 //! # Parameters
 //! None. Constants: [`DRAWS`], [`BLOCKS`], [`MOST_SAMPLES`]; ours.
@@ -68,7 +68,7 @@ const LARGEST: f64 = 1.0;
 const SMALLEST: f64 = 0.003;
 /// Values of fs and of fd over fs in the first grid.
 const COARSE: (usize, usize) = (40, 6);
-/// The same for models that are at rest after every sample: their errors accumulate from slip to slip.
+/// These values for models that are at rest after every sample, whose errors accumulate from slip to slip.
 const COARSE_STAIRCASE: (usize, usize) = (16, 64);
 /// Position of fs in that grid, shares of half the range of the distance between OP and position.
 const ABOUT: [f64; 2] = [0.7, 1.1];
@@ -137,8 +137,8 @@ impl PositionFits {
     }
 }
 
-/// The models that differ from each other for J up to S, those with the fewest parameters first: of two equally
-/// good fits the first is the better.
+/// The models that differ from each other for J up to S. Models with the fewest parameters come first, so of two
+/// equally good fits the simpler is the better.
 fn models() -> Vec<Model> {
     let mut models: Vec<_> =
         Model::ALL.into_iter().filter(|model| model.describe().same_as.is_none()).collect();
@@ -206,8 +206,7 @@ pub fn fit(op: &[f64], vp: &[f64]) -> Result<PositionFits, Abstention> {
     Ok(PositionFits { s, j, ranked })
 }
 
-/// The tried bands. In fs and fd/fs the errors have no ridge: the one determines when the stem slips, the other how
-/// far.
+/// The tried bands. In fs and fd/fs the errors have no ridge: fs determines when the stem slips, and fd/fs how far.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
     fs: f64,
@@ -286,7 +285,7 @@ impl<'a> Record<'a> {
         self.scale(1.0, 0.0, 0)
     }
 
-    /// The same if `line` leads from position to VP; `None` if it does not.
+    /// The recorded position if `line` leads from position to VP, else `None`.
     fn scaled(&self, line: &Line) -> Option<Scale> {
         (line.gain != 0.0).then(|| self.scale(line.gain, line.offset, line.delay))
     }
@@ -503,7 +502,8 @@ impl<'a> Record<'a> {
         finer(at_each.reduce(better)?, ROUNDS_AT_EACH..ROUNDS_AT_EACH + ROUNDS, true)
     }
 
-    /// Intervals of S and J of the best fit; for the valve that follows, those of a play that would look like it.
+    /// Intervals of S and J of the best fit. For the valve that follows, these are the intervals of a play that would
+    /// look like it.
     fn intervals(&self, fit: &PositionFit, known: &Scale) -> (Interval, Interval) {
         let range = span(self.op);
         let Description { motion, uses_s, uses_j, .. } = fit.model.describe();

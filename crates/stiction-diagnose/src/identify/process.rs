@@ -16,11 +16,11 @@
 //! z(k) = z(k-1) + Ts x(k-1)                                    integrating
 //! A(q) (y(k) - K z(k-d) - c - w a^k) = e(k)                    integrating: w k instead of w a^k
 //! ```
-//! `A` comes from a regression of y on its own past and on past x, then, twice, from the residual of the best
-//! process. For each tau and d of a grid, K, c and w are those of least squares, and the grid is refined around the
-//! likeliest. With the variance of e profiled out, the log-likelihood is `-m/2 ln SSE`. A process has the weight
-//! `exp((likelihood - best) / `[`TEMPER`]`)`, because no process is exactly of first order and no disturbance that
-//! simple. Intervals are the 5 and 95 % points of the weighted processes, including K's own error.
+//! `A` comes from a regression of y on its own past and on past x, then, twice, from the residual of the best process.
+//! For each tau and d of a grid, least squares gives K, c and w. The grid is refined around the likeliest. With the
+//! variance of e profiled out, the log-likelihood is `-m/2 ln SSE`. A process has the weight `exp((likelihood - best) /
+//! `[`TEMPER`]`)`, because no process is exactly of first order and no disturbance that simple. Intervals are the 5 and
+//! 95 % points of the weighted processes, including K's own error.
 //!
 //! # Limits
 //! * The input must move more than the controller's response to the PV's own noise. Otherwise the fit tends to the
@@ -47,8 +47,8 @@ pub const MOST_SAMPLES: usize = 4000;
 pub const ORDER: usize = 4;
 /// Divisor of log-likelihoods.
 pub const TEMPER: f64 = 12.0;
-/// Relative standard deviation of gain and dead time, and two thirds of that of the lag, in any record: a process
-/// is linear around one point only, and has more than one lag.
+/// Relative standard deviation of gain and dead time in any record, and two thirds of it for the lag. A process is
+/// linear around one point only, and has more than one lag.
 pub const NEVER_KNOWN: f64 = 0.23;
 /// Nats by which the input must explain the PV better than its own past.
 pub const LEAST: f64 = 20.0;
@@ -118,13 +118,13 @@ pub struct FittedProcess {
     /// The noise model of the PV: its coefficients on its own last [`ORDER`] samples.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub noise: [f64; ORDER],
-    /// Log-likelihood of the best over that of no input at all, nats.
+    /// Log-likelihood of the best process over the log-likelihood without an input, nats.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub gained: f64,
 }
 
-/// Fits the process between `input`, percent, and `pv`, sampled every `step` seconds. `sign` is that of its gain,
-/// if it is known, for example from the controller.
+/// Fits the process between `input`, percent, and `pv`, sampled every `step` seconds. `sign` is the sign of the gain,
+/// if known, for example from the controller.
 ///
 /// # Errors
 /// In words: why it cannot be identified.
@@ -344,7 +344,7 @@ fn answers(x: &[f64], lags: &[f64]) -> Vec<Vec<f64>> {
     all
 }
 
-/// Orthonormalises the columns, and drops those that nearly depend on others.
+/// Orthonormalises the columns, and drops columns that nearly depend on others.
 fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = vec![];
     for mut column in columns {
@@ -379,7 +379,7 @@ impl Bench<'_> {
         lags.iter().zip(answers(self.x, lags)).flat_map(one).collect()
     }
 
-    /// The same for the lag of a ground that was made for these delays or longer ones, with the response of that lag.
+    /// Gain and residual on a basis that was computed for these delays or longer ones.
     fn on(&self, ground: &Ground, answer: &[f64], delays: &[f64], a: &[f64; ORDER]) -> Vec<Point> {
         let Ground { lag, skip, w, basis, of_w, free } = ground;
         let (lag, skip, free) = (*lag, *skip, *free);

@@ -22,8 +22,8 @@ const TAU: [f64; 8] = [0.0, 1.0, 2.5, 6.0, 15.0, 40.0, 120.0, f64::INFINITY];
 const DEAD: [usize; 6] = [0, 1, 3, 6, 12, 25];
 const WIDTHS: [f64; 9] = [0.08, 0.12, 0.17, 0.25, 0.35, 0.48, 0.62, 0.78, 0.92];
 
-/// The residual sum of squares with a dead band downstream of the process, minus the one with a sticking valve. `None`
-/// if one of them cannot be fitted.
+/// The residual sum of squares with a dead band downstream of the process, minus that with a sticking valve. `None` if
+/// one of them cannot be fitted.
 pub(super) fn apart(
     kept: &[Manual],
     spells: &[Spell],

@@ -105,7 +105,7 @@ impl From<&Signature> for Outcome {
     }
 }
 
-/// Compares the test after a repair with the one before it.
+/// Compares the tests before and after a repair.
 pub fn compare(before: impl Into<Outcome>, after: impl Into<Outcome>) -> Comparison {
     let (before, after) = (before.into(), after.into());
     let (old, new) = (Known::of(before), Known::of(after));

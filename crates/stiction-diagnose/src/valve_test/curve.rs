@@ -6,7 +6,7 @@
 //! ```text
 //! y = f(u - b) rising,    y = f(u + b) falling    =>    f^-1(y) = (u_rising(y) + u_falling(y)) / 2
 //! ```
-//! The distance of the branches is that of a candidate stem: 2 b = S - J if its steps are larger than J.
+//! The distance of the branches corresponds to a candidate stem: 2 b = S - J if its steps are larger than J.
 //!
 //! Both branches are fitted by monotone regression (Ayer, Brunk, Ewing, Reid and Silverman 1955, recalled, not read). The
 //! PV becomes f^-1(PV), the position of a stem on a straight line, so that a nonlinear valve
@@ -36,8 +36,8 @@ const STILL: f64 = 0.5;
 const MOVES: (f64, f64) = (3.0, 0.1);
 /// Levels of the PV at which the branches are compared.
 const LEVELS: usize = 48;
-/// Error of the distance of the branches besides that of its median, percent and as a share of it: no process repeats
-/// exactly.
+/// Additional error of the distance of the branches besides the error of its median, percent and as a share of the
+/// distance: no process repeats exactly.
 const INEXACT: (f64, f64) = (0.1, 0.05);
 /// Degrees of freedom of Student's t for that distance.
 const FREEDOM: f64 = 6.0;
@@ -248,7 +248,8 @@ fn lacking([before, first, second, third]: [f64; 4]) -> Option<f64> {
 }
 
 /// The distance of the branches at no difference of time, and its standard deviation, by least squares: a load that
-/// drifts adds to a distance in proportion to the time between both values. Half of the distances repeat the others.
+/// drifts adds to a distance in proportion to the time between both values. Half of the distances repeat the other
+/// half.
 fn without_drift(distances: &[(f64, f64)]) -> Option<(f64, f64)> {
     let n = distances.len() as f64;
     if distances.len() < 2 * FEWEST {

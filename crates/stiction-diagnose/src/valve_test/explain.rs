@@ -128,7 +128,7 @@ impl<'a> Problem<'a> {
         self.placed_at(Some(stem), &SLID, max).0
     }
 
-    /// The same from some start positions; `over` combines their log-likelihoods.
+    /// Log-likelihood of a stem from some start positions. `over` combines their log-likelihoods.
     fn placed_at(&self, stem: Option<Stem>, places: &[f64], over: fn(&[f64]) -> f64) -> (f64, f64) {
         let moves: Vec<Vec<Vec<f64>>> =
             self.spells.iter().map(|spell| self.moves(spell, stem, places)).collect();

@@ -3,7 +3,8 @@
 use super::weigh::Manual;
 use crate::series::noise_std;
 
-/// Fewest equal samples, and the least noise of the others in steps of the signal. A coarse signal rests by its steps.
+/// Fewest equal samples, and the least noise of the other samples in steps of the signal. A coarse signal rests by its
+/// steps.
 const FEWEST: usize = 20;
 const NOISE: f64 = 2.0;
 

@@ -9,7 +9,7 @@ use crate::recording::ByHand;
 /// against `does not stick`.
 const AGAINST: (f64, f64) = (0.1, 0.9);
 
-/// The reading of the settings after the longest time in automatic by themselves, if it contradicts that of all settings.
+/// The reading of only the settings after the longest time in automatic, if it contradicts the reading of all settings.
 pub(super) fn latest(
     whole: &TestReading,
     by_hand: &ByHand,

@@ -10,7 +10,7 @@
 //! * `explain` calculates how well a valve explains the answers. `weigh` finds the likely valves.
 //! * `frozen` finds a PV that stood still in the recording. `latest` finds a valve that changed between two tests.
 //! * `curve` straightens the characteristic that a staircase shows.
-//! * `probability` joins the evidence of a test with that of operation, and calibrates it.
+//! * `probability` combines the evidence of a test with the evidence of operation, and calibrates it.
 //! * `carried` compares the test with its plan. `compare` shows what a repair changed.
 //! * `behind` decides whether a dead band is in the valve or downstream of the process.
 //! * [`signature()`] reads a slow ramp of the OP over the stroke, where the position is recorded.

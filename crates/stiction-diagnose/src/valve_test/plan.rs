@@ -591,7 +591,7 @@ pub(super) fn roughly(seconds: f64) -> String {
     time(if seconds < 120.0 { seconds } else { 60.0 * (seconds / 60.0).round() })
 }
 
-/// A sentence on a test that needs more than the usual time, or more than it has; empty for others.
+/// A sentence on a test that needs more than the usual time, or more than the available time; empty for other tests.
 fn short_of_time(plan: &TestPlan, long: &str) -> String {
     let needed = HOLDS * plan.grow[0].hold_s;
     match () {

@@ -1,8 +1,8 @@
 //! Compares a test with its plan.
 //!
 //! The sizes of a test are found from the manual settings: consecutive turns of equal size around the same OP form one
-//! size. Sizes up to the largest are part 1, and the others part 2. A size of part 1 is matched to the nearest size of
-//! the plan. A size of part 2 is compared with the size before it.
+//! size. Sizes up to the largest are part 1, and the remaining sizes part 2. A size of part 1 is matched to the nearest
+//! size of the plan. A size of part 2 is compared with the size before it.
 //!
 //! # Limits
 //! The end of part 1 and the holds of part 2 depend on the answers that the operator saw. They are not recorded, so

@@ -6,12 +6,12 @@
 //! u = m tanh(t / m)                         m = ln(1 / (1 - r)) if t > 0, 8 otherwise
 //! logit p_test = a + b u                    logit p = a + b u + c logit p_operation
 //! ```
-//! `p_valve` and `p_elsewhere` are the posterior probabilities of a dead band in the valve and downstream of it. A test hardly
-//! separates the two, so half of the second counts. The likelihoods assume a linear process and a load that goes on as
-//! before. So the certainty of sticking is limited by the correlation `r` of the answers with those of the likeliest valve.
-//! Operation misses more sticking valves than its probability says, because this is the probability of sticking that a
-//! recording can show. So its weight is below 1. No probability is below 1 % or above 99 %, because no more tests bear it
-//! out (docs/accuracy-tests.md).
+//! `p_valve` and `p_elsewhere` are the posterior probabilities of a dead band in the valve and downstream of it. A test
+//! hardly separates the two, so half of the second counts. The likelihoods assume a linear process and a load that goes
+//! on as before. So the certainty of sticking is limited by the correlation `r` of the responses with the responses of
+//! the likeliest valve. Operation misses more sticking valves than its probability says, because this is the
+//! probability of sticking that a recording can show. So its weight is below 1. No probability is below 1 % or above 99
+//! %, because no more tests bear it out (docs/accuracy-tests.md).
 //!
 //! # Source
 //! Ours. `a`, `b` and `c` are a logistic regression of 2,658 simulated tests of the population (`stiction-train --n 2400
@@ -53,7 +53,7 @@ pub(super) fn of_test(u: f64) -> f64 {
     borne_out(a + b * u)
 }
 
-/// The same from the test and the probability from operation, if there is one.
+/// The probability from the test and, if known, the probability from operation.
 pub(super) fn joined(u: f64, operation: Option<f64>) -> f64 {
     let [a, b, c] = JOINED;
     operation.map_or_else(|| of_test(u), |p| borne_out(a + b * u + c * odds(p)))

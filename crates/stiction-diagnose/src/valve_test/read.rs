@@ -89,7 +89,7 @@ pub struct TestReading {
     pub to_s: f64,
     /// Number of times that the controller took over during the test.
     pub stops: usize,
-    /// Whether the answers are those of the recorded valve position instead of the PV.
+    /// Whether the responses are read from the recorded valve position instead of the PV.
     pub by_position: bool,
     /// Results from the valve position; `None` if it is not recorded.
     pub position: Option<PositionReading>,
@@ -178,7 +178,8 @@ const NO_ANSWER: f64 = 0.05;
 /// Required agreement of the PV with a valve that follows: correlation, and length of the expected answers in standard deviations.
 const FITS_HEALTHY: f64 = 0.5;
 const STRONG: f64 = 5.0;
-/// The same for `does not stick`: of a stem that never moves, a process can be found whose answers are as long as 7.
+/// This limit for `does not stick`. Of a stem that never moves, a process can be found with expected responses as long
+/// as 7.
 const STRONGER: f64 = 8.0;
 /// Clear answers required for `sticks`.
 const CLEAR: usize = 2;
@@ -232,7 +233,8 @@ pub fn read(recording: &Recording, options: &ReadOptions) -> Result<TestReading,
     Ok(later.unwrap_or(whole))
 }
 
-/// Reads all settings as those of one valve. `same_valve` says whether it was that of the operation before.
+/// Reads all settings as settings of one valve. `same_valve` states whether the valve is the same as in the earlier
+/// operation.
 fn read_as_one(
     recording: &Recording,
     by_hand: ByHand,
@@ -643,7 +645,7 @@ fn is_clear(seen: Seen) -> bool {
     seen.clear >= CLEAR && seen.strength > STRONG
 }
 
-/// Factor by which the interval of S is wider than the one from the likelihoods.
+/// Factor that widens the interval of S from the likelihoods.
 const WIDER: f64 = 1.06;
 
 fn steps(spells: &[(Vec<f64>, Manual)], weighed: &Weighed, curve: Option<&Curve>) -> Vec<Step> {

@@ -175,7 +175,7 @@ const AROUND: i32 = 6;
 /// Samples that count as one, and the largest difference of twice the log-likelihood in a 90 % interval.
 const ALIKE: f64 = 20.0;
 const NINETY: f64 = 2.71;
-/// Most samples of the first search and of the others. Of more, every second, third, … is used.
+/// Most samples of the first search, and of later searches. Of more, every second, third, … is used.
 const SEARCHED: usize = 1500;
 const MOST_SAMPLES: usize = 8000;
 /// No model is exact: the least distances of S and J from the ends of their intervals, as shares of S.

@@ -1,7 +1,7 @@
 //! The evidence of a test for each valve.
 //!
 //! For each S of a grid, the likelihood is the mean over J, the process and the start position of the stem, at the best
-//! gain. The prior has half of the valves without stiction, and a uniform ln S for the others.
+//! gain. The prior has half of the valves without stiction, and a uniform ln S for the other half.
 
 use super::answer::{Answers, Process, Spell, answers};
 use super::behind::apart;
@@ -47,8 +47,8 @@ const NEAR: f64 = 12.0;
 /// Number of valves and processes to distinguish a dead band downstream of the process from one in the valve.
 const STEMS: usize = 12;
 const BEHIND: usize = 4;
-/// Lower bound of the largest S tried, percent, and the same as a share of the range of the OP, beyond which no S
-/// differs from another.
+/// Lower bound of the largest S tried, percent, and this bound as a share of the range of the OP. Beyond it, different
+/// S have the same effect.
 const MOST: f64 = 30.0;
 const BEYOND: f64 = 1.5;
 /// The quantile of S that is reported as its limit, and a factor for the distance of the S in the grid.
@@ -63,7 +63,7 @@ struct Tried {
     s: f64,
     /// Log-likelihood by J over S; a single value for a valve that follows.
     logs: Vec<f64>,
-    /// The same over all J, including the prior.
+    /// Log-likelihood over all J, including the prior.
     weight: f64,
 }
 

@@ -85,7 +85,7 @@ fn against(row: &Row, present: &Row) -> Vec<String> {
     said
 }
 
-/// Ratio of the stem travel in the worst case to that of the present loop.
+/// Ratio of the stem travel in the worst case to the stem travel of the present loop.
 fn travel(row: &Row, present: &Row) -> f64 {
     let now = present.nominal().measures.vp_travel_per_s;
     let then = row.played.worst(|outcome| outcome.measures.vp_travel_per_s);
@@ -102,8 +102,8 @@ pub(super) fn interim(rows: &[Row]) -> Option<&Row> {
     rows.iter().find(|row| stopgap(row) && row.against.is_empty())
 }
 
-/// The shortest time between load steps, s, at which an action still gains; `None` if its response to a load step is no
-/// worse than that of the present loop.
+/// The shortest time between load steps, s, at which an action still helps; `None` if its response to a load step is no
+/// worse than the response of the present loop.
 fn loads_apart_s(row: &Row, present: &Row, step_s: f64) -> Option<f64> {
     let cost =
         |row: &Row| row.played.worst(|outcome| outcome.load_iae_per_s - outcome.measures.iae_per_s);

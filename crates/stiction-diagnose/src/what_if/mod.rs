@@ -7,9 +7,9 @@
 //! the assumptions, and the test that confirms stiction first.
 //!
 //! # Assumptions
-//! The controller, the process, the valve model, S and J are those of the given loop. "S and J wrong" means that a
-//! compensator or a tuning was chosen for other bands than those of the valve. Repair and positioner do not depend on S
-//! and J.
+//! The controller, the process, the valve model, S and J are taken from the given loop. "S and J wrong" means that a
+//! compensator or a tuning was chosen for bands different from the valve's bands. Repair and positioner do not depend
+//! on S and J.
 //!
 //! * *As it is*: the loop without changes.
 //! * *Repaired*: a valve of the same model with the bands [`WhatIfOptions::repaired`].
@@ -268,7 +268,7 @@ impl Row {
         self.nominal().measures.iae_per_s
     }
 
-    /// The same in the worst case of wrong S and J, which ranks the actions.
+    /// This error in the worst case of wrong S and J, which ranks the actions.
     pub fn worst_error(&self) -> f64 {
         self.played.worst_iae_per_s()
     }
@@ -325,7 +325,7 @@ pub fn knowledge(plant: &ClosedLoop, bands: Bands) -> Knowledge {
 /// # Limits
 /// This is the best possible result of a proportional positioner, because `p` must follow the stem **while it slips**.
 /// If the positioner is slower than a slip, the stem makes its whole jump J first. Then dead band and breakaway are
-/// divided, but the jump is not. If `g J > S`, the stem overshoots to the other side, and positioner and stem hunt.
+/// divided, but the jump is not. If `g J > S`, the stem overshoots to the opposite side, and positioner and stem hunt.
 /// Real positioners are slower than a slip, so a high gain or integral action makes many of them cycle.
 ///
 /// # Errors

@@ -67,8 +67,8 @@ fn date(at: i64) -> String {
     written(at, "%Y-%m-%d")
 }
 
-/// Date and time to the second in ISO 8601 with a blank between, and the name of the clock if it has one; `None`
-/// beyond the calendar. `seconds` are those of the clock.
+/// Date and time to the second in ISO 8601 with a blank between, and the name of the clock if it has one; `None` beyond
+/// the calendar. `seconds` count on this clock.
 pub fn instant(seconds: f64, clock: &str) -> Option<String> {
     let text = CALENDAR
         .contains(&seconds)

@@ -12,7 +12,7 @@ const BOLD: &[u8] = include_bytes!("../../font/DejaVuSans-Bold.ttf");
 const UNITS: f64 = 2048.0;
 /// Straight strokes per curve. At the size of a title they deviate by less than a tenth of a pixel.
 const CHORDS: usize = 8;
-/// Depth limit of outlines made of others.
+/// Depth limit of outlines composed of other outlines.
 const DEPTH: usize = 4;
 
 /// Draws `text` along x from the origin, in units of the font size, y downwards, and returns its width.
@@ -107,7 +107,7 @@ impl Font {
         Some(())
     }
 
-    /// Passes on an outline that is made of others.
+    /// Draws an outline that is composed of others.
     fn assembled(
         self,
         mut bytes: Bytes,

@@ -32,7 +32,7 @@ pub(super) struct Placed {
 pub(super) struct Entry {
     /// Index of the series.
     pub series: usize,
-    /// Upper left corner, relative to that of the legend.
+    /// Upper left corner, relative to the legend's corner.
     pub at: Point,
     pub lines: Vec<String>,
 }

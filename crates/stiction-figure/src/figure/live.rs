@@ -15,7 +15,7 @@ use super::{Figure, Panel, Scale, Series, Style, reduce};
 
 /// Maximum number of samples of a series that are all readable.
 const MOST: usize = 1_000;
-/// The same of an equally spaced series, whose x take no room.
+/// This number for an equally spaced series, whose x values take no room.
 const MOST_SPACED: usize = 3_000;
 /// Finest detail of a longer trend, px.
 const COLUMN: f64 = 1.0;
@@ -179,7 +179,7 @@ fn packed(values: &[f64], indices: &[usize], scale: Scale) -> String {
     format!("{{\"from\":{from:e},\"step\":{step:e},\"d\":[{list}]}}")
 }
 
-/// The same values in steps of the largest power of ten that divides them.
+/// These values in steps of the largest power of ten that divides them.
 fn coarser(mut whole: Vec<i64>, mut step: f64) -> (Vec<i64>, f64) {
     while whole.iter().any(|v| *v != 0) && whole.iter().all(|v| v % 10 == 0) {
         whole.iter_mut().for_each(|v| *v /= 10);

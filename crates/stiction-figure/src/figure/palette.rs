@@ -31,8 +31,8 @@ pub mod colour {
     pub const VP: usize = VERMILION;
 }
 
-/// The colours of the signals for a page, as CSS variables `--sp`, `--pv`, `--op` and `--vp`: those of the figures on
-/// white, and lighter ones of the same hue on black.
+/// The colours of the signals for a page, as CSS variables `--sp`, `--pv`, `--op` and `--vp`. On white these are the
+/// colours of the figures, and on black lighter colours of the same hue.
 pub fn signals_css() -> String {
     let shades = |dark: bool| {
         let one = |(name, index, light): (&str, usize, Rgb)| {

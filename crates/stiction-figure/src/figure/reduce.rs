@@ -21,7 +21,7 @@ pub(super) fn trend(points: &[Point], frame: &Rect) -> Vec<Point> {
     seen(points, frame, COLUMN).into_iter().map(|i| points[i]).collect()
 }
 
-/// A trend without the samples that lie on the stroke between others, to within [`FLAT`].
+/// A trend without the samples that lie on the stroke between their neighbours, to within [`FLAT`].
 pub(super) fn slim(points: &[Point]) -> Vec<Point> {
     let mut kept: Vec<Point> = points.first().copied().into_iter().collect();
     // Slopes from the last sample kept that pass all samples since.

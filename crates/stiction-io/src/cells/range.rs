@@ -161,7 +161,7 @@ impl Guess {
         }
     }
 
-    /// The same from the values alone.
+    /// The range, estimated from the values alone.
     fn estimated(range: (f64, f64), why: String) -> Self {
         Self { source: RangeSource::Estimated, ..Self::assumed(range, why) }
     }

@@ -9,7 +9,7 @@ pub enum Unit {
     Share(f64),
     /// The unit of a signal of instruments, with its usual ranges. The first that holds the values is assumed.
     Signal(&'static [(f64, f64)]),
-    /// The same, if any of these ranges may be meant.
+    /// The first range that contains the values is assumed, if any of these ranges may be meant.
     AnySignal(&'static [(f64, f64)]),
     /// Counts of a converter.
     Counts,

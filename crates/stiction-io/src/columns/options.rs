@@ -47,7 +47,7 @@ pub struct ReadOptions {
 }
 
 impl ReadOptions {
-    /// The options that concern these loops, in lower case, and those for any loop.
+    /// The options that concern these loops, in lower case, and options for any loop.
     pub fn of_loops(&self, names: &HashSet<String>) -> Self {
         let concerns = |name: &str| names.contains(&name.to_lowercase());
         let mapped = |each: &&Mapped| each.loop_name.as_deref().is_none_or(concerns);

@@ -194,7 +194,7 @@ fn is_quality(word: &str) -> bool {
     of_row_word(word) == Some(Role::Quality(None))
 }
 
-/// Whether a name is that of a quality.
+/// Whether a name denotes a quality.
 pub fn is_of_quality(name: &str) -> bool {
     of_rows(without_number(name)) == Some(Role::Quality(None))
         || split(name, &[]).is_some_and(|split| matches!(split.role, Role::Quality(_)))
@@ -279,7 +279,7 @@ pub fn rank_of_time(name: &str) -> usize {
 /// A name split into its parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Split {
-    /// The loop; none if the name is only that of a signal.
+    /// The loop; none if the name denotes only a signal.
     pub loop_name: Option<String>,
     /// The signal or quality.
     pub role: Role,
@@ -323,8 +323,8 @@ pub fn split(name: &str, more: &Words) -> Option<Split> {
     })
 }
 
-/// Whether a name that ends like an OP is that of a DeltaV parameter, such as `FIC101/PID1/GAIN.CV`, of the output of an
-/// analog input, such as `FI205/AI1/OUT`, or of the manual value of PCS 7, `FIC101/PID.MAN_OP`.
+/// Whether a name that ends like an OP denotes a DeltaV parameter, such as `FIC101/PID1/GAIN.CV`, the output of an
+/// analog input, such as `FI205/AI1/OUT`, or the manual value of PCS 7, `FIC101/PID.MAN_OP`.
 fn is_no_output(split: &Split) -> bool {
     let Some((path, last)) = split.loop_name.as_ref().and_then(|of| of.rsplit_once('/')) else {
         return false;

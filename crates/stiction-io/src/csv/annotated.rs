@@ -2,9 +2,9 @@
 //! below each other. Each table has a header and, in the annotated form, rows that begin with `#group`, `#datatype` and
 //! `#default`.
 //!
-//! The tables become one. With `_value`, each row is a sample, and its signal is named by those of `_measurement`, the
-//! tags and `_field` that distinguish the signals. Without `_value`, the data were pivoted, and the columns are the
-//! signals.
+//! The tables become one. With `_value`, each row is a sample. Its signal is named by the values of `_measurement`, and
+//! by the tags and `_field` that distinguish the signals. Without `_value`, the data were pivoted, and the columns are
+//! the signals.
 
 use super::{Records, filled, trimmed};
 use crate::budget::Budget;

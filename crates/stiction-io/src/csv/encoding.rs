@@ -51,7 +51,7 @@ pub fn decode<'b>(bytes: &'b [u8], origin: &str) -> Result<Decoded<'b>> {
     Ok(Decoded { text, encoding: encoding.name(), note })
 }
 
-/// Whether `bytes` begin like those of another format than text.
+/// Whether `bytes` begin like a format other than text.
 pub fn has_signature(bytes: &[u8]) -> bool {
     const SIGNATURES: [&[u8]; 3] = [b"PAR1", b"MATLAB 5.0", b"MATLAB 7.3"];
     SIGNATURES.iter().any(|signature| bytes.starts_with(signature))

@@ -1,7 +1,7 @@
 //! Sheets from MATLAB files.
 //!
 //! A file is first read into a tree of values, level 4 (`-v4`) by `level4`, level 5 (`-v6`, `-v7`) by `level5` and
-//! version 7.3, which is HDF5, by `hdf5`. Then `sheets` finds the sheets in the tree, those of Simulink with
+//! version 7.3, which is HDF5, by `hdf5`. Then `sheets` finds the sheets in the tree, and the sheets of Simulink with
 //! `simulink`.
 
 #[cfg(feature = "matlab73")]

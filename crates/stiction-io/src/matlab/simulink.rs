@@ -20,7 +20,7 @@ fn name(fields: &Fields, key: &str) -> Option<String> {
     (!bare.is_empty()).then(|| bare.to_owned())
 }
 
-/// The sheet of a struct of Simulink, if it is one. `times` are those of the whole simulation.
+/// The sheet of a struct of Simulink, if it is one. `times` are the times of the whole simulation.
 pub(super) fn sheet(
     fields: &Fields,
     part: &str,

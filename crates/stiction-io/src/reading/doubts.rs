@@ -50,7 +50,7 @@ impl Builder<'_> {
         ))
     }
 
-    /// A note on an OP that is a fraction in one part of the file, and percent in the other.
+    /// A note on an OP that is a fraction in one part of the file, and in percent in the rest.
     fn scale_of_op(&self, plan: &LoopPlan, op: &Channel) -> Option<String> {
         /// The fewest samples of the fraction that are not 0, because a valve may be shut for a while.
         const FEWEST: usize = 50;

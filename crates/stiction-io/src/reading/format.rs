@@ -29,7 +29,7 @@ impl Format {
         "gz",
     ];
 
-    /// Whether the name at the end of a path is like that of a recording.
+    /// Whether the name at the end of a path looks like the name of a recording.
     pub fn is_named_like_one(path: &Path) -> bool {
         let end = path.extension().map(|end| end.to_string_lossy().to_lowercase());
         match end.as_deref() {

@@ -11,8 +11,9 @@ pub type Part<'a> = (&'a str, &'a Recording);
 
 /// Joins the recordings of one loop. Recordings with dates are ordered by them. Recordings without dates follow each
 /// other as given. A clock that continues is kept, and a clock that restarts is shifted to the next sample. The time
-/// between two files remains a gap, and samples in both files are used once. The name is that of the first. Values
-/// that are not measurements are found in the joined recording, so that the result does not depend on the files.
+/// between two files remains a gap, and samples in both files are used once. The name is taken from the first
+/// recording. Values that are not measurements are found in the joined recording, so that the result does not depend on
+/// the files.
 ///
 /// # Errors
 /// If only some files have dates, the files differ in signals, units or ranges, or they overlap with different samples.
@@ -188,7 +189,7 @@ fn lacks(signal: &str, first: &str, origin: &str, first_has: bool) -> Error {
     refused(without, message)
 }
 
-/// Appends the samples of `part`, whose clock is `shift` s behind, to those of `whole`.
+/// Appends the samples of `part`, whose clock is `shift` s behind, to the samples of `whole`.
 fn append(whole: &mut Recording, part: &Recording, shift: f64) -> std::result::Result<(), String> {
     let channel = |signal: &str, whole: &mut Channel, part: &Channel| {
         let samples = |channel: &Channel, shift: f64| {
@@ -255,7 +256,7 @@ impl Differ {
 }
 
 /// The samples of both, with common samples once. Where the two overlap, all samples of one must also be samples of the
-/// other. One may begin with a value that the other stored only when it changed.
+/// other. One series may begin with a held value that the other series stored only at its change.
 fn merged<V: PartialEq + Copy>(
     mut old: Vec<(f64, V)>,
     new: Vec<(f64, V)>,

@@ -75,7 +75,7 @@ pub struct Reading {
     /// The recognised role of every column and tag.
     pub recognised: Vec<Recognised>,
     /// The loops that are not among the recordings, because the file lacks a column or tag that the mapping names, or
-    /// because one of their signals could not become a column. The notes list those with other signals in the file.
+    /// because one of their signals could not become a column. The notes list loops with other signals in the file.
     pub missing: Vec<MissingLoop>,
     /// Names of recordings that are named after the file, because nothing in it names them.
     pub untagged: Vec<String>,

@@ -290,7 +290,7 @@ impl PartedFile {
         tags.unwrap_or(&[])
     }
 
-    /// The recordings of these loops, from a sheet that holds no others.
+    /// The recordings of these loops, from a sheet that contains only these loops.
     ///
     /// # Errors
     /// As for [`reading::parse`].

@@ -35,7 +35,7 @@ pub(super) fn chosen(
     Err(Error::Table { origin: origin.to_owned(), message })
 }
 
-/// The sheets of a workbook with loops and times, and notes on the others. All sheets if there are none.
+/// The sheets of a workbook with loops and times, and notes on the remaining sheets. All sheets if there are none.
 ///
 /// # Errors
 /// If no sheet has a loop, and a column that the user names is missing in all, or names are in conflict.
@@ -83,7 +83,7 @@ pub(super) fn holding_loops(
     }
 }
 
-/// The parts of a file that have the columns that the user names, and notes on the others.
+/// The parts of a file that have the columns that the user names, and notes on the remaining parts.
 ///
 /// # Errors
 /// If no part has these columns.

@@ -1,4 +1,4 @@
-//! Writes down how a file was understood, as a mapping file by which it is read again without any guess.
+//! Writes down how a file was interpreted, as a mapping file. With it, the file is read again without guesses.
 
 use super::format::sheets;
 use super::summary::understood;
@@ -224,7 +224,8 @@ impl Draft {
         }
     }
 
-    /// The role of each column and tag. A column that only some parts of the file have would be missed in the others.
+    /// The role of each column and tag. A column that only some parts of the file have would be missed in the remaining
+    /// parts.
     fn columns(&mut self, sheet: &Sheet, plan: &Plan, is_everywhere: &dyn Fn(&str) -> bool) {
         let is_left_out = |name: &str| sheet.left_out.iter().any(|each| each.name == name);
         let is_written = |name: &str| !is_left_out(name) && is_everywhere(name);

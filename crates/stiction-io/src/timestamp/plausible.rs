@@ -328,7 +328,7 @@ pub fn sample_time(context: &Context<'_>) -> String {
     between_rows(context, 1.0)
 }
 
-/// The same with this time as the example, s.
+/// A hint to give the time between rows, with this time as the example, s.
 fn between_rows(context: &Context<'_>, seconds: f64) -> String {
     if context.is_long {
         return String::new();

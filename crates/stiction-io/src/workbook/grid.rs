@@ -212,7 +212,7 @@ impl Grid {
     }
 
     /// Replaces the text of numbers and times in a table read from [`Grid::text`] by numbers and times. Notes name the
-    /// columns without any value.
+    /// columns without values.
     pub fn restore(&self, sheet: &mut Sheet) -> Vec<String> {
         let width = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let (mut notes, mut next) = (vec![], 0);

@@ -22,7 +22,8 @@ use std::io::Cursor;
 /// The remedy for a workbook that cannot be read.
 const SAVE: &str = "open it, and save it as .xlsx again, or the sheet as CSV";
 
-/// The sheets of a workbook that hold tables, and notes on the others. `origin` is the name of the file in errors.
+/// The sheets of a workbook that contain tables, and notes on the remaining sheets. `origin` is the name of the file in
+/// errors.
 ///
 /// The `part` of each sheet is its name in the workbook. Columns of numbers and of times become such columns, whatever
 /// their format on screen. Days count from 1900 or 1904, as the workbook says. Times of day stay text, and durations

@@ -14,7 +14,7 @@ pub(super) trait ValveBank: Clone {
     fn step(&mut self, l: usize, op: f64) -> f64;
 }
 
-/// `N` independent valves, stepped one after the other.
+/// `N` independent valves, stepped one by one.
 #[derive(Debug, Clone)]
 pub(super) struct Each<V, const N: usize>(pub [V; N]);
 
@@ -353,7 +353,7 @@ pub(super) fn play<
     play_between::<PLAIN, V, _, R, N, M>(width, bank, &mut Wire, feeds, samples, recorder)
 }
 
-/// The same, with `between` controllers and valves; see [`LoopState::step`].
+/// Plays the loops with `between` controllers and valves; see [`LoopState::step`].
 fn play_between<
     const PLAIN: bool,
     V: ValveBank,

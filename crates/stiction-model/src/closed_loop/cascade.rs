@@ -20,7 +20,7 @@ use crate::valve::{Assembly, Start, Valve};
 /// then the set point at the operating point. Both loops start at rest there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cascade {
-    /// The slave loop; its sample time and number of samples are those of the whole.
+    /// The slave loop. Its sample time and number of samples apply to the whole cascade.
     pub slave: ClosedLoop,
     /// The master's controller: slave PV units per master PV unit.
     pub controller: Controller,

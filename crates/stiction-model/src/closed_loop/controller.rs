@@ -193,7 +193,7 @@ impl Controller {
         self
     }
 
-    /// The same controller with different gains, as in [`Controller::parallel`].
+    /// This controller with different gains, as in [`Controller::parallel`].
     ///
     /// # Errors
     /// If a gain is not finite.
@@ -325,7 +325,7 @@ impl<const N: usize> PidBank<N> {
         self.step_with(l, sp, pv, IntegralAction::Acts)
     }
 
-    /// The same, with this permission of the integral action.
+    /// A step with this permission of the integral action.
     #[inline(always)]
     pub(super) fn step_with(
         &mut self,

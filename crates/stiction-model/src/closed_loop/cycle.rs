@@ -40,7 +40,7 @@ impl<const N: usize> Crossings<N> {
         }
     }
 
-    /// Records some consecutive samples, the first of which is number `k`; `value` is that of a lane.
+    /// Records some consecutive samples, the first of which is number `k`. `value` gives the value in a lane.
     #[inline(always)]
     pub(super) fn take<S>(&mut self, k: usize, samples: &[S], value: impl Fn(&S, usize) -> f64) {
         let (mut armed, mut previous) = (self.armed, self.previous);

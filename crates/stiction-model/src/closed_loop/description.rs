@@ -53,7 +53,7 @@ pub struct ClosedLoop {
     pub op_quantum: f64,
     /// Resolution of the measured PV, in its units; 0 for none.
     pub pv_quantum: f64,
-    /// Spells in manual, one after another. Only [`ClosedLoop::run`] simulates them.
+    /// Times in manual, in order. Only [`ClosedLoop::run`] simulates them.
     pub manual: Vec<Manual>,
 }
 

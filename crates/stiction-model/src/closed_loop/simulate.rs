@@ -86,8 +86,8 @@ impl Run {
         cycle::half_pp_of_last_half(signal)
     }
 
-    /// Peak-to-peak value of the PV in the last quarter of the run over that in the quarter before: 1 for a
-    /// sustained cycle, less for a decaying one. `None` if the PV does not move.
+    /// Ratio of the peak-to-peak value of the PV in the last quarter of the run to its value in the quarter before: 1
+    /// for a sustained cycle, less for a decaying one. `None` if the PV does not move.
     pub fn growth(&self) -> Option<f64> {
         let n = self.pv.len();
         let width = |from: usize, to: usize| {

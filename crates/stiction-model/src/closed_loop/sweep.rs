@@ -181,7 +181,8 @@ fn play_with<V: ValveBank, const M: usize>(
 }
 
 /// Simulates all `loops` and returns their statistics in the same order. The loops may differ in everything except
-/// their number of samples. The results are those of [`ClosedLoop::statistics`], bit for bit, on any number of threads.
+/// their number of samples. The results equal the results of [`ClosedLoop::statistics`], bit for bit, on any number of
+/// threads.
 ///
 /// Sixteen loops at a time share a processor core. Loops with a bare [`TwoPhase`](crate::valve::TwoPhase) or
 /// [`He`](crate::valve::He) valve are the fastest. A load or noise that differs from sample to sample needs the time to

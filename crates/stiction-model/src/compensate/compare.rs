@@ -15,7 +15,7 @@ const MOST_SAMPLES: f64 = 1e7;
 /// 0         from_s        from_s + settle_s   + window_s          + step_s        + step_s
 /// | OP unchanged  | compensated, settling |  measured  | set-point step | load step |
 /// ```
-/// Set point and loads are those of the loop, plus the steps.
+/// Set point and loads are taken from the loop, plus the steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct CompareOptions {
@@ -240,8 +240,8 @@ impl Comparison {
     }
 }
 
-/// Runs `methods` on `plant`, with parameters from `known`, nominally, with wrong S and J, and with noise. The
-/// number of samples comes from the options. Controller and sample time are those of `plant`, not those in `known`.
+/// Runs `methods` on `plant`, with parameters from `known`, nominally, with wrong S and J, and with noise. The number
+/// of samples comes from the options. Controller and sample time are taken from `plant`, not from `known`.
 ///
 /// ```
 /// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};

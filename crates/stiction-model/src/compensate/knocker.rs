@@ -16,8 +16,8 @@ use crate::error::{Error, Result, non_negative};
 /// ```text
 /// signal = u_c + a sgn(u_c(t_p) - u_c(t_p - h))        sgn(0) = 0
 /// ```
-/// The sign is computed once, at the onset, and kept for the pulse. The first pulse has no onset before it, so
-/// `u_c(t_0 - h) = 0`: its sign is that of the OP.
+/// The sign is computed once, at the onset, and kept for the pulse. The first pulse has no onset before it, so `u_c(t_0
+/// - h) = 0`, and the pulse has the sign of the OP.
 ///
 /// # Assumptions
 /// The stem follows within the width of a pulse.

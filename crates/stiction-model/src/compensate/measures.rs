@@ -35,7 +35,7 @@ pub struct Measures {
 }
 
 impl Measures {
-    /// Measures from the sample at `from_s` to the one before `to_s`, s.
+    /// Measures from the sample at `from_s` to the last sample before `to_s`, s.
     ///
     /// # Errors
     /// If the window is not within the run, or shorter than two samples.

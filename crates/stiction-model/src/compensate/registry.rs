@@ -254,7 +254,7 @@ impl Method {
     }
 }
 
-/// Given parameters, and those of a method.
+/// Given parameters, and the parameters of a method.
 struct Given<'a> {
     given: &'a [(&'a str, f64)],
     asked: Vec<&'static str>,

@@ -4,11 +4,11 @@ use super::Instant;
 
 /// Estimates the OP at which the loop would rest.
 ///
-/// In a cycle under integral action the mean control error is 0, so the mean valve position is the one that holds
-/// the set point. Over whole periods the OP has the same mean as the valve position if the cycle is as long above
-/// as below. A period lasts from one upward crossing of the control error to the next. A crossing counts when the
-/// error rises from below a quarter of its recent peak to above it. The estimate is valid once the means of two
-/// consecutive periods agree.
+/// In a cycle under integral action the mean control error is 0, so the mean valve position is the position that holds
+/// the set point. Over whole periods the OP has the same mean as the valve position if the cycle is as long above as
+/// below. A period lasts from one upward crossing of the control error to the next. A crossing counts when the error
+/// rises from below a quarter of its recent peak to above it. The estimate is valid once the means of two consecutive
+/// periods agree.
 #[derive(Debug, Clone)]
 pub(super) struct SteadyOp {
     /// Largest difference between the means of two periods, percent of span.

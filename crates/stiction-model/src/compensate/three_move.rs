@@ -7,8 +7,8 @@ use crate::error::Result;
 /// Wang's three moves: to the far side of the steady position, to the near side, and onto it.
 ///
 /// # What it does
-/// As [`TwoMove`](super::TwoMove). The first move makes sure that the second finds the stem on the other side: one
-/// of the two breaks it away from any position, and their pushes on the PV nearly cancel.
+/// As [`TwoMove`](super::TwoMove). The first move makes sure that the second finds the stem on the opposite side. One
+/// of the two breaks the stem away from any position, and their pushes on the PV nearly cancel.
 ///
 /// # Equations
 /// Those of [`Moves`], in three moves.

@@ -5,8 +5,8 @@
 //! PI controller whose integral time is the time constant.
 //!
 //! # Equations
-//! The zero of the controller cancels the pole of the process. Once the cancelled mode has decayed, with `kappa =
-//! Kp Kc / tau`, `q = kappa theta`, and positions relative to the one that holds the PV at its set point,
+//! The zero of the controller cancels the pole of the process. Once the cancelled mode has decayed, with `kappa = Kp Kc
+//! / tau`, `q = kappa theta`, and positions relative to the position that holds the PV at its set point,
 //! ```text
 //! du/dt = -kappa x(t - theta)
 //! ```

@@ -159,7 +159,8 @@ impl DescribingFunction {
         Some(Branch { slips, from, to })
     }
 
-    /// The response to a sine of amplitude `x`, percent; with the fewest slips if there are several.
+    /// The response to a sine of amplitude `x`, percent. If several responses are possible, it is the one with the
+    /// fewest slips.
     ///
     /// # Errors
     /// If `x` is not positive, or there would be more than [`DescribingFunction::MAX_SLIPS`] slips.
@@ -226,7 +227,7 @@ impl DescribingFunction {
         }
     }
 
-    /// Lag of the VP behind the OP for a valve that slides, percent; 0 for others.
+    /// Lag of the VP behind the OP for a valve that slides, percent; 0 for other valves.
     pub(super) fn trail(&self) -> f64 {
         if let Motion::Slides { drag, .. } = self.0 { drag.abs() } else { 0.0 }
     }

@@ -15,7 +15,7 @@ pub struct Found {
     pub state: State,
     /// Why there is no cycle, why that is not known, or the ends of other motions.
     pub notes: Vec<String>,
-    /// The cycles; in a document, those of all methods are together.
+    /// The cycles. In a document, the cycles of all methods are together.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub cycles: Vec<Cycle>,
     /// Number of cycles that do not attract and were not requested.

@@ -12,11 +12,10 @@
 //! The magnitude of L equals `g` at the roots of `|N|^2 - g^2 |D|^2`, a polynomial in `w^2` without dead time. So
 //! gain crossovers are found exactly and completely.
 //!
-//! **Stability.** The poles of the closed loop are the zeros of `D(s) + N(s) exp(-theta s)`. Without dead
-//! time they are counted as eigenvalues. As the dead time grows from 0 to theta, one pair crosses the
-//! imaginary axis at a gain crossover `w` at each of the dead times `(arg(-N/D) + 2 pi k) / w`: to the right
-//! if `|D|^2 - |N|^2` rises with `w^2` there, else to the left. The count is exact; it equals that of
-//! Nyquist's criterion without following the curve.
+//! **Stability.** The poles of the closed loop are the zeros of `D(s) + N(s) exp(-theta s)`. Without dead time they are
+//! counted as eigenvalues. As the dead time grows from 0 to theta, one pair crosses the imaginary axis at a gain
+//! crossover `w` at each of the dead times `(arg(-N/D) + 2 pi k) / w`: to the right if `|D|^2 - |N|^2` rises with `w^2`
+//! there, else to the left. The count is exact. It equals the count of Nyquist's criterion without following the curve.
 //!
 //! # Assumptions
 //! Set-point weight, input of the derivative, limits and anti-windup do not matter here.

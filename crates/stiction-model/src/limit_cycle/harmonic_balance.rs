@@ -434,7 +434,7 @@ fn crossings(a: &[Vertex], b: &[Vertex]) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// Whether the edge from `p` to `q` meets that from `r` to `s`. Ends are included with a small margin, so that
+/// Whether the edge from `p` to `q` meets the edge from `r` to `s`. Ends are included with a small margin, so that
 /// rounding misses nothing.
 fn cross(p: (f64, f64), q: (f64, f64), r: (f64, f64), s: (f64, f64)) -> bool {
     const MORE: f64 = 1e-9;

@@ -8,10 +8,10 @@
 //! Those of [exact](super::exact) cycles, or of [harmonic balance](super::harmonic_balance()), as requested.
 //!
 //! # Equations
-//! The sensitivity of a quantity `q` of the cycle to a parameter `p` is `d ln q / d ln p`, by central differences
-//! of exact cycles at `p (1 ± 1e-4)`; their error is of the order 1e-7. The loop has no units other than those of
-//! the OP, the PV and the time, so sums of sensitivities are known. To S and J together the amplitudes have 1 and
-//! the period 0. To `Ti`, the lags and the dead time together, under PI, the period has 1 and the amplitudes 0.
+//! The sensitivity of a quantity `q` of the cycle to a parameter `p` is `d ln q / d ln p`, by central differences of
+//! exact cycles at `p (1 ± 1e-4)`; their error is of the order 1e-7. The loop has no units other than the units of the
+//! OP, the PV and the time, so sums of sensitivities are known. To S and J together the amplitudes have 1 and the
+//! period 0. To `Ti`, the lags and the dead time together, under PI, the period has 1 and the amplitudes 0.
 //!
 //! # Limits
 //! * A map shows one cycle a point: the final one of a loop that starts near its equilibrium.
@@ -209,7 +209,7 @@ impl Axis {
         Ok(Self { parameter, values: (0..points).map(at).collect() })
     }
 
-    /// Halfway between neighbours, and equally far on the other side of the first and the last.
+    /// Halfway between neighbours, and equally far beyond the first and the last.
     fn sides(&self) -> Vec<f64> {
         let v = &self.values;
         let Some(last) = v.len().checked_sub(1) else { return vec![] };
@@ -446,8 +446,8 @@ impl Map {
         Swings { op: column(|s| s.op), vp: column(|s| s.vp), pv: column(|s| s.pv) }
     }
 
-    /// The boundary of cycling: the sides between two adjacent points, one with a cycle and the other known to have
-    /// none. A point extends halfway to its neighbours. Each side goes from one corner, `(x, y)`, to the other.
+    /// The boundary of cycling: the sides between two adjacent points, one with a cycle and one known to have no cycle.
+    /// A point extends halfway to its neighbours. Each side goes from one corner, `(x, y)`, to the other.
     pub fn boundary(&self) -> Vec<[(f64, f64); 2]> {
         let ends = |a: Option<&Point>, b: Option<&Point>| {
             matches!(

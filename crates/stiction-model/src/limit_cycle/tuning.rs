@@ -7,8 +7,8 @@
 //! * The one of them whose limit cycle has the smallest swing of the PV, with its cost: [`least_swing`].
 //!
 //! # Assumptions
-//! The process is known. The cycle is that of the given function: by describing function
-//! ([`by_describing_function`]) or exactly.
+//! The process is known. The given function determines the cycle: by describing function ([`by_describing_function`])
+//! or exactly.
 //!
 //! # Equations
 //! ```text
@@ -26,13 +26,13 @@
 //! a slow process under a tight controller it predicts a cycle with dead band alone, which simulation confirms only
 //! for some. A tuning "without a cycle" needs the exact method, or a simulation.
 //!
-//! The IAE is that of a loop whose valve follows: under stiction a load step smaller than the bands may not move
-//! the valve at all. PI only.
+//! The IAE assumes a valve that follows the OP: under stiction a load step smaller than the bands may not move the
+//! valve at all. PI only.
 //!
 //! # References
-//! S. Skogestad, "Simple analytic rules for model reduction and PID controller tuning", J. Process Control 13
-//! (2003) 291-309 (recalled, not read). K. J. Åström, T. Hägglund, "Advanced PID Control", ISA, 2006. The idea of
-//! removing a limit cycle by such tuning is that of Mohammad and Huang (2012; recalled, not read).
+//! S. Skogestad, "Simple analytic rules for model reduction and PID controller tuning", J. Process Control 13 (2003)
+//! 291-309 (recalled, not read). K. J. Åström, T. Hägglund, "Advanced PID Control", ISA, 2006. Mohammad and Huang
+//! proposed to remove a limit cycle by such tuning (2012; recalled, not read).
 
 use super::{ContinuousLoop, Cycle, FrequencyResponse, Stability, harmonic_balance};
 use crate::bands::Bands;
@@ -41,7 +41,7 @@ use crate::error::{Error, Result, non_negative, positive, require};
 use crate::parallel::*;
 use crate::valve::{Assembly, Model};
 
-/// The default bound on `Ms`: about that of [`simc`] with `tc = theta`.
+/// The default bound on `Ms`, close to [`simc`] with `tc = theta`.
 pub const PEAK_SENSITIVITY: f64 = 1.7;
 
 /// Skogestad's PI tuning for the closed-loop time constant `tc`, s; he recommends the dead time.
@@ -186,8 +186,8 @@ pub struct TuningGrid {
 }
 
 impl TuningGrid {
-    /// `points` gains and as many integral times, at equal ratios from a `factor`-th to the `factor`-fold of those
-    /// of `controller`.
+    /// `points` gains and as many integral times, at equal ratios. They range from a `factor`-th to the `factor`-fold
+    /// of the values of `controller`.
     ///
     /// # Errors
     /// If the controller lacks proportional or integral action, their signs differ, or `factor` is not above 1.
@@ -333,9 +333,9 @@ pub struct Retuning {
     pub present: Assessment,
     /// The best of those within the bound.
     pub best: Assessment,
-    /// The swing of the PV over that with the present tuning; `None` if the latter is 0.
+    /// Ratio of the PV swing to the PV swing with the present tuning; `None` if the latter is 0.
     pub pv_ratio: Option<f64>,
-    /// Cost: the IAE of a load step over that with the present tuning; `None` if either has none.
+    /// Cost: the ratio of the IAE of a load step to the IAE with the present tuning; `None` if one of them has no IAE.
     pub iae_ratio: Option<f64>,
     /// Number of tunings within the bound.
     pub robust_tunings: usize,
@@ -345,8 +345,8 @@ pub struct Retuning {
     pub at_edge: bool,
 }
 
-/// The PI tuning around `grid` with `Ms` at most `bound` whose cycle has the smallest swing of the PV; of several
-/// without a cycle, that with the smallest IAE of a load step.
+/// The PI tuning around `grid` with `Ms` at most `bound` whose cycle has the smallest swing of the PV. If several have
+/// no cycle, it is the one with the smallest IAE of a load step.
 ///
 /// `cycle` gives the final cycle of a loop, if any. [`by_describing_function`] does so approximately. After the grid,
 /// the neighbourhood of the best is searched on two finer grids. If the best is at an end of the grid, a wider one may

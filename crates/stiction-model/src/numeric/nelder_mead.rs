@@ -16,10 +16,10 @@ pub struct Minimum<const N: usize> {
 
 /// The smallest value of `f` around `start`, each number between its `bounds` (low, high).
 ///
-/// The first simplex extends from `start` by `size` along each number, in the other direction if a bound is too
+/// The first simplex extends from `start` by `size` along each number, or in the opposite direction if a bound is too
 /// near. The search ends when the simplex is `tolerance` times as large as `size` along every number, or after the
-/// iteration in which `evaluations` of `f` are used up. A value that is NaN counts as infinite. The same input
-/// gives the same bits.
+/// iteration in which `evaluations` of `f` are used up. A value that is NaN counts as infinite. The same input gives
+/// the same bits.
 pub fn minimise<const N: usize>(
     mut f: impl FnMut(&[f64; N]) -> f64,
     start: [f64; N],

@@ -1,9 +1,9 @@
 //! Radau IIA of order 5 for stiff systems of a few states, with dense output and located events.
 //!
-//! Three implicit stages, adaptive steps, everything in arrays of fixed size. The method and its constants are
-//! those of E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II* (Springer 1996), section IV.8.
-//! The error estimate is of order 3, and so is the collocation polynomial between steps, so that the tolerance
-//! controls its error.
+//! Three implicit stages, adaptive steps, everything in arrays of fixed size. The method and its constants were taken
+//! from E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II* (Springer 1996), section IV.8. The error
+//! estimate is of order 3, and so is the collocation polynomial between steps, so that the tolerance controls its
+//! error.
 
 use nalgebra::{Complex, ComplexField};
 

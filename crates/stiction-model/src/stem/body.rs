@@ -25,7 +25,7 @@ impl Body {
         Self { stem: *parameters, lower_m, upper_m, tolerance }
     }
 
-    /// Absolute tolerance of positions, m; per second, that of velocities.
+    /// Absolute tolerance of positions, m; per second, the tolerance of velocities.
     pub(super) fn resolution_m(&self) -> f64 {
         self.tolerance * self.stem.stroke_m
     }

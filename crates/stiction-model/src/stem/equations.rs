@@ -7,8 +7,8 @@ use crate::numeric::radau;
 /// Most states of a motion: position, velocity, three deflections.
 pub(super) const STATES: usize = 5;
 
-/// Guards of a motion: those of our own solver, and one more for events that do not change the motion, at which our
-/// own solver need not stop.
+/// Guards of a motion: the guards of our own solver, and one more for events that do not change the motion, at which
+/// our own solver need not stop.
 pub(super) const GUARDS: usize = radau::GUARDS + 1;
 
 /// A motion as equations. Unused states and rates are 0, unused guards infinite.

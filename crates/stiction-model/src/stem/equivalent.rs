@@ -10,7 +10,7 @@ crate::named! {
     pub enum SlidingKind {
         /// It continues to move: Kano's, Choudhury's and the two-phase model describe it.
         Smooth = "smooth",
-        /// It continues to move, but its velocity oscillates around that of the ramp. Its position looks smooth.
+        /// It continues to move, but its velocity oscillates around the ramp's velocity. Its position looks smooth.
         Rippling = "rippling",
         /// It stops again and again: He's model describes it.
         Staircase = "staircase",

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! `x` is the position of the stem in m (0 closed), `p` the air pressure in Pa. The friction above is the classical
-//! one; [`FrictionLaw`] lists the others. Seat force and fluid force are neglected, as in the paper.
+//! law; [`FrictionLaw`] lists the others. Seat force and fluid force are neglected, as in the paper.
 //!
 //! # Corrections
 //!

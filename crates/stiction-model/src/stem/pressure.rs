@@ -147,7 +147,7 @@ impl Drive {
         (s > 0.0 && s.is_finite()).then_some(s)
     }
 
-    /// The same drive, relative to `s`.
+    /// This drive, with time relative to `s`.
     pub(super) fn later(&self, s: f64) -> Self {
         Self {
             pressure_pa: self.pressure_pa + self.rise(s),

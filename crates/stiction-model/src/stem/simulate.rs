@@ -44,8 +44,8 @@ impl Stem {
         Self::new(set.stem, set.friction)
     }
 
-    /// The same stem with a different tolerance, relative to the stroke and the size of each state: raise it for
-    /// speed. Motion that is advanced by its exact flow does not depend on it.
+    /// This stem with a different tolerance, relative to the stroke and the size of each state. A larger tolerance is
+    /// faster. Motion that is advanced by its exact flow does not depend on it.
     ///
     /// # Errors
     /// Unless it lies between 1e-12 and 1e-3.

@@ -37,7 +37,7 @@ pub struct TwoPhaseLanes {
 }
 
 impl TwoPhaseLanes {
-    /// The same with He's valve in some lanes.
+    /// These valves, with He's valve in some lanes.
     #[must_use]
     pub fn with_he(self, is_he: [bool; LANES]) -> Self {
         Self { remembers: Lane(is_he.map(|is_he| if is_he { 0.0 } else { 1.0 })), ..self }

@@ -20,7 +20,7 @@ pub fn decay_ratio(x: &[f64]) -> Option<f64> {
     of_autocorrelation(&autocorrelation(x, x.len().saturating_sub(1))?)
 }
 
-/// The same, of an autocorrelation from lag zero on.
+/// The decay ratio of an autocorrelation from lag zero on.
 pub fn of_autocorrelation(lags: &[f64]) -> Option<f64> {
     let crossings = zero_crossings(lags);
     // An incomplete fourth half wave would end before its minimum.

@@ -5,7 +5,7 @@ use crate::series::{half_waves, max, median, quantile};
 /// Largest deviation of a half wave from half a period, as a share.
 pub const TOLERATED: f64 = 0.5;
 
-/// Smallest peak of a half wave, as a share of that of the large ones.
+/// Smallest peak of a half wave, as a share of the large peaks.
 pub const LEAST_PEAK: f64 = 0.4;
 
 /// Fewest half waves of an episode: three periods; fewer are a decaying disturbance.

@@ -78,7 +78,7 @@ pub struct Oscillation {
 }
 
 impl Oscillation {
-    /// The same with times from another origin: the first sample is at `from_s`.
+    /// The oscillation with times from another origin: the first sample is at `from_s`.
     pub fn since(mut self, from_s: f64) -> Self {
         for episode in &mut self.episodes {
             episode.from_s += from_s;

@@ -31,7 +31,7 @@ impl Regularity {
         Self::of_autocorrelation(&autocorrelation(x, x.len().saturating_sub(1))?)
     }
 
-    /// The same, of an autocorrelation from lag zero on.
+    /// The regularity of an autocorrelation from lag zero on.
     pub fn of_autocorrelation(lags: &[f64]) -> Option<Self> {
         let crossings: Vec<f64> =
             zero_crossings(lags).iter().take(MOST_CROSSINGS).map(|c| c.place).collect();

@@ -22,11 +22,11 @@ pub struct Peak {
     /// Regularity of the band ([`Regularity::index`]). A band-pass makes noise look regular, so the index counts only
     /// together with the peak's significance.
     pub regularity: Option<f64>,
-    /// Decay ratio of the band; that of noise in such a band is below 0.5.
+    /// Decay ratio of the band; noise in such a band has a ratio below 0.5.
     pub decay_ratio: Option<f64>,
     /// The chance that the peak is noise.
     pub chance: f64,
-    /// Power of the peak over that of the background.
+    /// Power of the peak relative to the power of the background.
     pub over_background: f64,
     /// Number as a harmonic of a stronger peak; a harmonic is part of that oscillation's shape.
     pub harmonic: Option<usize>,

@@ -20,7 +20,7 @@ pub const APART: f64 = SQRT_2;
 pub struct SpectralPeak {
     /// Frequency, cycles per sample.
     pub frequency: f64,
-    /// Power of the peak over that of the background.
+    /// Power of the peak relative to the power of the background.
     pub over_background: f64,
     /// The chance that noise with this background has such a peak anywhere: at most [`SIGNIFICANT`].
     pub chance: f64,
@@ -28,11 +28,11 @@ pub struct SpectralPeak {
 
 /// The significant peaks of a series less its mean, strongest first.
 ///
-/// The background at a frequency is the median of the periodogram (Hann window) from half to twice that frequency,
-/// over ln 2. For pure noise this is its mean, because the power of noise is distributed exponentially around the
+/// The background at a frequency is the median of the periodogram (Hann window) from half to twice that frequency, over
+/// ln 2. For pure noise this is its mean, because the power of noise is distributed exponentially around the
 /// background. With z the ratio of a peak to the background, and N = n / 2 independent frequencies, the chance of a
 /// false peak is `1 - (1 - exp(-z))^N`, as in Fisher's test (Fisher 1929, Proc. Royal Society A 125, 54-59), but
-/// against a coloured background. The robust background by a running median is that of Mann & Lees 1996, Climatic
+/// against a coloured background. The robust background by a running median was proposed by Mann & Lees 1996, Climatic
 /// Change 33, 409-445 (both recalled, not read). From the strongest on, each significant peak covers those within a
 /// factor of [`APART`] in frequency.
 pub fn significant_peaks(x: &[f64]) -> Vec<SpectralPeak> {

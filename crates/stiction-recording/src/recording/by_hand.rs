@@ -3,13 +3,13 @@
 //! # Method
 //! By the mode, if it is recorded: each time in manual in which the OP is set at least twice.
 //!
-//! Otherwise by the OP. If it moves with nearly every sample, at least [`FEWEST_HELD`] consecutive levels of two samples or
-//! more are those of an operator. Else they are at least [`FEWEST_TURNS`] consecutive levels, each held for four samples or
-//! more without any change. Either at least four different sizes, where seven of ten steps reverse the last one, and the levels
-//! lie around a value that moves little. Or a staircase of nearly one size and hold, in runs up and down of at least
-//! [`FEWEST_STEPS`]. A coarse OP that creeps makes steps of one size, too, but holds them for any time. Other times
-//! with alternating levels are included. A slow or coarse controller does all that too, but its moves follow from PV
-//! and SP (`law`), or its steps differ in size.
+//! Otherwise by the OP. If it moves with nearly every sample, at least [`FEWEST_HELD`] consecutive levels of two
+//! samples or more count as an operator's moves. Else at least [`FEWEST_TURNS`] consecutive levels count, each held
+//! constant for four samples or more. Either at least four different sizes, where seven of ten steps reverse the last
+//! one, and the levels lie around a value that moves little. Or a staircase of nearly one size and hold, in runs up and
+//! down of at least [`FEWEST_STEPS`]. A coarse OP that creeps makes steps of one size, too, but holds them for any
+//! time. Other times with alternating levels are included. A slow or coarse controller does all that too, but its moves
+//! follow from PV and SP (`law`), or its steps differ in size.
 
 mod law;
 
@@ -33,7 +33,7 @@ const SMALLEST: f64 = 1.0;
 const EVEN: (f64, f64, f64) = (2.0, 0.05, 0.2);
 /// Fewest samples of a held level.
 const HELD: usize = 4;
-/// Largest distance of a step's middle from that of this many on either side, as a share of the step.
+/// Largest distance of a step's middle from the middle of this many steps on either side, as a share of the step.
 const ASKEW: f64 = 0.35;
 const BESIDE: usize = 4;
 /// Samples between two levels.
@@ -112,8 +112,8 @@ impl ByHand {
     }
 
     /// The part of at most `most` consecutive settings whose turns have the most different sizes, the first of several;
-    /// `None` if there are no more settings than that. The sizes of a test differ, so a test among thousands of other
-    /// settings is found.
+    /// `None` if the number of settings does not exceed `most`. The sizes of a test differ, so a test among thousands
+    /// of other settings is found.
     pub fn most_varied(&self, most: usize) -> Option<Self> {
         let places: Vec<usize> =
             (0..self.sets.len()).filter(|i| self.sets[*i].op.is_some()).collect();
@@ -322,7 +322,7 @@ fn goes_to_and_fro(chain: &[Level]) -> bool {
     turns.len() >= FEWEST_BESIDE && back as f64 >= TO_AND_FRO * (turns.len() - 1) as f64
 }
 
-/// Whether the levels are those of a staircase.
+/// Whether the levels form a staircase.
 fn goes_up_and_down(chain: &[Level]) -> bool {
     let steps =
         chain.windows(2).map(|two| ((two[1].from - two[0].from) as f64, two[1].op - two[0].op));

@@ -3,7 +3,7 @@
 use super::Range;
 use crate::estimate::Estimate;
 
-/// How percent of an assumed span compare with percent of the other plausible spans: factors of at most and at least
+/// How percent of an assumed span compare with percent of all other plausible spans: factors of at most and at least
 /// one. A known span has the factor one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Doubt {

@@ -348,8 +348,8 @@ fn moves(id: MeasureId, signal: &str, x: &[f64]) -> Measure {
 
 /// Number of levels: the range over the smallest step; `None` for a signal that does not move.
 ///
-/// The smallest step is the 5 % quantile of the steps, so that a few interpolated samples do not hide the
-/// resolution of the others.
+/// The smallest step is the 5 % quantile of the steps, so a few interpolated samples do not mask the resolution of the
+/// signal.
 pub fn levels(x: &[f64]) -> Option<f64> {
     let range = span(x);
     // Rounding of a constant signal is not a step.

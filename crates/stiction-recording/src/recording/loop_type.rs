@@ -74,7 +74,7 @@ impl LoopType {
     /// The type by the letters of a tag after ISA-5.1, such as flow for `10FIC101`; unknown if the letters give
     /// none.
     ///
-    /// The letters are those before the number of the loop: the first is the measured quantity, and the others
+    /// The letters before the number of the loop count: the first is the measured quantity, and the remaining letters
     /// include a C.
     pub fn of_tag(tag: &str) -> Self {
         let words = tag.split(|c: char| !c.is_ascii_alphabetic()).filter(|word| word.len() >= 2);

@@ -109,8 +109,8 @@ const FEWEST: usize = 8;
 /// Distance of a code from the reach of a PV, in its widths. Codes are far outside by design, and a value within one
 /// width may be a measurement.
 const CODE: f64 = 1.0;
-/// The same for the limit of a whole number, which may also be the full scale of a signal in counts: the rest is then
-/// within a small part of that scale.
+/// This distance for the limit of a whole number, which may also be the full scale of a signal in counts. The other
+/// values then lie within a small part of that scale.
 const LIMIT: f64 = 3.0;
 /// Least distance of a code as a share of itself: 9999 beside 9990 is a measurement. It does not count if the signal
 /// jumps to the code and back at least [`OFTEN`] times.
@@ -278,8 +278,8 @@ enum Signal {
 /// Samples by their place in the channel.
 type Places = Vec<(usize, MaskedKind)>;
 
-/// The samples that are no measurements, by signal; signals without any are left out. Channels of unequal length,
-/// which the grid refuses, are left alone.
+/// The samples that are no measurements, by signal; signals without such samples are left out. Channels of unequal
+/// length, which the grid refuses, are left alone.
 fn found(recording: &Recording) -> Vec<(Signal, Places)> {
     let sound = |c: &&Channel| c.time.len() == c.values.len() && c.quality.len() == c.values.len();
     let op = Some(&recording.op).filter(sound);
@@ -381,8 +381,8 @@ impl Process {
     }
 }
 
-/// The masked samples of an SP, and the reach of the SP together with that of the PV. Only codes are masked, because an
-/// SP may jump anywhere. Zeros at the times `nothing` do not count.
+/// The masked samples of an SP, and the reach of the SP together with the reach of the PV. Only codes are masked,
+/// because an SP may jump anywhere. Zeros at the times `nothing` do not count.
 fn of_set_point(sp: &Channel, pv: Option<Reach>, nothing: &HashSet<u64>) -> (Places, Reach) {
     let mut samples = Samples::of(sp);
     samples.retain(|place, value| value != 0.0 || !nothing.contains(&sp.time[place].to_bits()));
@@ -613,7 +613,7 @@ impl<'a> Samples<'a> {
         self.values.retain(|_| *each.next().unwrap_or(&true));
     }
 
-    /// The samples that are no measurements, and the reach of the others. `no_zero`: whether a zero is no
+    /// The samples that are no measurements, and the reach of the remaining samples. `no_zero`: whether a zero is no
     /// measurement at that unit, if it is far enough.
     fn examine(
         &self,

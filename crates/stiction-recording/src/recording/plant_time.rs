@@ -1,6 +1,6 @@
 //! The plant's clock.
 
-/// The clock for the times of a recording: that of the plant at the beginning. It stays the same across a change to or
+/// The clock for the times of a recording: the plant's clock at the beginning. It stays the same across a change to or
 /// from summer time, so that the times stay in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]

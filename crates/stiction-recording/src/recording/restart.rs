@@ -236,7 +236,7 @@ impl Order {
     }
 }
 
-/// Whether all times together are those of one regular clock, each once, and the values do not contradict.
+/// Whether all times together form one regular clock, each time once, and the values do not contradict this.
 fn is_shuffled(time: &[f64], values: &[&[f64]], value: &impl Fn(&[f64], usize) -> f64) -> bool {
     let mut sorted: Vec<usize> = (0..time.len()).collect();
     sorted.sort_by(|a, b| time[*a].total_cmp(&time[*b]));
@@ -284,10 +284,10 @@ struct Overlap {
     differ: usize,
     /// Rows between two earlier ones that are a sample time apart.
     between: usize,
-    /// Steps from such rows to the next one, and those of an ordinary length.
+    /// Steps from such rows to the next row, and steps of an ordinary length.
     steps: usize,
     ordinary: usize,
-    /// The balance of values: above 0 if they fit their neighbours in the file better than those in time.
+    /// The balance of values: above 0 if they fit their neighbours in the file better than their neighbours in time.
     fits: f64,
 }
 
@@ -402,7 +402,7 @@ impl Assigned<'_> {
         runs
     }
 
-    /// The starts of the runs of a channel whose rows lie between those of the reference.
+    /// The starts of the runs of a channel, for a channel whose rows lie between the rows of the reference.
     fn by_rows(&self, time: &[f64], rows: &[usize], order: &Order) -> Option<Vec<usize>> {
         /// Maximum distance, in rows, between several tags of one time.
         const NEAR: usize = 16;

@@ -99,7 +99,7 @@ impl<'a> Folder<'a> {
         report(&self.tool, one).home(format!("../{INDEX}")).html()
     }
 
-    /// The same under the verdict on several windows of the loop.
+    /// The page under the verdict on several windows of the loop.
     ///
     /// # Errors
     /// As [`html`](super::html).

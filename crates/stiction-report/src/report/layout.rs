@@ -37,7 +37,7 @@ pub struct Report {
     pub tool: String,
     /// The input files.
     pub sources: Vec<Source>,
-    /// Relative path of the page that lists this one among others; `None` for a separate report.
+    /// Relative path of the page that lists this page among others; `None` for a separate report.
     pub home: Option<String>,
 }
 
@@ -209,7 +209,7 @@ impl Report {
     stiction_figure::setters! {
         /// Sets the introduction.
         fn introduction(introduction: impl Into<String>) => introduction = introduction.into();
-        /// Sets the relative path of the page that lists this one among others.
+        /// Sets the relative path of the page that lists this page among others.
         fn home(home: impl Into<String>) => home = Some(home.into());
         /// Adds a block before the sections.
         fn block(block: impl Into<Block>) => blocks.push(block.into());
@@ -300,7 +300,8 @@ fn terse(svg: &str) -> String {
 
 /// Draws curves that occur several times once, such as the PV behind several fits, and refers to them.
 ///
-/// Only curves of still pictures are shared, as the script changes those of the others. They are known by their scale.
+/// Only curves of still pictures are shared, because the script changes the curves of live pictures. They are known by
+/// their scale.
 fn drawn_once(page: &str) -> String {
     const PATH: &str = "<path d=\"";
     /// Shorter ones are not worth it.
@@ -506,7 +507,8 @@ impl Table {
         fn numbers(name: impl Into<String>, unit: impl Into<String>) => columns.push(Column { name: name.into(), unit: unit.into(), number: true });
     }
 
-    /// Adds the columns of a line such as `method | #recall | #time [s]`: those of numbers begin with `#`, units are in brackets.
+    /// Adds the columns of a line such as `method | #recall | #time [s]`. Columns of numbers begin with `#`, and units
+    /// are in brackets.
     #[must_use]
     pub fn columns(self, line: &str) -> Self {
         line.split('|').map(str::trim).fold(self, |table, column| match column.strip_prefix('#') {

@@ -40,7 +40,7 @@ const SAMPLES: &str = "samples";
 /// SP and PV above OP and valve position, as far as recorded, on one time axis.
 ///
 /// Between segments, lines are interrupted and the background is shaded. If there are several segments, the bounds of
-/// the one at `judged`, on which the report rests, are marked. A strip above shows the mode.
+/// the segment at `judged`, on which the report rests, are marked. A strip above shows the mode.
 ///
 /// `None` without samples.
 pub fn trends(segments: &[Segment], judged: usize, context: &Context<'_>) -> Option<Figure> {

@@ -11,13 +11,13 @@
 //! * `explained`: the share of y explained in blocks by the `c` of all *other* blocks. It is negative for unrelated
 //!   signals, for any number of blocks.
 //! * `integral`: the t statistic over blocks of the sign of `c_2 (c_0 + c_1)`. In closed loop OP and PV obey the
-//!   controller's law, with any valve. A controller integrates, so the OP as `y` lags the PV as `x`: positive. The
-//!   same law solved for the PV leads: negative. Exchanged columns change both signs.
+//!   controller's law, with any valve. A controller integrates, so the OP as `y` lags the PV as `x`: positive. This law
+//!   solved for the PV leads: negative. Exchanged columns change both signs.
 
 /// The law of one direction and block length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Law {
-    /// Share of the variance in blocks that the law of the other blocks explains.
+    /// Share of the variance in blocks that the law from the other blocks explains.
     pub explained: f64,
     /// The t statistic of the integral part.
     pub integral: f64,
@@ -27,7 +27,7 @@ pub(super) struct Law {
 
 /// Share of the mean variance that is added to a block's own variance in its weight.
 const CALM: f64 = 0.1;
-/// Variance of a correlation that is added to that of the blocks: a few blocks may agree by chance.
+/// Variance of a correlation that is added to the variance of the blocks, because a few blocks may agree by chance.
 const LEAST_SPREAD: f64 = 1e-3;
 /// Fewest blocks for a law.
 const FEWEST: usize = 4;

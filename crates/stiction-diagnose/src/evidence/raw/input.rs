@@ -29,8 +29,8 @@ pub struct Input {
     /// that follow and that stick, in standard deviations of the former, and the OP less the likeliest stem, in units
     /// of its S.
     pub values: Vec<[f32; CHANNELS]>,
-    /// Logarithms of the standard deviations of the moves of OP and PV in those of the signals, shares of samples
-    /// at rest and at the ends, logarithms of thinning and periods.
+    /// Logarithms of the standard deviations of the moves of OP and PV, relative to the signals; shares of samples at
+    /// rest and at the ends; logarithms of thinning and periods.
     pub scalars: [f32; SCALARS],
 }
 

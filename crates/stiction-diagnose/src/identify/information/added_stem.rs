@@ -83,7 +83,7 @@ const SPREAD: [[f64; 3]; 16] = [
     [0.5, -0.5, -0.5],
     [0.5, 0.5, 0.5],
 ];
-/// Bins of the posterior: of ln S from that of the smallest S to that of the largest, and of J/S.
+/// Bins of the posterior: of ln S from the smallest S to the largest, and of J/S.
 const BINS_OF_S: usize = 60;
 const BINS_OF_J: usize = 10;
 
@@ -95,7 +95,7 @@ type WithGain<T> = (T, f64);
 pub struct AddedStem {
     /// Nats that the best stem gains.
     pub gain: f64,
-    /// The same by a likelihood that limits outliers.
+    /// The gain by a likelihood that limits outliers.
     pub robust: f64,
     /// Standard errors of that, over blocks of instants.
     pub z: f64,

@@ -13,7 +13,7 @@ pub struct Traces {
     /// The residual of the PV behind a valve that follows, in standard deviations of the PV; 0 where the past is
     /// not known.
     pub follows: Vec<f64>,
-    /// The same with the likeliest stem beside the OP.
+    /// This residual with the likeliest stem in addition to the OP.
     pub sticks: Vec<f64>,
     /// OP less that stem, in units of its S.
     pub behind: Vec<f64>,

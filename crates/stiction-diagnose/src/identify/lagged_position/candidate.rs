@@ -19,7 +19,7 @@ pub enum Friction {
     TwoPhase,
     /// It stops at once, once a sample: [`He`](crate::valve::He); with fd = 0, Stenman's.
     He,
-    /// The same at any time between two samples.
+    /// It stops at any time between two samples.
     HeBetween,
 }
 
@@ -61,7 +61,7 @@ pub(super) struct Fitted {
     pub lag: f64,
     /// Delay of the first tap, samples.
     pub delay: usize,
-    /// Gains of two taps one after the other.
+    /// Gains of two consecutive taps.
     pub taps: [f64; 2],
     /// Sum of the losses.
     pub loss: f64,

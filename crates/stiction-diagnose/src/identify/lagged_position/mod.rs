@@ -146,7 +146,7 @@ pub struct Judgement {
     pub quantum: f64,
     /// OP travel, percent.
     pub op_travel: f64,
-    /// The same, except for a hundredth at either end, percent.
+    /// Range of the OP without the highest and lowest hundredth of its values, percent.
     pub op_range: f64,
     /// VP travel, except for a hundredth at either end, percent.
     pub vp_travel: f64,
@@ -208,10 +208,11 @@ fn unseen(moves: Moves) -> f64 {
 
 /// The t from which a valve sticks.
 const STICKS: f64 = 2.5;
-/// The same if moves may be missed.
+/// The t from which a valve sticks if moves may be missed.
 const STICKS_MISSED: f64 = 3.5;
 
-/// The same, by the ratio of S to the OP's changes and the gain of its likelihood over `n` samples.
+/// The t from which a valve sticks. It depends on the ratio of S to the OP's changes, and on the gain of its likelihood
+/// over `n` samples.
 fn threshold(s: f64, op_change: f64, gained: f64, n: usize, moves: Moves) -> f64 {
     let clear = s >= 3.0 * op_change && gained > 3.0 * (n as f64).ln();
     match (s < 1.5 * op_change, clear, moves) {

@@ -118,8 +118,8 @@ pub(super) fn quantum(x: &[f64]) -> f64 {
     levels.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min)
 }
 
-/// Standard deviation of the noise of a position, %: that of its second differences in the quietest tenth of
-/// windows, and at least that of its resolution.
+/// Standard deviation of the noise of a position, %. It is the noise in second differences in the quietest tenth of
+/// windows, and at least the noise of the resolution.
 pub(super) fn noise(vp: &[f64]) -> f64 {
     /// Second differences in a window.
     const WINDOW: usize = 8;

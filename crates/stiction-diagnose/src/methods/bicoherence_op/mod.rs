@@ -49,7 +49,7 @@ static METHOD: Method = Method {
 /// The same test of nonlinearity on the OP alone.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BicoherenceOp(
-    /// Parameters; the one for the ellipse has no effect.
+    /// Parameters. The parameter for the ellipse has no effect.
     pub Bicoherence,
 );
 

@@ -1,16 +1,16 @@
 //! The butterfly shape of PV and OP (Kamaruddin, Zabiri et al. 2020).
 //!
 //! # What it measures
-//! `|OP(k) - PV(k-1)|` is plotted against `PV(k)`, both normalised. While a valve sticks, the OP moves and the PV
-//! rests on one side, which draws a wing; then the PV moves quickly to the other side. The result looks like a
-//! butterfly: two open wings with an empty body between.
+//! `|OP(k) - PV(k-1)|` is plotted against `PV(k)`, both normalised. While a valve sticks, the OP moves and the PV rests
+//! on one side, which draws a wing. Then the PV moves quickly to the opposite side. The result looks like a butterfly:
+//! two open wings with an empty body between.
 //!
 //! # Assumptions
 //! The PV rests while the valve does: a fast self-regulating process. A stationary oscillation.
 //!
 //! # Equations
 //! PV and OP less their means and over their standard deviations, `d(k) = |OP(k) - PV(k-1)|`.
-//! * body: the share `B` of samples with `|PV| < 1/2`; the others are the wings, by the sign of the PV;
+//! * body: the share `B` of samples with `|PV| < 1/2`; the other samples are the wings, by the sign of the PV;
 //! * emptiness `W = 1 - B/B_sine`, `B_sine = (2/pi) asin(1/sqrt 8) = 0.2301`: 0 for a sine, 1 for a
 //!   square wave, `1 - 1/(sqrt 12 B_sine) = -0.2548` for a triangle;
 //! * opening of a wing: the range of `d` that contains its middle 90 %. For a square PV and a triangular OP a

@@ -16,7 +16,7 @@
 //!            apex in both; the apex is the inner sample with the least error
 //! SI = MSE_sin / (MSE_sin + MSE_tri),  each the mean over the half waves
 //! ```
-//! SI is 0 for a sine and 1 for a triangle; either shape, fitted by the other, leaves `1 - 96/pi^4` of its power
+//! SI is 0 for a sine and 1 for a triangle. Either shape, fitted by the other, leaves `1 - 96/pi^4` of its power
 //! (derived here). 0.6 and above sticks, 0.4 and below does not.
 //!
 //! # Parameters

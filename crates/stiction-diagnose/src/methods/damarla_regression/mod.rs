@@ -26,7 +26,7 @@
 //! so long recordings are always called sticky. Noise is not taken into account.
 //!
 //! # Deviations from the paper
-//! The paper was not read; the definition is that of the public implementation below, from its source.
+//! The paper was not read. The definition was taken from the source of the public implementation below.
 //! * Its ratio depends on the units of PV and OP. By default both signals are in standard deviations, so that no
 //!   change of scale changes a decision. `as_recorded` uses the recorded units and reproduces its counts: 5 of 166
 //!   windows on loop CHEM2 of the International Stiction Data Base, 2 of 166 on CHEM10, 0 of 250 on CHEM13.

@@ -27,7 +27,7 @@
 //! outlier of the OP compresses `y`.
 //!
 //! # Deviations from the paper
-//! The paper was not read; increments, scaling, function and threshold are those of the public implementation below.
+//! The paper was not read. Increments, scaling, function and threshold were taken from the public implementation below.
 //! It adds a first increment of 0, begins at `a = 1`, and rounds `R` to two digits before the comparison. Its stored
 //! `R` of seven recorded loops, from another fit, differ from ours by at most 0.06. Of more than 4,000 pairs, evenly
 //! spaced ones are used.

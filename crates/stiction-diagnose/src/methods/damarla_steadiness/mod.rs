@@ -1,8 +1,8 @@
 //! Statistical tests of neighbouring windows, four methods M1 to M4 (Damarla et al. 2023).
 //!
 //! # What it measures
-//! While a valve sticks, the PV is steady and the OP is not. Short windows are tested for steadiness, and those in
-//! which the PV passes and the OP fails are marked; Omega is the share marked. The OP travel in each run of marked
+//! While a valve sticks, the PV is steady and the OP is not. Short windows are tested for steadiness. Windows in which
+//! the PV passes and the OP fails are marked, and Omega is the share marked. The OP travel in each run of marked
 //! windows measures the stiction: `eta_95` is its 95th percentile.
 //!
 //! # Assumptions
@@ -36,11 +36,11 @@
 //! many equal samples the result depends on the sign of the loop gain.
 //!
 //! # Deviations from the paper
-//! The paper was not read; definitions are those of the public implementation below, from its source.
-//! * It announces that both windows of a pair are marked, but overwrites the first mark with that of the next pair. So
-//!   a window has the result of itself and the next one, and the last window has the result of the last pair. We do the
-//!   same. This gives its counts: 13, 22, 22 of 125 windows, M4 114 of 333, on loop CHEM2 of the International Stiction
-//!   Data Base.
+//! The paper was not read. Definitions were taken from the source of the public implementation below.
+//! * It announces that both windows of a pair are marked, but overwrites the first mark with the mark of the next pair.
+//!   So a window has the result of itself and the next one, and the last window has the result of the last pair. We do
+//!   the same. This gives its counts: 13, 22, 22 of 125 windows, M4 114 of 333, on loop CHEM2 of the International
+//!   Stiction Data Base.
 //! * Two windows of one constant value are steady. The program divides 0 by 0 there and does not mark them.
 //! * Windows have exactly `window` samples, and the rest at the end is left out. A run of marks at the end counts
 //!   in `eta_95`.

@@ -32,9 +32,9 @@
 //!
 //! # Deviations from the paper
 //! The paper was not read. The claims of Horch's patent agree in the idea: the derived signal is mapped, and the
-//! mapping is compared with that of static friction and that of a sinusoid. The patent filters to two to four times
-//! the frequency of the oscillation; the average over `m` passes up to about five times. The estimate of the noise,
-//! the histogram, the index and its margin are ours.
+//! mapping is compared with the mapping of static friction and of a sinusoid. The patent filters to two to four times
+//! the frequency of the oscillation; the average over `m` passes up to about five times. The estimate of the noise, the
+//! histogram, the index and its margin are ours.
 //!
 //! # References
 //! A. Horch, A. J. Isaksson, Detection of stiction in integrating processes, European Control
@@ -64,7 +64,7 @@ const PHASES: usize = 64;
 const WIDTHS: usize = 24;
 /// The first width, in standard deviations: ours.
 const LEAST_WIDTH: f64 = 0.1;
-/// Each width over the one before: ours.
+/// Ratio of each width to the previous one: ours.
 const WIDTH_STEP: f64 = 1.116;
 
 /// The density of the second derivative with its thresholds.

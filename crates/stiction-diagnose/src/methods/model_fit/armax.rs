@@ -3,8 +3,8 @@
 //! ```text
 //! y(k) = c + sum_i a_i y(k-i) + sum_j b_j x(k-d-j) + sum_l c_l e(k-l) + e(k)
 //! ```
-//! The errors of the moving average are those of a longer ARX model, so that only two least-squares problems remain
-//! (E. J. Hannan, J. Rissanen, Biometrika 69 (1982) 81-94; recalled, not read).
+//! The errors of the moving average come from a longer ARX model, so only two least-squares problems remain (E. J.
+//! Hannan, J. Rissanen, Biometrika 69 (1982) 81-94; recalled, not read).
 
 use crate::identify::arx::TAPS;
 use crate::numeric::least_squares::{Solution, least_squares};
@@ -17,7 +17,7 @@ pub(super) struct Orders {
     pub errors: usize,
 }
 
-/// Past values, taps and delays by which the longer model exceeds the other.
+/// Additional past values, taps and delays of the longer model.
 const LONGER: usize = 3;
 
 /// Fits `y` from the sample `first` on; `None` if that fails or there are too few samples.
@@ -38,7 +38,7 @@ pub(super) fn armax(
     regress(x, y, delay, first, orders, &errors)
 }
 
-/// Among delays from `delay` on, as many as a model of order five has taps, the one whose ARX model of these orders
+/// Of the delays from `delay` on, as many as a model of order five has taps, the delay whose ARX model of these orders
 /// has the smallest mean square error, and that error.
 pub(super) fn near(
     x: &[f64],

@@ -11,10 +11,9 @@
 //! y(k) = a1 y(k-1) + a2 y(k-2) + b1 x(k-d) + b2 x(k-d-1) + c1 e(k-1) + h(k) + e(k)
 //! h(k+1) = h(k) + n(k),    var n = walk var e
 //! ```
-//! The coefficients and h are estimated together, sample by sample: a Kalman filter whose state is
-//! (h, a, b, c), of which only h moves (recursive extended least squares). With the coefficients of the last
-//! sample, h is then smoothed over the whole series. The PV is the sum of two parts, both through `1/A`:
-//! that of the input and that of h.
+//! The coefficients and h are estimated together, sample by sample: a Kalman filter whose state is (h, a, b, c), of
+//! which only h moves (recursive extended least squares). With the coefficients of the last sample, h is then smoothed
+//! over the whole series. The PV is the sum of two parts, both through `1/A`: the part of the input and the part of h.
 //! ```text
 //! ln L = -1/2 (m ln(mean v^2 / s) + sum ln s)     innovations v, their variances s in units of var e
 //! ```

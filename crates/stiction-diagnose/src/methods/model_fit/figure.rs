@@ -1,4 +1,4 @@
-//! Figure of the method: PV and OP with those of the fitted model.
+//! Figure of the method: PV and OP, and PV and OP of the fitted model.
 
 use super::ModelFitResult;
 use crate::drawing::{Scene, sheet};

@@ -17,8 +17,7 @@
 //! | `least` | none | 0.1 for Jelali, else 0.05 | ours |
 //!
 //! # Limits
-//! S and J depend on the model: those of one differ from those of another. Corners from other causes look like
-//! slips.
+//! S and J depend on the model, so S and J of different models differ. Corners from other causes look like slips.
 //!
 //! # Deviations from the paper
 //! See the methods; all are recalled, not read. The thresholds are ours.

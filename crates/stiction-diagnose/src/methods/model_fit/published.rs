@@ -30,7 +30,7 @@ pub struct HammersteinFit {
     pub j: f64,
     /// Delay from valve to PV, samples of the fit.
     pub delay: usize,
-    /// Logarithm of the mean square error with a valve that follows over that with this one.
+    /// Logarithm of a ratio of mean square errors: a valve that follows over this valve.
     pub gain: f64,
     /// Gain above which the valve sticks.
     pub threshold: f64,
@@ -194,7 +194,7 @@ pub(super) fn profile(tried: impl IntoIterator<Item = (f64, f64)>) -> Vec<(f64, 
     by_s
 }
 
-/// `values` from `first` on, and those of `before` until then.
+/// `values` from `first` on, and `before` until then.
 pub(super) fn behind(before: &[f64], first: usize, values: impl Iterator<Item = f64>) -> Vec<f64> {
     before[..first].iter().copied().chain(values).collect()
 }

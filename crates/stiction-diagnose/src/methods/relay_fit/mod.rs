@@ -16,8 +16,8 @@
 //! S = (E_sin - E) / (E_sin + E),  E = min(E_tri, E_rel);  each E the mean square error, averaged over
 //!                                 the half waves
 //! ```
-//! The relay response is that of a first-order lag to a square wave of half period `L`, shifted by the dead time
-//! that gives the crossing of zero. It rises towards one level, and falls towards the other once the relay has
+//! The relay response is the response of a first-order lag to a square wave of half period `L`, shifted by the dead
+//! time that gives the crossing of zero. It rises towards one level, and falls towards the other once the relay has
 //! switched (derived here). S above 0.21 sticks, below 0 does not.
 //!
 //! # Parameters

@@ -125,7 +125,7 @@ impl Ellipse {
     }
 }
 
-/// Root mean square of `sqrt(q) - 1`; `None` unless the form is that of an ellipse.
+/// Root mean square of `sqrt(q) - 1`; `None` unless the form is an ellipse.
 fn residual(points: &[[f64; 2]], c: [f64; 2], [xx, xy, yy]: [f64; 3]) -> Option<f64> {
     if !(xx > 0.0 && xx * yy - xy * xy > 1e-12 * xx * yy) {
         return None;

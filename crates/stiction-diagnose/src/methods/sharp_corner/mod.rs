@@ -20,7 +20,7 @@
 //! * sharp: three points. The arc of a circle has five: each half of it, 60°, bulges by
 //!   `1 - cos 30° = 0.134` from its chord, and the tolerance is half of this;
 //! * more than five points are noise; undecided if most corners are noise;
-//! * share of sharp corners among the others of all similar cycles; magnitude: the mean width of the
+//! * share of sharp corners in the sharp and blunt corners of all similar cycles; magnitude: the mean width of the
 //!   ellipses along the OP.
 //!
 //! # Parameters

@@ -1,4 +1,4 @@
-//! Figure of the method: the prediction error of the loop among those of its surrogates.
+//! Figure of the method: the prediction error of the loop beside the errors of its surrogates.
 
 use super::SurrogatesResult;
 use crate::drawing::{Scene, dashed, histogram, line_at, sheet, solid};

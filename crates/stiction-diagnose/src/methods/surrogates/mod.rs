@@ -10,10 +10,10 @@
 //! A stationary record of at least ten periods of a dominant oscillation.
 //!
 //! # Equations
-//! The period is refined, within 10 %, to that of the best-fitting sine. A whole number of periods of the control
-//! error is averaged to `E` means of equal duration per period, so that end and beginning meet and the oscillation
-//! is one line of the spectrum. Vectors `v_i = (x_i, ..., x_{i+E-1})`; for each, the `k` nearest `v_j` with `|i -
-//! j| >= E` predict `x` after a horizon of `E`:
+//! The period is refined, within 10 %, to the period of the best-fitting sine. A whole number of periods of the control
+//! error is averaged to `E` means of equal duration per period, so that end and beginning meet and the oscillation is
+//! one line of the spectrum. Vectors `v_i = (x_i, ..., x_{i+E-1})`; for each, the `k` nearest `v_j` with `|i - j| >= E`
+//! predict `x` after a horizon of `E`:
 //! * `Gamma = sum (x_{i+E-1+E} - mean x_{j+E-1+E})²`;
 //! * `N = (mean Gamma_s - Gamma) / (3 sd Gamma_s)` over the surrogates `s`; nonlinear if `N > 1`.
 //!
@@ -302,10 +302,10 @@ struct Predictor {
     embedding: usize,
     neighbours: usize,
     vectors: usize,
-    /// Squared distances of one vector from all others, and a buffer for those of the next.
+    /// Squared distances of one vector from all others, and a buffer for the next vector.
     distances: Vec<f64>,
     next: Vec<f64>,
-    /// The nearest vectors of the one before and of this one, with their distances.
+    /// The nearest vectors of the previous vector and of this one, with their distances.
     before: Vec<usize>,
     nearest: Vec<(f64, usize)>,
 }
@@ -329,7 +329,7 @@ impl Predictor {
         Width::widest().run(Predicted { predictor: self, x })
     }
 
-    /// From the distances of vector `i - 1` to those of vector `i`.
+    /// Computes the distances of vector `i` from the distances of vector `i - 1`.
     #[inline(always)]
     fn next_row(&mut self, x: &[f64], i: usize) {
         let e = self.embedding;

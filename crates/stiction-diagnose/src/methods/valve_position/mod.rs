@@ -1,10 +1,9 @@
 //! Stiction measured on the valve itself, where its position is recorded.
 //!
 //! # What it measures
-//! From OP and measured valve position (VP): dead band, S, J, offset, travel and reversals. With the position known
-//! nothing has to be inferred; as a detector it judges all others. Its decision, and the S and J of a diagnosis,
-//! are those of a [fit](crate::identify::lagged_position) that allows for lags and noise. Measurements of rests and
-//! slips are reported beside it.
+//! From OP and measured valve position (VP): dead band, S, J, offset, travel and reversals. With the position known,
+//! nothing has to be inferred. As a detector it judges all other detectors. A [fit] that allows for lags and noise
+//! gives its decision, and S and J of a diagnosis. Measurements of rests and slips are reported beside it.
 //!
 //! # Assumptions
 //! OP and VP are percent of the same span and sampled at the same times, densely enough to distinguish the stem's
@@ -127,7 +126,7 @@ pub struct MeasuredValve {
     pub s: Measured,
     /// Slip jump J, percent.
     pub j: Measured,
-    /// Dead band `2 fd = S - J`, percent; its quartiles are those of `e` while rising less while falling.
+    /// Dead band `2 fd = S - J`, percent. Its quartiles are the quartiles of `e` while rising less those while falling.
     pub dead_band: Measured,
     /// OP less VP, midway between rising and falling, percent.
     pub offset: Measured,

@@ -10,9 +10,8 @@
 //! if the loop is not a flow.
 //!
 //! # Equations
-//! The differences of either signal from sample to sample, less their mean, over their standard
-//! deviation, are I above `dead_zone`, D below `-dead_zone`, else S. Of `T` steps, `t(..)` counts those
-//! with a pattern (OP, position):
+//! The differences of either signal from sample to sample, less their mean, over their standard deviation, are I above
+//! `dead_zone`, D below `-dead_zone`, else S. Of `T` steps, `t(..)` counts the steps with a pattern (OP, position):
 //! ```text
 //! rho1 = (t(IS) + t(DS)) / (T - t(SS))
 //! rho2 = as rho1, but of the runs of IS only those that II or SI follows, of DS those before DD or SD
@@ -95,7 +94,7 @@ pub struct YamashitaResult {
     pub rho2: f64,
     /// rho1 without patterns that stiction cannot cause.
     pub rho3: f64,
-    /// Number of steps with each pattern: by the OP's symbol in the order D, S, I, then by that of the follower.
+    /// Number of steps with each pattern, by the OP's symbol in the order D, S, I, then by the follower's symbol.
     pub patterns: [[usize; 3]; 3],
     /// Symbols of the OP's steps: -1, 0, 1.
     pub op_symbols: Vec<i8>,
@@ -153,7 +152,7 @@ impl Yamashita {
         explains_oscillation: false,
     };
 
-    /// The same on the measured valve position, for loops of any kind.
+    /// The method on the measured valve position, for loops of any kind.
     pub const METHOD_VP: Method = Method {
         name: "yamashita-vp",
         title: "Yamashita's patterns on the valve position",

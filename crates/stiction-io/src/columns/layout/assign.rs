@@ -16,7 +16,7 @@ use crate::columns::role::{Role, Signal};
 use crate::error::Result;
 use std::collections::{HashMap, HashSet};
 
-/// Assigns each of the `names`, except those of columns about `rows`, to a signal of a loop.
+/// Assigns each of the `names`, except the columns about `rows`, to a signal of a loop.
 pub fn assign(
     content: &Content<'_>,
     names: &[&str],

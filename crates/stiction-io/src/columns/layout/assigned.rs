@@ -91,8 +91,9 @@ pub fn join_acquisition(assigned: &mut Assigned, names: &[&str]) {
     assigned.loops.retain(|each| each.names().next().is_some());
 }
 
-/// A signal that the only loop with an OP lacks is that of another name, if a single name has it, no user gives it to
-/// another loop, and the names do not show two loops: one is plain words, or begins with the other.
+/// A signal that the only loop with an OP lacks is taken from another name under three conditions. A single name has
+/// the signal, no user gives it to another loop, and the names do not show two loops: one is plain words, or begins
+/// with the other.
 pub fn join_the_rest(assigned: &mut Assigned, names: &[&str], given: &Given<'_>) {
     let with_op = |each: &&LoopPlan| each.has_op();
     let mut ops = assigned.loops.iter().filter(with_op);

@@ -66,7 +66,7 @@ impl Content<'_> {
     }
 
     /// Whether an unused `name` can be `signal` by its numbers: a mode is a switch, and only an SP may rest. Some of
-    /// its values are between those of `near`.
+    /// its values are between the values of `near`.
     pub fn can_be(&self, name: usize, signal: Signal, near: (f64, f64)) -> bool {
         if self.is_switch(name) != (signal == Signal::Mode) {
             return false;

@@ -46,8 +46,9 @@ impl Relative {
     }
 }
 
-/// Offers loops the signals that they lack and that by their tags may be theirs: the PV of a transmitter, the OP and VP
-/// of a valve, or a measured position. They are `unused`, or of a loop without OP or without PV. Returns their names.
+/// Offers loops the signals that they lack and that may belong to them by their tags: the PV of a transmitter, the OP
+/// and VP of a valve, or a measured position. They are `unused`, or of a loop without OP or without PV. Returns their
+/// names.
 pub fn offer_relatives(
     assigned: &mut Assigned,
     names: &[&str],

@@ -137,7 +137,7 @@ pub fn unfold(sheet: &Sheet, options: &ReadOptions) -> Option<Unfolded> {
 }
 
 impl Unfolded {
-    /// Describes the columns of the file instead of those of the long table.
+    /// Describes the columns of the file instead of the columns of the long table.
     pub fn describe(&self, plan: &mut Plan) {
         plan.layout = Layout::SideBySide;
         let columns = self.sheet.columns.len();
@@ -293,7 +293,7 @@ fn parted<'n>(name: &'n str, words: &str) -> Option<&'n str> {
         .filter(|rest| !rest.is_empty())
 }
 
-/// Whether cells can be those of a clock: times or numbers, of which the last differs from the first.
+/// Whether cells can be times of a clock: times or numbers, of which the last differs from the first.
 fn counts(cells: &Cells) -> bool {
     match cells {
         Cells::Times { .. } => true,

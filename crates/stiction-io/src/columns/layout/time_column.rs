@@ -43,7 +43,7 @@ struct Clock {
     ascends: bool,
 }
 
-/// Chooses among the columns with the role of a time or date, and those without any role.
+/// Chooses among the columns with the role of a time or date, and the columns without a role.
 pub fn choose(sheet: &Sheet, found: &mut AboutRows, given: &Given<'_>) {
     if sheet.is_empty() || given.options.sample_time.is_some() || found.is_given(Role::Time) {
         return;

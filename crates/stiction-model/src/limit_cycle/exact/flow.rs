@@ -76,7 +76,7 @@ pub(super) struct Ranges {
 struct Record {
     begin: f64,
     interval: f64,
-    /// Number of samples, without those at events.
+    /// Number of samples, without samples at events.
     taken: usize,
     trajectory: Trajectory,
 }

@@ -27,9 +27,9 @@
 //! two-phase:  x = u - d fd, until d du/dt falls through zero; then it is stuck
 //! He:         x moves on by d J, and is stuck at once (He and Wang: by d K J)
 //! ```
-//! These are the sampled models as the sample time goes to 0: there the slip follows the crossing within a sample,
-//! and the turn likewise. A turn is that of a smooth OP, or comes with a jump of `du/dt` when an earlier slip
-//! reaches a process of first order: then the stem stops at that instant.
+//! These are the sampled models as the sample time goes to 0: there the slip follows the crossing within a sample, and
+//! the turn likewise. The OP turns smoothly, or by a jump of `du/dt` when an earlier slip reaches a process of first
+//! order. At a jump the stem stops at that instant.
 //!
 //! **The flow.** The loop with a moving stem is a delay equation: its input is the OP of a dead time ago. It is
 //! solved segment by segment (method of steps). Over a segment the input is a power series, known from the past,
@@ -46,18 +46,18 @@
 //!
 //! **The event map.** Consider a slip before which the stem was stuck for a dead time. Then the process only receives
 //! the position before the slip, which is `C w - d fs`, so `w` alone determines the future. The map `P` takes it from
-//! one such slip to another, `n` slips later, multiplied by the sign of the slip so that every slip is upward. A cycle
-//! is a fixed point. If the last slip is downward, the fixed point is half of a symmetric cycle; else it is all of one.
-//! Newton's method solves `P(w) = w`. The derivative of `P` comes from the same code in numbers with derivatives:
-//! through the series, and through the times of events by the implicit function theorem, `dt = -dg / g'` for the event
-//! `g = 0`. This includes the jumps of the variational equation (saltation).
+//! one such slip to the slip `n` slips later. The result is multiplied by the sign of the slip, so that every slip is
+//! upward. A cycle is a fixed point. If the last slip is downward, the fixed point is half of a symmetric cycle; else
+//! it is all of one. Newton's method solves `P(w) = w`. The derivative of `P` comes from the same code in numbers with
+//! derivatives: through the series, and through the times of events by the implicit function theorem, `dt = -dg / g'`
+//! for the event `g = 0`. This includes the jumps of the variational equation (saltation).
 //!
-//! **Stability.** The eigenvalues of the derivative of `P` at the fixed point, squared if it is half a cycle, are
-//! the Floquet multipliers over a period. The event removes the direction along the cycle, and the position removes
-//! the other trivial direction. If all are within the unit circle, the cycle attracts. A stem that moves only in
-//! slips keeps its position before a slip except for steps of J: one multiplier is 1, and cycles form a family with
-//! the offset of the positions as parameter. Each can only attract towards the family. The same holds for a
-//! two-phase stem if the OP turns at the slip itself. Along the family Newton's method uses a given position.
+//! **Stability.** The eigenvalues of the derivative of `P` at the fixed point, squared if it is half a cycle, are the
+//! Floquet multipliers over a period. The event removes the direction along the cycle, and the position removes the
+//! second trivial direction. If all are within the unit circle, the cycle attracts. A stem that moves only in slips
+//! keeps its position before a slip except for steps of J: one multiplier is 1, and cycles form a family with the
+//! offset of the positions as parameter. Each can only attract towards the family. The same holds for a two-phase stem
+//! if the OP turns at the slip itself. Along the family Newton's method uses a given position.
 //!
 //! **The closed form** for a controller that cancels the process, its derivation and its map `a(n+1) = J - (1 - q)
 //! a(n)`: [`CancelledLoop`]. If it applies, the search starts there.
@@ -174,7 +174,7 @@ pub enum NoCycle {
     NoFriction,
     /// A valve with dead band alone: strokes and OP amplitude shrink to zero.
     Decays {
-        /// Ratio of a stroke to the one before.
+        /// Ratio of a stroke to the previous stroke.
         ratio: f64,
     },
     /// It comes to rest.
@@ -281,7 +281,7 @@ pub struct Trajectory {
 /// The final cycle of a loop, as [`cycle`] finds it, over one period: at `samples` equally spaced times, and at every
 /// slip and every stop of the stem. `None` without a cycle.
 ///
-/// The values are those of the flow: exact at each time, not interpolated.
+/// The values come from the flow: exact at each time, not interpolated.
 ///
 /// # Errors
 /// If `samples` is 0, or as [`cycle`].
@@ -324,8 +324,8 @@ pub fn cycles(l: &ContinuousLoop) -> Result<CycleOutcome> {
     Ok(search.outcome(ends))
 }
 
-/// The member of the family of cycles of a stem that jumps (He's, Stenman's) whose positions lie
-/// `offset` percent above those of the symmetric member.
+/// A member of the family of cycles of a stem that jumps (He's, Stenman's). Its positions lie `offset` percent above
+/// the positions of the symmetric member.
 ///
 /// # Errors
 /// If the valve model has no family, or as [`cycle`].

@@ -159,7 +159,7 @@ impl Orbit<'_> {
     }
 }
 
-/// The signals of `flow` over `time`, which is half a period if the other half mirrors it.
+/// The signals of `flow` over `time`, which is half a period if the second half mirrors it.
 pub(super) fn measure(
     plant: &Plant,
     flow: &Flow<'_, f64>,

@@ -1,4 +1,4 @@
-//! Whether the levels of an OP follow from PV and SP, as those of a slow controller do.
+//! Whether the levels of an OP follow from PV and SP, as the levels of a slow controller do.
 //!
 //! # Equations
 //! A PID controller moves its OP by the errors at its last three executions, an operator by the last levels:
@@ -20,8 +20,8 @@
 use super::Level;
 use nalgebra::{Matrix3, Vector3};
 
-/// Residual sum of squares with the errors, as a share of that with the levels: of levels held for any time, and of
-/// levels whose holds are multiples of the shortest.
+/// Residual sum of squares with the errors, as a share of the sum with the levels. The first share is for levels held
+/// for any time, the second for levels whose holds are multiples of the shortest.
 const SHARE: f64 = 0.25;
 const SHARE_OF_REGULAR: f64 = 0.7;
 /// Standard deviation that two rounded levels leave, in steps of the OP: a little more than the root of 1/6.

@@ -11,13 +11,13 @@ const SAMPLES_PER_COEFFICIENT: usize = 8;
 /// The most known samples that are used. More do not change the coefficients.
 const MOST_SAMPLES: usize = 2000;
 
-/// Each pass uses the estimates of the one before for neighbours that are missing, too.
+/// Each pass uses the estimates of the previous pass for neighbours that are also missing.
 const PASSES: usize = 3;
 
-/// Estimates the missing samples of a signal by a regression on [`REACH`] neighbours in it and in the other signals.
-/// Where most samples repeat the last one, the estimate is set to the value of a neighbour, and where the signal has
-/// coarse steps to one of them. The values in place, a held value or a straight line, stay where they estimate the
-/// known samples as well, or too few are known.
+/// Estimates the missing samples of a signal by a regression on [`REACH`] neighbours in this signal and in other
+/// signals. Where most samples repeat the last one, the estimate is set to the value of a neighbour, and where the
+/// signal has coarse steps to one of them. The values in place, a held value or a straight line, stay where they
+/// estimate the known samples as well, or too few are known.
 pub(super) fn estimate(signal: &mut [f64], missing: &[bool], others: &[&[f64]], holds: bool) {
     let places: Vec<usize> = (0..signal.len()).filter(|&k| missing[k]).collect();
     if places.is_empty() || signal.len() <= 2 * REACH {
