@@ -38,7 +38,7 @@ def schemas(program: pathlib.Path) -> dict[str, Any]:
 
 
 def options(program: pathlib.Path) -> set[str]:
-    """Each subcommand, and each of its options, from the completions."""
+    """Each subcommand with each of its options, from the completions."""
     found = set()
     for line in printed(program, "completions", "fish").splitlines():
         places = [r"using_subcommand ([\w-]+)", r"(?<!not )__fish_seen_subcommand_from ([\w-]+)"]

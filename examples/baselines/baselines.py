@@ -24,7 +24,7 @@ SAMPLES = 512
 
 
 def standard(x):
-    """A signal without mean, trend of its units and scale; zeros if it rests."""
+    """A signal without its mean, in units of its standard deviation; zeros if the signal is constant."""
     x = np.asarray(x, dtype=float)
     spread = x.std()
     return (x - x.mean()) / spread if spread > 0 else np.zeros_like(x)

@@ -638,7 +638,7 @@ class _Alarm:
 
 
 def _estimated(estimator: Any, recordings: list[Recording], limit: float) -> list[tuple[str, float]]:
-    """Return the answers of an estimator. If a batch fails, the estimator is asked about its recordings one by one."""
+    """Return the answers of an estimator. If a batch fails, the estimator gets its recordings one by one."""
     begin = time.perf_counter()
     try:
         with _Alarm(limit * len(recordings)):

@@ -53,7 +53,7 @@ class Finding(Result):
     decision: str = about(
         '``"sticks"``, ``"does not stick"``, ``"nonlinear"``, ``"linear"``, ``"undecided"`` or ``"abstains"``.'
     )
-    statistic: float | None = about("The number that decides; None if it abstains.")
+    statistic: float | None = about("The number that decides; None for an abstention.")
     statistic_name: str = about("The name of that number.")
     threshold: float | None = about("Value of the statistic from which the decision is positive.")
     reason: str = about("Explanation of the numbers, or the reason for abstaining.")

@@ -45,7 +45,7 @@ class Weighing(Result):
 
     probability: float = about("The probability that the valve is at fault (it sticks or does not respond).")
     lines: dict[str, float] = about("The probability from each line of evidence alone.")
-    causes: dict[str, float] = about("The probability of every cause; they add up to one.")
+    causes: dict[str, float] = about("The probability of every cause. The probabilities add up to one.")
     S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval, even a wide one.")
     J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval, even a wide one.")
     limit: float | None = about(

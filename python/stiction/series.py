@@ -62,7 +62,7 @@ class HalfWaves(Result):
     end: Array = about("Their beginning and end, samples, interpolated.")
     length: Array = about("Their lengths, samples.")
     first: npt.NDArray[np.int64]
-    stop: npt.NDArray[np.int64] = about("Their first sample, and one past their last.")
+    stop: npt.NDArray[np.int64] = about("Their first sample, and the index after their last sample.")
     above: npt.NDArray[np.bool_] = about("Whether the series is above zero.")
 
 

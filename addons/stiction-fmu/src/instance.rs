@@ -264,7 +264,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Resets it to its first state.
+    /// Resets the instance to its first state.
     pub(crate) fn reset(&mut self) {
         self.state.model = self.fmu.build();
         self.state.values = self.fmu.starts();
@@ -353,7 +353,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Sets a number, if it only matters for the next step; returns whether it did.
+    /// Sets a number if the number only matters for the next step. Returns whether it was set.
     #[inline(always)]
     pub(crate) fn hold(&mut self, reference: u32, value: f64) -> bool {
         let held = self.open.held.has(reference) && value.is_finite();

@@ -10,7 +10,7 @@ pub struct Asset {
     pub bytes: &'static [u8],
 }
 
-/// All of them; the page first.
+/// All files of the page. The HTML file comes first.
 pub const ASSETS: [Asset; 3] = [
     Asset {
         path: "/",

@@ -78,7 +78,7 @@ impl<A, R, F: Fn(&Lab, A, &Wanted) -> Answer<R> + Clone + Send + Sync + 'static>
 {
 }
 
-/// Takes the calls, one by one.
+/// Receives the calls, one by one.
 trait Visit {
     /// A call that can be stopped before its end.
     fn watched<A, R>(&mut self, name: &'static str, cost: Cost, f: impl Answers<A, R>)

@@ -1,8 +1,9 @@
 //! Access to the lab: only its own page with the token gets answers.
 //!
 //! The page itself, without data, is served to anybody. Every call needs the token, 128 random bits, in the header
-//! `Authorization`. The printed address carries it behind `#`, so browsers never send it. The page moves it to the
-//! session storage of its origin, which includes the port. No cookie is set, as browsers send cookies to every port of a host.
+//! `Authorization`. The printed address carries the token behind `#`, so browsers never send it. The page moves the
+//! token to the session storage of its origin, which includes the port. No cookie is set, as browsers send cookies to
+//! every port of a host.
 //!
 //! | attack | what stops it |
 //! |---|---|

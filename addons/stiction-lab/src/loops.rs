@@ -137,7 +137,7 @@ pub struct Setting {
     key: String,
     /// Value, as TOML.
     value: String,
-    /// Its unit, where it has one.
+    /// Unit; empty for a value without a unit.
     unit: String,
 }
 

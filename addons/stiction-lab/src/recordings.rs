@@ -362,7 +362,7 @@ pub fn details(lab: &Lab, asked: More, wanted: &Wanted) -> Answer<Details> {
 /// Where a report is.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct ReportAt {
-    /// Address at this lab. It holds a secret, so that the browser can open it without the token.
+    /// Address at this lab. The address contains a secret, so that the browser can open the report without the token.
     address: String,
 }
 

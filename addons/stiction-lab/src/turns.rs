@@ -12,7 +12,7 @@ use stiction_diagnose::recording::Recording;
 use stiction_model::Error;
 use tokio::sync::Semaphore;
 
-/// What a call costs. Calls of one cost take turns among themselves only, so a costly one delays no cheap one.
+/// What a call costs. Calls of one cost take turns only among themselves, so a costly call delays no cheap call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cost {
     /// A list, an entry, some samples of a loop that runs.

@@ -17,7 +17,7 @@ pub enum Error {
     PlantFile {
         /// The file.
         origin: String,
-        /// All mistakes, each with its remedy.
+        /// All mistakes, each with a remedy.
         problems: Vec<String>,
     },
     /// A file of the store was changed.

@@ -29,7 +29,7 @@ named! {
 always_written_by_name!(Kind);
 
 impl Kind {
-    /// So many of it, in words.
+    /// This number of unknown things, in words.
     pub fn counted(self, count: usize) -> String {
         let (first, rest) = self.name().split_once(' ').unwrap_or((self.name(), ""));
         format!("{} {rest}", counted(count, first))

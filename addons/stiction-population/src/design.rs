@@ -112,7 +112,7 @@ pub(super) struct Design {
 
     /// Activity, percent of OP: the scale of loads, set-point changes and noise.
     pub activity: f64,
-    /// The S of the valve if it sticks; it scales the activity in any case.
+    /// The S of the valve if it sticks. It scales the activity in any case.
     pub s: f64,
     pub noise: NoiseKind,
     /// Standard deviation of the noise over the activity's effect on the PV.

@@ -132,7 +132,7 @@ impl Tapes {
         Ok(tapes)
     }
 
-    /// The next events; loads continue from their last value within a tenth of it.
+    /// Appends the next events. Loads move from their last value to the new values within a tenth of the new length.
     fn go_on(&mut self, next: Self) {
         let over = next.load.len() as f64 / 10.0;
         for (tape, next) in [(&mut self.load, next.load), (&mut self.output, next.output)] {
@@ -507,8 +507,8 @@ fn ramps_and_resets(design: &Design, n: usize, draw: &mut Draw) -> Vec<f64> {
     wave
 }
 
-/// `n` steps of noise whose power falls with the frequency to the power of u(0.6, 1.7), down to periods of
-/// `longest` steps: octaves of noise with straight lines between their knots. Its standard deviation is about one.
+/// `n` steps of noise whose power falls with the frequency to the power of u(0.6, 1.7), down to periods of `longest`
+/// steps: octaves of noise with straight lines between their knots. The standard deviation is about one.
 fn long_memory(n: usize, longest: usize, draw: &mut Draw) -> Vec<f64> {
     let exponent = draw.uniform(0.6, 1.7);
     let seed = draw.seed();

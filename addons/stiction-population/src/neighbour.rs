@@ -173,7 +173,7 @@ impl Neighbour {
         }
     }
 
-    /// Makes its valve stick, so that its effect has the size of this loop's activity.
+    /// Makes the valve of the neighbour stick, so that the effect has the size of this loop's activity.
     pub fn sticks(&mut self, activity: f64, draw: &mut Draw) {
         let arrives = self.there.abs();
         self.s = (activity * draw.log(0.7, 4.0) / arrives).min(25.0);

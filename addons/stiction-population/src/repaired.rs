@@ -19,7 +19,7 @@ pub struct Repaired {
     pub truth: Truth,
     /// The recording before the repair.
     pub before: Recording,
-    /// The recording after it, as long: the loads are others of the same distributions.
+    /// The recording after the repair, of the same length. Its loads are different, from the same distributions.
     pub after: Recording,
     /// The recording of the same time if the valve had not been repaired.
     pub unrepaired: Recording,

@@ -9,7 +9,7 @@ use super::draw::Draw;
 #[derive(Debug, Clone)]
 pub(super) struct Switched {
     course: Course,
-    /// Effect at level 1: at the load, percent of OP, and at the PV, percent of span. One of them is 0.
+    /// Effect at level 1: at the load, percent of OP, and at the PV, percent of span. One of these effects is 0.
     there: [f64; 2],
     /// Of the lag of its effect, a step.
     keep: f64,

@@ -94,8 +94,8 @@ impl Plant {
         self.plant.settings_hash(name)
     }
 
-    /// The places of the columns of times, tags and values, and of all columns about rows; None if their names do not
-    /// show them. A wide table has neither tags nor values.
+    /// The positions of the columns of times, tags and values, and of all columns about rows; None if their names do
+    /// not show them. A wide table has neither tags nor values.
     #[allow(clippy::type_complexity)]
     fn shape(&self, columns: Vec<String>) -> Option<(usize, Option<(usize, usize)>, Vec<usize>)> {
         let columns: Vec<&str> = columns.iter().map(|name| &**name).collect();

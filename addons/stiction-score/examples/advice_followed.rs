@@ -5,8 +5,8 @@
 //! ```
 //!
 //! simulates 1,000 loops of all kinds. For undecided loops, it follows each part of the printed advice on the same
-//! loop: a record of ten cycles, a record without compression, a recorded valve position. It prints how many are
-//! decided then, and how many of these decisions are right. `stiction bench tests` does the same for the planned test.
+//! loop: a record of ten cycles, a record without compression, a recorded valve position. It prints how many loops are
+//! then decided, and how many of these decisions are right. `stiction bench tests` does the same for the planned test.
 
 use rayon::prelude::*;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, VerdictClass, diagnose};

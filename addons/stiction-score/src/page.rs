@@ -465,8 +465,8 @@ fn characteristic(board: &Board) -> Option<Figure> {
     }
     let panel = panel.with(Series::dotted("chance", [0.0, 1.0], [0.0, 1.0]).colour(colour::BLACK));
     let caption = "Recall over false-alarm rate at every threshold, for the recordings on which a method does not \
-        abstain, with the AUC in brackets. The curves are those of the verdict's probability, if there is one, and of the best \
-        methods that judge at least half of each class.";
+        abstain, with the AUC in brackets. The curves show the verdict's probability, if available, and the \
+        best methods that judge at least half of each class.";
     Some(Figure::new("").caption(caption).with(panel).width(640.0))
 }
 

@@ -1,9 +1,9 @@
 //! Gradient boosting of trees on binned columns.
 //!
 //! Every round adds a tree (one for each class of a softmax) that is grown on the gradients of the loss at a random
-//! part of the rows and columns, shrunk by the learning rate. It stops when the loss on unseen rows no longer
-//! falls, and drops the rounds after the best one. The same seed gives the same bits on any number of threads: rows
-//! and columns are processed in parallel, but each sum has one order.
+//! part of the rows and columns, shrunk by the learning rate. It stops when the loss on unseen rows no longer falls,
+//! and drops the rounds after the best one. The same seed gives the same bits on any number of threads. Rows and
+//! columns are processed in parallel, but each sum has one order.
 //!
 //! Sources: J. H. Friedman, "Greedy function approximation: a gradient boosting machine", Ann. Stat. 29
 //! (2001) 1189-1232; G. Ke et al., "LightGBM", NeurIPS 30 (2017) (both recalled, not read).

@@ -8,8 +8,8 @@ const WIDTH_CLASSES: usize = 8;
 /// The fewest loops in such a class.
 const FEWEST_IN_CLASS: usize = 50;
 
-/// The better of beta calibration and isotonic regression, and its log loss. Each is judged on the half of the loops to
-/// which it was not fitted.
+/// The better of beta calibration and isotonic regression, and its log loss. Each is judged on the half of the loops
+/// that was not used to fit it.
 pub fn calibration(margins: &[f64], truth: &[bool]) -> (Calibration, f64) {
     let half = |odd: usize| -> (Vec<f64>, Vec<bool>) {
         let part = margins.iter().zip(truth).skip(odd).step_by(2);

@@ -53,10 +53,10 @@ pub struct Truth {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Dataset {
     pub columns: Vec<Column>,
-    /// For each column the value of each row, NaN where it could not be measured.
+    /// For each column, the value of each row; NaN where the feature could not be measured.
     pub values: Vec<Vec<f32>>,
     pub truth: Vec<Truth>,
-    /// Loops of each kind that have no evidence, such as those whose OP never moves.
+    /// Number of loops of each kind without evidence, such as loops whose OP never moves.
     pub abstained: BTreeMap<String, u64>,
 }
 

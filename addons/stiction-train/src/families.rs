@@ -93,7 +93,7 @@ pub struct Families {
 struct Left {
     name: String,
     loops: usize,
-    /// Whether it counts for the confidence: not if it contains all loops of another fault.
+    /// Whether the family counts for the confidence. A family with all loops of another fault does not count.
     counted: bool,
     /// Log-odds, truth and weight; the weights add up to the number of tested loops.
     judged: Vec<(f64, bool, f64)>,

@@ -1,7 +1,8 @@
 //! A dataset as CSV: kept between two trainings, and for other tools.
 //!
-//! The first line names its loops; the file is refused if others are needed. A header follows, and a row for each loop:
-//! the truth, then the features. A feature that could not be measured is empty. Numbers keep their bits.
+//! The first line names the loops of the file. The file is refused if other loops are needed. A header follows, and a
+//! row for each loop: the truth, then the features. A feature that could not be measured is empty. Numbers keep their
+//! bits.
 
 use crate::dataset::{Column, Dataset, Truth};
 use anyhow::{Context, Result, bail, ensure};

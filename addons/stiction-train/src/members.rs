@@ -17,7 +17,7 @@ pub struct Both {
     pub full: Dataset,
     /// The OP, and neither PV nor SP.
     pub alone: Dataset,
-    /// Recordings with a mistake in their columns, with all their signals; empty if none were requested.
+    /// Recordings with a mistake in their columns, with all their signals; empty if not requested.
     pub mistaken: Dataset,
 }
 
@@ -73,7 +73,7 @@ pub fn simulate(
     Ok(Both { full, alone, mistaken: Dataset::default() })
 }
 
-/// Makes mistaken recordings of a seed and gathers their evidence; the kind of each is its mistake.
+/// Makes mistaken recordings of a seed and gathers their evidence. The kind of each recording is its mistake.
 ///
 /// # Errors
 /// As [`simulate`].

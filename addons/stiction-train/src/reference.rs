@@ -59,7 +59,7 @@ fn spread(data: &Dataset, column: usize, rows: &[u32]) -> Spread {
     }
 }
 
-/// The mean products of scores; variances below one, as for nearly constant features, become one.
+/// The mean products of scores. Variances below one, as for nearly constant features, become one.
 fn correlations(scored: &[Vec<f64>], n: usize) -> Vec<Vec<f64>> {
     (0..n)
         .into_par_iter()

@@ -1,8 +1,8 @@
 //! The windows of simulated valves with records of 1 to [`LONGEST`] times the usual length, for the model of valves.
 //!
-//! Valves are kept in files of [`PART`], so that an interrupted run continues where it ended. In each, a line for each
-//! valve with its truth (CSV) stands beside a row of numbers for each window (`f32`, little-endian): [`WINDOW`], then
-//! all features.
+//! Valves are kept in files of [`PART`], so that an interrupted run continues where it ended. Each file has a line with
+//! the truth of each valve (CSV), and a row of numbers for each window (`f32`, little-endian): [`WINDOW`], then all
+//! features.
 
 use crate::random::Stream;
 use anyhow::{Context, Result};
@@ -243,7 +243,8 @@ pub fn pool(folder: &Path, source: Source, seed: u64) -> Result<()> {
     write("pools.csv", lines.as_bytes())
 }
 
-/// The windows of a valve, their first and last half, quarter and so on down to one window, with the name of each part.
+/// All windows of a valve, then its first and last half, quarter and so on down to one window, with the name of each
+/// part.
 fn parts_of(pools: &[Pool]) -> Vec<(String, &[Pool])> {
     let n = pools.len();
     let mut parts = vec![("all".to_owned(), pools)];

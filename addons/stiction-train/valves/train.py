@@ -112,7 +112,9 @@ def reported(log_odds: np.ndarray, sides: list[tuple[float, float]]) -> np.ndarr
 
 
 def without_families(valves: Valves, columns: np.ndarray, signs: list[int]) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """For every family of a fair size: the log-odds of its valves by a model without it, and which of them are at fault."""
+    """For every family of sufficient size: the log-odds of its valves by a model trained without it, and which of these valves
+    are at fault.
+    """
     faults = [valves.kind == kind for kind in np.unique(valves.kind[valves.fault])]
     chosen = []
     for name in sorted(set().union(*valves.families)):

@@ -169,7 +169,7 @@ fn write_text(summary: &Summary, out: &mut String) -> std::fmt::Result {
     Ok(())
 }
 
-/// The table of a loop. Its times are a line of their own, because their cells are long.
+/// The table of a loop. The times have their own line, because their cells are long.
 fn write_loop(each: &Loop, out: &mut String) -> std::fmt::Result {
     writeln!(out, "loop {}, {}", shown(&each.name), each.loop_type)?;
     let (times, signals): (Vec<&Row>, Vec<&Row>) =

@@ -65,8 +65,8 @@ const LARGEST: f64 = 1e300;
 pub struct Figure {
     /// Heading inside the picture; empty for none.
     pub title: String,
-    /// The caption. It belongs beside the picture, as in a paper, so it is not drawn. The SVG has it as its
-    /// description.
+    /// The caption. It belongs beside the picture, as in a paper, so the picture does not contain it. The SVG has it as
+    /// its description.
     pub caption: String,
     /// The panels, row by row.
     pub panels: Vec<Panel>,
@@ -110,8 +110,8 @@ pub struct Panel {
     pub height: Option<f64>,
     /// A strip above the axes with states over time.
     pub strip: Option<Strip>,
-    /// Panels of one group share their crosshair and their zoom on a live page. By default a panel is separate and
-    /// cannot be zoomed.
+    /// Panels of one group share crosshair and zoom on a live page. By default a panel is separate and cannot be
+    /// zoomed.
     pub group: Option<String>,
 }
 
@@ -331,8 +331,8 @@ impl Figure {
         Ok(Live { svg: self.document(&sheet, Place::Live(id)), data: live::data(self, &sheet) })
     }
 
-    /// The id that the caption of a picture must have on a page, for its name `id`. It names the picture to those who cannot see
-    /// it.
+    /// The id that the caption of a picture must have on a page, for its name `id`. It describes the picture to readers
+    /// who cannot see it.
     pub fn caption_id(id: &str) -> String {
         caption_id(id)
     }

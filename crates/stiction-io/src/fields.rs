@@ -88,8 +88,8 @@ impl<'a, 'i> Fields<'a, 'i> {
         Wrong { span: self.span.clone(), message }
     }
 
-    /// The core's refusal of this table, at the key it names if there is one. "stem lag" is `lag`, "rest tolerance"
-    /// is `rest_tolerance`.
+    /// The core's error about this table, at the key that the error names, if any. "stem lag" is `lag`, "rest
+    /// tolerance" is `rest_tolerance`.
     pub fn refused(&self, error: stiction_model::Error) -> Wrong {
         let stiction_model::Error::Parameter { name, .. } = &error else {
             return self.wrong_table(error);
@@ -228,7 +228,8 @@ impl<'a, 'i> Fields<'a, 'i> {
         }
     }
 
-    /// The entries of a table with any keys, in the order of the text, each with the table; none if it is not given.
+    /// The entries of a table with any keys, in the order of the text, each with its table; empty if the table is not
+    /// given.
     fn entries(&self, key: &'static str) -> Result<Vec<(Self, &'a str, &'a Spanned<DeValue<'i>>)>> {
         let Some(value) = self.entry(key) else { return Ok(vec![]) };
         let table = value.get_ref().as_table();

@@ -16,7 +16,7 @@ pub enum Remedy {
     },
     /// Give the time between rows, in s, such as this one.
     SampleTime(f64),
-    /// Give the format of times, such as one of these; any if empty.
+    /// Give the format of times, such as one of these. Any format is possible if the list is empty.
     TimeFormat(Vec<String>),
     /// Give the day of the first row, such as this one.
     Date(Option<String>),

@@ -64,7 +64,7 @@ pub enum Error {
         /// Names of the models that have it, separated by commas.
         models: String,
     },
-    /// Settings that exclude each other, or a setting without another that it needs.
+    /// Settings that exclude each other, or a setting that needs another setting.
     #[error("{0}")]
     Inconsistent(String),
     /// An invalid loop among many.

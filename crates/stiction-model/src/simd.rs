@@ -77,7 +77,7 @@ impl<const N: usize> std::ops::DerefMut for Lane<N> {
 pub trait Kernel {
     /// Its result.
     type Output;
-    /// Runs it; implementations are marked `#[inline(always)]`.
+    /// Runs the computation. Implementations are marked `#[inline(always)]`.
     fn run(self) -> Self::Output;
 }
 

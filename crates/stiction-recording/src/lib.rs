@@ -7,8 +7,9 @@
 //! * [`estimate`]: a number with an interval.
 //! * [`spoken`]: numbers and times as text.
 //!
-//! Who reads a file needs this crate and no model of the verdict. It uses [`stiction_model`] alone. It uses only [`x`].
-//! Like all of the library it only computes: no files, no clock, no panics on bad input.
+//! Who reads a file needs this crate and no model of the verdict. It uses only [`stiction_model`]. It must not use
+//! detectors, file formats or figures, which build on it. Like all of the library it only computes: no files, no clock,
+//! no panics on bad input.
 #![forbid(unsafe_code)]
 
 pub mod estimate;

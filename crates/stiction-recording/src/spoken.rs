@@ -27,7 +27,7 @@ pub fn set(value: f64) -> String {
     digits(value, 3)
 }
 
-/// The largest factor between two simulations that is reported. Beyond it, the loop runs away.
+/// The largest factor between two simulations that is reported. Beyond this factor, the loop counts as unstable.
 pub const LARGEST_FACTOR: f64 = 20.0;
 
 /// A factor: two digits, without an end beyond [`LARGEST_FACTOR`].

@@ -43,7 +43,7 @@ impl Deref for Recordings {
 }
 
 impl Recordings {
-    /// Diagnoses each recording, in their order. The feature `rayon` uses all threads.
+    /// Diagnoses each recording, in order. The feature `rayon` uses all threads.
     ///
     /// # Errors
     /// As for [`diagnose`](crate::diagnose::diagnose); if several fail, the first error is returned.

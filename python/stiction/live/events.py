@@ -1,7 +1,7 @@
 """Events of a plant: new conclusions on loops in its ranking.
 
-The verdicts, changes and the health of the data come from the week's ranking. A loop has an event when two successive
-judgements find a fault of its valve or its data, and another when they no longer do.
+The verdicts, changes and the health of the data come from the week's ranking. A loop has an event when two successive judgements
+find a fault of its valve or its data. It has another event when two successive judgements no longer find the fault.
 """
 
 from __future__ import annotations

@@ -82,7 +82,8 @@ class _Series:
 class Reading:
     """The reading of some series between two times, both included.
 
-    `time_of` returns the time of a value (None without one), and `key_of` what distinguishes it from others of the same time.
+    `time_of` returns the time of a value (None without a time). `key_of` returns what distinguishes a value from others of the same
+    time.
     """
 
     def __init__(

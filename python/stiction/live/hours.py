@@ -50,7 +50,7 @@ MARK = 0xFFFF_FFFF
 record. The record with the highest number counts, because a clock may go back.
 """
 VOID = 1
-"""The status of a record of the tag `MARK` that voids the values before it in its journal with its time or a later one."""
+"""The status of a record of the tag `MARK` that invalidates earlier values in its journal with the same time or a later time."""
 LEAD = 600_000_000
 """Microseconds by which values may be ahead of the server's clock."""
 MOST_ROWS = 2_000_000
@@ -308,7 +308,7 @@ class Known:
     """The content of the journals."""
 
     until: int | None = None
-    """The time up to which the journals hold all values; None without a journal."""
+    """The time up to which the journals contain all values; None without a journal."""
     last: dict[str, int] = field(default_factory=dict)
     """The last time of each tag."""
     sequence: int = 0

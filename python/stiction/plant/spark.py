@@ -91,7 +91,7 @@ class Pairs(Result):
 
     week: str = about("The week.")
     loops: int = about("Number of compared loops.")
-    blocks: int = about("Number of blocks of loops; each block was compared with each.")
+    blocks: int = about("Number of blocks of loops. Each block was compared with each block.")
     compared: int = about("Number of compared pairs of loops.")
     kept: int = about("Number of pairs kept for the report, counted once for each band in which they may swing in step.")
 

@@ -65,7 +65,7 @@ pub(crate) struct File {
     origin: String,
     place: Place,
     held: Mutex<Held>,
-    /// How it is read. Apart from the recordings, so that it is available while they are read.
+    /// How it is read. Separate from the recordings, so that it is available while they are read.
     own: Mutex<Option<Own>>,
 }
 

@@ -1,8 +1,8 @@
 //! The signals of a loop as bytes, so that a million samples come in one go.
 //!
-//! Little endian: the number of samples and which signals there are (bit 0 SP, 1 PV, 2 OP, 3 VP), 4 bytes each; then the
-//! times and those signals in that order, 8 bytes a number. Times ascend. Where signals were stored at times of their own
-//! each holds its last value, and a sample that is bad or missing is no number.
+//! Little endian. The number of samples and the existing signals (bit 0 SP, 1 PV, 2 OP, 3 VP) have 4 bytes each. The
+//! times and these signals follow in this order, with 8 bytes a number. Times ascend. Where signals were stored at
+//! times of their own each holds its last value, and a sample that is bad or missing is no number.
 
 use std::sync::Arc;
 use stiction_diagnose::recording::{Channel, Recording};

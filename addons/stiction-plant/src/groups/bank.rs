@@ -55,7 +55,7 @@ pub struct Series {
 /// The pieces of a loop in one band.
 #[derive(Debug, Clone)]
 pub struct Pieces {
-    /// One a piece; zero where it is not known.
+    /// One value per piece; zero where the value is unknown.
     pub values: Vec<Complex<f32>>,
     /// The memory of the band: how well the phases of pieces at a distance agree, from distance 1; see [`memory`].
     pub memory: Vec<f32>,

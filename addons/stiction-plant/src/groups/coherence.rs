@@ -9,8 +9,8 @@
 //! 301 s are in step for an hour, but not for a day.
 //!
 //! # By chance
-//! For unrelated loops with `K` independent pieces, `P(C2 > c) = (1 - c)^(K - 1)`. The pieces of a steady swing depend on each
-//! other, so they count for fewer,
+//! For unrelated loops with `K` independent pieces, `P(C2 > c) = (1 - c)^(K - 1)`. The pieces of a steady swing depend
+//! on each other. They therefore count as fewer,
 //! ```text
 //! K' = K / (1 + 2 sum (1 - m/K) |rho_x(m)| |rho_y(m)|)
 //! ```
@@ -39,7 +39,8 @@ pub struct Coherence {
     pub p: f64,
 }
 
-/// The coherence of two loops in a band in which they swing `cycles` times in all; `None` if too few pieces of both are known.
+/// The coherence of two loops in a band in which they swing `cycles` times in total; `None` if too few pieces of both
+/// loops are known.
 pub fn coherence(x: &Pieces, y: &Pieces, cycles: f64) -> Option<Coherence> {
     let (mut re, mut im, mut xx, mut yy, mut k) = (0.0f64, 0.0f64, 0.0f64, 0.0f64, 0usize);
     for (a, b) in x.values.iter().zip(&y.values) {

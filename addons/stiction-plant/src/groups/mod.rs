@@ -217,8 +217,8 @@ fn components(edges: &[Edge]) -> Vec<Part> {
     parts.into_values().collect()
 }
 
-/// Removes parts that show the same swing again: nearly the same loops, or half of them at nearly the same period or a
-/// fraction of it. The part with the largest coherence is kept.
+/// Removes parts that show the same swing again. Such parts share nearly all loops, or half of their loops at nearly
+/// the same period or a fraction of it. The part with the largest coherence is kept.
 fn one_a_swing(mut parts: Vec<Part>) -> Vec<Part> {
     let strength = |part: &Part| part.edges.iter().map(|edge| edge.squared).sum::<f64>();
     parts.sort_by(|a, b| strength(b).total_cmp(&strength(a)).then(a.loops.cmp(&b.loops)));

@@ -16,7 +16,7 @@ pub use crate::store::pair::Pair;
 /// A pair with a larger probability in its band cannot count, and is left out.
 const TOLD: f64 = 0.05;
 
-/// Loops on one clock, by name, and the bands in which each swings.
+/// Loops on one clock, by name, and the bands in which each loop swings.
 pub struct Swings {
     /// Their signals.
     pub series: Vec<Series>,

@@ -97,7 +97,7 @@ impl Override {
         !ends_before(self, other) && !ends_before(other, self)
     }
 
-    /// Why it does not hold for a recording of `span`; `None` if it does.
+    /// Why the override does not apply to a recording of `span`; `None` if it applies.
     pub(super) fn outside(&self, span: Option<(f64, f64)>) -> Option<&'static str> {
         if self.from.is_none() && self.until.is_none() {
             return None;

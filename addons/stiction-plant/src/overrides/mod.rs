@@ -28,10 +28,10 @@
 //!   is a different recording;
 //! * or, with `all_recordings`, for every file of this folder. Such an override must end, with `until`.
 //!
-//! With `from` or `until` it holds only for data recorded on those days, both included, in UTC. The judged segment
-//! must lie completely between them, so a recording without dates is not covered. An override of one recording takes
+//! With `from` or `until` it holds only for data recorded on those days, both included, in UTC. The judged segment must
+//! lie completely between them, so a recording without dates is not covered. An override of one recording takes
 //! precedence over one of all. Two overrides of one loop and scope with overlapping days contradict each other, and
-//! neither holds.
+//! neither applies.
 //!
 //! An entry that cannot be understood does not affect the others. It is reported with its line, see [`Damaged`], and
 //! stays unchanged in the file. The file is changed under a lock, so that simultaneous entries are not lost.
@@ -62,7 +62,7 @@ pub struct Overrides {
     pub origin: String,
     /// All valid overrides, in the order of the file.
     pub all: Vec<Override>,
-    /// The entries that do not hold, because they are damaged or contradict each other.
+    /// The entries that do not apply, because they are damaged or contradict each other.
     pub damaged: Vec<Damaged>,
 }
 

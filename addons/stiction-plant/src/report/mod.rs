@@ -251,7 +251,7 @@ impl Known {
         ranking.loops.iter().map(of_week).collect()
     }
 
-    /// The loops that swing together in the week, from these facts. It uses pairs that were found elsewhere if they are from the
+    /// The loops that swing together in the week, from these facts. It uses pairs found elsewhere if these are from the
     /// same traces.
     ///
     /// # Errors
@@ -481,7 +481,7 @@ pub fn size_tests(folder: &Path, plant: &Plant, ranking: &mut Ranking<'_>) -> Ve
     problems
 }
 
-/// The diagnosis of a window from its samples, if they are those that were judged.
+/// The diagnosis of a window from its samples, if these are the judged samples.
 fn judged(
     window: &WindowRow,
     recording: &Recording,

@@ -41,9 +41,9 @@ use stiction_diagnose::series::{mean, median};
 pub const FULL: f64 = 10.0;
 /// Length of the time before a week or a change, days.
 const BEFORE: i64 = 28;
-/// The least squared coherence with its group of a loop that swings because of it.
-const SHARED: f64 = 0.6;
 /// The least squared coherence with the group of a loop that the group makes swing.
+const SHARED: f64 = 0.6;
+/// Largest factor between the period of a loop and the period of its group.
 const SAME_PERIOD: f64 = 1.5;
 /// Windows by which a loop oscillates now.
 const LAST: usize = 3;
@@ -161,7 +161,7 @@ columns! {
     "watch" [""] watch: bool;
     /// Last repair, order or note.
     "note" [""] note: Option<String>;
-    /// Number of its group of loops that swing together, if it is in one.
+    /// Number of the loop's group of loops that swing together, if any.
     "group" [""] group: Option<i64>;
     /// Place among the candidates for the source of the group.
     "candidate_rank" [""] candidate_rank: Option<i64>;
@@ -188,7 +188,7 @@ pub struct Ranked<'a> {
     pub of_week: Vec<&'a WindowRow>,
     /// Repairs of the loop, days since 1970-01-01.
     pub repairs: Vec<i64>,
-    /// When its last change or repair was, s; minus infinity if none is known.
+    /// Time of the last change or repair, s; minus infinity if none is known.
     pub settled: f64,
 }
 

@@ -119,7 +119,7 @@ impl Places {
 pub struct Changes {
     /// Files that no scan has read.
     pub new: Vec<String>,
-    /// Files with other content, or with another size or date before they are read.
+    /// Files with different content, or with a different size or date before they are read.
     pub changed: Vec<String>,
     /// Files that no longer exist. The verdicts on their windows stay.
     pub missing: Vec<String>,
@@ -174,8 +174,8 @@ impl Inputs {
         write_whole(&path, &text)
     }
 
-    /// Updates the list from the files in `folder`: it removes missing files, and examines new and changed ones, several at a time.
-    /// `seen` is called for each file. Returns the differences; without a list there are none.
+    /// Updates the list from the files in `folder`: it removes missing files, and examines new and changed ones,
+    /// several at a time. `seen` is called for each file. Returns the differences; empty without a list.
     pub fn update(&mut self, folder: &Path, plant: &Plant, mut seen: impl FnMut(&str)) -> Changes {
         let mut files = BTreeMap::new();
         let (paths, places) = listed(folder, plant);

@@ -248,8 +248,8 @@ pub fn scan(
     Ok(manifest)
 }
 
-/// The recordings of judged windows, read again from the plant's files: one per window in their order, or the reason why there
-/// is none.
+/// The recordings of judged windows, read again from the plant's files. Each window has one recording in order, or the
+/// reason why it has none.
 pub fn recordings_of(
     folder: &Path,
     plant: &Plant,

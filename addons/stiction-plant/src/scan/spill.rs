@@ -119,8 +119,8 @@ pub fn read(folder: &Path, reader: usize, like: &Sheet) -> Result<Option<Sheet>>
     Ok(Some(sheet))
 }
 
-/// Rows, column by column: their count, their numbers, then for each column its numbers, or its words and places among these.
-/// Counts and places take four bytes, numbers eight, little-endian.
+/// Rows, column by column. First come the number of rows and their row numbers. Then each column has its numbers, or
+/// its words and an index of a word for each row. Counts and places take four bytes, numbers eight, little-endian.
 fn block(sheet: &Sheet) -> Vec<u8> {
     let mut block = vec![];
     let count = |block: &mut Vec<u8>, n: usize| block.extend((n as u32).to_le_bytes());

@@ -530,7 +530,8 @@ impl Run {
         self.write_part(WINDOWS, self.parts, rows)
     }
 
-    /// Writes the traces of the rows that are written next. Without their rows they are harmless. Rows mark windows as done.
+    /// Writes the traces of the rows that are written next. Traces without rows have no effect. Rows mark windows as
+    /// done.
     ///
     /// # Errors
     /// If the file cannot be written.

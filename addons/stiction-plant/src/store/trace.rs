@@ -112,7 +112,7 @@ impl Trace {
         self.values.is_empty()
     }
 
-    /// Values about their mean, in the units of the signal; NaN for unknown ones.
+    /// Values relative to their mean, in the units of the signal; NaN for unknown values.
     pub fn values(&self) -> impl Iterator<Item = f64> {
         let value = |v: &i16| if *v == MISSING { f64::NAN } else { f64::from(*v) * self.unit };
         self.values.iter().map(value)

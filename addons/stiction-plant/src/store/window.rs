@@ -139,7 +139,7 @@ impl WindowRow {
         self.error.is_none() && self.stretch_s.is_some()
     }
 
-    /// The grade, if there is one.
+    /// The grade, if the window has one.
     pub fn grade(&self) -> Option<Grade> {
         Grade::ALL.into_iter().find(|grade| self.grade.as_deref() == Some(grade.name()))
     }

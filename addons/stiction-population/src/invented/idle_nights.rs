@@ -7,7 +7,7 @@ use super::sketch::Sketch;
 /// and the PV falls to the value without flow. The OP stays where it was, or is parked, and the controller continues
 /// from there in the morning. Turbulence makes a part of the noise, and stops with the pump.
 pub(super) struct IdleNights {
-    /// Steps of a day, of which the last ones are the night; its step at step 0.
+    /// Steps of a day, of which the last steps are the night, and the step of the day at step 0.
     day: usize,
     night: usize,
     since: usize,

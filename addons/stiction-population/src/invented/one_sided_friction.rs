@@ -3,9 +3,9 @@
 use super::parts::{Friction, Parts};
 use super::sketch::Sketch;
 
-/// The stem opens once the OP exceeds the static friction, and jumps to the position given by sliding friction. It
-/// closes against sliding friction alone. S is the OP travel from closing to opening, and J the jump; from opening
-/// to closing it is S - J, without a jump.
+/// The stem opens once the OP exceeds the static friction, and jumps to the position given by sliding friction. To
+/// close, it must overcome only sliding friction. S is the OP travel from closing to opening, and J the jump; from
+/// opening to closing it is S - J, without a jump.
 pub(super) struct OneSidedFriction {
     /// Static friction against opening, sliding friction while opening, and friction while closing.
     holds: f64,

@@ -3,8 +3,8 @@
 use super::parts::{Parts, Pi};
 use super::sketch::Sketch;
 
-/// The gain of the valve is larger beyond an opening. There the controller uses another set, whose gain compensates
-/// more or less for it. An OP near the border switches it, with some hysteresis.
+/// The gain of the valve is larger beyond an opening. There the controller uses a different set, whose gain more or
+/// less compensates for the valve's gain. An OP near the border switches it, with some hysteresis.
 pub(super) struct ScheduledTuning {
     /// The border, percent from rest, and half its hysteresis.
     border: f64,

@@ -3,8 +3,8 @@
 use super::parts::{Friction, Parts};
 use super::sketch::Sketch;
 
-/// It integrates the stem's deviation and adds it to the OP, once it exceeds its dead band. If the valve sticks, it
-/// winds up until the stem slips, even at a constant OP. A healthy valve has no deviation.
+/// It integrates the stem's deviation once the deviation exceeds its dead band, and adds the integral to the OP. If the
+/// valve sticks, it winds up until the stem slips, even at a constant OP. A healthy valve has no deviation.
 pub(super) struct WindingPositioner {
     /// Its integral time, steps.
     time: f64,

@@ -55,7 +55,7 @@ pub struct Label {
     pub id: String,
     /// Its valve.
     pub valve: String,
-    /// Whether it sticks, by its label.
+    /// Whether the valve sticks, by its label.
     pub sticks: bool,
     /// Source of the recording.
     pub source: String,

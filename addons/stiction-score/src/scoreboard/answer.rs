@@ -220,7 +220,7 @@ pub struct Sure {
 /// The comparison of two detectors on the same loops.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Comparison {
-    /// Difference of the AUCs, by DeLong; null unless there are two loops of each class.
+    /// Difference of the AUCs, by DeLong; null with fewer than two loops of a class.
     pub auc: Option<AucDifference>,
     /// Sticking loops that only one calls sticking, by McNemar.
     pub recall: Discordant,

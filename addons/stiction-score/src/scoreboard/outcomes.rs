@@ -125,7 +125,7 @@ impl From<&Share> for ShareDocument {
 }
 
 impl Share {
-    /// Those of `all` that are so.
+    /// The share of `all` for which `is` is true.
     pub fn of<T>(all: &[T], is: impl Fn(&T) -> bool) -> Self {
         Self { k: all.iter().filter(|one| is(one)).count(), n: all.len() }
     }

@@ -31,7 +31,7 @@ pub struct Sureness {
 }
 
 impl Sureness {
-    /// Counts loops; `None` if none of them has a limit or a sure probability.
+    /// Counts loops; `None` if no loop has a limit or a sure probability.
     pub fn of(loops: &[Scored]) -> Option<Self> {
         let mut limits = vec![];
         let [mut above, mut cleared_above, mut cleared, mut wrong, mut sure] =

@@ -21,7 +21,7 @@ pub struct Undecided {
 pub struct HeldBack {
     /// The rule; `None` if the evidence is not the reason, for example without a probability.
     pub ruling: Option<Ruling>,
-    /// The probability of a fault; `None` where there is none.
+    /// The probability of a fault; `None` without a probability.
     pub probability: Option<Band>,
     /// Their share of the members.
     pub loops: Share,
@@ -30,7 +30,7 @@ pub struct HeldBack {
 }
 
 impl Undecided {
-    /// Counts loops; `None` if there is no member among them.
+    /// Counts loops; `None` without a member.
     pub fn of(loops: &[Scored]) -> Option<Self> {
         let members: Vec<&Scored> = loops
             .iter()

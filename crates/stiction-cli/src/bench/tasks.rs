@@ -201,7 +201,7 @@ struct Again {
     results: Results,
 }
 
-/// Reads results in files, and measures them again together: their loops must be the same.
+/// Reads results in files, and measures them again together. All results must be about the same loops.
 fn read(files: &[In]) -> Result<Again> {
     let mut submitted = vec![];
     for file in files {

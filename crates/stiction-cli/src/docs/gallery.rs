@@ -157,7 +157,7 @@ impl Shown {
         }
     }
 
-    /// Names of its page, its data file and its report.
+    /// Names of the case's page, data file and report.
     fn names(&self) -> [String; 3] {
         let tag = self.case.tag;
         [

@@ -7,14 +7,14 @@ const LIMIT_RANK: f64 = 0.4;
 /// detected with the confidence of each window's limit. A window without a limit counts as a window without
 /// information.
 ///
-/// It is the 40 % quantile, the rank rounded up. Each limit `L_i` fails for one sticking valve in twenty: S is
+/// It is the 40 % quantile, the rank rounded up. Each limit `L_i` is wrong for one sticking valve in twenty, whose S is
 /// above it. The smallest of many limits would fail far more often, because low outliers are selected. The largest
-/// would never fail more often, but one calm window makes it useless. For any dependence between failures, more
-/// than half of the limits can fail together in at most one valve of ten (Markov). Assume that the `ln(S/L_i)` have
-/// the same Gaussian distribution and any correlation `rho` from 0 to 1. Then the limit of rank `r` of K fails with
-/// `Phi((-1.645 + sqrt(1 - rho) z_r)/sd)`, with `sd` below one because the windows' own errors average out. At 40 %
-/// this never exceeds 5 %, at the lower quartile it reaches 6 %. If limits deviate from these assumptions,
-/// calibrate on long records.
+/// would never fail more often, but one calm window makes it useless. For any dependence between failures, more than
+/// half of the limits can fail together in at most one valve of ten (Markov). Assume that the `ln(S/L_i)` have the same
+/// Gaussian distribution and any correlation `rho` from 0 to 1. Then the limit of rank `r` of K fails with `Phi((-1.645
+/// + sqrt(1 - rho) z_r)/sd)`, with `sd` below one because the windows' own errors average out. At 40 % this never
+/// exceeds 5 %, at the lower quartile it reaches 6 %. If limits deviate from these assumptions, calibrate on long
+/// records.
 pub fn combined_limit(limits: &[Option<f64>]) -> Option<f64> {
     let mut sorted: Vec<f64> = limits
         .iter()

@@ -26,9 +26,9 @@ pub(super) struct Seen<'a> {
     pub fitness: &'a Fitness,
     /// The results of the published methods decide nothing. They are counted.
     pub votes: Votes,
-    /// The longest segment; `None` without one.
+    /// The longest segment; `None` without a segment.
     pub segment: Option<&'a Segment>,
-    /// The evidence of its windows, or why there is none.
+    /// The evidence of the segment's windows, or why it has none.
     pub weighing: Option<&'a Result<Weighing, Abstention>>,
     /// Whether the columns belong together and the PV responds.
     pub belonging: &'a Belonging<'a>,

@@ -177,7 +177,7 @@ impl Diagnosis {
         Masked::words(&self.masked)
     }
 
-    /// The valve test on which the verdict rests; `None` if it rests on something else.
+    /// The valve test on which the verdict rests; `None` if it does not rest on a test.
     pub fn deciding_test(&self) -> Option<&TestReading> {
         self.test.as_ref().filter(|_| self.verdict.basis == Basis::ValveTest)
     }

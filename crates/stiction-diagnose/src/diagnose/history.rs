@@ -1,8 +1,8 @@
 //! Several recordings or windows of one valve together: their joint verdict, and whether the valve gets worse.
 //!
 //! The evidence of all windows together forms one [`Pool`], which the model of [`Valves`] weighs like that of one
-//! recording. So a week gives the same result as one recording and as seven. The log-odds of recordings without a pool,
-//! such as those of a recorded position or of an OP alone, are averaged.
+//! recording. So a week gives the same result as one recording or as seven recordings. The log-odds of recordings
+//! without a pool, such as those of a recorded position or of an OP alone, are averaged.
 //!
 //! # Drift of S
 //!

@@ -18,7 +18,7 @@ pub struct Kpi {
     pub unit: &'static str,
     /// Meaning, a sentence.
     pub meaning: &'static str,
-    /// Why there is no value, or the assumption behind it.
+    /// Why the value is missing, or the assumption behind it.
     pub note: Option<String>,
 }
 

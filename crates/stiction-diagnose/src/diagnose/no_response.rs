@@ -167,8 +167,8 @@ const ONE_WAY: f64 = 0.8;
 const AWAY: f64 = 10.0;
 /// Share of the OP's span above which no loop can hold its PV to the last digit: this rest names the fault alone.
 const OVERWHELMING: f64 = 20.0;
-/// Probability from which the evidence alone gives "does not respond"; ours. `docs/accuracy.md` reports how often that is
-/// right.
+/// Probability from which the evidence alone gives "does not respond"; our own choice. `docs/accuracy.md` reports how
+/// often that is right.
 pub const NAMED_FROM: f64 = 0.7;
 /// Probability from which the evidence gives it if the PV is constant.
 const SUPPORTED_FROM: f64 = 0.2;

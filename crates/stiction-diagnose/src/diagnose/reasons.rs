@@ -60,8 +60,8 @@ fn models(evidence: &Evidence) -> String {
     )
 }
 
-/// Observations that agree with the probability of their line, then those that do not. Each is given with whether it is
-/// evidence of sticking.
+/// Observations that agree with the probability of their line, then observations that disagree. Each is given with
+/// whether it is evidence of sticking.
 fn agreeing(parts: Vec<(bool, String)>, probability: f64, none: &str) -> String {
     let (with, against): (Vec<_>, Vec<_>) =
         parts.into_iter().partition(|(sticks, _)| *sticks == (probability >= 0.5));

@@ -64,7 +64,7 @@ impl Mismatch {
 /// Whether OP and PV belong together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Relation {
-    /// The likely mistake; `None` if there is none, or too little happens to decide.
+    /// The likely mistake; `None` without a mistake, or if too little happens to decide.
     pub mismatch: Option<Mismatch>,
     /// The evidence for it: a sentence. Empty without a mistake.
     pub because: String,
@@ -132,8 +132,8 @@ const RANGES: [(f64, f64); 10] = [
     (0.2, 1.0),
     (0.0, 1000.0),
 ];
-/// A signal is at its set point if its mean distance is below one standard deviation, and it crosses the set point
-/// at least this often.
+/// A signal is at its set point if its mean distance is below one standard deviation and it crosses the set point at
+/// least this many times.
 const CROSSINGS: usize = 8;
 /// Least distance of a signal that is far from its set point and never reaches it, in standard deviations.
 const FAR: f64 = 5.0;
@@ -347,7 +347,7 @@ fn misplaced(op: &[f64], pv: &[f64], sp: &[f64]) -> Option<(Mismatch, String)> {
 struct Laws {
     op_after_pv: Vec<Option<Law>>,
     pv_after_op: Vec<Option<Law>>,
-    /// Those of averages, in both directions.
+    /// The laws of averages, in both directions.
     averaged: Vec<Law>,
     /// The order of samples and at each scale of averaging.
     orders: Vec<f64>,

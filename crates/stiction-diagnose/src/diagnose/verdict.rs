@@ -137,8 +137,8 @@ impl Limit {
 }
 
 impl Votes {
-    /// Counts one vote for each [`Family`]: the majority of its methods that decide on stiction. Methods that only
-    /// test for linearity have no vote.
+    /// Counts one vote for each [`Family`]: the decision of the majority of its methods that decide on stiction.
+    /// Methods that only test for linearity have no vote.
     pub fn of(findings: &[Finding]) -> Self {
         let mut votes = Self::default();
         for (_, decision) in Self::by_family(findings) {
@@ -238,7 +238,7 @@ pub struct Limit {
     pub confidence: f64,
 }
 
-/// A cause other than the concluded one, and how likely it is.
+/// A cause other than the conclusion, and its likelihood.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Alternative {
@@ -262,7 +262,7 @@ pub struct Stiction {
     /// Slip jump, percent of span.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
-    /// The nominal coverage of the intervals, such as 0.9; `None` if the intervals have none.
+    /// The nominal coverage of the intervals, such as 0.9; `None` for intervals without a nominal coverage.
     pub coverage: Option<f64>,
     /// Why a number is missing.
     pub why_not: Option<String>,

@@ -54,7 +54,7 @@ pub struct Weighing {
         schemars(with = "Vec<Testimony>")
     )]
     pub lines: Vec<(Line, f64)>,
-    /// The probability of every cause; they add up to one.
+    /// The probability of every cause. The probabilities add up to one.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub causes: Vec<(Cause, f64)>,
     /// S if the valve sticks, percent of span, with its 90 % interval of any width.

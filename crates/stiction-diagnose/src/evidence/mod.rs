@@ -85,8 +85,8 @@ struct Part {
     measure: fn(&Prepared<'_>, &mut Vec<f64>),
 }
 
-/// The parts that are measured one by one, in the order of [`Evidence::values`]. After them come [`model`] and
-/// [`information`], whose fits are kept, and [`raw`], which uses these.
+/// The parts that are measured one by one, in the order of [`Evidence::values`]. [`model`] and [`information`] follow,
+/// whose fits are kept, and [`raw`], which uses these fits.
 const PARTS: [Part; 6] = [
     Part { features: &patterns::FEATURES, op_only: false, measure: patterns::measure },
     Part { features: &op_shape::FEATURES, op_only: true, measure: op_shape::measure },

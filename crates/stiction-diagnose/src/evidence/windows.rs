@@ -6,8 +6,8 @@
 //!
 //! A window has [`WINDOW_SAMPLES`] samples or, if the loop cycles slowly, [`WINDOW_CYCLES`] cycles. To detect that,
 //! windows of growing length are tried. Cycles count as cycles of the loop if windows contain [`FEWEST_CYCLES`] or more
-//! of them. Drift has no period of its own: a longer window then shows a longer one. A day is not a cycle of the loop,
-//! hence [`SLOWEST_S`].
+//! of them. Drift has no period, so a longer window then shows a longer period. A day is not a cycle of the loop, hence
+//! [`SLOWEST_S`].
 
 use super::recorded_period;
 use crate::parallel::*;

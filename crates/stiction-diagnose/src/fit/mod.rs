@@ -123,7 +123,7 @@ pub struct Fit {
     pub valve: Part<FittedValve>,
     /// The limit cycle of that loop beside the recording.
     pub cycle: Part<Cycle>,
-    /// Loops drawn from all possible ones; none if a part is missing.
+    /// Loops drawn from all possible loops; empty if a part is missing.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub draws: Vec<Draw>,
     /// Whether the valve began or ceased to stick within the recording; only the part since then is fitted.

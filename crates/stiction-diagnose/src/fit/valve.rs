@@ -21,7 +21,7 @@ const LEAST_SPREAD: f64 = 0.2;
 const STARTS: [f64; 5] = [0.0, -0.45, 0.45, -0.9, 0.9];
 /// The smallest weight of a valve that follows, and of one that does not, before the PV is used.
 const LEAST_WEIGHT: f64 = 0.03;
-/// Processes to try behind each valve.
+/// Number of processes to try with each valve.
 const TRIED: usize = 10;
 
 /// The valve of a recording.

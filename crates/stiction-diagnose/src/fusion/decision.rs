@@ -1,4 +1,4 @@
-//! Probabilities from which a valve is accused, and up to which it is cleared.
+//! The probability from which a valve is accused, and the probability up to which it is cleared.
 
 use crate::error::{Error, Result};
 

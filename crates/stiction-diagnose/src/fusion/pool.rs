@@ -9,9 +9,9 @@ use std::str::FromStr;
 
 /// What the windows of one valve say together, for [`Valves`].
 ///
-/// Of each window, with the share of it that overlaps none before it as weight: log-odds of a fault, S with the
-/// width of its interval, detection limit, span of the OP, and the features of the model. It holds their sums, the
-/// sums of some squares, and the extremes of log-odds, limit and span.
+/// For each window: log-odds of a fault, S with the width of its interval, detection limit, span of the OP, and the
+/// features of the model. The weight of a window is the share of it that overlaps no earlier window. It holds their
+/// sums, the sums of some squares, and the extremes of log-odds, limit and span.
 ///
 /// Sums are of integers (multiples of `2^-20`), so they are the same to the bit in any order and however the windows
 /// are grouped. It has about 2 kB, as text 3 kB, however many windows it has.
@@ -26,7 +26,7 @@ pub struct Pool {
 const ONE: f64 = (1 << 20) as f64;
 /// The largest value; larger ones, in features only, count as this.
 const LARGEST: f64 = (1 << 26) as f64;
-/// The largest value. Larger values, which occur in features only, count as this value.
+/// Log-odds beyond the log-odds of this probability count as these.
 const SUREST: f64 = 0.999;
 /// Standard deviation of `ln S` below which an interval counts as no narrower.
 const NARROWEST: f64 = 0.05;

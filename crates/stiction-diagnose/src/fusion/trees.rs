@@ -62,8 +62,8 @@ pub fn row(values: &[f64]) -> Vec<f32> {
 }
 
 impl Ensemble {
-    /// The sum of a base and trees, each given by its nodes in preorder: a split, all of its left
-    /// branch, all of its right branch.
+    /// The sum of a base and trees. The nodes of each tree are given in preorder: a split, its whole left branch, its
+    /// whole right branch.
     ///
     /// # Errors
     /// If a tree is not complete, continues after its end, branches right beyond 65,535 nodes or has more than 255
@@ -82,7 +82,7 @@ impl Ensemble {
         }
     }
 
-    /// The sum of a base and of trees that follow each other, each in preorder.
+    /// The sum of a base and of consecutive trees, each in preorder.
     pub(super) fn of_steps(base: f64, mut steps: Vec<Step>) -> Result<Self> {
         if !base.is_finite() || steps.len() > u32::MAX as usize {
             return Err(damaged("a sum of trees has no base or too many nodes"));

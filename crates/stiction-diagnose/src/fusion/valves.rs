@@ -25,8 +25,8 @@ const MAGIC: [u8; 8] = *b"VALVES 1";
 /// on the pools of simulated valves of 1 to 60 windows, `addons/stiction-train/valves/train.py`. More suspicion in
 /// a window never lowers the probability.
 ///
-/// It needs OP and PV. `docs/accuracy.md` compares it with its windows alone on kinds of loops that it was not
-/// trained on.
+/// It needs OP and PV. `docs/accuracy.md` compares its verdict with the verdict from single windows, on kinds of loops
+/// that were not in its training.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Valves {
     /// The name of its training.

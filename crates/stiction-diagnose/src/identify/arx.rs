@@ -141,7 +141,7 @@ pub(crate) struct Target {
     /// The series, followed by zeros that no model uses.
     y: Vec<f64>,
     n: usize,
-    /// First predicted sample; the same for all delays, so that sums of squares are comparable.
+    /// First predicted sample. It is the same for all delays, so that sums of squares are comparable.
     first: usize,
     delays: Vec<usize>,
     /// Lower triangle of the factored normal equations of the common columns.
@@ -162,8 +162,8 @@ pub(crate) struct Fits {
 }
 
 impl Target {
-    /// The target `y`, of variance one, for inputs at each of `delays` (at least 1); `None` if there are
-    /// too few samples, or `y` is constant.
+    /// The target `y`, of variance one, for inputs at each of `delays` (at least 1); `None` if the samples are too few,
+    /// or `y` is constant.
     pub fn new(y: &[f64], delays: &[usize]) -> Option<Self> {
         let longest = delays.iter().max()? + TAPS - 1;
         let (n, first) = (y.len(), longest.max(PAST));

@@ -147,7 +147,7 @@ pub struct FittedController {
 /// The controller whose output is the OP of a segment.
 ///
 /// # Errors
-/// In words: why there is none, or why it cannot be identified.
+/// In words: why the OP is not a controller's output, or why the controller cannot be identified.
 pub fn fit(segment: &Segment) -> Result<FittedController, Abstention> {
     let pv = segment.pv.as_deref().ok_or_else(|| no("without a PV no controller can be fitted"))?;
     let n = segment.len();

@@ -142,7 +142,7 @@ pub struct Information {
     pub samples: usize,
     /// Recorded samples per instant.
     pub factor: usize,
-    /// Number of independent ones among them.
+    /// Number of independent samples among these.
     pub independent: f64,
     /// Correlation of neighbouring errors behind the valve that follows.
     pub autocorrelation: f64,
@@ -220,7 +220,7 @@ struct Problem {
     /// Number of common columns.
     common: usize,
     target: Vec<f64>,
-    /// The square root of each row's weight; columns and target already contain it.
+    /// The square root of each row's weight. Columns and target already contain this factor.
     weights: Vec<f64>,
     gram: DMatrix<f64>,
     products: DVector<f64>,
@@ -616,7 +616,7 @@ fn block_means(x: &[f64], factor: usize, blocks: usize) -> Vec<f64> {
     x.chunks_exact(factor).take(blocks).map(mean).collect()
 }
 
-/// Valves of both models at rest at their places under this OP, one a lane.
+/// Valves of both models at rest at their initial positions under this OP, one per lane.
 fn starting(valves: [Candidate; LANES], op: f64) -> TwoPhaseLanes {
     // All of them are valid.
     let bands = valves.map(|v| Bands::from_s_j(v.s, v.j * v.s).unwrap_or(Bands::NONE));

@@ -317,7 +317,7 @@ impl<'a> Trial<'a> {
         Some((x, self.record.lines(&sums)[DELAY]))
     }
 
-    /// Unexplained share of the variance of VP; infinite if there is no such stem.
+    /// Unexplained share of the variance of VP; infinite for an impossible stem.
     fn left(&self, tried: &[f64; PARAMETERS]) -> f64 {
         self.response(tried).map_or(f64::INFINITY, |(_, line)| line.left)
     }

@@ -1,7 +1,7 @@
 //! Valve models fitted to a recorded valve position.
 //!
 //! # What it measures
-//! Which of the data-driven models follows the recorded position (VP) best, with which S and J, and how sure these
+//! Which of the data-driven models follows the recorded position (VP) best, with which S and J, and how certain these
 //! are.
 //!
 //! # Assumptions

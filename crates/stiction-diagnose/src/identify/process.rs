@@ -149,8 +149,8 @@ pub fn fit(
     Ok(found.summarised(step))
 }
 
-/// The middle of a signal, at most [`MOST_SAMPLES`] of it, with mean 0 and variance 1, and its standard deviation;
-/// `None` if it does not move.
+/// The middle of a signal, at most [`MOST_SAMPLES`] samples, with mean 0 and variance 1, and its standard deviation;
+/// `None` for a constant signal.
 fn of_variance_one(x: &[f64]) -> Option<(Vec<f64>, f64)> {
     let spare = x.len().saturating_sub(MOST_SAMPLES);
     let mut middle = centred(&x[spare / 2..x.len() - spare.div_ceil(2)]);

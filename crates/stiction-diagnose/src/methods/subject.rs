@@ -126,7 +126,7 @@ impl<'a> Subject<'a> {
             .as_ref()
     }
 
-    /// The half waves of the control error around its mean; none without a PV.
+    /// The half waves of the control error around its mean; empty without a PV.
     pub fn error_half_waves(&self) -> &[HalfWave] {
         self.error_half_waves.get_or_init(|| {
             self.error().map_or(vec![], |error| half_waves(&centred(&error.values)))

@@ -8,7 +8,7 @@ use crate::series::noise_std;
 const FEWEST: usize = 20;
 const NOISE: f64 = 2.0;
 
-/// The number of samples for which the signal is frozen; `None` if it is not.
+/// The number of samples for which the signal is frozen; `None` for a signal that is not frozen.
 pub(super) fn frozen(spells: &[Manual]) -> Option<usize> {
     let values: Vec<f64> = spells.iter().flat_map(|spell| spell.pv.iter().copied()).collect();
     let mut from = 0;

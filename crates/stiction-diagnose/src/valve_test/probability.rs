@@ -10,8 +10,8 @@
 //! hardly separates the two, so half of the second counts. The likelihoods assume a linear process and a load that goes
 //! on as before. So the certainty of sticking is limited by the correlation `r` of the responses with the responses of
 //! the likeliest valve. Operation misses more sticking valves than its probability says, because this is the
-//! probability of sticking that a recording can show. So its weight is below 1. No probability is below 1 % or above 99
-//! %, because no more tests bear it out (docs/accuracy-tests.md).
+//! probability of sticking that a recording can show. So the weight of this probability is below 1. No probability is
+//! below 1 % or above 99 %, because no more tests bear it out (docs/accuracy-tests.md).
 //!
 //! # Source
 //! Ours. `a`, `b` and `c` are a logistic regression of 2,658 simulated tests of the population (`stiction-train --n 2400

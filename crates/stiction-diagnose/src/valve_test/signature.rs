@@ -558,7 +558,7 @@ impl Ramped {
         Some(best?.1)
     }
 
-    /// The likeliest valve near another one.
+    /// The likeliest valve near a given valve.
     fn refined(&self, near: Candidate, places: &[Option<usize>]) -> Candidate {
         let all = |of: Candidate| self.errors(of, places).map_or(f64::INFINITY, |of| of.all());
         let (mut best, mut least) = (near, all(near));

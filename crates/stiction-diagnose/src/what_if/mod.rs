@@ -230,7 +230,7 @@ impl Prediction {
         }
     }
 
-    /// The cycle, if it is one.
+    /// The cycle, if the result is a cycle.
     pub fn cycle(&self) -> Option<&Cycle> {
         match self {
             Self::Cycle(cycle) => Some(cycle),
@@ -279,7 +279,7 @@ impl Row {
 pub struct WhatIf {
     /// The actions, the smallest [`Row::worst_error`] first.
     pub rows: Vec<Row>,
-    /// Effects and cost of retuning; `Err` gives the reason if there is no other tuning.
+    /// Effects and cost of retuning. If no other tuning exists, `Err` gives the reason.
     pub retuning: std::result::Result<Retuning, String>,
     /// The recommendation, in sentences.
     pub recommendation: Vec<String>,

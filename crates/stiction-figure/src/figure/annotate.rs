@@ -32,7 +32,7 @@ pub(super) struct Mark {
 /// A block of centred lines of text.
 pub(super) struct Note {
     pub rect: Rect,
-    /// Abscissa of its object, which moves when a reader zooms along x; `None` if it does not move.
+    /// Abscissa of the annotated object, which moves when a reader zooms along x; `None` for a fixed text.
     pub anchor: Option<f64>,
     pub lines: Vec<String>,
 }

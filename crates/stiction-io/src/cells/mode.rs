@@ -28,7 +28,7 @@ pub enum Codes {
     /// 0 manual, 1 automatic, 2 cascade.
     #[default]
     Common,
-    /// Those of DeltaV: one bit for each mode.
+    /// The code of DeltaV: one bit for each mode.
     DeltaV,
 }
 

@@ -32,7 +32,7 @@ impl DecimalMark {
         }
     }
 
-    /// The other mark, which then separates thousands.
+    /// The opposite mark, which then separates thousands.
     pub fn other(self) -> Self {
         match self {
             Self::Point => Self::Comma,

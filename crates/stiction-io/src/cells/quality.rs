@@ -66,8 +66,8 @@ impl Code {
         Self::of_flags(name).or_else(|| ends_with(name, "quality").then_some(Self::Validity))
     }
 
-    /// The code of a column, from its name and all its numbers; `None` if they are ambiguous. It is the code to which
-    /// most numbers belong that belong to no other. Numbers that OPC DA would all call bad may have another meaning:
+    /// The code of a column, from its name and all its numbers; `None` if several codes are possible. Between OPC UA
+    /// and OPC DA, the larger number of codes decides. Numbers that OPC DA would all call bad may have another meaning:
     /// Wonderware writes 0 for good.
     fn of(name: &str, numbers: &[f64]) -> Option<Self> {
         let name = name.to_lowercase().replace(['_', ' '], "");
@@ -275,8 +275,8 @@ fn of_cell(
     }
 }
 
-/// The quality of a flag beside a number. PI marks questionable values. Of one or two letters, which may be a unit, only
-/// the user knows it.
+/// The quality of a flag beside a number. PI marks questionable values. Of a flag of one or two letters, which may be a
+/// unit, only the user knows the meaning.
 pub fn of_flag(flag: &str, words: &[(String, Quality)]) -> Option<Quality> {
     match words.iter().find(|(word, _)| word.eq_ignore_ascii_case(flag)) {
         Some((_, quality)) => Some(*quality),

@@ -46,7 +46,7 @@ pub struct Values {
 }
 
 impl Values {
-    /// Those of finite `values`; `None` if there are none.
+    /// Values of the finite `values`; `None` if none is finite.
     pub fn of(values: &[f64]) -> Option<Self> {
         let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
         let (low, high) = sorted

@@ -74,7 +74,7 @@ impl ReadOptions {
 }
 
 impl ReadOptions {
-    /// These options, completed by the options `below`. An option of `x` counts only where these options give no value.
+    /// These options, completed by the options `below`. An option of `below` counts only where these options give no value.
     #[must_use]
     pub fn over(self, below: Self) -> Self {
         fn both<T>(first: Vec<T>, then: Vec<T>) -> Vec<T> {
@@ -163,7 +163,7 @@ pub struct LoopSettings {
 }
 
 impl LoopSettings {
-    /// These settings, completed from those `below`.
+    /// These settings, completed by the settings `below`.
     fn over(self, below: Self) -> Self {
         Self {
             loop_type: self.loop_type.or(below.loop_type),

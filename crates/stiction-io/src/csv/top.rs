@@ -309,8 +309,8 @@ fn grouped(groups: &StringRecord, names: &StringRecord) -> Option<Vec<String>> {
     distinct(&combined).then_some(combined)
 }
 
-/// The names of the columns if each of the `tags` stands above its times, with nothing above the values beside them, as PI
-/// DataLink writes it.
+/// The names of the columns if each of the `tags` stands above its times, with nothing above its values, as PI DataLink
+/// writes them.
 fn over_times(tags: &StringRecord, sample: &StringRecord) -> Option<Vec<String>> {
     let cell = |record: &StringRecord, k: usize| record.get(k).unwrap_or("").trim().to_owned();
     let mut names = vec![];

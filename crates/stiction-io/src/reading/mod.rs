@@ -106,8 +106,8 @@ pub fn visit(
     build(File::open(path, &origin)?, &origin, options, visit)
 }
 
-/// Reads recordings from `bytes`, whose format is detected from their beginning. `origin` is their name in errors,
-/// and the name of a loop without another one.
+/// Reads recordings from `bytes`, whose format is detected from their beginning. `origin` is the name of the bytes in
+/// errors, and the name of a loop without a name.
 ///
 /// # Errors
 /// If the bytes are of no known format, or no column is known as a controller output; if a cell does not fit its
@@ -126,7 +126,7 @@ pub fn columns(bytes: &[u8], origin: &str) -> Result<Vec<String>> {
     Ok(columns.map(|column| column.name).collect())
 }
 
-/// Reads recordings from a table in memory. `x` of the sheet is its name in errors, and the name of a loop without a
+/// Reads recordings from a table in memory. `origin` of the sheet is its name in errors, and the name of a loop without a
 /// name.
 ///
 /// # Errors

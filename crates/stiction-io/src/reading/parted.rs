@@ -312,7 +312,7 @@ impl PartedFile {
         options.of_loops(&told.collect())
     }
 
-    /// The recordings of these loops, and of those that must be read with them.
+    /// The recordings of these loops, and of loops that must be read with them.
     ///
     /// # Errors
     /// As for [`reading::parse`].

@@ -35,7 +35,8 @@ pub(super) fn chosen(
     Err(Error::Table { origin: origin.to_owned(), message })
 }
 
-/// The sheets of a workbook with loops and times, and notes on the remaining sheets. All sheets if there are none.
+/// The sheets of a workbook with loops and times, and notes on the remaining sheets. If no sheet contains a loop, all
+/// sheets are returned.
 ///
 /// # Errors
 /// If no sheet has a loop, and a column that the user names is missing in all, or names are in conflict.

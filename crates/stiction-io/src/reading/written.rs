@@ -122,7 +122,7 @@ enum Table {
     Loop(String),
 }
 
-/// A value with its reason; `None` if the file has two values for its key.
+/// A value with its reason; `None` if the file has two different values for its key.
 type Line = Option<(String, String)>;
 
 /// A mapping file in the making.

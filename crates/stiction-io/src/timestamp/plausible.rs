@@ -338,7 +338,7 @@ fn between_rows(context: &Context<'_>, seconds: f64) -> String {
     format!(", or give the time between rows, as in {remedy}")
 }
 
-/// The possible formats of numbers, with those that fit their magnitude first, then plain units.
+/// The possible formats of numbers: first the formats that fit their magnitude, then plain units.
 fn candidates(numbers: &[f64]) -> Vec<TimeFormat> {
     let has_parts = numbers.iter().any(|n| n.fract() != 0.0);
     let dated = TimeFormat::DATED.into_iter().filter(|each| has_parts || !each.is_local());

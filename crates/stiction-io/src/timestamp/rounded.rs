@@ -13,7 +13,7 @@ const OFF: f64 = 1.2;
 /// The fewest steps of the rarer length that show rounding. A few longer steps are lost samples.
 const FEWEST: usize = 10;
 
-/// The regular times behind written ones.
+/// The regular times from which the written times were rounded.
 pub struct Regular {
     /// The difference between the two lengths of the steps, s.
     resolution: f64,
@@ -25,8 +25,9 @@ pub struct Regular {
 }
 
 impl Regular {
-    /// The regular times behind ascending ones. `None` unless rounding explains every time. Steps at random, or of
-    /// samples stored on change, do not stay this close to a regular clock. Its step has as few decimals as possible.
+    /// The regular times from which ascending times were rounded. `None` unless rounding explains every time. Steps at
+    /// random, or of samples stored on change, do not stay this close to a regular clock. Its step has as few decimals
+    /// as possible.
     pub fn of(written: &[f64]) -> Option<Self> {
         let steps = || written.windows(2).map(|pair| pair[1] - pair[0]);
         let short = steps().reduce(f64::min).filter(|step| *step >= 0.0)?;

@@ -189,8 +189,8 @@ impl Grid {
         cells[column] = cell;
     }
 
-    /// The sheet as CSV with tabs. The line of a row is its number, and all rows but empty ones have equally many tabs,
-    /// so that no other delimiter is found.
+    /// The sheet as CSV with tabs. The line of a row is its number. All rows but empty ones have the same number of
+    /// tabs, so that no other delimiter is found.
     pub fn text(&self) -> String {
         let width = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let mut text = String::new();

@@ -28,7 +28,7 @@ pub struct Cascade {
     pub process: Process,
     /// Set point of the master, in its PV units.
     pub set_point: Signal,
-    /// Measurement noise and output disturbances of the master's PV; their sum adds to it.
+    /// Measurement noise and output disturbances of the master's PV. Their sum is added to the PV.
     pub measurement: Vec<Signal>,
     /// The master's PV at the operating point.
     pub pv_rest: f64,

@@ -228,7 +228,7 @@ impl Controller {
     }
 }
 
-/// A controller at its start: its settings, its sample time, and its initial state.
+/// A controller at its start, with its settings, its sample time and its initial state.
 pub struct Engaged<'a> {
     settings: &'a Controller,
     sample_time: f64,

@@ -4,7 +4,7 @@ use super::{Controller, DeadTime, Manual, Process, SampledProcess, Signal, Signa
 use crate::error::{Error, Result, finite, non_negative};
 use crate::valve::Assembly;
 
-/// A control loop with its signals. Plain data; [`ClosedLoop::run`] simulates it.
+/// A control loop with its signals. The structure contains only data. [`ClosedLoop::run`] simulates it.
 ///
 /// ```
 /// use stiction_model::closed_loop::{ClosedLoop, Controller, Process};

@@ -19,7 +19,7 @@ pub trait OwnController {
 
 /// A custom process, around its operating point.
 pub trait OwnProcess {
-    /// Starts at rest; each step then advances by `sample_time` seconds.
+    /// Starts at rest. Each step then advances by `sample_time` seconds.
     fn restart(&mut self, sample_time: f64);
 
     /// The PV, before the input of the present sample acts.

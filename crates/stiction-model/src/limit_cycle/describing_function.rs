@@ -104,7 +104,7 @@ pub struct DescribingFunction(Motion);
 enum Motion {
     /// The identity.
     Follows,
-    /// It rests until the OP has returned by `turn`, then trails it by `drag`.
+    /// It rests until the OP has returned by `turn`, then follows it with a distance of `drag`.
     Slides { turn: f64, drag: f64 },
     /// It climbs steps of height `step`; up and down are `apart`.
     Stairs { apart: f64, step: f64 },

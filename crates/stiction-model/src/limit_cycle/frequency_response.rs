@@ -297,7 +297,7 @@ impl FrequencyResponse {
         grid
     }
 
-    /// The largest frequency at which the gain is `gain`; `x` if it never is.
+    /// The largest frequency at which the gain is `gain`; `None` if it never is.
     pub(super) fn last_crossover(&self, gain: f64) -> Option<f64> {
         self.where_gain_is(gain).last().copied()
     }

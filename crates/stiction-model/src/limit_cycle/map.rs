@@ -269,7 +269,7 @@ impl Point {
         }
     }
 
-    /// Why there is none, or why that is not known; empty for a cycle.
+    /// Why no cycle exists, or why this is unknown; empty for a cycle.
     pub fn reason(&self) -> &str {
         match self {
             Self::Cycle { .. } => "",
@@ -366,7 +366,7 @@ impl From<&Map> for MapDocument {
 }
 
 impl Map {
-    /// Computes a map; its points in parallel, the same on any number of threads.
+    /// Computes a map. Its points are computed in parallel, and are the same on any number of threads.
     ///
     /// # Errors
     /// If both axes vary the same parameter, also as a ratio, or an axis varies a parameter that the loop does not
@@ -491,9 +491,9 @@ pub struct Sensitivity {
     pub half_pp: Swing,
 }
 
-/// The sensitivities of the exact cycle of a loop to every parameter that it has and that is not 0. Ratios, which
-/// add nothing, and parameters at which the cycle ends or cannot be found are left out. Without a cycle there are
-/// none.
+/// The sensitivities of the exact cycle of a loop to every parameter that it has and that is not 0. Ratios, which add
+/// nothing, and parameters at which the cycle ends or cannot be found are left out. The result is empty without a
+/// cycle.
 ///
 /// # Errors
 /// If the loop cannot be computed exactly.

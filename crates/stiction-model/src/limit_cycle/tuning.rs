@@ -253,7 +253,7 @@ fn tuned(continuous: &ContinuousLoop, controller: &Controller) -> ContinuousLoop
     ContinuousLoop { controller: controller.clone(), ..continuous.clone() }
 }
 
-/// The final cycle of a loop, by describing function; `None` if there is none.
+/// The final cycle of a loop, by describing function; `None` without a cycle.
 ///
 /// # Errors
 /// As [`harmonic_balance()`].

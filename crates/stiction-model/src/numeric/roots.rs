@@ -50,8 +50,8 @@ pub fn crossing(mut f: impl FnMut(f64) -> f64, a: f64, b: f64) -> Option<f64> {
 
 /// The first point at which `f` falls below 0 on `[0, end]`; 0 if it is below from the start, `None` if never.
 ///
-/// `f` must be monotone between successive `nodes`, which are ascending; those outside `(0, end)`
-/// are ignored.
+/// `f` must be monotone between successive `nodes`, which are in ascending order. Points outside `(0, end)` are
+/// ignored.
 pub fn first_fall(
     mut f: impl FnMut(f64) -> f64,
     nodes: impl IntoIterator<Item = f64>,

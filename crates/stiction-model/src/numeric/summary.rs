@@ -16,7 +16,7 @@ pub fn std(x: &[f64]) -> f64 {
     variance(x).sqrt()
 }
 
-/// The smallest sample; infinite for none.
+/// The smallest sample; infinite for an empty list.
 pub fn min(x: &[f64]) -> f64 {
     x.iter().copied().fold(f64::INFINITY, f64::min)
 }

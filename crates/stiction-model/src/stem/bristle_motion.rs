@@ -241,7 +241,7 @@ impl<L: BristleLaw<N>, const N: usize> BristleMotion<L, N> {
         }
     }
 
-    /// The force away from its end stop exceeds the force that holds it there.
+    /// The force away from the end stop exceeds the force that holds the stem there.
     fn leave_stop(&mut self, now_s: f64, recorder: &mut Recorder<'_>) {
         self.held = false;
         self.direction = opposite(self.direction);

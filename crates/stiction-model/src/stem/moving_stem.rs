@@ -81,9 +81,9 @@ impl MovingStem {
         self.run.state(self.time_s).sampled(self.time_s)
     }
 
-    /// Whether the stem rests. A stem on bristles (Dahl, LuGre, GMS) never quite does. It counts as moving once it
-    /// has left its position by more than the bristles yield, faster than a thousandth of its stroke per second,
-    /// and as stuck once its speed has fallen to half of that.
+    /// Whether the stem rests. A stem on bristles (Dahl, LuGre, GMS) never quite does. It counts as moving once it has
+    /// left its position by more than the bristles yield, faster than a thousandth of its stroke per second. It counts
+    /// as stuck once its speed has fallen to half of this speed.
     pub fn is_stuck(&self) -> bool {
         self.run.equations().is_stuck()
     }

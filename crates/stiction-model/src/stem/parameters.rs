@@ -71,7 +71,7 @@ impl StemParameters {
         }
     }
 
-    /// These parameters, if each is finite and in its range.
+    /// Returns these parameters if each is finite and in range.
     ///
     /// # Errors
     /// If a parameter is not finite or out of range.
@@ -192,8 +192,8 @@ impl ParameterSet {
     /// ```
     ///
     /// # Errors
-    /// [`Error::UnknownName`] if there is no such law or parameter, [`Error::Missing`] if the law has parameters
-    /// that neither the set nor the changes give; otherwise if a value is out of its range.
+    /// [`Error::UnknownName`] if no such law or parameter exists, [`Error::Missing`] if the law has parameters that
+    /// neither the set nor the changes give, or an error if a value is out of range.
     pub fn stem_with<N: AsRef<str>>(
         &self,
         friction: Option<&str>,

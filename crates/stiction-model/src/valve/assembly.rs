@@ -3,7 +3,7 @@
 use super::{AnyModel, Start, StemLag, Valve, follow};
 use crate::error::{Error, Result};
 
-/// Input limits, then a model, then stem dynamics; the first and the last are optional.
+/// Input limits, then a model, then stem dynamics. Limits and dynamics are optional.
 ///
 /// With limits, the OP is clipped before the model, as by a positioner or an actuator at the end of its air supply.
 /// The position is kept within the same range, as by end stops. A model that trails its input by `fd` then only
@@ -86,8 +86,8 @@ impl Assembly {
         (self.limits.is_none() && self.lag.is_none()).then_some(&self.model)
     }
 
-    /// The state from which [`Valve::restart`] continues its present motion; `None` if its memory is larger, as
-    /// with a lag and for Kano's and Choudhury's models.
+    /// The state from which [`Valve::restart`] continues the present motion; `None` if the memory is larger, as with a
+    /// lag and for Kano's and Choudhury's models.
     ///
     /// ```
     /// use stiction_model::valve::{Assembly, Model, Valve};

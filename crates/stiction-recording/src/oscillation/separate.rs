@@ -41,7 +41,7 @@ pub struct Peak {
     pub is_oscillation: bool,
 }
 
-/// The oscillations of `x`, which has no mean, by power; none if there are no significant peaks.
+/// The oscillations of `x`, which has zero mean, by power; empty without significant peaks.
 ///
 /// The band of each peak extends from its frequency over the square root of two to its frequency times that, or to
 /// the geometric mean with a nearer neighbour. Other frequencies are set to zero in the transform of the series,

@@ -41,7 +41,7 @@ const NEAR: usize = 2;
 /// Fewest levels of an operator, and different ones among them, if the OP moves with nearly every other sample.
 const FEWEST_HELD: usize = 6;
 const FEWEST_DIFFERENT: usize = 3;
-/// Fewest other samples, and the largest share of them that repeat the last one.
+/// Fewest other samples, and the largest share of these samples that repeat the last sample.
 const FEWEST_OUTSIDE: usize = 100;
 const STILL: f64 = 0.1;
 /// Share of steps that reverse the last one.

@@ -198,7 +198,8 @@ const OP_LEVELS: Rule = Rule::less(MeasureId::OpLevels, 10.0, None);
 const COMPRESSION: Rule = Rule::more(MeasureId::CompressionFactor, 3.0, None);
 /// A PV of fewer straight lines than this shows only the interpolation of its historian.
 const FEWEST_LINES: f64 = 4.0;
-/// A PV without change for a tenth of the time may be a frozen signal; for more than half of it, it is one.
+/// A PV that is constant for a tenth of the time may be a frozen signal. A PV that is constant for more than half of
+/// the time is one.
 const FROZEN: Rule = Rule::more(MeasureId::LongestFrozenPv, 10.0, Some(50.0)).percent();
 /// A twentieth of the time at a limit bends the waves; with half of the time the loop is open.
 const SATURATED: Rule = Rule::more(MeasureId::OpAtLimit, 5.0, Some(50.0)).percent();

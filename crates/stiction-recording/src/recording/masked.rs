@@ -79,8 +79,8 @@ impl Masked {
         }
     }
 
-    /// How many values are masked in each signal, and the first few, such as `1 value of the PV (-9999)`; `None` if
-    /// there are none.
+    /// How many values are masked in each signal, and the first few of them, such as `1 value of the PV (-9999)`;
+    /// `None` if no value is masked.
     pub fn words(masked: &[Self]) -> Option<String> {
         const MOST: usize = 3;
         let signals = masked.chunk_by(|a, b| a.signal == b.signal).map(|of| {
@@ -215,7 +215,7 @@ impl Channel {
         }
     }
 
-    /// The values of its masked samples, the most frequent first; `signal` is its name.
+    /// The values of the masked samples, the most frequent first. `signal` is the name of the signal.
     pub fn masked_values(&self, signal: &'static str) -> Vec<Masked> {
         let mut samples: Vec<&MaskedSample> = self.masked.iter().collect();
         samples.sort_by(|a, b| {
@@ -677,7 +677,7 @@ impl<'a> Samples<'a> {
         (vec![], Reach::around(self.values.iter().copied()).unwrap_or(reach))
     }
 
-    /// Why the samples of one value are no measurements; `None` if they may be.
+    /// Why the samples of one value are no measurements; `None` if they may be measurements.
     fn kind(
         &self,
         group: &[usize],

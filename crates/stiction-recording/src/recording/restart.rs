@@ -2,9 +2,8 @@
 //! that overflows, the end of summer time without a zone.
 //!
 //! The rows between two restarts are a *run*. Runs stay in the order of the file, and later times are moved. Where the
-//! signals continue, one sample time passes at the restart. So it does between runs of many cycles, if the signals stay
-//! in their range. Otherwise a gap follows that no bridge spans, so that the
-//! grid cuts there.
+//! signals continue, one sample time passes at the restart. One sample time also passes between runs of many cycles, if
+//! the signals stay in their range. Otherwise a gap follows that no bridge spans, so that the grid cuts there.
 //!
 //! Rows in disorder are not moved. A row is in disorder if the earlier rows leave a place for it: it repeats an earlier
 //! time, or lies in a gap between earlier rows or outside of them. A row belongs to a new run if earlier rows already

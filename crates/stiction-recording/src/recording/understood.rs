@@ -47,7 +47,7 @@ pub struct Row {
     pub column: String,
     /// What it is: `time`, `OP`, `PV`, `SP`, `VP` or `mode`.
     pub signal: &'static str,
-    /// Unit; for times their notation.
+    /// Unit; for times, the notation.
     pub unit: String,
     /// The smallest and the largest value.
     pub values: String,
@@ -81,7 +81,7 @@ impl Row {
 }
 
 impl Understood {
-    /// What was understood of a recording, and of its grid if it has one.
+    /// How a recording was interpreted, and how its grid was made, if it has one.
     pub fn of(recording: &Recording, grid: Option<&Grid>) -> Self {
         let columns = &recording.columns;
         let signals = [

@@ -59,8 +59,8 @@ pub fn welch(a: &[f64], b: &[f64]) -> Option<f64> {
     two_sided_t(mean(b) - mean(a), (ea + eb).sqrt(), freedom)
 }
 
-/// Cliff's delta: the share of pairs in which the value of `b` is above that of `a`, less the share in which it is
-/// below. It ranges from -1 (all fell) to 1 (all rose), and is 0 without pairs.
+/// Cliff's delta: the share of pairs in which the value of `b` exceeds the value of `a`, less the share in which it is
+/// smaller. It ranges from -1 (all fell) to 1 (all rose), and is 0 without pairs.
 ///
 /// Source: N. Cliff, "Dominance statistics: ordinal analyses to answer ordinal questions", Psychol. Bull.
 /// 114 (1993) 494-509 (recalled, not read).

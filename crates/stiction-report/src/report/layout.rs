@@ -73,7 +73,7 @@ pub struct Head {
     pub actions: Vec<String>,
     /// Lines of evidence, with the probability of sticking by each alone.
     pub lines: Vec<(String, f64)>,
-    /// Whether these are means of several windows, which together may say more than each.
+    /// Whether these are means of several windows. Several windows together may be more certain than each.
     pub lines_are_means: bool,
     /// Other possible causes, with the likelihood of each.
     pub causes: Vec<(String, f64)>,
@@ -300,11 +300,11 @@ fn terse(svg: &str) -> String {
 
 /// Draws curves that occur several times once, such as the PV behind several fits, and refers to them.
 ///
-/// Only curves of still pictures are shared, because the script changes the curves of live pictures. They are known by
-/// their scale.
+/// Only curves of still pictures are shared, because the script changes the curves of live pictures. The script
+/// recognises them by their scale.
 fn drawn_once(page: &str) -> String {
     const PATH: &str = "<path d=\"";
-    /// Shorter ones are not worth it.
+    /// Shorter curves are not worth it.
     const LEAST: usize = 90;
     let curve = |piece: &str| -> Option<(usize, usize)> {
         let length = piece.find('"')?;

@@ -283,7 +283,7 @@ pub(super) fn windows(section: Section, diagnosis: &Diagnosis) -> Section {
     section.with_all(figure).with(Block::details(summary, table))
 }
 
-/// The probability as a fact; `None` if there is none.
+/// The probability as a fact; `None` without a probability.
 pub(super) fn probability(diagnosis: &Diagnosis) -> Option<Fact> {
     let p = diagnosis.verdict.shown_probability()?;
     Some(Fact::new("probability of sticking", percent(p), ""))

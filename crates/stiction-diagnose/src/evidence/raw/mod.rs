@@ -53,7 +53,7 @@ pub fn net_input(prepared: &Prepared<'_>, information: Option<&Information>) -> 
     information.and_then(|told| Input::of(prepared, &told.added_stem))
 }
 
-/// One value for each of [`FEATURES`]; NaN without a net or without enough data.
+/// One value for each of [`FEATURES`]; NaN without a net, or with too few data.
 pub(super) fn values_of(
     prepared: &Prepared<'_>,
     information: Option<&Information>,

@@ -178,8 +178,8 @@ impl Record<'_> {
         })
     }
 
-    /// OP and columns less `rho` times their last value, less their levels, the columns scaled to a variance of
-    /// one; `None` if one does not move.
+    /// OP and columns less `rho` times their last value, less their levels. The columns are scaled to a variance of
+    /// one. It is `None` if a column does not move.
     fn whitened<const P: usize>(
         &self,
         shape: Shape,

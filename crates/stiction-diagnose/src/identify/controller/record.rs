@@ -23,7 +23,7 @@ pub(super) fn held(op: &[f64]) -> Option<(usize, usize)> {
     (every > 1 && regular * 20 >= gaps.len() * 19 && enough).then(|| (changes[0] % every, every))
 }
 
-/// The resolution of a signal: the common divisor of all its changes; 0 if there is none.
+/// The resolution of a signal: the common divisor of all its changes; 0 if the changes have none.
 fn quantum(x: &[f64]) -> f64 {
     let mut changes: Vec<f64> =
         x.windows(2).map(|two| (two[1] - two[0]).abs()).filter(|change| *change > 0.0).collect();

@@ -23,7 +23,7 @@ use crate::valve::{Direction, He, Start, TwoPhase};
 
 type Lane = crate::simd::Lane;
 
-/// Delays to try, samples; each candidate has a tap at the delay and one behind it.
+/// Delays to try, samples. Each candidate has one tap at the delay and one a sample later.
 const DELAYS: usize = 3;
 /// Taps in all.
 pub(super) const TAPS: usize = DELAYS + 1;
@@ -108,7 +108,7 @@ impl<'a> Target<'a> {
         done.into_iter().map(|(_, fitted)| fitted).collect()
     }
 
-    /// The scored residual of one candidate, unwhitened; the caller subtracts the median of each piece.
+    /// The scored residual of one candidate, not whitened. The caller subtracts the median of each piece.
     pub fn residual(&self, fitted: &Fitted) -> Vec<Vec<f64>> {
         let raw = Self {
             whitened: Target::new(self.pieces, 0.0, f64::INFINITY, self.gain).whitened,
@@ -164,7 +164,7 @@ impl<'a> Target<'a> {
         fitted
     }
 
-    /// The sums of each of `stages` over all pieces, each piece about its mean.
+    /// The sums of each of `stages` over all pieces. Each piece is taken about its mean.
     fn sums<L: LaneValve>(
         &self,
         of: &[Candidate],
@@ -256,7 +256,8 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The scored residuals in one piece, less their mean; sixteen fits at most, all of one friction.
+    /// The scored residuals in one piece, less their mean. At most sixteen fits are allowed, all with the same
+    /// friction.
     fn left<L: LaneValve>(&self, of: &[Fitted], piece: usize, width: Width) -> Vec<Lane> {
         let (held, white) = (&self.pieces[piece], &self.whitened[piece]);
         let candidates: Vec<Candidate> = of.iter().map(|fitted| fitted.candidate).collect();

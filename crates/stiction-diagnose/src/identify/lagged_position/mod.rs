@@ -118,7 +118,7 @@ pub struct Judgement {
     pub s_limit: f64,
     /// Standard deviations by which every healthy valve is worse than the best.
     pub t: f64,
-    /// The t from which it sticks.
+    /// The t from which the valve sticks.
     pub threshold: f64,
     /// Whether the record contains every move of the controller.
     pub moves: Moves,
@@ -142,7 +142,7 @@ pub struct Judgement {
     pub left: f64,
     /// Standard deviation of the noise of VP, percent.
     pub noise: f64,
-    /// Step in which VP is recorded, percent; 0 for none.
+    /// Step in which VP is recorded, percent; 0 without a step.
     pub quantum: f64,
     /// OP travel, percent.
     pub op_travel: f64,

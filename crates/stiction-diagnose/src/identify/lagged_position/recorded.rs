@@ -89,8 +89,8 @@ fn keeps_law(op: &[f64], pv: &[f64], sp: Option<&[f64]>) -> bool {
 /// Delays of a copy, samples; share of its samples that are equal; and fewest levels that cannot be equal by chance.
 const COPIED: (usize, f64, usize) = (3, 0.99, 20);
 
-/// The delay, in samples, of a position that only repeats the OP. No measured stem does so, not even an ideal one, as its transmitter
-/// has its own rounding.
+/// The delay, in samples, of a position that only repeats the OP. No measured stem does so, not even an ideal stem,
+/// because its transmitter rounds separately.
 pub(super) fn copied(op: &[f64], vp: &[f64]) -> Option<usize> {
     let (delays, share, fewest) = COPIED;
     let equal = |delay: usize| {

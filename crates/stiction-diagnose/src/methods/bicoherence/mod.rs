@@ -116,7 +116,7 @@ pub struct Bicoherence {
     pub segment: usize,
     /// NGI up to which the loop is linear and Gaussian.
     pub ngi_limit: f64,
-    /// NLI from which it is nonlinear.
+    /// NLI from which the loop is nonlinear.
     pub nli_limit: f64,
     /// Probability that Gaussian noise has any significant bin.
     pub alpha: f64,

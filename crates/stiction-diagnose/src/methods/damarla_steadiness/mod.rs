@@ -150,7 +150,7 @@ pub struct DamarlaTest {
 pub struct Steadiness {
     /// The statistic of the test; infinite for a difference without variance.
     pub statistic: f64,
-    /// Lower limit; minus infinity for none.
+    /// Lower limit; minus infinity without a limit.
     pub low: f64,
     /// Upper limit.
     pub high: f64,

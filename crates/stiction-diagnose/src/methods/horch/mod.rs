@@ -17,8 +17,8 @@
 //! r_opt = the r between them of the sign of r0 that is farthest from zero
 //! delta tau = |tau_l - tau_r| / (tau_l + tau_r),   delta rho = |r0 - r_opt| / |r0 + r_opt|
 //! ```
-//! Both above 2/3: sticks. Both below 1/3: does not stick. Otherwise undecided. The statistic is the smaller of the
-//! two, so that it exceeds its threshold if both do.
+//! Both above 2/3: sticks. Both below 1/3: does not stick. Otherwise undecided. The statistic is the smaller ratio, so
+//! it exceeds its threshold if both ratios do.
 //!
 //! # Parameters
 //! | name | unit | default | source |

@@ -85,7 +85,7 @@ pub struct KanoResult {
     pub caveats: Vec<String>,
 }
 
-/// For a dead band of each width, the share of the variance of `u` that `x` explains. Both signals are less their
+/// For a dead band of each width, the share of the variance of `x` that `u` explains. Both signals are less their
 /// means.
 fn explained(u: &[f64], x: &[f64], widths: &[f64; WIDTHS]) -> [f64; WIDTHS] {
     let (mut sp, mut pp, mut px) = ([0.0; WIDTHS], [0.0; WIDTHS], [0.0; WIDTHS]);

@@ -62,8 +62,8 @@ pub struct Earx {
     pub predicted: Vec<f64>,
 }
 
-/// Fits `y` as the response to `None` of the same length, with orders of one and a delay of at least one sample. It is
-/// `x` if the samples are too few or the result is not finite.
+/// Fits `y` as the response to `x` of the same length, with orders of one and a delay of at least one sample. It is
+/// `None` if the samples are too few or the result is not finite.
 pub fn fit(x: &[f64], y: &[f64], delay: usize, walk: f64) -> Option<Earx> {
     let n = y.len();
     let first = (delay + 1).max(2);

@@ -1,7 +1,8 @@
 //! Srinivasan's one-parameter Hammerstein fit.
 //!
 //! # What it measures
-//! The jump `d` of Stenman's valve with which a linear model explains the PV best, and its gain over none.
+//! The jump `d` of Stenman's valve with which a linear model explains the PV best, and the gain over a valve without a
+//! jump.
 //!
 //! # Assumptions
 //! An oscillating loop with one valve before one linear process. The valve model has no dead band without slips.

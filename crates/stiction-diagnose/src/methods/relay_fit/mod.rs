@@ -54,7 +54,7 @@ use crate::series::{HalfWave, centred, half_waves};
 pub struct RelayFit {
     /// Above it, the index indicates stiction.
     pub upper: f64,
-    /// Below it, the index indicates none.
+    /// Below it, the index indicates no stiction.
     pub lower: f64,
 }
 

@@ -1,11 +1,10 @@
 //! Ellipses through points: of OP and PV, or OP and control error.
 //!
-//! The direct fit of Fitzgibbon, Pilu and Fisher, in the stable form of Halíř and Flusser. Among all conics `a x² +
-//! b x y + c y² + d x + e y + f = 0` with `4 a c - b² = 1`, which are ellipses, it is the one with the least
-//! squares of the left-hand side (both recalled, not read; the equations were derived again). It is affine
-//! invariant: scaling an axis scales the ellipse. It prefers small ellipses if points cover only part of one.
-//! Without a solution, the result is the ellipse of the points' covariance, on which evenly spread points have this
-//! covariance.
+//! The direct fit of Fitzgibbon, Pilu and Fisher, in the stable form of Halíř and Flusser. Among all conics `a x² + b x
+//! y + c y² + d x + e y + f = 0` with `4 a c - b² = 1`, which are ellipses, the fit has the least squares of the
+//! left-hand side (both recalled, not read; the equations were derived again). It is affine invariant: scaling an axis
+//! scales the ellipse. It prefers small ellipses if points cover only part of one. Without a solution, the result is
+//! the ellipse of the points' covariance, on which evenly spread points have this covariance.
 //!
 //! References: Fitzgibbon, Pilu, Fisher, IEEE Trans. Pattern Anal. Mach. Intell. 21 (1999) 476-480;
 //! Halíř, Flusser, WSCG 1998.
@@ -68,7 +67,7 @@ impl Ellipse {
         ellipse.form.iter().all(|v| v.is_finite()).then_some(ellipse)
     }
 
-    /// Form at the point (`y`, `x`): below 1 inside, above 1 outside.
+    /// Form at the point (`x`, `y`): below 1 inside, above 1 outside.
     pub fn at(&self, x: f64, y: f64) -> f64 {
         let (x, y) = (x - self.centre[0], y - self.centre[1]);
         let [xx, xy, yy] = self.form;

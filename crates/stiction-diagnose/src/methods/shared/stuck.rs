@@ -42,8 +42,8 @@ pub struct Rests {
     pub quantum: f64,
 }
 
-/// The common divisor of all steps of `x`, except for one in a hundred; 0 if there is none, or none as small as a
-/// sensor's.
+/// The common divisor of all steps of `x`, except for one in a hundred; 0 without a common divisor, or with one larger
+/// than a sensor's resolution.
 fn quantum(x: &[f64]) -> f64 {
     let steps: Vec<f64> = x.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let moves = || steps.iter().filter(|step| **step > 0.0);

@@ -141,7 +141,7 @@ pub struct SharpCornerResult {
     pub examined: usize,
     /// Number of corners that are not noise: described by at most five points.
     pub clear: usize,
-    /// Share of sharp ones among these.
+    /// Share of sharp corners among these.
     pub share: f64,
     /// Mean width of the ellipses along the OP, percent.
     pub magnitude: f64,

@@ -5,7 +5,7 @@ use crate::drawing::{Scene, sheet};
 use crate::spoken::number;
 use stiction_figure::figure::{Figure, Legend, Panel, Scale, Series, colour};
 
-/// Patterns by their symbols: of the OP, then of the signal behind the valve.
+/// Patterns by their symbols: first the OP, then the signal downstream of the valve.
 const PATTERNS: [&str; 9] = ["DD", "DS", "DI", "SD", "SS", "SI", "ID", "IS", "II"];
 
 pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &YamashitaResult) -> Option<Figure> {

@@ -51,7 +51,7 @@ use crate::series::{centred, excess_kurtosis};
 pub struct YamashitaLevel {
     /// Above it, the kurtosis indicates stiction.
     pub upper: f64,
-    /// Below it, the kurtosis indicates none.
+    /// Below it, the kurtosis indicates no stiction.
     pub lower: f64,
 }
 

@@ -148,8 +148,8 @@ pub fn join_the_rest(assigned: &mut Assigned, names: &[&str], given: &Given<'_>)
     assigned.loops.retain(|each| each.names().next().is_some());
 }
 
-/// Loops whose names are the tag of one instrument and words, such as `FIC2106 Flow` and `FIC2106`, are one loop, if
-/// only one of them has an OP and they have no signal in common.
+/// Joins loops that are named after one instrument with different words, such as `FIC2106 Flow` and `FIC2106`. Only one
+/// of them may have an OP, and they may have no signal in common.
 pub fn join_by_instrument(assigned: &mut Assigned) {
     let mut of_tag: BTreeMap<String, Vec<usize>> = BTreeMap::new();
     for (place, each) in assigned.loops.iter().enumerate() {

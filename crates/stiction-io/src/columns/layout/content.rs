@@ -89,7 +89,7 @@ impl Content<'_> {
     }
 
     /// Whether `name` holds words of modes, possibly with missing ones. Single letters count only if they show both
-    /// automatic and manual, because alone they may be units.
+    /// automatic and manual, because a single letter may be a unit.
     pub fn is_modes(&self, name: usize) -> bool {
         let mode = |cell: &str| mode::of_cell(cell, &[], Codes::Common, DecimalMark::Point);
         let is = |cell: &str, of: Mode| mode(cell) == Some(ModeCell::Mode(of));

@@ -36,7 +36,7 @@ pub struct Recognised {
     pub column: String,
     /// Its role.
     pub role: Role,
-    /// The loop it belongs to, if its name shows one.
+    /// The loop to which the column belongs, if its name shows this.
     pub loop_name: Option<String>,
     /// The reason, in words.
     pub why: String,

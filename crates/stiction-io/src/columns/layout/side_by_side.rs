@@ -240,8 +240,7 @@ fn clocks(names: &[&str], options: &ReadOptions) -> Vec<Clock> {
     clocks
 }
 
-/// Columns of times with one name, such as `Time`, `Time2` and `Time3`. Columns of times with a shared name, such as
-/// `x`, `x` and `x`. Empty if other time columns exist.
+/// Columns of times with a shared name, such as `Time`, `Time2` and `Time3`. Empty if other time columns exist.
 fn alike(names: &[&str], is_free: impl Fn(&usize) -> bool) -> Vec<usize> {
     let stem = |i: usize| role::without_number(names[i]).to_lowercase();
     let is_time = |i: &usize| {

@@ -30,7 +30,7 @@ enum Kind {
     Dates { only_days: bool },
     /// Times of day.
     TimesOfDay,
-    /// Numbers. `x` is true if their magnitude shows that they are dates.
+    /// Numbers. `is_epoch` is true if their magnitude shows that they are dates.
     Numbers { is_epoch: bool },
 }
 

@@ -367,7 +367,7 @@ impl<'a, T: Number> Flow<'a, T> {
         sum
     }
 
-    /// One segment without an event inside; its length, and whether a slip is due at its end.
+    /// One segment without an event inside. Returns its length, and whether a slip is due at its end.
     fn step(&mut self) -> (f64, bool) {
         let instant = self.plant.dead_time == 0.0;
         let (seen, end) =

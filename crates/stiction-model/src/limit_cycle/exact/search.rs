@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 
 /// Most slips of a motion.
 const SLIPS: usize = 600;
-/// Slips after which growth beyond friction is checked: most motions have ended by then.
+/// Number of slips after which growth beyond friction is checked. Most motions have ended by then.
 const GROWING: usize = 8;
 /// Most slips of a period, or of half of it.
 const LONGEST: usize = 12;

@@ -37,7 +37,7 @@ pub struct Armstrong {
 }
 
 impl Armstrong {
-    /// These parameters, if each is finite and in its range.
+    /// Returns these parameters if each is finite and in range.
     ///
     /// # Errors
     /// If a parameter is not finite or out of range.

@@ -17,7 +17,7 @@ pub(crate) struct Gradient<const N: usize> {
 
 /// A friction law over the state `[position, velocity, deflections...]`.
 ///
-/// `direction` (+1 or -1) replaces `sgn v`, so that each formula is smooth through zero velocity; the simulation
+/// `direction` (+1 or -1) replaces `sgn v`, so that each formula is smooth through zero velocity. The simulation
 /// changes it when the velocity changes sign.
 pub(crate) trait BristleLaw<const N: usize> {
     fn response(&self, y: &[f64; N], direction: f64) -> Response<N>;

@@ -7,8 +7,8 @@ use crate::error::{Result, non_negative, positive};
 /// The LuGre law: `z' = v - |v| z / g(v)`, `g = [Fc + (Fs - Fc) exp(-(v/vs)^2)] / s0`,
 /// `F = s0 z + s1 z' + Fv v`.
 ///
-/// In steady motion it equals [`Classical`]; near rest it is a stiff spring with damping, so the
-/// stem creeps by some micrometres instead of sticking.
+/// In steady motion it equals [`Classical`]. Near rest it is a stiff spring with damping, so the stem creeps by some
+/// micrometres instead of sticking.
 ///
 /// Reference: C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, "A new model for control
 /// of systems with friction", IEEE Trans. Automatic Control 40 (1995) 419-425; recalled, not
