@@ -49,7 +49,7 @@ def drag(page: Page, a: float, b: float) -> None:
 
 
 def judged(command: Path, path: Path) -> dict:
-    """The output of the command."""
+    """The JSON of the first loop that the command diagnoses."""
     said = subprocess.run([command, "diagnose", path, "--json"], check=True, capture_output=True, text=True, cwd=ROOT).stdout
     return json.loads(said)["loops"][0]
 

@@ -20,7 +20,7 @@ pub struct Options {
     pub plant: Option<PathBuf>,
     /// Draws the figures of the paper.
     pub paper: Paper,
-    /// The address to listen on. Beyond the loopback, other machines can ask too, with the token.
+    /// The address to listen on. Beyond the loopback, other machines can also connect, with the token.
     pub host: IpAddr,
     /// The port; 0 for any free one.
     pub port: u16,

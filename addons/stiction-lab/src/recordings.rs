@@ -79,7 +79,7 @@ pub struct Opened {
     id: String,
     /// Content of the file, as `stiction inspect --json` prints it; null if the file could not be read.
     summary: Option<Summary>,
-    /// What was understood of each of its first loops, as a table.
+    /// How each of its first loops was interpreted, as a table.
     understood: Vec<Table>,
     /// Why it could not be read, with the remedy.
     failure: Option<String>,

@@ -114,7 +114,7 @@ impl Wanted {
         !self.gone.load(Ordering::Relaxed) && Instant::now() < self.until
     }
 
-    /// Ends work that should not go on.
+    /// Stops work that should not continue.
     ///
     /// # Errors
     /// If the work should stop.

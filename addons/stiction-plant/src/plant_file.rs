@@ -274,7 +274,7 @@ impl LoopFacts {
         [("op_range", self.op_range), ("pv_range", self.pv_range), ("vp_range", self.vp_range)]
     }
 
-    /// The settings that affect how it is read and judged.
+    /// The settings that affect how the loop is read and judged.
     fn of_reading(&self) -> impl std::fmt::Debug {
         (self.tags().collect::<Vec<_>>(), &self.loop_type, self.ranges())
     }

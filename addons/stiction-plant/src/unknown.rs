@@ -36,7 +36,7 @@ impl Kind {
     }
 }
 
-/// Something that is not known, with the reason.
+/// Something that could not be read or judged, with the reason.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct Unknown {
     /// Kind: `file not read`, `loop not read`, `loop without a PV`, `tag without a partner` or `window not judged`.

@@ -172,7 +172,7 @@ pub(super) fn recorded(
     Ok(recording)
 }
 
-/// The last of the steps of each sample.
+/// The value at the last step of each sample.
 fn last(x: &[f64], steps: usize) -> Vec<f64> {
     x.chunks_exact(steps).map(|sample| sample[steps - 1]).collect()
 }

@@ -122,7 +122,8 @@ fn valve_of(model: &str, s: f64, j: f64) -> PyResult<DescribingFunction> {
     DescribingFunction::new(model, bands).map_err(refused)
 }
 
-/// N(X); 0 if the valve stays stuck. With this number of slips per stroke, or with the smallest.
+/// N(X); 0 if the valve stays stuck. The response has this number of slips per stroke, or by default the smallest
+/// possible number.
 #[pyfunction]
 pub fn describing_function<'py>(
     py: Python<'py>,

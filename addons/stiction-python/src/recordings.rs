@@ -66,7 +66,7 @@ impl Recording {
         self.recording.start.map(|start| moment.call1((start,))).transpose()
     }
 
-    /// Name of its file, as given.
+    /// Name of the recording's file, as given.
     #[getter]
     fn file(&self) -> &str {
         &self.source.file

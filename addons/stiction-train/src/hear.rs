@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use std::path::Path;
 use stiction_diagnose::evidence::raw::{FEATURES, Net, OUTPUTS, values};
 
-/// Number of nets, and of parts of the loops for growing trees.
+/// Number of nets. The loops for growing trees are divided into as many parts.
 pub const FOLDS: u64 = 2;
 
 /// Records that are processed at once.

@@ -30,7 +30,7 @@ type Row = (Truth, Option<Vec<f32>>);
 /// A member: all its signals, its OP alone, and the input of the net.
 type Member = ([Row; 2], Option<Input>);
 
-/// The columns of the present evidence.
+/// The columns of the evidence as this build computes it.
 pub fn columns() -> Vec<Column> {
     let mut columns: Vec<Column> = evidence::features()
         .map(|feature| Column {

@@ -70,7 +70,7 @@ pub const LEGEND: &str = "Error is the mean absolute control error in PV units (
     worst case over wrong S and J. OP is the signal that the valve receives. Rev./h are stem reversals per hour. SP s \
     and load s are the settling times after a set-point and a load step, in s (- if the loop does not settle).";
 
-/// Rows as columns of text. `more` is the title of a last column.
+/// Rows as columns of text. `more` is the title of the last column.
 pub fn table(rows: &[(&str, &Row, String)], more: &str) -> String {
     let head = ["action"].into_iter().chain(HEADS).chain([more]).map(str::to_owned).collect();
     let mut lines: Vec<Vec<String>> = vec![head];

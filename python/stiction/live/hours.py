@@ -318,7 +318,7 @@ class Known:
 
 
 def known(plant: Path, before: int = 1 << 62) -> Known:
-    """Return the content of the journals up to a time. A wrong clock may have dated values after it."""
+    """Return the content of the journals up to a time. Later values may exist if a clock was wrong."""
     folder = live_folder(plant)
     found = Known()
     newest = (-1.0, -(1 << 62))

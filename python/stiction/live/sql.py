@@ -73,8 +73,8 @@ class Source:
         raise NotImplementedError
 
     def within(self, time: str, column: str) -> str:
-        """A time of a column, such as its maximum, limited to the times that Python can represent. PostgreSQL has infinite times
-        and years BC.
+        """The SQL of a time of a column, such as its maximum, limited to times that Python can represent. PostgreSQL has infinite
+        times and years BC.
         """
         return time
 

@@ -58,7 +58,7 @@ pub struct Input {
     /// The reason why it is no recording, if it is a table without an OP, such as a list of tags.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_recording: Option<String>,
-    /// Tags of loops that have no OP in it.
+    /// Tags of loops without an OP in the file.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without_op: Vec<String>,
 }

@@ -551,7 +551,7 @@ impl Run {
         self.parts
     }
 
-    /// Records that this was a complete scan of all loops and days. Earlier interrupted runs then need nothing.
+    /// Records that this was a complete scan of all loops and days. Earlier interrupted runs then need not be finished.
     ///
     /// # Errors
     /// If the run cannot be written.

@@ -84,7 +84,7 @@ struct Time {
     median_us: f64,
 }
 
-/// The document of all counts.
+/// The JSON document with all counts.
 pub fn document(about: About, board: Board, measured: &Measured) -> Document {
     let times = measured.times.iter();
     let times = times.map(|(name, time)| Time { name: name.clone(), median_us: *time });

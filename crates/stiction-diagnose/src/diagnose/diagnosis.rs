@@ -51,7 +51,7 @@ pub struct Diagnosis {
         schemars(with = "Vec<crate::recording::GridRepair>", description = "Repairs of the data.")
     )]
     pub grid: Grid,
-    /// What was understood of the recording.
+    /// How the recording was interpreted.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub understood: Understood,
     /// Values that are no measurements and count as missing, of the whole recording.

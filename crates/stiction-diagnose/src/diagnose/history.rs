@@ -145,9 +145,10 @@ pub fn together(observations: &[Observation]) -> Result<History> {
     })
 }
 
-/// Whether most of the observations with a probability of this class have the class themselves. An observation that
-/// was blind, or unlike all training loops, does not become sure by repetition. Several that are too weak to accuse the
-/// valve may accuse it together, unless most of those that probably would are not accused for another reason.
+/// Whether most of the observations with a probability of this class have the class themselves. An observation with
+/// masked stiction, or unlike all training loops, does not become certain by repetition. Several observations that are
+/// each too weak may accuse the valve together. They do not if most of the observations that are probable enough were
+/// withheld for a different reason.
 fn bear_out(observations: &[Observation], class: VerdictClass) -> bool {
     let share = |would: &dyn Fn(f64) -> bool, agrees: &dyn Fn(&Observation) -> bool| {
         let (mut borne_out, mut all) = (0.0, 0.0);

@@ -70,7 +70,7 @@ pub struct Cycle {
     pub recorded: Option<Swing>,
     /// The predicted oscillation; `None` if hardly any drawn loop cycles.
     pub predicted: Option<Predicted>,
-    /// Share of the drawn loops that cycle at all.
+    /// Share of the drawn loops that have a limit cycle.
     pub cycling: f64,
     /// Share of the PV's oscillation, the root of its power near the period, that would remain if the valve followed its
     /// OP; `None` if nothing oscillates or it could not be computed.

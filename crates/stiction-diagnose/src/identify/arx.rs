@@ -152,7 +152,7 @@ pub(crate) struct Target {
     left: f64,
 }
 
-/// The unexplained part for each of sixteen inputs.
+/// Residuals of the fits to sixteen inputs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fits {
     /// Sum of squares at the best delay.

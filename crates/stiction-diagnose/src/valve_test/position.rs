@@ -25,7 +25,7 @@ use crate::spoken::{counted, rough, time};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Between {
-    /// The largest change that did not move the stem; 0 if each did.
+    /// The largest change that did not move the stem; 0 if every change moved it.
     pub above: f64,
     /// The smallest change that moved the stem; `None` if none did.
     pub up_to: Option<f64>,

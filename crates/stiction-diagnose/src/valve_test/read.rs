@@ -556,7 +556,8 @@ fn drawn(spells: &[Manual], by_position: bool) -> f64 {
     0.5 * median(&off.collect::<Vec<_>>())
 }
 
-/// The verdict from test and operation, which neither accuses nor clears against the test.
+/// The verdict from test and operation together. It never accuses or clears the valve if the test alone contradicts
+/// this.
 fn conclude(
     weighed: &Weighed,
     operation: &Operation,

@@ -96,7 +96,7 @@ pub struct Loop {
     #[cfg_attr(feature = "serde", serde(serialize_with = "option_of_counts"))]
     #[cfg_attr(feature = "serde", schemars(with = "Option<BTreeMap<String, usize>>"))]
     pub modes: Option<Counts>,
-    /// What was understood, as the table that terminal, report and lab show.
+    /// How the file was interpreted, as the table that terminal, report and lab show.
     pub understood: Vec<Row>,
     /// Notes for the user.
     pub notes: Vec<String>,
@@ -218,7 +218,7 @@ impl Loop {
     }
 }
 
-/// What was understood of a recording. One that fits on no grid, such as a single sample, is shown without.
+/// How a recording was interpreted. One that fits on no grid, such as a single sample, is shown without.
 pub(super) fn understood(recording: &Recording, clock: &Clock) -> Vec<Row> {
     let grid = Grid::of(recording, &GridOptions::default()).ok();
     let show = |at: f64| clock.show(recording.start, at).replacen('T', " ", 1);

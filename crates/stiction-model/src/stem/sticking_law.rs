@@ -103,7 +103,7 @@ impl StickingLaw {
         }
     }
 
-    /// Friction on a stem at rest: the net force, as far as friction can hold it. An end stop carries the rest.
+    /// Friction on a stem at rest: the net force, up to the breakaway force. An end stop carries the rest.
     pub(super) fn held_n(&self, net_n: f64) -> f64 {
         let most = match self {
             Self::Classical(law) => law.breakaway_n(),

@@ -101,7 +101,7 @@ impl Oscillation {
 ///   tenth of the variance, and its band has r > 1 and a decay ratio above 0.5 (Miao & Seborg 1999). This finds an
 ///   oscillation under drift or beside others.
 ///
-/// A signal with samples that are not finite, or with fewer than 8, gives no oscillation.
+/// If the signal has fewer than 8 samples, or a sample that is not finite, no oscillation is returned.
 pub fn analyse(signal: &[f64], sample_time: f64) -> Oscillation {
     let nothing = |reason: String| Oscillation { reasons: vec![reason], ..Oscillation::default() };
     let n = signal.len();

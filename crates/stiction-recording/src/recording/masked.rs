@@ -613,8 +613,8 @@ impl<'a> Samples<'a> {
         self.values.retain(|_| *each.next().unwrap_or(&true));
     }
 
-    /// The samples that are no measurements, and the reach of the remaining samples. `no_zero`: whether a zero is no
-    /// measurement at that unit, if it is far enough.
+    /// The samples that are no measurements, and the reach of the remaining samples. `no_zero` states whether a zero is
+    /// no measurement at a given distance from the other samples.
     fn examine(
         &self,
         mut reach: Reach,

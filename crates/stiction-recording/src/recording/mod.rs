@@ -5,7 +5,7 @@
 //! * [`ByHand`]: times in which an operator set the OP;
 //! * [`Grid`]: its automatic segments on a regular grid, with all repairs;
 //! * [`restart`]: runs of a clock that begins again;
-//! * [`fitness`]: whether the data can answer;
+//! * [`fitness`]: whether the data suffice for a diagnosis;
 //! * [`Understood`]: what was understood of a file, as a small table.
 
 mod by_hand;

@@ -28,7 +28,7 @@ pub(super) struct Fit {
     pub outliers: f64,
 }
 
-/// OP and columns for the innovations.
+/// Target and columns of the regression for the innovations.
 struct Whitened<const P: usize> {
     rows: Vec<[f64; P]>,
     target: Vec<f64>,

@@ -121,7 +121,7 @@ pub(super) fn quantum(x: &[f64]) -> f64 {
 /// Standard deviation of the noise of a position, %. It is the noise in second differences in the quietest tenth of
 /// windows, and at least the noise of the resolution.
 pub(super) fn noise(vp: &[f64]) -> f64 {
-    /// Second differences in a window.
+    /// Number of second differences in a window.
     const WINDOW: usize = 8;
     /// Ratio of the quietest tenth of windows of eight to all.
     const QUIET: f64 = 0.6;

@@ -81,7 +81,7 @@ pub struct CurveFitWave {
 }
 
 impl CurveFitWave {
-    /// The sine's value at `k`, in samples.
+    /// Value of the sine at sample `k`, which may be fractional.
     pub fn sine_at(&self, k: f64) -> f64 {
         let phase = (k - self.wave.from) / self.wave.length();
         self.sine * (std::f64::consts::PI * phase).sin()

@@ -128,8 +128,8 @@ pub fn take_quantity(
     candidates[*quantity] = Some(Candidate::recognised(loop_name, Role::Signal(Signal::Pv), why));
 }
 
-/// For each name that ends with W, X or Y after a separator, the letters of German control engineering for SP, PV and OP, the tag
-/// before it and the signal; `None` unless all three of the tag are among the names.
+/// Tag and signal of each name that ends with W, X or Y after a separator, the letters of German control engineering
+/// for SP, PV and OP. The result is `None` unless all three names of the tag exist.
 pub fn by_letter<'a>(names: &[&'a str]) -> Vec<Option<(&'a str, Signal)>> {
     const LETTERS: [(&str, Signal); 3] = [("W", Signal::Sp), ("X", Signal::Pv), ("Y", Signal::Op)];
     let split = |name: &&'a str| {
