@@ -1,4 +1,5 @@
-//! The index of the search: a part of a page a row, as a script, because a page on the disk may not load data.
+//! The index of the search. It has one row per part of a page, and is a script because a page on the disk may not load
+//! data.
 
 use crate::markdown::Rendered;
 

@@ -1,5 +1,5 @@
-//! Compiles the library of every FMU from the sources in `addons/stiction-fmu`. The build script of a release does
-//! it, or a light build at the first export, so this file only uses the standard library.
+//! Compiles the library of every FMU from the sources in `addons/stiction-fmu`. The build script of a release compiles
+//! the libraries, or a light build compiles them at the first export. So this file uses only the standard library.
 //!
 //! The bytes do not depend on the machine: its paths are replaced.
 

@@ -224,8 +224,8 @@ impl Fmu {
         self.model == "stem" && stem::is_continuous(self.law)
     }
 
-    /// The token that ties a description to this library: the same for the same model, law and variables, with any
-    /// start values.
+    /// The token that ties a description to this library. It is the same for the same model, law and variables, with
+    /// any start values.
     pub fn token(&self) -> String {
         let mut text = format!("{} {}", self.model, self.law);
         for (i, v) in self.table.iter().enumerate() {

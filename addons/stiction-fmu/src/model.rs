@@ -1,7 +1,7 @@
 //! The interface of a model, for any version of FMI.
 //!
-//! The values of all variables are kept outside, in the order of the table; a model reads inputs and
-//! parameters there, and writes its outputs.
+//! The values of all variables are kept outside, in the order of the table. A model reads inputs and parameters there,
+//! and writes its outputs there.
 
 use crate::variables::Numbers;
 

@@ -199,8 +199,8 @@ fn enough_pa(pressure_max_pa: f64) -> f64 {
     pressure_max_pa + pressure_max_pa.abs() / 10.0
 }
 
-/// Other changes by a start value, which was `before`: whether the pressure is a state, and a supply that was just
-/// enough.
+/// Settings that `before` changes by its start value: whether the pressure is a state, and a supply that was just
+/// sufficient.
 pub(crate) fn adapt(table: &mut [Variable], name: &str, before: Option<f64>) {
     mark_pressure(table);
     if name == table[PRESSURE_MAX].name && table[SUPPLY].start == before.map(enough_pa) {
@@ -338,9 +338,9 @@ impl Continuous for StemModel {
     /// The other nominals are errors with the same effect on the position.
     ///
     /// * Velocity: an error lasts for a step of the solver. With a nominal as small as the velocity of a slide (a
-    ///   stroke in seconds) a solver resolves the approach of a light and strongly damped stem to its speed, which
-    ///   takes microseconds after every change of the input. CVode then takes steps of a tenth of a millisecond,
-    ///   and gives up.
+    ///   stroke in seconds), a solver resolves how a light and strongly damped stem approaches its speed. This takes
+    ///   microseconds after every change of the input. CVode then takes steps of a tenth of a millisecond, and gives
+    ///   up.
     /// * Deflection of bristles: it shifts the position like a force of their stiffness on the spring.
     fn nominals(&self, values: &Numbers) -> Vec<f64> {
         /// Step of a solver during a slide, s: this project's choice.

@@ -26,7 +26,8 @@ const LINES: usize = 100_000;
 
 /// How a question is answered.
 enum Kind {
-    /// By a number: its unit, and the accepted difference as a share of the truth, or in the unit where that is more.
+    /// By a number, with its unit and the accepted difference: a share of the truth, or an amount in the unit if that
+    /// is more.
     Number(&'static str, f64, f64),
     /// By the number of a choice, from 0.
     Choice,
@@ -180,7 +181,7 @@ fn cycle(class: u32) -> Answer<Task> {
     })
 }
 
-/// The causes to choose from, in the order of the choices: a scenario, what is changed of it, and the shown times, s.
+/// The possible causes, in the order of the choices. Each has a scenario, the changes of it, and the shown times, s.
 const CAUSES: [(&str, &[&str], [f64; 2]); 5] = [
     ("samples/sticky-flow", &[], [600.0, 1200.0]),
     ("lab/flow", &["valve.S=90", "valve.J=40", "set_point.value=46"], [0.0, 600.0]),

@@ -43,7 +43,8 @@ const KEPT: usize = 2;
 const KEPT_RECORDINGS: usize = 4;
 /// How long an answer waits for groups. Those of a small plant are found by then.
 const PATIENCE: Duration = Duration::from_millis(400);
-/// Widths of the maps of a plant, for a large and a small screen, and their heights, which grow with the loops to a limit.
+/// Widths of the maps of a plant, for a large and a small screen, and their heights, which grow with the number of
+/// loops up to a limit.
 const MAPS: [(f64, f64, f64, f64); 2] = [(1240.0, 200.0, 0.4, 600.0), (360.0, 260.0, 0.6, 900.0)];
 
 /// The plant of a lab.

@@ -1,9 +1,9 @@
-//! Holds the first and the last week of demo plants against their truth.
+//! Compares the first and the last week of demo plants with their true values.
 //!
-//! `cargo run -p stiction-plant --example weeks -- PLANT...`, of folders that `stiction plant demo` wrote and `stiction plant
-//! scan` judged; of two weeks or more, whose first and last are before and after what happens midway. A valve that sticks is
-//! found if what to do is to repair it; one that does not, and is to be repaired, is accused falsely. A pair of a valve and
-//! a loop that it reaches is found if both are in one group.
+//! `cargo run -p stiction-plant --example weeks -- PLANT...` compares folders that `stiction plant demo` wrote and `stiction
+//! plant scan` judged, for two weeks or more. The first and the last week lie before and after the events. A sticking valve
+//! is found if its action is a repair. A healthy valve with this action is falsely accused. A pair of a valve and a loop
+//! that it reaches is found if both are in one group.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! A simulated plant with known truth.
 //!
-//! It has units of coupled loops of the [population](stiction_population::network), recorded for days at their own sample times, as
-//! long Parquet with a file per day. Sticking valves make other loops swing. Of every fifty loops the first five have a story: the
-//! first is repaired midway, the second begins to stick midway, the PV of the third is dead on the last day, the fourth is in manual
-//! every morning, and the S of the fifth grows from day to day.
+//! It has units of coupled loops of the [population](stiction_population::network), recorded for days at their own
+//! sample times, as long Parquet with a file per day. Sticking valves make other loops swing. Of every fifty loops, the
+//! first five have an event. The first is repaired midway, and the second begins to stick midway. The PV of the third
+//! is dead on the last day, the fourth is in manual every morning, and S of the fifth grows from day to day.
 
 use crate::day;
 use crate::error::{Error, Result, file, store};

@@ -272,8 +272,8 @@ pub fn known_loop(folder: &Path, plant: &Plant, tag: &str) -> Result<String> {
     loop_named(plant, rows.iter().map(|row| &*row.name), tag).map(str::to_owned)
 }
 
-/// Adds an entry at the end of `log.toml` in `folder`, even if others do so at the same time. If the last entry of the loop is the
-/// same, as after a command that was repeated because its output failed, nothing is added.
+/// Adds an entry at the end of `log.toml` in `folder`, even if others do so at the same time. If the last entry of the
+/// loop is equal, as after a command that was repeated because its output failed, nothing is added.
 ///
 /// # Errors
 /// If the entry is invalid, or the file is damaged or cannot be read or written.

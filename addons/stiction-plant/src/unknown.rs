@@ -106,7 +106,7 @@ pub fn of_windows<'a>(
     of_loop.into_iter().filter_map(told).collect()
 }
 
-/// All of it in a week: what was not read of the data, and windows of the week that were not judged.
+/// All unknown things of a week: unread data, and windows of the week that were not judged.
 pub fn of_week(inputs: &Inputs, plant: &Plant, ranking: &Ranking<'_>) -> Vec<Unknown> {
     let mut all = of_inputs(inputs, plant);
     let rows = ranking.loops.iter().flat_map(|ranked| ranked.of_week.iter().copied());

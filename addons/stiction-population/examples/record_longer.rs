@@ -5,8 +5,8 @@
 //! ```
 //!
 //! It prints, for 4,000 loops of all kinds whose usual record is undecided, how many are decided by 2, 4 and 8 times
-//! this record. It prints the same for loops with too few slips. Then the median limit of S of healthy loops that 8
-//! times the usual record clears, and how many sticking loops with a limit exceed it.
+//! this record. It prints the same for loops with too few slips. It also prints the median limit of S of healthy loops
+//! that 8 times the usual record clears, and how many sticking loops with a limit exceed it.
 
 use rayon::prelude::*;
 use stiction_diagnose::diagnose::{Detectors, DiagnoseOptions, Diagnosis, VerdictClass, diagnose};

@@ -4,9 +4,9 @@
 //! cargo run --release -p stiction-population --example valve_changes -- 200 40
 //! ```
 //!
-//! prints, for 200 loops with records of 40 usual lengths: sticking valves that are repaired in the middle, the same
-//! with both halves exchanged, the same without a repair, and loops of all kinds in which nothing changes. The change
-//! is visible if the windows of one half accuse the valve and the windows of the other half do not.
+//! prints, for 200 loops with records of 40 usual lengths, the results of four cases. They are sticking valves that are
+//! repaired in the middle, these with both halves exchanged, these without a repair, and loops of all kinds without
+//! changes. The change is visible if the windows of one half accuse the valve and the windows of the other half do not.
 
 use rayon::prelude::*;
 use stiction_diagnose::diagnose::Weighing;

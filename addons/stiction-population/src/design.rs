@@ -93,8 +93,8 @@ pub(super) struct Design {
     pub td: f64,
     pub gain_margin: f64,
     pub velocity_form: bool,
-    /// For a gain that grows with the error: its share at zero error, and the error in percent of span from which
-    /// it is full.
+    /// For a gain that grows with the error: its share at zero error, and the error in percent of span from which the
+    /// gain is full.
     pub squared: Option<(f64, f64)>,
     /// Standard deviation of the controller's own noise on its OP, percent.
     pub own_noise: f64,

@@ -479,8 +479,8 @@ fn slip_wave(n: usize, step: f64, period: f64, draw: &mut Draw) -> Result<Vec<f6
     Ok(wave)
 }
 
-/// `n` steps from 0 to 1 over a period and back, repeatedly: straight or bent, upwards or downwards, of one length
-/// or of many, with a reset of up to a twentieth of the period.
+/// `n` steps from 0 to 1 over a period and back, repeatedly. They are straight or bent, upwards or downwards, of one
+/// length or of many, with a reset of up to a twentieth of the period.
 fn ramps_and_resets(design: &Design, n: usize, draw: &mut Draw) -> Vec<f64> {
     let duration = (design.drawn_steps - design.warm_up) as f64 * design.step();
     let longest = (duration / 4.0).max(40.0 * design.pace);
@@ -508,7 +508,8 @@ fn ramps_and_resets(design: &Design, n: usize, draw: &mut Draw) -> Vec<f64> {
 }
 
 /// `n` steps of noise whose power falls with the frequency to the power of u(0.6, 1.7), down to periods of `longest`
-/// steps: octaves of noise with straight lines between their knots. The standard deviation is about one.
+/// steps. It is a sum of octaves of noise, with straight lines between their knots. The standard deviation is about
+/// one.
 fn long_memory(n: usize, longest: usize, draw: &mut Draw) -> Vec<f64> {
     let exponent = draw.uniform(0.6, 1.7);
     let seed = draw.seed();

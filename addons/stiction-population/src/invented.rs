@@ -1,9 +1,9 @@
 //! Loops of kinds that the verdict was not trained on: the examination after a training.
 //!
-//! A set of kinds is devised when the population that trains the verdict is final. It shares no code with it except
-//! random numbers, valve models and the definition of visible, and is never used for training. It is measured once.
-//! The findings improve the next population, and the next examination needs another set. Earlier sets are kept, so
-//! that their loops can be measured again, although similar kinds are then in the population.
+//! A set of kinds is devised when the population that trains the verdict is final. It shares only random numbers, valve
+//! models and the definition of visible stiction with the population, and is never used for training. It is measured
+//! once. The findings improve the next population, and the next examination needs another set. Earlier sets are kept,
+//! so that their loops can be measured again, although similar kinds are then in the population.
 //!
 //! Each kind has healthy loops and loops that stick, with the same process, controller and disturbances.
 //!
@@ -71,8 +71,8 @@ named! {
         Titration = "titration",
         /// A linkage with play and a soft spring behind the valve: the flow follows the stem late and softly.
         SoftLinkage = "soft linkage",
-        /// A controller with two sets of tuning, for a valve whose gain changes near its operating point; half of them
-        /// switch with a bump.
+        /// A controller with two sets of tuning, for a valve whose gain changes near its operating point. Half of these
+        /// controllers switch with a bump.
         ScheduledTuning = "scheduled tuning",
         /// Batches of one recipe: steps, ramps and holds of the set point, with a preset OP between batches.
         Recipe = "recipe",

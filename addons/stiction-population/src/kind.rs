@@ -13,8 +13,8 @@ named! {
     pub enum LoopKind {
         /// Its valve sticks and slips.
         Sticky = "sticky valve",
-        /// It is the outer loop of a cascade, and the valve of the loop below sticks: its OP is the set point of that
-        /// loop, and S and J refer to a different OP from the recorded one.
+        /// It is the outer loop of a cascade, and the valve of the inner loop sticks. Its OP is the set point of the
+        /// inner loop, so S and J refer to an OP that is not the recorded one.
         StickyBelow = "sticky valve below",
         /// Its valve does not move: seized in position, shut, or without power.
         Stuck = "stuck valve",
@@ -111,9 +111,9 @@ impl LoopKind {
     /// The loop of this kind and seed.
     ///
     /// Loops of two kinds with the same seed have the same process, tuning, noise, load, set point and historian,
-    /// unless the kind changes them, so that a sticky loop can be compared with its healthy siblings. A draw that
-    /// shows nothing, or the wrong pattern (see `docs/population.md`), is drawn again from the same seed and
-    /// counted in [`Facts::redrawn`](super::Facts::redrawn).
+    /// unless the kind changes them, so that a sticky loop can be compared with its healthy siblings. A draw that shows
+    /// nothing, or the wrong pattern (see `docs/population.md`), is repeated from the same seed and counted in
+    /// [`Facts::redrawn`].
     ///
     /// # Errors
     /// None is known. Possible reasons are 100 unsuccessful draws, or a setting out of its range.
@@ -175,7 +175,7 @@ impl LoopKind {
         Err(Error::Inconsistent(format!("{} {seed}: none of {DRAWS} draws is valid", self.name())))
     }
 
-    /// The sticky loop of this seed with another S, percent of span: loops of one seed differ only in S and J, with
+    /// The sticky loop of this seed with a different S, percent of span. Loops of one seed differ only in S and J, with
     /// the same J/S. `None` if a draw would have to be repeated, because they would then differ.
     ///
     /// # Errors

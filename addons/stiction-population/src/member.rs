@@ -279,8 +279,8 @@ pub(super) fn fitted(from: usize, model: AnyModel) -> Fitting {
 const LEAST_S: f64 = 0.5;
 const MOST_S: f64 = 30.0;
 
-/// Ratio of a sticking valve's S to the S that scales the activity. It is sometimes far larger than the OP's
-/// movement, so that the valve often never slips, and sometimes smaller, so that the OP moves over many S.
+/// Ratio of a sticking valve's S to the S that scales the activity. S is sometimes far larger than the OP's movement,
+/// so that the valve often never slips, and sometimes smaller, so that the OP moves over many S.
 fn beyond_what_happens(draw: &mut Draw) -> f64 {
     match draw.unit() {
         place if place < 0.06 => draw.log(1.5, 8.0),

@@ -148,8 +148,8 @@ pub(super) struct Neighbour {
 }
 
 impl Neighbour {
-    /// One that is a few times slower or faster than this loop, which responds in `lags` s and moves by `activity`
-    /// percent.
+    /// A neighbour that is a few times slower or faster than this loop, which responds in `lags` s and moves by
+    /// `activity` percent.
     pub fn draw(step: f64, lags: f64, activity: f64, draw: &mut Draw) -> Self {
         let tau = (lags * draw.log(0.3, 3.0)).max(2.0 * step);
         let dead_time = (tau * draw.log(0.05, 0.8)).max(step);

@@ -187,8 +187,8 @@ struct Design {
 }
 
 impl Network {
-    /// The network of this seed: 5 to 50 loops, 0 to 3 sticking valves, 0 to 2 waves from outside; one in four has
-    /// uncoupled loops.
+    /// The network of this seed: 5 to 50 loops, 0 to 3 sticking valves, 0 to 2 waves from outside. One network in four
+    /// has uncoupled loops.
     ///
     /// # Errors
     /// None is known.

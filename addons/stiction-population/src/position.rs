@@ -1,6 +1,6 @@
 //! Loops with a recorded valve position and known truth, as reported by a positioner's transmitter.
 //!
-//! Two sources. [`observed`] uses a loop of the population and also records the position of its stem.
+//! Loops come from two sources. [`observed`] uses a loop of the population and also records the position of its stem.
 //! [`positioned`] is a separate generator for cases outside the population: a stem that lags by 0 to 15 samples, OP
 //! noise of 0.05 to 4 %, a controller that acts once, twice or four times a sample.
 //!

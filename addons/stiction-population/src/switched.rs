@@ -91,7 +91,7 @@ impl Vessel {
     }
 }
 
-/// Changes of a neighbour within `n` steps, with their levels: of two or of three, each with its own mean time
+/// Changes of a neighbour within `n` steps, with their levels. Two or three levels occur, each with its own mean time
 /// within the bounds. Times are exponential, or vary by at most a fifth (40 %).
 fn changes(n: usize, dwell: f64, (least, most): (f64, f64), draw: &mut Draw) -> Vec<(usize, f64)> {
     let three = draw.chance(0.4);

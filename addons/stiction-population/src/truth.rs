@@ -33,9 +33,9 @@ pub struct Truth {
     pub j: f64,
     /// Whether the record can show the fault. False for healthy valves.
     ///
-    /// For a sticking valve it is true if the stem slipped and [`gain`](Self::gain) is at least 15.6 nats. These
-    /// are 8, plus 4 by chance, plus `ln 36` for an observer who has to find S and J among 36 instead of knowing
-    /// the stem.
+    /// For a sticking valve it is true if the stem slipped and [`gain`](Self::gain) is at least 15.6 nats. These are 8,
+    /// plus 4 by chance, plus `ln 36` for an observer who has to find S and J among 36 pairs instead of knowing the
+    /// stem.
     ///
     /// For a sticking valve in the loop below it is true if the stem slipped twice, and the PV differs from that of a
     /// healthy valve with the same OP by at least the noise's standard deviation. The recorded OP is not the valve's
@@ -53,8 +53,8 @@ pub struct Truth {
     pub swing: f64,
     /// Standard deviation of the OP's noise, open loop, over that S.
     pub op_noise: f64,
-    /// Number of slips of a sticking valve's stem within the record: starts after rest one step of the controller
-    /// before. 0 for a healthy or stuck valve.
+    /// Number of slips of a sticking valve's stem within the record. A slip is a start after a rest in the step of the
+    /// controller before. 0 for a healthy or stuck valve.
     pub slips: usize,
     /// Whether the stem moved at all during the record, by more than 1e-9 % in a step of the controller. True for a
     /// healthy valve.

@@ -2,8 +2,9 @@
 
 use stiction_diagnose::series::{mean, median, std};
 
-/// Gain in log-likelihood from which a sticking valve counts as visible, nats: 8, plus 4 that eight more factors
-/// gain by chance, plus `ln 36` for an observer who has to find S and J among 36 and does not know the stem.
+/// Gain in log-likelihood from which a sticking valve counts as visible, nats. It consists of 8, of 4 that eight more
+/// factors gain by chance, and of `ln 36` for an observer who has to find S and J among 36 pairs and does not know the
+/// stem.
 pub(super) const NATS: f64 = 15.6;
 
 /// Most and fewest rows of a regression.

@@ -278,8 +278,8 @@ pub fn plant_pairs(
     plant_table::arrow(&long(py, None, find)??)
 }
 
-/// The largest probability that may count, if `count` of the pairs of this many loops are as improbable as the last
-/// accepted one.
+/// The largest probability that may count, if `count` pairs of this many loops are as improbable as the last accepted
+/// one.
 #[pyfunction]
 pub fn plant_most_that_counts(count: usize, loops: usize) -> f64 {
     pairs::most_that_counts(count, loops, &GroupOptions::default())

@@ -90,8 +90,8 @@ impl Suite {
         PLANS.iter().map(|plan| (plan.name, plan.about))
     }
 
-    /// The suite of this name. With a key it is the hidden half: loops of the same kinds and numbers, whose seeds are
-    /// derived from the key.
+    /// The suite of this name. With a key, the suite is the hidden half: loops of the same kinds and numbers, whose
+    /// seeds are derived from the key.
     ///
     /// # Errors
     /// If no suite has this name, or the suite has no hidden half.

@@ -30,8 +30,8 @@ const ACCUSED: f64 = 0.01;
 const ACCUSED_OF_KIND: f64 = 0.03;
 /// Largest share of cleared sticking loops whose S exceeds the reported limit.
 const BROKEN: f64 = 0.05;
-/// Largest share of wrong decisions on families that training has not seen: the wrong ones, plus the increase of
-/// their share when a family is left out.
+/// Largest share of wrong decisions on families that training has not seen: the share of wrong decisions, plus its
+/// increase when a family is left out.
 const LEFT_OUT: f64 = 0.05;
 /// End of the search.
 const ENDS: Decision = Decision { accuse: 0.6, clear: 0.4 };

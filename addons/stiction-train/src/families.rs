@@ -33,15 +33,14 @@ const ASKED: usize = 6_000;
 const FEWEST: usize = 200;
 const LARGEST: f64 = 0.6;
 
-/// The largest share of wrong sure decisions: on either side over all families, and in each of them, except for
-/// [`EXCUSED`] families. A family with fewer sure decisions than [`COUNTED`], or with a single wrong one, is not
-/// judged.
+/// The largest share of wrong sure decisions, on either side over all families, and in each family except [`EXCUSED`]
+/// families. A family with fewer sure decisions than [`COUNTED`], or with a single wrong one, is not judged.
 const WRONG: f64 = 0.04;
 const EXCUSED: usize = 2;
 const COUNTED: usize = 20;
 
-/// Intervals of S are stretched until they cover this share of all left-out families except one in this many, up to
-/// this limit: all intervals pay for the worst families.
+/// Intervals of S are stretched until they cover this share of all left-out families, with one exception in this many
+/// families, up to this limit. Otherwise all intervals would widen for the worst families.
 const COVERED: f64 = 0.885;
 const UNCOVERED: usize = 8;
 const MOST_STRETCH: f64 = 1.4;
@@ -378,8 +377,8 @@ impl Left {
     }
 }
 
-/// The log-odds at which sure decisions begin, against a fault and for one. They give the most decisions with at
-/// most [`WRONG`] of either side wrong over all families, and more in at most [`EXCUSED`] of them. They are
+/// The log-odds at which sure decisions begin, against a fault and for one. They give the most decisions of which at
+/// most [`WRONG`] of either side are wrong over all families, and more in at most [`EXCUSED`] of the families. They are
 /// infinite if no decision is allowed.
 fn thresholds(families: &[&Left]) -> [f64; 2] {
     let own = logit(SURE);

@@ -92,9 +92,9 @@ impl Tree {
     /// `gain = score(left) + score(right) - score(leaf)` and `score = -(2 g w + (h + l2) w^2)` at the value
     /// `w = -g / (h + l2)`, bounded.
     ///
-    /// For a monotone column, the leaves on both sides of a split must keep that order, and their middle bounds
-    /// everything below them ("basic" in LightGBM). Missing values are outside that order. Adds the gain of each
-    /// split to `gains`.
+    /// For a monotone column, the leaves on both sides of a split must keep that order. Their middle is a bound for
+    /// everything below ("basic" in LightGBM). Missing values are outside that order. Adds the gain of each split to
+    /// `gains`.
     ///
     /// Source: G. Ke et al., "LightGBM: a highly efficient gradient boosting decision tree", NeurIPS 30
     /// (2017) (recalled, not read). Sums are taken in the order of the rows, so the tree does not

@@ -66,8 +66,8 @@ const S: Recipe = recipe(2, 1000, 0.05, 20, 20.0);
 const J_OVER_S: Recipe = recipe(1, 500, 0.06, 14, 30.0);
 const LIMIT_OF_S: Recipe = recipe(1, 400, 0.08, 15, 20.0);
 
-/// Features that the models of a fault may not use. They show how a loop was recorded, which in a simulated
-/// population can reveal more about the valve than in a plant.
+/// Features that the models of a fault may not use. They show how a loop was recorded. In a simulated population this
+/// can reveal more about the valve than in a plant.
 const SHORTCUTS: [&str; 4] = ["samples", "op_levels", "pv_levels", "sp_known"];
 /// With the OP alone, also its still and straight parts.
 const SHORTCUTS_OF_OP: [&str; 2] = ["op_still", "op_lines"];
@@ -119,8 +119,8 @@ pub fn at_fault(truth: &Truth) -> Option<f64> {
     limit_target(truth).filter(|_| truth.cause.is_fault())
 }
 
-/// Learns all models from members of the population, as recorded and with the OP alone: from the first `trained` of
-/// them the trees, from the rest calibration and intervals, and, if `leaves_out`, the confidence by leaving out
+/// Learns all models from members of the population, as recorded and with the OP alone. The trees come from the first
+/// `trained` members, calibration and intervals from the rest. If `leaves_out`, the confidence comes from leaving out
 /// every family in turn.
 ///
 /// # Errors

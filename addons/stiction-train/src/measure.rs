@@ -8,7 +8,7 @@ use std::ops::Range;
 use stiction_diagnose::fusion::{Bundle, Cause, Estimate, Weighed};
 use stiction_score::scoreboard::wilson;
 
-/// S is a number, and not only a bound, if its interval reaches at most this share of it to either side on average.
+/// S is a number, and not only a bound, if its interval extends on average at most this share of S to either side.
 pub const QUANTIFIED: f64 = stiction_diagnose::diagnose::WIDEST;
 
 /// Output of a bundle for every row.

@@ -2,14 +2,15 @@
 
     python addons/stiction-train/valves/train.py target/valves crates/stiction-diagnose/model
 
-reads `valves.pools`, `valves.pools.csv`, `valves.columns.csv` and `valves.confidence.csv` in the first folder (and `invented.*`, if
-these files exist, to measure only), and writes `valves.bin` and its card `VALVES.md` into the second.
+The program reads `valves.pools`, `valves.pools.csv`, `valves.columns.csv` and `valves.confidence.csv` in the first folder (and
+`invented.*`, if these files exist, to measure only). It writes `valves.bin` and its card `VALVES.md` into the second folder.
 
-Each valve gives a row for its whole record, and rows for its first and last half, quarter and so on, which together weigh as much as
-the first. The training uses all rows; thresholds and tables use whole records. Valves whose record cannot show their fault are left out.
-Valves with a single window are used for training, but a diagnosis keeps the probability of the first model for a single window. So thresholds and tables are of valves with two windows or more. All choices
-are made on predictions for valves that a trial model was not trained on: five folds for thresholds and S, and every family of
-loops in turn for the confidence. LightGBM is deterministic on one version of it, on any number of threads.
+Each valve gives a row for its whole record, and rows for its first and last half, quarter and so on, which together weigh as much
+as the first. The training uses all rows; thresholds and tables use whole records. Valves whose record cannot show their fault are
+left out. Valves with a single window are used for training, but a diagnosis keeps the probability of the first model for a single
+window. So thresholds and tables are of valves with two windows or more. All choices are made on predictions for valves on which a
+trial model was not trained: five folds for thresholds and S, and every family of loops in turn for the confidence. LightGBM is
+deterministic on one version of it, on any number of threads.
 """
 
 from __future__ import annotations
@@ -135,8 +136,9 @@ def without_families(valves: Valves, columns: np.ndarray, signs: list[int]) -> l
 def sides_of(families: list, least: list[float]) -> list[tuple[float, float]]:
     """From which log-odds 0.98 is reported, against a fault and for one, and the largest: as `thresholds` in families.rs.
 
-    They give the most sure decisions of which, on either side over all left-out families, at most 4 % are wrong, and more in at most two
-    of them. They are never below the probabilities of a window's model trained without the same families.
+    They give the most sure decisions under two conditions: on either side over all left-out families, at most 4 % are wrong, and
+    more are wrong in at most two families. They are never below the probabilities of a window's model trained without the same
+    families.
     """
 
     def counted(sign: float, first: float) -> list[tuple[float, np.ndarray]]:

@@ -1,9 +1,9 @@
 //! The input and output files of a run, which must not be the same.
 //!
-//! Arguments that name a file are an [`In`] or an [`Out`], never a path. So `main` sees them all before a command
-//! runs, and refuses an output that is an input or another output. Files that a command names by itself, such as the
-//! recordings of an index or the pages of a folder, go through [`In::also`] and [`Out::inside`], which check the
-//! same.
+//! Arguments that name a file are an [`In`] or an [`Out`], never a path. So `main` sees them all before a command runs,
+//! and refuses an output that is an input or another output. Files that a command opens without a name from the user,
+//! such as the recordings of an index or the pages of a folder, go through [`In::also`] and [`Out::inside`], which make
+//! the same checks.
 
 use crate::{output, replaced};
 use anyhow::{Context, Result, bail};

@@ -1,9 +1,9 @@
 //! Figures as plain data, and their pictures as SVG text or PNG bytes.
 //!
-//! A [`Figure`] is a grid of [`Panel`]s; a panel is a pair of axes with [`Series`] and
-//! [`Annotation`]s in data coordinates. Nothing here knows about pixels: the submodules choose
-//! ranges and ticks (`axis`), reduce long series (`reduce`), place things (`layout`, `legend`,
-//! `annotate`) and draw (`paint`, on a `canvas`), as text (`svg`) or as `pixels` (`coverage`, `font`).
+//! A [`Figure`] is a grid of [`Panel`]s; a panel is a pair of axes with [`Series`] and [`Annotation`]s in data
+//! coordinates. The submodules know pixels: they choose ranges and ticks (`axis`), reduce long series (`reduce`), place
+//! things (`layout`, `legend`, `annotate`) and draw (`paint`, on a `canvas`), as text (`svg`) or as `pixels`
+//! (`coverage`, `font`). This module does not.
 //!
 //! Panels of one column that are directly above each other and share their x label have the same x range. Only the
 //! lowest one has tick labels.

@@ -58,10 +58,10 @@ impl Budget {
 
 /// The result of `decode`; none after a panic.
 ///
-/// The parquet crate asserts and indexes where a damaged page contradicts itself, which random damage triggers within
-/// thousands of files. calamine slices records without a check, and so panics as often on damaged `.xls` files.
-/// hdf5-pure has never panicked, but is as large. Catching the panic is the last resort, because there is no other way
-/// to continue. Nothing that `decode` touches is used afterwards.
+/// The parquet crate panics where a damaged page contradicts itself, which random damage triggers within thousands of
+/// files. calamine slices records without a check, so it panics as often on damaged `.xls` files. hdf5-pure has never
+/// panicked, but is as large. Catching the panic is the last resort, because there is no other way to continue. Nothing
+/// that `decode` touches is used afterwards.
 #[cfg(any(feature = "matlab73", feature = "parquet", feature = "spreadsheet"))]
 pub(crate) fn guarded<T>(decode: impl FnOnce() -> T) -> Option<T> {
     catch_unwind(AssertUnwindSafe(decode)).ok()

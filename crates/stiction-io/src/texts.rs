@@ -1,5 +1,5 @@
-//! The texts of a column. Those of a large table wait in a file without a name until they are used, so that memory
-//! follows the columns in use and not the table.
+//! The texts of a column. Cells of a large table wait in a file without a name until they are used, so memory depends
+//! on the columns in use and not on the table.
 
 use std::borrow::Cow;
 use std::fmt;

@@ -1,4 +1,5 @@
-//! The page of a valve test or signature, or of two before and after a repair, for the records of the maintenance planner.
+//! The page of a valve test or signature, or of two tests before and after a repair, for the records of the maintenance
+//! planner.
 
 use crate::Error;
 use crate::document::Source;

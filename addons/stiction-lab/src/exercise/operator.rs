@@ -70,8 +70,8 @@ impl Operator<'_> {
         mean(&pv[pv.len().saturating_sub(SEEN)..])
     }
 
-    /// Turns of a size; fewer if the exercise is over. Each is held until the PV answers, and at least as long as the first
-    /// turn of the plan, so that the whole answer is recorded.
+    /// Turns of a size; fewer if the exercise is over. Each turn is held until the PV responds, and at least as long as
+    /// the first turn of the plan, so that the whole response is recorded.
     fn turns(&mut self, count: usize, size: f64, hold_s: f64) -> Answer<Vec<Held>> {
         let mut all = vec![];
         let least_s = self.plan.grow.first().map_or(0.0, |turn| turn.hold_s);

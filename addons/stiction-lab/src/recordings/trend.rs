@@ -2,7 +2,7 @@
 //!
 //! Little endian. The number of samples and the existing signals (bit 0 SP, 1 PV, 2 OP, 3 VP) have 4 bytes each. The
 //! times and these signals follow in this order, with 8 bytes a number. Times ascend. Where signals were stored at
-//! times of their own each holds its last value, and a sample that is bad or missing is no number.
+//! different times, each signal holds its last value. A bad or missing sample is NaN.
 
 use std::sync::Arc;
 use stiction_diagnose::recording::{Channel, Recording};

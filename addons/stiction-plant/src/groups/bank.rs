@@ -1,7 +1,8 @@
 //! Spectra of all loops in pieces of six to twelve periods, so that each period has pieces of suitable length.
 //!
-//! A level takes pieces of `L` values, `L` a power of two, half of each over the next, under a Hann window, and keeps the bins
-//! 6 to 11. The levels side by side are bands an eighth of their frequency wide, from [`SHORTEST_S`](crate::store::trace::SHORTEST_S) on.
+//! A level takes pieces of `L` values, where `L` is a power of two. The pieces overlap by half, have a Hann window, and
+//! keep the bins 6 to 11. The levels side by side are bands an eighth of their frequency wide, from
+//! [`SHORTEST_S`](crate::store::trace::SHORTEST_S) on.
 
 use crate::store::trace::{STEP_S, Trace, TraceSignal};
 use realfft::num_complex::Complex;
@@ -237,8 +238,8 @@ impl Series {
         self.values.len() as f64 * STEP_S as f64
     }
 
-    /// The deviation of its swing in a band from a sine: the power at two and three times the frequency that is locked to it, over
-    /// the power at the frequency.
+    /// How much the loop's swing in a band deviates from a sine: the power at two and three times the frequency that is
+    /// locked to it, over the power at the frequency.
     pub fn shape(&self, band: usize) -> f64 {
         let (length, bin) = level(band);
         let mut sums = [(Complex::new(0.0, 0.0), 0.0, 0.0); 2];

@@ -72,8 +72,8 @@ pub fn coherence(x: &Pieces, y: &Pieces, cycles: f64) -> Option<Coherence> {
     Some(Coherence { squared, pieces, p })
 }
 
-/// The largest p that counts if a share `rate` of those that count may be chance, by the step-up of Benjamini and Hochberg. `all` is the
-/// number of tests, `p` are the probabilities below one.
+/// The largest p that counts if a share `rate` of the accepted pairs may be chance, by the step-up procedure of
+/// Benjamini and Hochberg. `all` is the number of tests, `p` are the probabilities below one.
 pub fn threshold(mut p: Vec<f64>, all: usize, rate: f64) -> f64 {
     p.sort_by(f64::total_cmp);
     let allowed = |(k, p): (usize, &f64)| (*p <= rate * (k + 1) as f64 / all as f64).then_some(*p);

@@ -140,8 +140,8 @@ pub fn pairs(
     edges.iter().map(told).collect()
 }
 
-/// A bound on the probability of all pairs that count, if `count` pairs of these loops are as improbable as the last one that may
-/// count. Applied again to the rest, it approaches the pairs that count.
+/// A bound on the probability of all accepted pairs, if `count` pairs of these loops are as improbable as the last
+/// accepted pair. Applied again to the rest, it approaches the pairs that count.
 pub fn most_that_counts(count: usize, loops: usize, options: &GroupOptions) -> f64 {
     options.false_discovery_rate * count as f64 / all_pairs(loops) as f64
 }

@@ -507,8 +507,8 @@ fn file_name(names: &mut BTreeSet<String>, plain: String) -> String {
     format!("loops/{}.html", name.unwrap_or(plain))
 }
 
-/// The window whose page is made, of those on which the verdict rests: of a valve to repair that which accuses it with the
-/// largest probability, else the last.
+/// The window whose page is made, among the windows on which the verdict rests. For a valve to repair, it is the window
+/// that accuses the valve with the largest probability, else the last window.
 fn telling<'a>(ranked: &Ranked<'a>) -> Option<&'a WindowRow> {
     let mut judged = ranked.of_week.iter().copied().filter(|row| row.is_judged());
     let key = |row: &&WindowRow| {

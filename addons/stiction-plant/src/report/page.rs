@@ -32,7 +32,8 @@ const FIRST: usize = 6;
 const POINTS: usize = 42;
 /// Size, px.
 pub const SPARK: (f64, f64) = (84.0, 22.0);
-/// Width of the map, its height, what each loop adds to the height, and the most: of a wide screen and of a narrow one.
+/// For a wide and a narrow screen: width of the map, its height, the additional height per loop, and the largest
+/// height.
 const MAPS: [(&str, f64, f64, f64, f64); 2] =
     [("wide", 1240.0, 120.0, 1.0, 420.0), ("narrow", 350.0, 160.0, 2.0, 560.0)];
 /// Width of a letter of a tag on the map.

@@ -226,7 +226,7 @@ impl LoopRow {
         decides(self.overruled) || decides(self.test)
     }
 
-    /// Whether by the last test a valve does not stick that was to be repaired, by its windows or by an order.
+    /// Whether the last test clears a valve that was to be repaired according to its windows or an order.
     pub fn is_cleared(&self) -> bool {
         let accused = [self.grade, self.verdict_before].into_iter().flatten().any(Grade::accuses);
         self.test == Some(VerdictClass::DoesNotStick)

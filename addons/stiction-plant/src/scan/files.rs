@@ -95,8 +95,8 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// Sorts the rows of a file to `folder`, by the batch that will read them, if it would have to be decoded more than
-    /// twice otherwise.
+    /// Sorts the rows of a file to `folder`, by the batch that will read them, if the file would otherwise be decoded
+    /// more than twice.
     ///
     /// # Errors
     /// If the sorted rows cannot be written. Faults of the file are reported when it is read.

@@ -16,9 +16,9 @@
 //! too long is not stopped: its thread computes until the program ends, and its result is ignored.
 //!
 //! # Memory
-//! Windows are judged in [segments](SEGMENT) of days, in batches of loops that take a share of the allowed memory. Of Parquet a
-//! batch reads only its own part. A long table whose row groups mix all tags is sorted on disk first. Other files are read
-//! whole, so memory holds the largest of them and a batch, for any number of loops and days.
+//! Windows are judged in [segments](SEGMENT) of days, in batches of loops that take a share of the allowed memory. Of
+//! Parquet a batch reads only its own part. A long table whose row groups mix all tags is sorted on disk first. Other
+//! files are read whole. Memory contains the largest of them and a batch, for any number of loops and days.
 
 mod files;
 pub mod inputs;

@@ -1,7 +1,7 @@
 //! Rows of a long table, sorted into files on disk by reader.
 //!
-//! If the row groups of a file mix all tags, reading some loops means decoding all rows. Then the file is decoded once, and the
-//! rows of each batch of loops are kept in a file of their own until the batch is judged.
+//! If the row groups of a file mix all tags, reading some loops means decoding all rows. Then the file is decoded once.
+//! The rows of each batch of loops are kept in a separate file until the batch is judged.
 
 use crate::error::{Result, file, store};
 use std::collections::{HashMap, HashSet};

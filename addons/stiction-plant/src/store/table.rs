@@ -1,5 +1,5 @@
-//! Tables with one declaration, from which the struct of a row, its columns in memory and in Parquet, its JSON and CSV, and
-//! the table in the documentation are made.
+//! Tables with one declaration. From it follow the struct of a row, its columns in memory and in Parquet, its JSON and
+//! CSV, and the table in the documentation.
 
 use crate::report::action::Action;
 use crate::report::health::Health;
@@ -144,8 +144,8 @@ pub trait Cell: Clone {
     fn text(&self) -> String;
 }
 
-/// Cells of a type, required and optional: how one is stored, how it is read again (`None` for a value that the type does not have),
-/// and its text.
+/// Cells of a type, required and optional: how a cell is stored, how it is read again (`None` for a value of a
+/// different type), and its text.
 macro_rules! cell {
     ($type:ty, $kind:ident, $in:expr, $out:expr, $text:expr) => {
         impl Cell for $type {

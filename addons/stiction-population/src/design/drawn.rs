@@ -215,8 +215,8 @@ impl Design {
         }
     }
 
-    /// Sets the noise of the OP: up to four times the band, from the PV or the controller. In two of five cases the
-    /// noise of the PV alone moves the OP: hardly anything else happens, and integral action is slow for the
+    /// Sets the noise of the OP: up to four times the band, from the PV or the controller. In two of five cases only
+    /// the noise of the PV moves the OP. Hardly anything else happens, and integral action is slow compared with the
     /// record.
     fn make_noisy(&mut self, draw: &mut Draw) {
         let sd = self.s * draw.log(0.2, 4.0);

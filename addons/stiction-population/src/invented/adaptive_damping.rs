@@ -6,8 +6,8 @@ use super::sketch::Sketch;
 /// Its time constant is long if the PV is near its output, and zero if the PV differs by a width or more. Noise is
 /// damped, a step is not, and the controller sees hardly any small changes.
 pub(super) struct AdaptiveDamping {
-    /// The share of a small difference that it follows in a step, and the difference from which it follows at once,
-    /// percent of span.
+    /// The share of a small difference that the output follows in a step, and the difference from which it follows at
+    /// once, percent of span.
     least: f64,
     width: f64,
     says: f64,

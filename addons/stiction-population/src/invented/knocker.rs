@@ -3,9 +3,9 @@
 use super::parts::{Parts, Pi};
 use super::sketch::Sketch;
 
-/// Somebody who thought that the valve sticks has switched a knocker on: short pulses in the direction in which the OP
-/// moves, as of [`Knocker`](stiction_model::compensate::Knocker). They stay in the OP, even if the valve is in order. A
-/// historian that is slower than the controller records some of them.
+/// Somebody who assumed a sticking valve has switched a knocker on. It sends short pulses in the direction in which the
+/// OP moves, like [`Knocker`]. They stay in the OP, even if the valve is in order. A historian that is slower than the
+/// controller records some of them.
 pub(super) struct Knocker {
     /// Height of a pulse, percent; steps of a pulse, and from one to the next.
     height: f64,

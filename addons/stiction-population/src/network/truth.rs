@@ -1,7 +1,7 @@
 //! The loops that a cause reaches.
 //!
-//! The network is simulated again with the same noise and loads, but without the cause: with the valve healthy, or
-//! without the wave. The part of a loop's swing at the cause's period that disappears is due to the cause.
+//! The network is simulated again with the same noise and loads, but without the cause: the valve is healthy, or the
+//! wave is absent. The part of a loop's swing at the cause's period that disappears is due to the cause.
 
 use super::{Course, Network, STEP_S, Samples};
 use std::collections::BTreeSet;

@@ -20,8 +20,8 @@ use stiction_model::error::Result;
 /// Share of false alarms at which recall is compared.
 pub const FEW_ALARMS: f64 = 0.01;
 
-/// Lower ends of the bands of the gain, nats. Below 15.6 a record does not show its valve to an observer who has to
-/// find the stem, so those loops are masked.
+/// Lower ends of the bands of the gain, nats. Below 15.6 nats, a record does not show its valve to an observer who has
+/// to find the stem, so these loops count as masked.
 const NATS: [f64; 9] = [0.0, 2.0, 5.0, 10.0, 15.6, 25.0, 50.0, 100.0, 200.0];
 /// Most points of a receiver operating characteristic.
 const POINTS: usize = 200;
@@ -407,8 +407,8 @@ fn nats(loops: &[(&KnownLoop, &Answer)], above: &dyn Fn(&Answer) -> bool) -> Vec
     Band::beginning_at(&NATS).into_iter().map(measured).collect()
 }
 
-/// Recall at 1 % false alarms of an observer whose log-likelihood ratio gains this many nats: it is normal with the
-/// mean plus or minus `G` and the variance `2 G`, so the recall is `Phi(sqrt(2 G) - 2.326)`.
+/// Recall at 1 % false alarms of an observer whose log-likelihood ratio gains this many nats. The ratio is normal with
+/// the mean plus or minus `G` and the variance `2 G`, so the recall is `Phi(sqrt(2 G) - 2.326)`.
 ///
 /// Source: W. W. Peterson, T. G. Birdsall, W. C. Fox, IRE Trans. PGIT-4 (1954) 171-212 (recalled, not read).
 fn observed(gain: f64) -> f64 {

@@ -44,9 +44,9 @@ pub struct Auc {
 /// AUC = (1 / (P Q)) sum over pairs of  1 if s_i > h_j,  1/2 if s_i = h_j,  0 else
 /// ```
 ///
-/// The interval is between the quantiles 0.025 and 0.975 of [`DRAWS`] draws. Each draws valves with replacement,
-/// within each class, and includes all recordings of a valve. With few valves in a class it is too narrow, and for
-/// perfectly separated classes its width is zero, which is not certainty. Equal input and `seed` give equal bits.
+/// The interval is between the quantiles 0.025 and 0.975 of [`DRAWS`] draws. Each draws valves with replacement, within
+/// each class, and includes all recordings of a valve. With few valves in a class the interval is too narrow. For
+/// perfectly separated classes its width is zero, although nothing is certain. Equal input and `seed` give equal bits.
 ///
 /// Scores must not be NaN; a NaN counts as no score.
 ///

@@ -10,11 +10,10 @@ const POINTS: usize = 100;
 
 /// Risk against coverage.
 ///
-/// A score becomes a probability by the monotone curve that fits the loops of other valves best: isotonic
-/// regression, with valves in five parts, each judged by the curve of the other four. Only the order of the scores
-/// matters. Loops are then accepted by `max(p, 1 - p)`, the most certain first. The risk is the share of wrong ones
-/// among the accepted, and the coverage is the share of accepted ones among all. Loops without a score are never
-/// accepted.
+/// A score becomes a probability by the monotone curve that fits the loops of other valves best: isotonic regression,
+/// with valves in five parts, each judged by the curve of the other four. Only the order of the scores matters. Loops
+/// are then accepted by `max(p, 1 - p)`, the most certain first. The risk is the share of wrong decisions among the
+/// accepted, and the coverage is the share of accepted decisions among all. Loops without a score are never accepted.
 ///
 /// Sources: R. E. Barlow et al., "Statistical Inference under Order Restrictions", 1972; R. El-Yaniv, Y. Wiener,
 /// J. Mach. Learn. Res. 11 (2010) 1605-1641 (both recalled, not read).

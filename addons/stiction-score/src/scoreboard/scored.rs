@@ -141,8 +141,8 @@ pub struct Scored {
 }
 
 impl MethodResult {
-    /// The score that ranks loops: the statistic, unless the method abstains although it has one, for example
-    /// without an oscillation to explain.
+    /// The score that ranks loops. It is the statistic, unless the method abstains although it has a statistic, for
+    /// example without an oscillation to explain.
     pub fn score(&self) -> Option<f64> {
         self.statistic.filter(|_| self.decision != Decision::Abstains)
     }

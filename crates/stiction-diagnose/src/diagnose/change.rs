@@ -193,8 +193,8 @@ pub fn events(windows: &[Seen], repairs: &[f64]) -> Vec<Event> {
 }
 
 impl Event {
-    /// It in words, such as "the valve began to stick at about 2 h (between 1 h and 3 h)"; `moment` writes a time. All
-    /// times are times of windows, so their resolution is one window.
+    /// The change in words, such as "the valve began to stick at about 2 h (between 1 h and 3 h)"; `moment` writes a
+    /// time. All times are times of windows, so their resolution is one window.
     pub fn words(&self, moment: impl Fn(f64) -> String) -> String {
         let (what, at, (from, to)) = (self.change.words(), moment(self.time), self.interval);
         match from == to {

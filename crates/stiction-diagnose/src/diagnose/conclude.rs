@@ -197,8 +197,8 @@ fn amount(seen: &Seen<'_>, verdict: &Verdict) -> Stiction {
     }
 }
 
-/// The slips that a verdict lacks, if the evidence is undecided only because it is too little, or the data are unfit
-/// only because of too few cycles.
+/// The slips that a verdict lacks. This applies if the evidence is undecided only because it is too little, or the data
+/// are unfit only because of too few cycles.
 fn missing_slips(seen: &Seen<'_>, verdict: &Verdict) -> Option<FewSlips> {
     let segment = seen.segment.filter(|_| seen.has_pv() && seen.belonging.mistake().is_none())?;
     let weighing = seen.weighed().filter(|_| verdict.class == VerdictClass::CannotTell)?;

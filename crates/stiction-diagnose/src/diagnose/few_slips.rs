@@ -35,8 +35,8 @@ pub struct FewSlips {
     pub words: String,
 }
 
-/// The lack of slips in a record of `duration_s`; `None` if it does not look stuck, has enough slips, or they
-/// cannot be counted.
+/// The lack of slips in a record of `duration_s`; `None` if the record does not look stuck, has enough slips, or the
+/// slips cannot be counted.
 pub fn few_slips(weighing: &Weighing, duration_s: f64) -> Option<FewSlips> {
     if weighing.probability < LOOKS_STUCK_FROM || weighing.mismatch > 1.0 {
         return None;

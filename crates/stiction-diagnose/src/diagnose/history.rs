@@ -173,8 +173,9 @@ fn bear_out(observations: &[Observation], class: VerdictClass) -> bool {
     }
 }
 
-/// The grade of several, if most observations that alone would give it have it themselves, else theirs. One in which S is too
-/// small to be a fault, or which is unlike all training loops, does not accuse or clear the valve by repetition.
+/// The grade of several, if most observations that alone would give it have it themselves, else theirs. An observation
+/// in which S is too small to be a fault, or which is unlike all training loops, does not accuse or clear the valve by
+/// repetition.
 fn borne_out(class: VerdictClass, probability: Option<f64>, observations: &[Observation]) -> Grade {
     let grade = Grade::of_several(class, probability);
     let is_open = class == VerdictClass::CannotTell && probability.is_some();

@@ -1,8 +1,8 @@
 //! The verdict on a valve with a recorded position: class, S, J and sentences from one judgement.
 //!
-//! Where the position leaves open whether the valve sticks, OP and PV may still accuse it ([`ByPosition::verdict`]): a position that
-//! is sampled more slowly than the controller acts may show less than they do. They do not clear it, because the limit from the
-//! position is usually the smaller one.
+//! Where the position leaves open whether the valve sticks, OP and PV may still accuse it ([`ByPosition::verdict`]). A
+//! position that is sampled more slowly than the controller acts may show less than OP and PV. They do not clear it,
+//! because the limit from the position is usually the smaller one.
 
 use super::verdict::{Basis, Limit, Stiction, Verdict, VerdictClass};
 use crate::finding::Abstention;
@@ -22,8 +22,9 @@ const NEEDED: [MeasureId; 4] = [
     MeasureId::OpMoves,
 ];
 
-/// Width of the interval of S, in S, up to which it is a number if moves of the OP between samples are missed; ours. Of 71
-/// simulated valves with wider intervals S was wrong by more than 15 % in 33, of 58 with narrower ones in 3.
+/// Largest width of the interval of S, as a share of S, at which S is a number although moves of the OP between samples
+/// are missed; ours. Of 71 simulated valves with wider intervals, S was wrong by more than 15 % in 33. Of 58 valves
+/// with narrower intervals, it was wrong in 3.
 pub const WIDEST_MISSED: f64 = 0.5;
 
 /// The verdict from a recorded position. Class, S, J, limit and reasons come from the same judgement:
@@ -139,9 +140,9 @@ pub(super) fn concluded(judged: &Judgement, sample_time: f64) -> ByPosition {
 
 impl ByPosition {
     /// The verdict from the position, which replaces the verdict from OP and PV because the position shows the stem
-    /// itself. If it leaves open whether the valve sticks, OP and PV may accuse it, unless their `S` is above the
-    /// position's limit. If it does not move, but OP and PV show a stem that slips, its transmitter has failed. A stem
-    /// that follows stands against their accusation.
+    /// itself. If it leaves open whether the valve sticks, OP and PV may accuse the valve, unless their `S` is above
+    /// the position's limit. If it does not move, but OP and PV show a stem that slips, its transmitter has failed. A
+    /// stem that follows stands against their accusation.
     pub fn verdict(&self, without: Verdict, s: Option<Estimate>) -> Verdict {
         let accuse = without.basis == Basis::Evidence && without.class == VerdictClass::Sticks;
         let agree = s.zip(self.s_limit).is_none_or(|(s, limit)| s.low <= limit);

@@ -1,9 +1,9 @@
 //! Whether the PV does not respond: the OP travels far without effect on the PV.
 //!
-//! A loop that compensates a drifting load also has an OP that travels and a PV that rests, at its set point. So a
-//! resting PV counts only if it rests *away* from its set point while the OP moves in one direction, as integral
-//! action on a constant error must. A PV that moves without relation to the OP is left to the evidence, which was
-//! trained on simulated stuck valves.
+//! A loop that compensates a drifting load also has an OP that travels and a PV that rests, but at its set point. So a
+//! resting PV counts only if it rests *away* from its set point while the OP moves in one direction, as integral action
+//! on a constant error must. A PV that moves without relation to the OP is left to the evidence, which was trained on
+//! simulated stuck valves.
 
 use super::reasons::{alternatives, sayings};
 use super::verdict::{Basis, DEAD_ZONE_BELOW, Verdict, VerdictClass, Votes};
@@ -165,7 +165,8 @@ const NOISES: f64 = 20.0;
 const ONE_WAY: f64 = 0.8;
 /// Smallest distance of the PV from its set point, in its smallest steps or standard deviations of its noise.
 const AWAY: f64 = 10.0;
-/// Share of the OP's span above which no loop can hold its PV to the last digit: this rest names the fault alone.
+/// Share of the OP's span above which no loop can hold its PV to the last digit. Such a rest is enough to name the
+/// fault.
 const OVERWHELMING: f64 = 20.0;
 /// Probability from which the evidence alone gives "does not respond"; our own choice. `docs/accuracy.md` reports how
 /// often that is right.

@@ -1,7 +1,7 @@
 //! Whether OP and PV belong together.
 //!
-//! In closed loop OP and PV obey the controller's law, with any valve and any disturbance: a sticking, stuck or healthy
-//! valve answers to the same controller. So three questions about a recording need no tuning. Is one signal a copy of
+//! In closed loop, OP and PV obey the controller's law with any valve and any disturbance. A sticking, stuck or healthy
+//! valve is driven by the same controller. So three questions about a recording need no tuning. Is one signal a copy of
 //! another? Which of the columns stays at the set point? Does the OP follow the PV as a controller's output does
 //! ([`law`]), does the PV follow the OP, or neither? If the columns are mistaken, the valve is not judged.
 
@@ -110,8 +110,8 @@ impl Mistake<'_> {
 const LENGTHS: [usize; 4] = [16, 64, 256, 1024];
 /// The two lengths for averages.
 const SHORT: [usize; 2] = [16, 64];
-/// Numbers of samples to average. A PV fed forward through derivative action, or a sample that is held, leads at
-/// the fastest scale only; a controller's integral shows at the slower ones, also under a noise that it filters.
+/// Numbers of samples to average. A PV fed forward through derivative action, or a sample that is held, leads at the
+/// fastest scale only. A controller's integral shows at the slower scales, even if the controller filters noise.
 const SCALES: [usize; 2] = [4, 16];
 /// Most samples to examine. Of a longer segment, the middle is examined.
 const LONGEST: usize = 16_384;

@@ -117,8 +117,8 @@ fn contrast(before: &[f64], after: &[f64], back: fn(f64) -> f64) -> Option<Contr
     })
 }
 
-/// A fall of S is not enough if the valve still sticks for sure, nor a fall of the probability if S is unchanged.
-/// But either may be the only one available.
+/// A fall of S is not enough if the valve still certainly sticks. A fall of the probability is not enough if S is
+/// unchanged. But either may be the only one available.
 fn outcome(
     probability: Option<Contrast>,
     s: Option<Contrast>,

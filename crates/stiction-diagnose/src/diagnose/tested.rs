@@ -9,8 +9,8 @@ use crate::spoken::{percent, time};
 use crate::valve_test::{ReadOptions, TestReading, by_ramps, read};
 
 /// The test in a recording, as `stiction test read` finds it. It is `None` without a readable test, or if the valve
-/// changed after the test. Settings that hardly look like a test, as of a loop that is run by hand, are one only if
-/// they decide.
+/// changed after the test. Settings that hardly look like a test, as in a loop that is controlled by hand, count as a
+/// test only if they decide.
 pub(super) fn tested(
     recording: &Recording,
     grid: GridOptions,

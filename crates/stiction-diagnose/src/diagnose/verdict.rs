@@ -68,8 +68,8 @@ named! {
 }
 
 impl Grade {
-    /// A probability of sticking beside this grade: none where the data cannot answer, or where the S with which the valve would
-    /// stick is no fault, because it is below the limit.
+    /// A probability of sticking is shown with this grade, except where the data cannot answer, or where the valve
+    /// would stick by an S below the limit, which is no fault.
     pub fn shown(self, probability: Option<f64>) -> Option<f64> {
         let is_none = matches!(self, Self::CannotAnswer | Self::TooLittle);
         probability.filter(|p| !(is_none || self.spares() && *p > PROBABLY_FINE_UP_TO))
@@ -284,8 +284,8 @@ pub struct Definition {
     pub meaning: &'static str,
 }
 
-/// Probability of play or a dead zone elsewhere in the loop below which a resting PV can give "does not respond":
-/// both keep the PV from responding.
+/// Probability of play or a dead zone elsewhere in the loop. Above it, a resting PV cannot give "does not respond",
+/// because both keep the PV from responding.
 pub const DEAD_ZONE_BELOW: f64 = 0.03;
 /// S up to this many percent is no fault: healthy valves of the population have dead bands as wide.
 pub const HARMLESS: f64 = 0.25;

@@ -21,7 +21,7 @@ use crate::recording::fitness::levels;
 use crate::recording::{Doubt, Segment};
 use crate::series::{median, quantile, span};
 
-/// S is a number, and not only a bound, if its interval reaches at most this share of it to either side on average.
+/// S is a number, and not only a bound, if its interval extends on average at most this share of S to either side.
 pub const WIDEST: f64 = 0.35;
 /// J is known if its interval is at most this wide, in S.
 pub const WIDEST_J: f64 = 0.5;
@@ -289,7 +289,8 @@ impl Weighing {
         self.windows.iter().zip(&self.evidence).filter(move |(window, _)| window.from >= since)
     }
 
-    /// The part of a segment since the valve last began or ceased to stick, empty if that was later; `None` if it is all.
+    /// The part of a segment since the valve last began or ceased to stick. It is empty if that happened later, and
+    /// `None` if it is the whole segment.
     pub(crate) fn since_change(&self, segment: &Segment) -> Option<Segment> {
         let before = (present_since(&self.changes) - segment.from) / segment.sample_time;
         (before > 0.0).then(|| segment.part(before.round() as usize, segment.len()))
@@ -325,8 +326,8 @@ impl Weighing {
     }
 }
 
-/// The smallest S that a coarse PV can show, percent of span: a slip must move it by two of its steps. With the ratio of
-/// the ranges of PV and OP as gain, these are twice the range of the OP over the number of steps.
+/// The smallest S that a coarse PV can show, percent of span. A slip must move the PV by two of its steps. With the
+/// ratio of the ranges of PV and OP as gain, these are twice the range of the OP over the number of steps.
 fn resolved(part: &Segment) -> f64 {
     let levels = part.pv.as_deref().and_then(levels);
     levels.map_or(0.0, |levels| 2.0 * span(&part.op) / (levels - 1.0))

@@ -58,15 +58,15 @@ pub struct Dense {
 
 /// A prepared window of a recording.
 ///
-/// * The dominant period P is at the largest value of the mean of the Hann periodograms of OP and control error, or
-///   of the OP alone without a PV. Each is computed without straight trend, at unit power and smoothed by (1/4,
-///   1/2, 1/4), over the frequencies with three periods or more in the window. The control error is PV less SP, or
-///   the PV without SP.
+/// * The dominant period P is at the largest value of the mean of two Hann periodograms, of OP and control error.
+///   Without a PV, only the OP counts. Each is computed without straight trend, at unit power and smoothed by (1/4,
+///   1/2, 1/4), over the frequencies with three periods or more in the window. The control error is PV less SP, or the
+///   PV without SP.
 /// * Signals are averaged over blocks of `floor(P / 36)` samples and brought to mean zero and standard deviation
 ///   one. A period then has 36 to 72 samples, or fewer if it was recorded with fewer.
-/// * PV and error are inverted if the valve lowers the PV, so that opening it raises them. The sign follows from
-///   the controller, which answers the error e by `dOP = a de + b e` with a and b of the sign opposite to the
-///   process: it is the sign of the sum of the correlations of dOP with de and with e.
+/// * PV and error are inverted if the valve lowers the PV, so that opening it raises them. The sign follows from the
+///   controller, which responds to the error e by `dOP = a de + b e`, with a and b of the sign opposite to the process.
+///   It is the sign of the sum of the correlations of dOP with de and with e.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prepared<'a> {
     /// The recorded segment.

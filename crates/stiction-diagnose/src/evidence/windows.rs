@@ -82,8 +82,8 @@ fn typical_period(segment: &Segment, length: usize) -> f64 {
     if periods.is_empty() { f64::INFINITY } else { median(&periods) }
 }
 
-/// Windows of `length` samples evenly spread over a segment: as many as it has, including the last partial one, and
-/// at most `most`.
+/// Windows of `length` samples, evenly spread over a segment. Their number is at most `most`, and otherwise as many as
+/// fit, including the last partial one.
 fn spread(segment: &Segment, length: usize, most: usize) -> Vec<Segment> {
     let n = segment.len();
     if n <= length {

@@ -4,8 +4,8 @@
 //! Two comparisons, each over all drawn loops. One of them is enough:
 //! * The exact limit cycle: the loop would oscillate like this without any disturbance. Noise and loads make a stem
 //!   slip sooner, so a recorded oscillation may be faster.
-//! * The PV behind a valve that follows ([`without`](super::without)): if a good part of the swing disappears, the
-//!   valve causes it, with any other disturbance.
+//! * The PV with a valve that follows ([`without`]): if much of the swing disappears, the valve causes it, together
+//!   with any other disturbance.
 
 use super::Draw;
 use super::draw;
@@ -21,16 +21,16 @@ use crate::recording::Segment;
 use crate::spoken::{rough, time};
 use crate::valve::Model;
 
-/// Factor by which the recorded period may lie above or below the interval of the predicted periods: noise and
-/// loads make a stem slip sooner than it would by itself.
+/// Factor by which the recorded period may lie outside the interval of the predicted periods. Noise and loads make a
+/// stem slip sooner than it would without them.
 pub const PERIOD_WITHIN: [f64; 2] = [1.15, 1.6];
 /// This factor for the OP's swing, which noise, loads and a varying S change more.
 pub const SWING_WITHIN: f64 = 1.5;
 /// Share of the drawn loops that must cycle for the valve to explain the recorded swing.
 pub const LEAST_CYCLING: f64 = 0.5;
 
-/// Largest share of the swing that may remain with a valve that follows, in the median of the draws; in hardly any
-/// draw may it grow.
+/// Largest share of the swing that may remain with a valve that follows, in the median of the draws. The swing may grow
+/// in hardly any draw.
 pub const MOST_LEFT: f64 = 0.7;
 
 /// Largest factor between period or OP swing of a fitted loop and the recorded ones for its valve to be preferred, and the
@@ -101,8 +101,8 @@ fn follow(draw: &Draw) -> Option<Option<Swing>> {
     }
 }
 
-/// The valves, those preferred whose loop cycles about as recorded: a PV in steps gives only the product of J and gain,
-/// and with too small a J the loop would not cycle. The weight of the valves that follow stays.
+/// The valves, with preference for valves whose loop cycles about as recorded. A PV in steps gives only the product of
+/// J and gain, and with too small a J the loop would not cycle. The weight of the valves that follow stays.
 pub(super) fn alike(
     mut valves: Vec<Weighed>,
     controller: &FittedController,

@@ -9,9 +9,10 @@
 //!   well, behind all valves.
 //! * [`Draws`](Draw): loops drawn from all possible ones, seeded.
 //! * If the valve began or ceased to stick, all of this for the part of the recording since then.
-//! * [`Cycle`]: the exact limit cycle of such loops, drawn without that preference, beside the recorded swing, and the share of the swing
-//!   that would remain with a valve that follows. If they cycle as the recording does, or little remains, a
-//!   sticking valve explains the swing; if not, something else causes it, even with clear signs of stiction.
+//! * [`Cycle`]: the exact limit cycle of such loops, drawn without that preference, beside the recorded swing. It also
+//!   gives the share of the swing that would remain with a valve that follows. If they cycle as the recording does, or
+//!   little of the swing remains, a sticking valve explains the swing. Otherwise something else causes it, even with
+//!   clear signs of stiction.
 //!
 //! # Limits
 //! Those of the parts. Parts that cannot be identified are reported, and the explanation is not tested.

@@ -2,7 +2,7 @@
 //!
 //! # Method
 //! Every action is simulated on loops drawn from all that agree with the recording ([`Draw`]). The noise is like the
-//! recorded one if the valve explains the swing, else it is everything that the drawn loop does not explain. All
+//! recorded noise if the valve explains the swing. Otherwise it is everything that the drawn loop does not explain. All
 //! actions use one protocol: undisturbed operation, a set-point step, a load step. An action is tuned once, for the
 //! likeliest loop, because a user has only the recording. So the action is also tested on valves and processes for
 //! which it was not tuned.
@@ -14,8 +14,8 @@
 //!   constant is the dead time or three executions of the controller, the longer of the two. `Ms` is reported. Left out
 //!   if the ends of the gain's interval differ by more than a factor of [`WIDEST`].
 //! * *Positioner*: proportional, with a gain of 10, on the present valve; see [`positioned`].
-//! * *Compensated*: methods that an ordinary controller can carry out. An integral dead zone is always included,
-//!   pulses only if one lasts as long as a stem needs to follow it ([`STEM_SPEED`]).
+//! * *Compensated*: methods that an ordinary controller can carry out. An integral dead zone is always included. Pulses
+//!   are included only if one lasts as long as a stem needs to follow it ([`STEM_SPEED`]).
 //!
 //! # The swing
 //! The swing after an action is the recorded one times the simulated ratio to the present loop, draw by draw. The
@@ -227,8 +227,8 @@ pub struct Prospects {
 /// The logarithm of the recorded swing after an action over the simulated one: median and standard deviation.
 ///
 /// They were measured on 238 sticky loops of the population (seeds from 1,000,000 on), with a repair and without. Other
-/// actions were not measured. A loop whose valve still sticks is assumed as uncertain as the simulated loop as it is, and
-/// one with a positioner as uncertain as a repaired one.
+/// actions were not measured. A loop whose valve still sticks is as uncertain as the present simulated loop. A loop
+/// with a positioner is as uncertain as a repaired loop.
 struct Unknown {
     median: f64,
     sd: f64,

@@ -18,8 +18,8 @@ pub const SURE: f64 = 0.98;
 /// reported = ln 9 + (|l| - ln 9) (ln 49 - ln 9) / (reached - ln 9)      |l| > ln 9
 /// ```
 ///
-/// So 0.98 (or 0.02) is reported at `reached`, from where decisions on left-out kinds are right, and nothing beyond
-/// `most` is reported if there is no such value. The order of loops is kept, except for those beyond `most`.
+/// So 0.98 (or 0.02) is reported at `reached`, from where decisions on left-out kinds are right. Without such a value,
+/// nothing beyond `most` is reported. The order of loops is kept, except for those beyond `most`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Confidence {
     /// Below 0.1: against a fault.

@@ -14,12 +14,13 @@ const RANGE: (f64, f64) = (0.005, 20.0);
 
 /// An upper limit on S: a larger S would have shown in this recording.
 ///
-/// A regression of the 95 % quantile of `z = ln(clip(S / OP span, 0.005, 20))` on the evidence, over healthy valves (S
-/// = 0), sticking ones, visible or masked, and stuck ones (no OP moves them). A conformal shift c is added: the 95 %
-/// quantile of `z - q` over faulty valves left out of its training. Healthy valves, half of all, are left out of it
-/// because they would raise the coverage. Where a fault is unlikely, q is the quantile of healthy valves, so c is found
-/// for each class of the probability. It is large enough that the coverage also holds for those faulty valves that the
-/// limit clears. So among faulty valves like the simulated ones, in at most 5 % of each class S lies above
+/// A regression of the 95 % quantile of `z = ln(clip(S / OP span, 0.005, 20))` on the evidence. The loops have healthy
+/// valves (S = 0), sticking valves, visible or masked, and stuck valves (no OP moves them). A conformal shift c is
+/// added: the 95 % quantile of `z - q` over faulty valves left out of its training. Healthy valves, half of all, are
+/// left out of it because they would raise the coverage. Where a fault is unlikely, q is the quantile of healthy
+/// valves, so c is found for each class of the probability. It is large enough that the coverage also holds for those
+/// faulty valves that the limit clears. So among faulty valves like the simulated ones, in at most 5 % of each class S
+/// lies above
 ///
 /// ```text
 /// limit = span exp(q + c(p))
@@ -56,7 +57,7 @@ impl Limit {
         }
     }
 
-    /// The limit in spans of the OP, for a loop with that probability of a fault; `None` if it is beyond three
+    /// The limit in spans of the OP, for a loop with that probability of a fault; `None` if the limit exceeds three
     /// spans.
     pub fn spans(&self, row: &[f32], probability: f64) -> Option<f64> {
         let class = self.shifts.iter().find(|(up_to, _)| probability <= *up_to);

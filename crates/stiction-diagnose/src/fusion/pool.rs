@@ -66,8 +66,8 @@ impl Pool {
         Self { sums: vec![0; SUMS + 2 * features], least: [i64::MAX; 2], most: [i64::MIN; 2] }
     }
 
-    /// The pool of one window: what the model of a window says, its span of the OP, percent, the values of all
-    /// features, and the share of it that overlaps no other. `features` are the places of the model's features
+    /// The pool of one window: the results of a window's model, its span of the OP, percent, the values of all
+    /// features, and the share of the window that overlaps no other. `features` are the places of the model's features
     /// among the values.
     pub fn of(
         says: &Weighed,
@@ -127,7 +127,7 @@ impl Pool {
         self.sums[0] as f64 / ONE
     }
 
-    /// The mean of `ln S`, S in percent of span, each window's weighted by the probability that it sticks over the
+    /// The mean of `ln S`, S in percent of span. The weight of each window is the probability that it sticks, over the
     /// square of its interval.
     pub fn mean_ln_s(&self) -> f64 {
         self.sums[8] as f64 / self.sums[7] as f64

@@ -11,9 +11,9 @@ pub const COVERAGE: f64 = 0.9;
 /// coverage.
 ///
 /// Conformalised quantile regression: on loops left out of training, the error of the interval `[q_low, q_high]` is
-/// `max(q_low - y, y - q_high)`. Its 90 % quantile c moves both ends, to `[q_low - c, q_high + c]`, which then
-/// covers 90 % of similar loops. One c for all would hold overall, but not among the loops with a narrow interval,
-/// which are those that get a number. So c is found for each class of predicted width `q_high - q_low`.
+/// `max(q_low - y, y - q_high)`. Its 90 % quantile c moves both ends, to `[q_low - c, q_high + c]`, which then covers
+/// 90 % of similar loops. One c for all would hold overall, but not among the loops with a narrow interval. Only these
+/// loops get a number. So c is found for each class of predicted width `q_high - q_low`.
 ///
 /// Source: Y. Romano, E. Patterson, E. Candès, "Conformalized quantile regression", NeurIPS 32 (2019);
 /// classes after V. Vovk, "Conditional validity of inductive conformal predictors", ACML 2012 (both

@@ -16,14 +16,14 @@ use std::sync::OnceLock;
 /// The first bytes of its file.
 const MAGIC: [u8; 8] = *b"VALVES 1";
 
-/// Gives the probability that a valve is at fault, and its S, from a [`Pool`] of its windows, of
-/// one window as of thousands.
+/// Gives the probability that a valve is at fault, and its S, from a [`Pool`] of its windows, for one window or
+/// thousands.
 ///
-/// The model of a window errs in the next window of the same valve as in the last. So repetition is not worth what
-/// independent windows would be, and how much it is worth depends on what agrees: the log-odds, S, the features.
-/// Boosted trees (G. Ke et al., "LightGBM", NeurIPS 30, 2017; the library was used, the paper not read) were trained
-/// on the pools of simulated valves of 1 to 60 windows, `addons/stiction-train/valves/train.py`. More suspicion in
-/// a window never lowers the probability.
+/// The model of a window errs in the next window of the same valve as in the last. So repeated windows are worth less
+/// than independent windows. How much they are worth depends on what agrees: the log-odds, S, the features. Boosted
+/// trees (G. Ke et al., "LightGBM", NeurIPS 30, 2017; the library was used, the paper not read) were trained on the
+/// pools of simulated valves of 1 to 60 windows, `addons/stiction-train/valves/train.py`. More suspicion in a window
+/// never lowers the probability.
 ///
 /// It needs OP and PV. `docs/accuracy.md` compares its verdict with the verdict from single windows, on kinds of loops
 /// that were not in its training.

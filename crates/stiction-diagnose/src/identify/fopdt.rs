@@ -27,10 +27,10 @@
 //! | `process` | | self-regulating | ours |
 //!
 //! # Limits
-//! In closed loop, output errors that the PV's past could predict enter the input and bias the fit towards the
-//! inverse of the controller, especially if the PV is noisy. The dead time has a resolution of one sample. A time
-//! constant far beyond the recording looks like an integrator; one below a third of a sample cannot be
-//! distinguished from zero.
+//! In closed loop, output errors that the PV's past could predict enter the input and bias the fit towards the inverse
+//! of the controller, especially if the PV is noisy. The dead time has a resolution of one sample. A time constant far
+//! beyond the recording looks like an integrator. A time constant below a third of a sample cannot be distinguished
+//! from zero.
 //!
 //! # Deviations from the paper
 //! The model is common; the fit is ours.

@@ -43,12 +43,12 @@
 //! of a moving mean over two periods.
 //!
 //! # Limits
-//! The gain compares predictions and is not a probability: a wave with corners from elsewhere gains as well, hence
-//! the controls. S is biased if the valve moves between samples. J is often not identifiable: see
-//! [`ValveFit::jump_gain`]. For a valve by He with a large slip jump, a two-phase valve with an S larger by the
-//! OP's overrun often wins, because the valley of He's own S is narrower than the grid. If the load wanders, the
-//! output error may be evidence against a sticking valve. A dead band (J = 0) can hardly be distinguished from play
-//! in the sensor.
+//! The gain compares predictions and is not a probability. A wave with corners from elsewhere gains as well, so the
+//! controls are needed. S is biased if the valve moves between samples. J is often not identifiable: see
+//! [`ValveFit::jump_gain`]. For a valve by He with a large slip jump, a two-phase valve with an S larger by the OP's
+//! overrun often wins, because the valley of He's own S is narrower than the grid. If the load wanders, the output
+//! error may be evidence against a sticking valve. A dead band (J = 0) can hardly be distinguished from play in the
+//! sensor.
 //!
 //! # References
 //! Structure and search after R. Srinivasan, R. Rengaswamy, S. Narasimhan, R. Miller, Ind. Eng. Chem. Res.

@@ -198,8 +198,8 @@ pub fn information(op: &[f64], pv: &[f64], period: Option<f64>) -> Result<Inform
     Ok(problem.explored(op, pv))
 }
 
-/// Recorded samples per instant. The number of instants is limited, a period has at least 40, and a held PV has no
-/// more samples than updates; but [`KEPT`] remain.
+/// Recorded samples per instant. The number of instants is limited, a period has at least 40, and a held PV has no more
+/// samples than updates. At least [`KEPT`] instants remain.
 fn factor_of(pv: &[f64], period: Option<f64>) -> usize {
     let n = pv.len();
     let updates = 1 + pv.windows(2).filter(|two| two[0] != two[1]).count();
@@ -528,7 +528,7 @@ impl Problem {
     }
 
     /// The sum of two gains in nats: of a valve that sticks like this over one that follows, and the reverse. A stem
-    /// that never moves has no effect of its own, but the OP has one that the stem does not explain.
+    /// that never moves has no effect, but the OP has an effect that the stem does not explain.
     fn power_to_see(&self, tried: &Tried) -> f64 {
         let common = self.common;
         let of_op: DVector<f64> = self.follows.coefficients.rows(common, TAPS).into();

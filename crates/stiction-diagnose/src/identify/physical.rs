@@ -37,9 +37,9 @@
 //! The mass is not identified, nor is a Stribeck velocity: a stem that overshoots or moves in steps under a slow ramp
 //! is fitted badly, and He's model should then explain it better. A lag much shorter than the sample time cannot be
 //! distinguished from zero, nor a lag on slow ramps from Coulomb friction. A delay counts as lag. A slip is located to
-//! a sample at best, so the uncertainty of the bands is at least the OP travel in one. Air lag and positioner count as
-//! lag or delay. J is at most S. Of a longer recording only the first [`MOST_SAMPLES`] are fitted. The standard
-//! deviations describe the best fit and ignore other minima.
+//! a sample at best, so the uncertainty of the bands is at least the OP travel in a sample. Air lag and positioner
+//! count as lag or delay. J is at most S. Of a longer recording only the first [`MOST_SAMPLES`] are fitted. The
+//! standard deviations describe the best fit and ignore other minima.
 //!
 //! Force balance: M. A. A. S. Choudhury, N. F. Thornhill, S. L. Shah, Modelling valve stiction, Control Engineering
 //! Practice 13 (2005) 641-658 (recalled, not read). Friction from stem position: R. A. Romano and C. Garcia, IFAC

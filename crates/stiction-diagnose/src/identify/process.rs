@@ -98,8 +98,8 @@ pub struct FittedProcess {
     /// Time constant, s; `None` in the same cases.
     #[cfg_attr(feature = "serde", serde(rename = "tau"))]
     pub lag_s: Option<Estimate>,
-    /// Initial slope of the PV after a step of one percent, units of PV per second: gain over lag, which may be
-    /// known if the two are not.
+    /// Initial slope of the PV after a step of one percent, units of PV per second. This is gain over lag, which may be
+    /// known even if gain and lag are not.
     pub slope: Estimate,
     /// Dead time with all small lags, s.
     #[cfg_attr(feature = "serde", serde(rename = "delay"))]

@@ -32,8 +32,8 @@ impl Counts {
         self.positive + self.negative + self.undecided + self.abstains
     }
 
-    /// The majority of some decisions, as for the windows of one valve: undecided if positive and negative ones are
-    /// equally many, abstaining if all abstain.
+    /// The majority of some decisions, as for the windows of one valve. It is undecided if positive and negative
+    /// decisions are equally many, and abstains if all abstain.
     pub fn majority(&self) -> Decision {
         match self.positive.cmp(&self.negative) {
             std::cmp::Ordering::Greater => Decision::Sticks,

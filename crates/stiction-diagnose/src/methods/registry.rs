@@ -105,8 +105,8 @@ pub fn by_name(name: &str) -> Result<Box<dyn Detector>> {
     name.parse().map(MethodId::detector)
 }
 
-/// The result behind a finding for `subject`. If it was not kept, the method of the registry runs again; `None` if
-/// it cannot, or if the finding is from a method with other parameters.
+/// The result behind a finding for `subject`. If it was not kept, the method of the registry runs again. The result is
+/// `None` if the method cannot run, or if the finding is from a method with different parameters.
 pub fn looked_at(finding: &Finding, subject: &Subject<'_>) -> Option<LookedAt> {
     if finding.looked_at.is_some() {
         return finding.looked_at.clone();

@@ -18,7 +18,7 @@
 //! a < A and b < B: d_l = -B,  d_u = A
 //! ```
 //!
-//! Each limit and each end of an interval is wrong in 5 of 100 tests, so each end of d is wrong in 10 of 100 at most.
+//! Each limit and each end of an interval is wrong in 5 of 100 tests, so each end of d is wrong in at most 10 of 100.
 //!
 //! S changed if the interval d_l to d_u excludes 0. It did not change if neither end is farther from 0 than a quarter
 //! of the larger S or than 0.5 %, the finest difference that tests resolve. Otherwise the tests cannot show a change.

@@ -16,9 +16,9 @@
 //! thirds approach the end geometrically, and completes each settled value.
 //!
 //! # Limits
-//! In a hold the PV comes near its end: one that still moves by more than half as much from the second third to the last
-//! as from the first to the second has no characteristic. Each direction must have at least three settled levels. The
-//! first level after a reversal does not count, because it may lie within the stick band.
+//! In a hold the PV must come near its end. A PV that still moves by more than half as much from the second third to
+//! the last as from the first to the second has no characteristic. Each direction must have at least three settled
+//! levels. The first level after a reversal does not count, because it may lie within the stick band.
 
 use super::stems::Stem;
 use super::weigh::Manual;
@@ -107,8 +107,8 @@ struct Settled {
 }
 
 impl Curve {
-    /// The characteristic by which a staircase moved the PV; `None` if the times in manual are no staircase, or too
-    /// few levels are settled.
+    /// The characteristic by which a staircase moved the PV; `None` if the times in manual are no staircase, or too few
+    /// levels are settled.
     pub fn of(spells: &[&Manual]) -> Option<Self> {
         let (mut rising, mut falling) = (vec![], vec![]);
         let mut thirds = [0.0; 4];
@@ -247,7 +247,7 @@ fn lacking([before, first, second, third]: [f64; 4]) -> Option<f64> {
     (ratio <= STILL).then(|| late.max(0.0) * ratio.max(0.0) / (1.0 - ratio.max(0.0)))
 }
 
-/// The distance of the branches at no difference of time, and its standard deviation, by least squares: a load that
+/// The distance of the branches at no difference of time, and its standard deviation, by least squares. A load that
 /// drifts adds to a distance in proportion to the time between both values. Half of the distances repeat the other
 /// half.
 fn without_drift(distances: &[(f64, f64)]) -> Option<(f64, f64)> {

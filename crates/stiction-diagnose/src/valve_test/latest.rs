@@ -5,8 +5,8 @@ use crate::diagnose::VerdictClass;
 use crate::finding::Abstention;
 use crate::recording::ByHand;
 
-/// The later test contradicts a decision if its own probability is below the first against `sticks`, or above the second
-/// against `does not stick`.
+/// The later test contradicts a decision if its probability is below the first number against `sticks`, or above the
+/// second against `does not stick`.
 const AGAINST: (f64, f64) = (0.1, 0.9);
 
 /// The reading of only the settings after the longest time in automatic, if it contradicts the reading of all settings.

@@ -7,8 +7,8 @@
 //!    turn ends when the PV has answered, but not before [`LEAST_HELD`] of the hold, and at the latest after the hold. The hold grows with each size, by half if no
 //!    period of the loop is known, because the speed of the process is unknown then. If operation gives S as a number, the
 //!    first size is a third of it.
-//! 2. **Shrink.** From there two turns of each size, each 0.85 times the last, held twice as long as the PV took to
-//!    answer. This part ends when the PV has not answered three sizes in a row.
+//! 2. **Shrink.** From there, two turns of each size follow. Each size is 0.85 times the last, and each turn is held
+//!    twice as long as the PV took to respond. This part ends when the PV has not answered three sizes in a row.
 //!
 //! The test ends after [`TIME`] in manual or after [`HOLDS`] first holds, whichever is longer, after a [`SHIFT`] at the
 //! latest, or after the time that the user gives. Larger steps from size to size, and then a larger first size, fit the
@@ -174,7 +174,8 @@ const OVER_S: f64 = 2.8;
 const OVER_RANGE: f64 = 3.0;
 /// A PV change of this many standard deviations of the noise is an answer.
 const ANSWERED: f64 = 4.0;
-/// The least time of a turn, as a share of its hold, unless the PV goes far; and the samples of the test in it.
+/// The least time of a turn, as a share of its hold, unless the PV goes far, and the number of samples of the test in
+/// that time.
 pub const LEAST_HELD: f64 = 0.3;
 const LEAST_SAMPLES: f64 = 4.0;
 /// The shortest hold: samples of the recording, and periods of the loop.

@@ -63,7 +63,7 @@ const ALIKE: f64 = 0.07;
 const NEAR: f64 = 0.15;
 /// Accuracy of an OP setting, percent.
 const SETTING: f64 = 0.02;
-/// A hold is too short or too long below or above these ratios to the plan, plus a tolerance of two samples.
+/// A hold is too short or too long if its ratio to the plan is outside these bounds, with a tolerance of two samples.
 const SHORTER: f64 = 0.8;
 const LONGER: f64 = 1.25;
 

@@ -137,8 +137,8 @@ named! {
 }
 
 impl TestReading {
-    /// The class in words. A valve that may stick below its limit does not stick by more. Without a decision it is the grade
-    /// of a clear probability, and a dead band that seems to be downstream of the valve has a word of its own.
+    /// The class in words. A valve that may stick below its limit does not stick by more. Without a decision it is the
+    /// grade of a clear probability. A dead band that seems to be downstream of the valve has its own grade.
     pub fn word(&self) -> &'static str {
         match self.probability {
             p if self.class == VerdictClass::DoesNotStick && p > PROBABLY_FINE_UP_TO => {
@@ -183,8 +183,8 @@ const STRONG: f64 = 5.0;
 const STRONGER: f64 = 8.0;
 /// Clear answers required for `sticks`.
 const CLEAR: usize = 2;
-/// The PV does not answer if it moves less than this share of its movement in operation with the same OP range. The second value
-/// is for turns that are as large as this, percent, which is larger than nearly every S.
+/// The PV does not respond if it moves less than this share of its movement in operation with the same OP range. The
+/// second value is for turns that are as large as this, percent, which is larger than nearly every S.
 const SILENT: (f64, f64) = (0.06, 0.3);
 pub(super) const LARGE: f64 = 24.0;
 /// `does not respond` requires a PV that moves in operation by at least this multiple of its noise.

@@ -1,7 +1,7 @@
 //! The signature of a valve: a slow ramp of the OP over the stroke and back, with the recorded position.
 //!
-//! It serves where the turns of [`plan()`](super::plan()) do not: at a stop of the plant, in a loop that is too slow for
-//! them, and where the friction differs along the stroke.
+//! It applies where the turns of [`plan()`]) do not: at a stop of the plant, in a loop that is too slow for turns, and
+//! where the friction differs along the stroke.
 //!
 //! # The ramp
 //! The OP rises from one end to the other and falls back, twice. It pauses every tenth of the way. The second time
@@ -159,7 +159,8 @@ const STILL: f64 = 0.1;
 const IN_PLACE: usize = 40;
 /// The stem binds where its S is larger than elsewhere by this factor, and by this much, percent.
 const BINDS: (f64, f64) = (1.5, 0.8);
-/// The smallest S - J and J tried, percent, the largest as a share of the OP range, and the ratio of one to the last.
+/// The smallest S - J and J tried, percent, the largest as a share of the OP range, and the ratio of each value to the
+/// previous one.
 const FROM: f64 = 0.1;
 const UP_TO: f64 = 0.6;
 const RATIO: f64 = 1.25;

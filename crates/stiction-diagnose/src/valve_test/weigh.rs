@@ -53,8 +53,8 @@ const MOST: f64 = 30.0;
 const BEYOND: f64 = 1.5;
 /// The quantile of S that is reported as its limit, and a factor for the distance of the S in the grid.
 const LIMIT: (f64, f64) = (0.975, 1.1);
-/// A stem that slid before the test and never came back is excluded if it is less likely than the likeliest by this,
-/// nats. A limit of S requires that, and that a stem that never moved is excluded.
+/// A stem that slid before the test and did not return is excluded if it is less likely than the likeliest stem by
+/// this, nats. A limit of S requires that, and that a stem that never moved is excluded.
 const LESS: f64 = 3.0;
 
 /// An S of the grid.

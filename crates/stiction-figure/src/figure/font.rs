@@ -1,7 +1,7 @@
 //! The outlines of letters, from the TrueType files in `font/`.
 //!
-//! It reads only the contents of those two files, which are letters by the Unicode table of format 4, and outlines of
-//! points or of shifted other outlines.
+//! It reads only these two files, which contain letters by the Unicode table of format 4, and outlines of points or of
+//! shifted other outlines.
 
 use super::geometry::Point;
 

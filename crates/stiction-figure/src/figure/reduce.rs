@@ -15,7 +15,7 @@ const WINDOW: usize = 64;
 /// Side of the cells in which ink is accounted for, px.
 const CELL: f64 = 0.5;
 
-/// The visible samples of a trend: the lowest and the highest of each column of a pixel, the first and the last of all, and
+/// The visible samples of a trend: the lowest and the highest in each pixel column, the first and the last of all, and
 /// one neighbour beyond either side of the frame.
 pub(super) fn trend(points: &[Point], frame: &Rect) -> Vec<Point> {
     seen(points, frame, COLUMN).into_iter().map(|i| points[i]).collect()

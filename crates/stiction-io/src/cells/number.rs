@@ -75,8 +75,8 @@ pub fn parse(cell: &str, mark: DecimalMark) -> Option<f64> {
 /// Dashes that programs for texts write instead of a minus.
 const MINUS: [char; 5] = ['\u{2212}', '\u{2013}', '\u{2010}', '\u{2011}', '\u{ff0d}'];
 
-/// `cell` with a hyphen instead of a minus sign or of the brackets around a negative amount, or without the apostrophe
-/// before a text of a spreadsheet. `None` if the text has none of these marks.
+/// `cell` with a hyphen for a minus sign or for the brackets around a negative amount, and without the apostrophe before
+/// a text of a spreadsheet. `None` if the text has none of these marks.
 fn plain(cell: &str) -> Option<String> {
     let negative = cell.strip_prefix(MINUS);
     let negative = negative.or_else(|| cell.strip_prefix('(')?.strip_suffix(')'));

@@ -73,8 +73,8 @@ impl Values {
         inner && self.low < self.high && self.within((0.0, 1.0), 0.0)
     }
 
-    /// The level of the values in a range: of their median, as a share of its span, or of their largest size if the
-    /// range has two sides.
+    /// The level of the values in a range. It is the median as a share of the span, or the largest size if the range
+    /// has two sides.
     fn level(&self, (low, high): (f64, f64)) -> f64 {
         match low < 0.0 {
             true => self.low.abs().max(self.high.abs()) / high,

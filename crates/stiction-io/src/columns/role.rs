@@ -252,7 +252,7 @@ pub fn of_rows(name: &str) -> Option<Role> {
     of_row_word(&word).or_else(|| is_timed(&word).then_some(Role::Time))
 }
 
-/// Whether a column that is not known by its name may still hold times: the index of a table, or a longer name.
+/// Whether a column with an unknown name may still contain times: the index of a table, or a longer name.
 pub fn may_be_time(name: &str) -> bool {
     let word = plain(without_unit(name).0);
     let index = ["index", "level0", "unnamed:0", "unnamed0", "indexlevel0"];

@@ -47,8 +47,8 @@ impl FromStr for ReadOptions {
     }
 }
 
-/// The options of a mapping file with only this value. As on the command line a value has no type, the first one counts
-/// with which the file can be read: a number, numbers, a text, texts.
+/// The options of a mapping file with only this value. As on the command line, a value has no type. The first type with
+/// which the file can be read counts: a number, numbers, a text, texts.
 fn at(path: &[&str], text: &str) -> Result<ReadOptions, String> {
     let numbers = text.split(',').map(|part| part.trim().parse::<f64>().ok());
     let numbers: Option<Vec<Value>> =

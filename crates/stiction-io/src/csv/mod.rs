@@ -73,8 +73,8 @@ pub fn read(bytes: &[u8], origin: &str) -> Result<CsvSheet> {
     read_within(budget, texts::MOST_HELD, Input::whole(decoded.text), encoding, notes, origin)
 }
 
-/// Reads a file of text that is large and in UTF-8, some of it at a time, and returns the SHA-256 of its bytes, too.
-/// `None` for any other file.
+/// Reads a large text file in UTF-8 piece by piece, and also returns the SHA-256 of its bytes. `None` for any other
+/// file.
 ///
 /// # Errors
 /// As for [`read`].

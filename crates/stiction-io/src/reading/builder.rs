@@ -370,7 +370,7 @@ impl<'a> Builder<'a> {
     }
 
     /// The mode that a column of modes turns on, if its name and all its cells show a switch and the user gives no
-    /// meaning of its cells.
+    /// meaning for its cells.
     fn switch(&self, place: usize, source: &Source<'_>, notes: &mut Vec<String>) -> Option<Mode> {
         let (_, mode) = role::split_switch(source.name)?;
         let content = Content { sheet: self.sheet, place: &self.plan.place };

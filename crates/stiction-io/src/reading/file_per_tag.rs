@@ -29,8 +29,8 @@ pub struct SignalFile {
 }
 
 impl SignalFile {
-    /// The signal in `bytes`; `None` if they hold anything else. The user's role for the name of the file goes first,
-    /// then the tag in the file, then the name of the file.
+    /// The signal in `bytes`; `None` if they hold anything else. The user's role for the name of the file takes
+    /// precedence, then the tag in the file, then the name of the file.
     pub fn of(bytes: &[u8], origin: &str, options: &ReadOptions) -> Option<Self> {
         let (format, mut sheets, notes) = sheets(bytes, origin).ok()?;
         let (Some(sheet), true) = (sheets.pop(), sheets.is_empty()) else { return None };

@@ -247,8 +247,8 @@ pub fn of_the_same_size(format: &TimeFormat, numbers: &[f64]) -> Vec<&'static st
     fits.map(|(_, _, name)| *name).collect()
 }
 
-/// The units in which `numbers` are whole seconds, minutes or quarters of an hour, although as seconds they are
-/// uneven: minutes, hours or days. Samples of a clock in seconds are even or have jitter, and do not match.
+/// The units in which `numbers` are whole seconds, minutes or quarters of an hour, although they are uneven as seconds:
+/// minutes, hours or days. Samples of a clock in seconds are even or have jitter, and do not match.
 fn larger_units(numbers: &[f64], steps: &[f64], step: f64) -> Vec<TimeFormat> {
     /// With fewer rows, a match by chance is too likely.
     const LEAST_ROWS: usize = 8;
@@ -403,7 +403,8 @@ fn collapsed(
     rows
 }
 
-/// The cell of `column` in a row, as messages show it; both cells for a day and a time of day in two columns.
+/// The cell of `column` in a row, as messages show it. For a day and a time of day in two columns, both cells are
+/// shown.
 fn shown(column: &Column, row: usize) -> String {
     match &column.cells {
         Cells::Text(cells) => number::shown(&cells.view()[row]),

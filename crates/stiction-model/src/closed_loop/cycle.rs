@@ -111,8 +111,8 @@ pub(super) fn half_pp_of_last_half(signal: &[f64]) -> f64 {
 /// The mean period of `signal`, sampled every `sample_time` seconds: the mean time between upward
 /// crossings of the middle of its range. `None` if there are fewer than three.
 ///
-/// `noise_band` (in the signal's units, 0 for a clean signal) is the distance by which the signal must fall below
-/// and rise above the middle for a crossing to count. Three standard deviations of the noise are a good choice.
+/// `noise_band` is the distance by which the signal must fall below and rise above the middle for a crossing to count
+/// (in the signal's units, 0 for a clean signal). Three standard deviations of the noise are a good choice.
 ///
 /// # Errors
 /// If the signal is empty or not finite, `sample_time` not positive, or `noise_band` negative.

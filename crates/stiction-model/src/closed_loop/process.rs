@@ -150,9 +150,8 @@ impl Process {
 
     /// The process sampled every `sample_time` seconds, its input held over each sample.
     ///
-    /// Exact for any `sample_time`: the matrix exponential of the process over the sample. A dead
-    /// time of `(n + phi) Ts` lets the process see `v(k-n-1)` for the first `phi Ts` of a sample
-    /// and `v(k-n)` for the rest.
+    /// Exact for any `sample_time`: the matrix exponential of the process over the sample. With a dead time of `(n +
+    /// phi) Ts`, the process receives `v(k-n-1)` for the first `phi Ts` of a sample and `v(k-n)` for the rest.
     ///
     /// # Errors
     /// If `sample_time` is not positive, the dead time exceeds 10 million samples, or the process

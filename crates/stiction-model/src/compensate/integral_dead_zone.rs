@@ -7,8 +7,8 @@ use crate::error::{Result, non_negative};
 /// Integral action that is frozen while the control error is small: an option of many industrial controllers.
 ///
 /// # What it does
-/// In a stiction cycle the integral pushes the stem away. If the integral is frozen while the PV is near its set
-/// point, a stem that happens to stop there stays there.
+/// In a stiction cycle the integral pushes the stem away. If the integral is frozen while the PV is near its set point,
+/// a stem that stops there by chance stays there.
 ///
 /// # Equations
 /// ```text

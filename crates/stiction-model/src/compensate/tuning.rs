@@ -43,8 +43,8 @@ pub struct Figures {
     /// Time constant: the mean residence time of a self-regulating process without its dead time. Otherwise the
     /// integral time of the controller, which is tuned to the process.
     pub lag_s: f64,
-    /// Dead time plus three time constants, 95 % of a first-order response; or plus one, if the process never
-    /// settles and an error only grows.
+    /// Dead time plus three time constants, which is 95 % of a first-order response. If the process never settles, it
+    /// is dead time plus one time constant, because an error only grows.
     pub settle_s: f64,
     /// Response of the process to a unit step after `settle_s`; PV units per percent.
     pub gain: f64,

@@ -11,7 +11,7 @@ use crate::error::Result;
 /// stays there.
 ///
 /// # Equations
-/// Those of [`Moves`], in two moves; the first goes to the side of the steady OP on which the OP is.
+/// As for [`Moves`], in two moves. The first move goes to the side of the steady OP on which the OP is.
 ///
 /// # Assumptions
 /// The steady OP is known or can be estimated from a cycle; set point and load do not change.

@@ -71,8 +71,8 @@ impl Modes {
 }
 
 impl LinearFlow {
-    /// The flow from velocity `v0`; `None` if the lag is so close to a mode of the stem that the closed form would
-    /// lose digits.
+    /// The flow from velocity `v0`; `None` if the lag is so close to a mode of the stem that the closed form would be
+    /// inaccurate.
     pub(super) fn new(body: Oscillator, forcing: Forcing, v0: f64) -> Option<Self> {
         const NEAR_RESONANCE: f64 = 1e-3;
         let Oscillator { mass, damping, spring } = body;

@@ -180,9 +180,9 @@ pub const SETS: [&str; 8] = [
 ];
 
 impl ParameterSet {
-    /// The stem with the friction law called `friction`, by default the set's own, and with `changes` of parameters
-    /// of stem and friction by name; the last change of a name counts. Parameters that the set's own law lacks come
-    /// from the same valve's set for the requested law, if there is one.
+    /// The stem with the friction law called `friction` and with `changes` of parameters of stem and friction by name.
+    /// The default law is the set's own law. The last change of a name counts. Parameters that the set's own law lacks
+    /// come from the same valve's set for the requested law, if there is one.
     ///
     /// ```
     /// use stiction_model::stem::ParameterSet;

@@ -9,8 +9,8 @@ pub struct StemStart {
     pub position_m: f64,
     /// Acting air pressure, Pa; `None` for the first demanded one. It is unused without an air lag.
     pub pressure_pa: Option<f64>,
-    /// Whether the bristles of Dahl, LuGre and GMS friction start relaxed, so that the stem first settles onto
-    /// them, or carry the net force as far as they can.
+    /// Whether the bristles of Dahl, LuGre and GMS friction start relaxed, so that the stem first settles onto them, or
+    /// start with the largest part of the net force that they can carry.
     pub relaxed: bool,
 }
 

@@ -99,8 +99,8 @@ impl Valve for StemValve {
         self.position
     }
 
-    /// Starts at rest at `start.position` with the air pressure settled at `start.op`; friction carries the net
-    /// force as far as it can. `start.direction` and `start.moving` are unused, because a moving stem would need a
+    /// Starts at rest at `start.position` with the air pressure settled at `start.op`. Friction carries the net force
+    /// up to the breakaway force. `start.direction` and `start.moving` are unused, because a moving stem would need a
     /// velocity. A position beyond an end stop is a fault.
     fn restart(&mut self, start: Start) {
         self.recorder.events.clear();

@@ -5,8 +5,8 @@ use crate::error::{Error, Result};
 
 /// Input limits, then a model, then stem dynamics. Limits and dynamics are optional.
 ///
-/// With limits, the OP is clipped before the model, as by a positioner or an actuator at the end of its air supply.
-/// The position is kept within the same range, as by end stops. A model that trails its input by `fd` then only
+/// With limits, the OP is clipped before the model, as a positioner or an actuator at the end of its air supply would
+/// do. The position is kept within the same range, as by end stops. A model that trails its input by `fd` then only
 /// reaches `high - fd` and `low + fd`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assembly {

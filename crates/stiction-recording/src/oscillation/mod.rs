@@ -97,8 +97,8 @@ impl Oscillation {
 /// An oscillation is found if one of these holds:
 /// * The autocorrelation crosses zero regularly: r > 1 (Thornhill, Huang & Zhang 2003) over at least
 ///   [`FEWEST_INTERVALS`] intervals.
-/// * A peak of the spectrum exceeds the background with a chance of at most one in a thousand to be noise. It has a
-///   tenth of the variance, and its band has r > 1 and a decay ratio above 0.5 (Miao & Seborg 1999). This finds an
+/// * A peak of the spectrum exceeds the background so far that the chance of noise is at most one in a thousand. It has
+///   a tenth of the variance, and its band has r > 1 and a decay ratio above 0.5 (Miao & Seborg 1999). This finds an
 ///   oscillation under drift or beside others.
 ///
 /// If the signal has fewer than 8 samples, or a sample that is not finite, no oscillation is returned.

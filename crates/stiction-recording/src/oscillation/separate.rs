@@ -36,8 +36,8 @@ pub struct Peak {
     /// Whether it is a separate oscillation: regular (r > 1), sustained (R > 0.5), with at least a tenth of the
     /// signal's variance, and no harmonic of another.
     ///
-    /// The tenth is our choice: a weaker oscillation has a third of the rest's amplitude and is not the loop's main
-    /// problem.
+    /// The tenth is our choice. A weaker oscillation has less than a third of the amplitude of the rest and is not the
+    /// loop's main problem.
     pub is_oscillation: bool,
 }
 

@@ -2,7 +2,7 @@
 
 use crate::series::{detrended, median, noise_std, running_sums, span};
 
-/// The width of the smoothing is chosen so that it cuts corners by as much as the rest of the noise adds.
+/// The width of the smoothing is chosen so that it cuts corners by as much as the remaining noise adds.
 const BALANCE: f64 = 0.6;
 /// Largest half width of an average, in periods.
 const WIDEST: f64 = 0.08;

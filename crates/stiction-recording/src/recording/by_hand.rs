@@ -8,7 +8,7 @@
 //! constant for four samples or more. Either at least four different sizes, where seven of ten steps reverse the last
 //! one, and the levels lie around a value that moves little. Or a staircase of nearly one size and hold, in runs up and
 //! down of at least [`FEWEST_STEPS`]. A coarse OP that creeps makes steps of one size, too, but holds them for any
-//! time. Other times with alternating levels are included. A slow or coarse controller does all that too, but its moves
+//! time. Other times with alternating levels are included. A slow or coarse controller also does this, but its moves
 //! follow from PV and SP (`law`), or its steps differ in size.
 
 mod law;
@@ -22,14 +22,14 @@ use stiction_model::named;
 pub const FEWEST_TURNS: usize = 8;
 /// Fewest steps of a staircase in one direction.
 const FEWEST_STEPS: usize = 3;
-/// Share of steps in such runs, and of steps and holds that are alike; the largest ratio of a step and of a hold to
+/// Share of steps in such runs, and share of steps and holds that are equal; largest ratio of a step and of a hold to
 /// their median.
 const IN_RUNS: f64 = 0.8;
 const ALIKE: (f64, f64) = (1.25, 1.5);
 /// Smallest step of a staircase, percent.
 const SMALLEST: f64 = 1.0;
-/// Smallest step of a staircase that no controller's law is compared with, percent, and the largest differences of its
-/// steps and holds.
+/// Smallest step of a staircase that is not compared with a controller's law, percent, and the largest differences of
+/// its steps and holds.
 const EVEN: (f64, f64, f64) = (2.0, 0.05, 0.2);
 /// Fewest samples of a held level.
 const HELD: usize = 4;

@@ -381,8 +381,8 @@ pub fn share_at_limit(op: &[f64]) -> f64 {
     at_end.max(resting(op)) as f64 / op.len().max(1) as f64
 }
 
-/// Samples in runs of three or more at the largest or at the smallest value; none if the signal has too few levels
-/// to avoid them.
+/// Samples in runs of three or more at the largest or at the smallest value; none if the signal has so few levels that
+/// such runs are common.
 fn resting(x: &[f64]) -> usize {
     if levels(x).is_none_or(|levels| levels < 10.0) {
         return 0;

@@ -432,7 +432,7 @@ fn without_codes(channel: &Channel) -> bool {
     })
 }
 
-/// Whether nothing can be far outside: some of the values fill the span between the smallest and the largest of all
+/// Whether nothing can be far outside. Some values then fill the span between the smallest and the largest of all
 /// without a wide gap, and do not crowd in a small part of it. It is quick, because most signals are so.
 fn plain(channel: &Channel) -> bool {
     const BINS: usize = 64;

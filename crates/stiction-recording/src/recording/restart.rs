@@ -475,8 +475,8 @@ impl Joints {
         Some(Self { runs, step })
     }
 
-    /// Whether the signal continues from the run before to this one: without an unusual jump, or within its range if
-    /// the two hold so many cycles that one jump matters little. `None` without a value in either.
+    /// Whether the signal continues from the previous run to this one: without an unusual jump, or within its range if
+    /// both runs have so many cycles that one jump matters little. `None` without a value in either.
     fn continues(&self, run: usize) -> Option<bool> {
         let (before, after) = (&self.runs[run - 1], &self.runs[run]);
         let (last, first) = (before.last()?, after.first()?);

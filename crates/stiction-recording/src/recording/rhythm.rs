@@ -2,10 +2,10 @@
 //!
 //! Two facts decide, and neither needs another channel:
 //!
-//! * **Stored on change.** The steps between samples are mostly of different lengths. Or most have one length, but no
-//!   small change is ever stored: in a signal that is sampled regularly, changes close to zero are at least as frequent
-//!   as larger ones. If the smallest stored change is frequent, and smaller ones do not occur, the recorder left them
-//!   out. The value between such samples is the last one.
+//! * **Stored on change.** The steps between samples are mostly of different lengths. Or most steps have one length,
+//!   but no small change is ever stored. In a signal that is sampled regularly, changes close to zero are at least as
+//!   frequent as larger changes. If the smallest stored change is frequent, and smaller ones do not occur, the recorder
+//!   left them out. The value between such samples is the last one.
 //! * **Rows of other channels.** In a table with a column for each channel, a row may be a sample of some channels
 //!   only. The cells of the other channels are then empty. If a channel has a longer step than the rows of the table,
 //!   or is stored on change, its empty cells are not missing samples.
@@ -102,8 +102,8 @@ pub fn is_multiple(time: f64, step: f64) -> bool {
     steps > 0.5 && (steps - steps.round()).abs() < 0.02
 }
 
-/// The longest hold that is usual in a channel: three times the fifth longest, or ten times one that is longer than 98
-/// of 100.
+/// The longest hold that is usual in a channel: three times the fifth longest hold, or ten times a hold that is longer
+/// than 98 of 100.
 fn longest_hold(time: &[f64], step: f64) -> f64 {
     let mut steps: Vec<f64> = time.windows(2).map(|t| t[1] - t[0]).collect();
     steps.sort_by(|a, b| b.total_cmp(a));

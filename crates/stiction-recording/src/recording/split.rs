@@ -3,9 +3,9 @@
 use super::{Channel, Modes, Recording};
 
 impl Recording {
-    /// The recording in windows of `window` s that begin at its first sample. The last window takes the rest, so
-    /// that none is shorter than half a window, and a recording shorter than one and a half windows stays whole.
-    /// Times keep their clock. Windows without a sample of the OP are left out.
+    /// The recording in windows of `window` s that begin at its first sample. The last window takes the rest, so no
+    /// window is shorter than half a window. A recording shorter than one and a half windows stays whole. Times keep
+    /// their clock. Windows without a sample of the OP are left out.
     ///
     /// If a channel has no sample at the beginning of a window, as in a historian that stores only changes, its
     /// previous value is repeated there.

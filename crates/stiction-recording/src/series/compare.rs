@@ -8,9 +8,9 @@ const MOST_TO_PERMUTE: usize = 20;
 
 /// The p-value, two-sided, of a difference of the means of two groups; `None` if one has fewer than two.
 ///
-/// For up to 20 values, all partitions into groups of these sizes are counted. Then p is the share of those whose means
-/// differ at least as much (Fisher's exact permutation test, which only assumes that the values could have come in any
-/// order). For more values, p comes from [`welch`].
+/// For up to 20 values, all partitions into groups of these sizes are counted. Then p is the share of the divisions
+/// whose means differ at least as much (Fisher's exact permutation test, which only assumes that the values could have
+/// come in any order). For more values, p comes from [`welch`].
 pub fn difference_of_means(a: &[f64], b: &[f64]) -> Option<f64> {
     if a.len() < 2 || b.len() < 2 {
         return None;

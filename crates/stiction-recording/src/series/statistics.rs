@@ -49,9 +49,9 @@ pub fn median_absolute_deviation(x: &[f64]) -> f64 {
     1.4826 * median(&distances)
 }
 
-/// Standard deviation of the noise on a slower signal, by `1.4826 median |d| / sqrt(6)` of the second differences
-/// d. A signal of many samples a period has hardly any, and white noise has them with six times its variance. 0 for
-/// fewer than three samples.
+/// Standard deviation of the noise on a slower signal, by `1.4826 median |d| / sqrt(6)` of the second differences d. A
+/// signal of many samples a period has hardly any second differences, and white noise has them with six times its
+/// variance. 0 for fewer than three samples.
 pub fn noise_std(x: &[f64]) -> f64 {
     let second: Vec<f64> = x.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
     if second.is_empty() { 0.0 } else { 1.4826 * median(&second) / 6f64.sqrt() }

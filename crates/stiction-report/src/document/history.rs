@@ -35,7 +35,8 @@ pub struct Valve {
     pub plant_time: PlantTime,
     /// The results of each window, in order of time.
     pub windows: Vec<Point>,
-    /// The combined result of all windows; after a repair, or if the valve began or ceased to stick, only of those since.
+    /// The combined result of all windows. After a repair, or if the valve began or ceased to stick, only later windows
+    /// count.
     pub combined: History,
     /// Comparison before and after a repair, if one was given.
     pub repair: Option<Repair>,

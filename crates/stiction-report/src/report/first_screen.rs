@@ -1,7 +1,7 @@
 //! The content of a report on a loop as data, for an interactive page.
 //!
-//! [`first_screen()`] returns the first screen in words and is fast enough to follow a pointer. [`Folds`] contains the rest,
-//! with figures that are drawn when they are shown.
+//! [`first_screen()`] returns the first screen in words, and is fast enough to follow a pointer. [`Folds`] contains the
+//! remaining sections, with figures that are drawn when shown.
 
 use super::diagnosis;
 use super::layout::{Badge, Block, Card, Fact, Table};

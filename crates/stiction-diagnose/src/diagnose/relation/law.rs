@@ -92,7 +92,7 @@ impl Block {
 }
 
 impl Law {
-    /// How `y` follows `x` in blocks of this length whose first sample satisfies `counts`; `None` if there are too
+    /// How `y` follows `x` in blocks of this length whose first sample satisfies `counts`; `None` if the blocks are too
     /// few, or nothing moves.
     pub fn of(y: &[f64], x: &[f64], length: usize, counts: &dyn Fn(usize) -> bool) -> Option<Self> {
         let starts =

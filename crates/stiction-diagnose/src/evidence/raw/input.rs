@@ -19,13 +19,13 @@ const SPREAD: f64 = 20.0;
 
 /// Signals and scalars.
 ///
-/// The window is thinned to at most [`LENGTH`] samples, with at least 16 per period; of a longer one the middle is
+/// The window is thinned to at most [`LENGTH`] samples, with at least 16 per period. Of a longer window, the middle is
 /// kept. A loop and its mirror image, with OP and PV inverted, are the same loop. So the OP is inverted if its third
 /// moment is negative, and the PV if opening the valve lowers it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Input {
     /// For each sample: OP, PV and PV less SP, and the moves of OP and PV. OP and PV are less their means. Each signal
-    /// is divided by its standard deviation. Moves are signed logarithms. Then the residuals of the PV behind valves
+    /// is divided by its standard deviation. Moves are signed logarithms. Then come the residuals of the PV with valves
     /// that follow and that stick, in standard deviations of the former, and the OP less the likeliest stem, in units
     /// of its S.
     pub values: Vec<[f32; CHANNELS]>,

@@ -15,11 +15,11 @@
 //! placebo  = the largest gain of the same valves under the OP reversed in time, and turned back
 //! curve    = gain of the squared OP, as of a process whose gain changes
 //! ```
-//! Rows have a smaller weight where the errors of a valve that follows are large, and again if their own error is
-//! far larger than its neighbours' by Student's t: bursts and outliers must not choose the stem. The best valves of
-//! the grid are refined round by round, including the initial positions of their stems, which determine everything
-//! until the first slips. The posterior of S and J is the share of `exp(gain)` in bins of ln S and of J/S, over all
-//! tried valves, each bin by its best.
+//! Rows have a smaller weight where the errors of a valve that follows are large. Their weight is reduced again if
+//! their own error is far larger than their neighbours' by Student's t, because bursts and outliers must not choose the
+//! stem. The best valves of the grid are refined round by round, including the initial positions of their stems, which
+//! determine everything until the first slips. The posterior of S and J is the share of `exp(gain)` in bins of ln S and
+//! of J/S, over all tried valves, each bin by its best.
 //!
 //! # Parameters
 //! | name | value | unit | source |
@@ -208,8 +208,8 @@ impl Problem {
         winner
     }
 
-    /// Valves around one. The steps have no mirror image, so they follow the skewness of the OP: a valve that
-    /// closes on a rising OP gets the same ones as a valve that opens.
+    /// Valves around one. The steps have no mirror image, so they follow the skewness of the OP. A valve that closes on
+    /// a rising OP gets the same steps as a valve that opens.
     fn finer(&self, about: Candidate, reach: [f64; 3]) -> [Candidate; SPREAD.len()] {
         let skew: f64 = self.op.iter().map(|u| u.powi(3)).sum();
         let direction = if skew < 0.0 { -1.0 } else { 1.0 };

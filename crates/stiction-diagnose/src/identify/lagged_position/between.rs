@@ -6,8 +6,8 @@ use crate::valve::Start;
 use crate::valve::lanes::LaneValve;
 use std::hint::select_unpredictable as select;
 
-/// He's valve under an input that moves straight from sample to sample, as behind a lag: it slips by J as often as
-/// the distance exceeds fs, not once a sample.
+/// He's valve under an input that moves straight from sample to sample, as after a lag. It slips by J whenever the
+/// distance exceeds fs, not only once a sample.
 ///
 /// ```text
 /// e = u - x;   |e| > fs:  x += sign(e) J m,   m = ceil((|e| - fs) / J)

@@ -51,8 +51,8 @@ impl Piece<'_> {
 /// The reference for candidates, and the comparison.
 pub(super) struct Target<'a> {
     pieces: &'a [Piece<'a>],
-    /// VP less `rho` times the sample before, less its mean over the scored samples; 0 where it is not scored, and
-    /// in [`TAPS`] samples more.
+    /// VP less `rho` times the sample before, less its mean over the scored samples. It is 0 where VP is not scored,
+    /// and in [`TAPS`] further samples.
     whitened: Vec<Vec<f64>>,
     rho: f64,
     /// Residual from which the loss is linear; infinite for squares.

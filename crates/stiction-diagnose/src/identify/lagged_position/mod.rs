@@ -49,9 +49,9 @@
 //! ours.
 //!
 //! # Limits
-//! If a band shows in m of the 40 blocks alike, t is at most sqrt(0.975 m / (1 - m/40)): t > 2.5 needs six of them.
-//! J is at most S: a slip that overshoots the input is not among the candidates. A recording longer than 16,000
-//! samples is reduced to eight evenly spread pieces.
+//! If a band shows equally in m of the 40 blocks, t is at most sqrt(0.975 m / (1 - m/40)), so t > 2.5 needs six blocks.
+//! J is at most S: a slip that overshoots the input is not among the candidates. A recording longer than 16,000 samples
+//! is reduced to eight evenly spread pieces.
 //!
 //! # References
 //! The models: see [`crate::valve`]. Everything else is ours.

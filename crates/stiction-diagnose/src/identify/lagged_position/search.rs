@@ -23,7 +23,7 @@ const GAIN: (f64, f64) = (0.85, 1.18);
 /// Standard deviations of the residual up to which a loss is quadratic.
 const HUBER: f64 = 2.5;
 /// Most basins to refine in each round, with the half widths of the search in ln fs, fd over fs and ln T, and the
-/// number of fs in it.
+/// number of fs in the search.
 const ROUNDS: [(usize, f64, f64, f64, usize); 3] =
     [(12, 0.2, 0.15, 0.3, 7), (4, 0.07, 0.07, 0.12, 7), (2, 0.025, 0.03, 0.05, 5)];
 /// Distance of the bands of two basins in a family, in ln fs: the grid is too coarse to rank them.
@@ -107,8 +107,8 @@ pub(super) fn search(op: &[f64], vp: &[f64]) -> Search {
     }
 }
 
-/// How the levels of OP and VP, hence the position of the stem at the first sample, are related. A stem that rests for long has
-/// another mean than the OP, and one that begins wrongly may miss the first reversals, or all.
+/// How the levels of OP and VP, hence the position of the stem at the first sample, are related. A stem that rests for
+/// long has a different mean from the OP. A stem that begins wrongly may miss the first reversals, or all.
 #[derive(Clone, Copy)]
 enum Level {
     /// Their means agree.
@@ -162,8 +162,9 @@ fn first_look<'a>(pieces: Vec<Piece<'a>>, gain: f64, fs: &[f64], seen: Vec<Candi
     Look { pieces, gain, loss, rho, huber }
 }
 
-/// Candidates by the distance of OP and position, as if nothing lagged: at most fs at rest, and fd in motion. In a loop the OP
-/// reverses as soon as the stem slips, so that bands a little larger than the true ones miss all slips, and a grid misses those.
+/// Candidates by the distance of OP and position, as if nothing lagged: at most fs at rest, and fd in motion. In a loop
+/// the OP reverses as soon as the stem slips. Bands slightly larger than the true bands therefore miss all slips, and a
+/// grid misses the true bands.
 fn seen(u: &[f64], v: &[f64], gain: f64, more: &[f64]) -> Vec<Candidate> {
     let distance: Vec<f64> = u.iter().zip(v).map(|(u, v)| u - v / gain).collect();
     let ends = |share| (quantile(&distance, share), quantile(&distance, 1.0 - share));

@@ -440,7 +440,7 @@ fn student(p: f64, freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(p))
 }
 
-/// `F(1 - alpha; 1, f)` for all `f` from `n` to `2 n`: a polynomial in `1/f` through Chebyshev's points, because
+/// `F(1 - alpha; 1, f)` for all `f` from `n` to `2 n`. It is a polynomial in `1/f` through Chebyshev's points, because
 /// each window has its own `f` and a quantile is slow.
 struct Critical {
     nodes: [f64; 12],

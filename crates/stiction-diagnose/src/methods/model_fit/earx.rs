@@ -26,7 +26,7 @@
 //! samples, in which the coefficients are learnt, do not count in the likelihood.
 //!
 //! # Deviations from the paper
-//! Recalled, not read: the model is theirs, the estimation by one Kalman filter and a smoother is ours.
+//! Recalled, not read. The model is theirs, and the estimation by one Kalman filter and a smoother is ours.
 //!
 //! # References
 //! S. Karra, M. N. Karim, Comprehensive methodology for detection and diagnosis of oscillatory control

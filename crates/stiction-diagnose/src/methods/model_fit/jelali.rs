@@ -13,8 +13,8 @@
 //! inside:  y(k) = c + sum_{i=1..2} a_i y(k-i) + sum_{j=0..1} b_j x(k-d-j) + sum_{l=1..2} c_l e(k-l) + e(k)
 //! gain = ln(SSE with S = 0 / SSE)
 //! ```
-//! The pattern search (Hooke and Jeeves) moves ln S and J/S in turn by a step, which is halved if neither lowers
-//! SSE. Sticks if the gain exceeds `least`.
+//! The pattern search (Hooke and Jeeves) moves ln S and J/S in turn by a step. The step is halved if neither move
+//! lowers SSE. Sticks if the gain exceeds `least`.
 //!
 //! # Parameters
 //! | name | unit | default | source |

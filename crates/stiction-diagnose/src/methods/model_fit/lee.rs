@@ -15,8 +15,8 @@
 //!           stable: |a2| < 1, |a1| < 1 - a2;   b of the sign of -sum dOP dPV
 //! gain = ln(SSE with S = 0 / SSE)
 //! ```
-//! A candidate whose least-squares fit violates a constraint is left out; if that happens with S = 0, its input
-//! counts as explaining nothing (b = 0). Sticks if the gain exceeds `least`.
+//! A candidate whose least-squares fit violates a constraint is left out. If this happens with S = 0, the input counts
+//! as explaining nothing (b = 0). Sticks if the gain exceeds `least`.
 //!
 //! # Parameters
 //! | name | unit | default | source |

@@ -22,7 +22,7 @@
 //! | `least` | | 0.05 | ours |
 //!
 //! # Limits
-//! S and J are both d here: for a valve with a dead band, d is between J and S. Corners by a disturbance are also
+//! S and J both equal d here. For a valve with a dead band, d is between J and S. Corners by a disturbance are also
 //! explained by d. Stenman's valve never forgets its initial position, so the method tries five. So d has an
 //! uncertainty of at least a factor of 1.6, even on a clean simulated loop, and the profile is rough.
 //!

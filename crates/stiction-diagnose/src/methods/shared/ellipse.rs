@@ -28,16 +28,16 @@ pub struct Ellipse {
     pub centre: [f64; 2],
     /// The coefficients `xx`, `xy`, `yy` of its form.
     pub form: [f64; 3],
-    /// Root mean square distance of the points from it along the ray from its centre, as a share of
-    /// the ellipse's radius there.
+    /// Root mean square distance of the points from the ellipse along the ray from its centre, as a share of the
+    /// ellipse's radius there.
     pub residual: f64,
     /// Its method.
     pub source: EllipseSource,
 }
 
 impl Ellipse {
-    /// The ellipse that fits the points (`x`, `y`) best; `None` if there are fewer than six, all lie on a line, or
-    /// a number is not finite.
+    /// The ellipse that fits the points (`x`, `y`) best; `None` if the points are fewer than six or lie on a line, or a
+    /// number is not finite.
     pub fn fit(x: &[f64], y: &[f64]) -> Option<Self> {
         let n = x.len().min(y.len());
         let (x, y) = (&x[..n], &y[..n]);

@@ -1,9 +1,9 @@
 //! Sharp corners of the cycles of control error and OP (HAW Hamburg).
 //!
 //! # What it measures
-//! In a linear loop, OP and control error move along an ellipse. When a sticking valve slips, both reverse at once:
-//! the cycle has two corners, one for each slip. Each cycle is compared with an ellipse, and the parts around its
-//! outermost points are reduced to as few points as describe them: two straight arms and a corner are three.
+//! In a linear loop, OP and control error move along an ellipse. When a sticking valve slips, both reverse at once: the
+//! cycle has two corners, one for each slip. Each cycle is compared with an ellipse. The parts around its outermost
+//! points are reduced to the fewest points that describe them. Two straight arms and a corner are three points.
 //!
 //! # Assumptions
 //! An oscillation of at least 16 samples per period whose cycles resemble ellipses; noise that averages

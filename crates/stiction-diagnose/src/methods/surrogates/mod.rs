@@ -35,9 +35,9 @@
 //! | seed | 2005 | | ours |
 //!
 //! # Limits
-//! Any nonlinearity counts, in the valve or not. A known period is needed. A change of amplitude or a transient
-//! looks nonlinear. Cycles that repeat exactly are predicted no better than their surrogates, which repeat as well:
-//! a sticky loop with steady cycles is called linear. `N` varies by some tenths with the seed.
+//! Any nonlinearity counts, in the valve or not. A known period is needed. A change of amplitude or a transient looks
+//! nonlinear. Cycles that repeat exactly are predicted no better than their surrogates, which repeat as well. A sticky
+//! loop with steady cycles is therefore called linear. `N` varies by some tenths with the seed.
 //!
 //! # Deviations from the paper
 //! Only the abstract was read; formulas and limits were recalled. The middle of a long record is used. Surrogates are

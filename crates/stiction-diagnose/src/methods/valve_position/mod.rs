@@ -358,8 +358,8 @@ fn distances(
     (side(true), side(false))
 }
 
-/// Samples by which a moving stem follows the OP: the lag `T` of `e = offset + fd direction + T rate`, by least
-/// squares over direction, distance and rate of moving samples; 0 if there is none.
+/// Samples by which a moving stem follows the OP: the lag `T` of `e = offset + fd direction + T rate`, by least squares
+/// over direction, distance and rate of moving samples; 0 without a lag.
 fn lag(moving: &[(bool, f64, f64)]) -> f64 {
     let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for &(up, distance, rate) in moving {

@@ -58,7 +58,7 @@ pub fn shape(columns: &[&str], options: &ReadOptions) -> Option<Shape> {
 }
 
 /// The smallest sets of `names`, except columns about `rows`, that give the same result alone and together. `None` if
-/// all must be read together, because there is at most one loop or a name that may belong to any loop.
+/// all must be read together, because the file has at most one loop or a name that may belong to any loop.
 pub fn bundles(names: &[&str], rows: &[usize], options: &ReadOptions) -> Option<Vec<Bundle>> {
     let given = Given::of(options);
     let is_of_any = |each: &crate::columns::options::Mapped| {

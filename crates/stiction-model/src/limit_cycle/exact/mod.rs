@@ -31,9 +31,9 @@
 //! the turn likewise. The OP turns smoothly, or by a jump of `du/dt` when an earlier slip reaches a process of first
 //! order. At a jump the stem stops at that instant.
 //!
-//! **The flow.** The loop with a moving stem is a delay equation: its input is the OP of a dead time ago. It is
-//! solved segment by segment (method of steps). Over a segment the input is a power series, known from the past,
-//! and the states are power series too,
+//! **The flow.** The loop with a moving stem is a delay equation. Its input is the OP one dead time earlier. It is
+//! solved segment by segment (method of steps). Over a segment the input is a power series, known from the past, and
+//! the states are power series too,
 //! ```text
 //! w(k+1) = (A w(k) + B x(k)) / (k + 1)
 //! ```
@@ -79,8 +79,8 @@
 //! * If the stem never rests for a dead time, the state at a slip is a function, not a vector. Then a cycle is found
 //!   only by following the motion until it repeats to 1e-11. Slow motion is extrapolated. It attracts, and its
 //!   multipliers are not known.
-//! * A motion that slides to rest needs an OP that never turns; the smallest noise ends that, and the loop then
-//!   cycles.
+//! * A motion that slides to rest needs an OP that never turns. The smallest noise ends such a motion, and the loop
+//!   then cycles.
 //! * A sampled loop differs by the order of its sample time, and not smoothly.
 //! * A process or filter far faster than the cycle costs steps; beyond 200,000 the motion is reported as not
 //!   settled.

@@ -11,9 +11,9 @@ pub(super) const STATES: usize = crate::closed_loop::Process::MAX_ORDER + 2;
 
 /// Process and controller around their equilibrium, as `w' = A w + B v(t - theta)`, `u = C w`, `y = w_0`.
 ///
-/// Time is in units of [`Plant::time_s`], OP and VP of `fs`, the PV of [`Plant::pv_unit`]. In that time no
-/// eigenvalue of `A`, nor of the loop closed without dead time, exceeds 1, so that the terms of a power series over
-/// a segment of 1 fall as `1 / k!`.
+/// Time is in units of [`Plant::time_s`], OP and VP of `fs`, the PV of [`Plant::pv_unit`]. In that time no eigenvalue
+/// of `A`, nor of the loop closed without dead time, exceeds 1. The terms of a power series over a segment of 1
+/// therefore fall as `1 / k!`.
 #[derive(Debug, Clone)]
 pub(super) struct Plant {
     /// Number of states.

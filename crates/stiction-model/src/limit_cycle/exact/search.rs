@@ -332,8 +332,8 @@ impl<'a> Search<'a> {
         End::Orbit(self.keep(Found { orbit: None, cycle, begin }))
     }
 
-    /// The initial state that leads most loops to their cycle: stuck at half a jump below the equilibrium,
-    /// everything else at rest there.
+    /// The initial state that leads most loops to their cycle: the stem is stuck half a jump below the equilibrium, and
+    /// everything else is at rest there.
     pub(super) fn first(&self) -> (State, f64) {
         let position = match self.stem {
             Stem::Follows { fd } if fd < 1.0 => -0.5 * (1.0 - fd),

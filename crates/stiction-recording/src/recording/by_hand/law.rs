@@ -1,7 +1,7 @@
 //! Whether the levels of an OP follow from PV and SP, as the levels of a slow controller do.
 //!
 //! # Equations
-//! A PID controller moves its OP by the errors at its last three executions, an operator by the last levels:
+//! A PID controller moves its OP by the errors at its last three executions, and an operator by the last levels:
 //!
 //! ```text
 //! u(k) - u(k-1) = a + b e(k) + c e(k-1) + d e(k-2),    e = SP - PV
@@ -9,13 +9,14 @@
 //! ```
 //! Both are fitted by least squares; the constant stands for an SP that is not recorded. A controller set the OP if the
 //! errors explain its moves much better than the levels do. Where all holds are multiples of the shortest, as of a
-//! controller, a smaller difference is enough. If the OP swings without noise, levels explain it too, and it is enough that
-//! the errors leave no more than its resolution. `b` must oppose the response of the PV, because a fast PV follows an
-//! operator as exactly.
+//! controller, a smaller difference is enough. If the OP swings without noise, levels explain it too. It is then enough
+//! that the errors leave no more than the resolution of the OP. `b` must oppose the response of the PV, because a fast
+//! PV follows an operator as exactly.
 //!
 //! # Limits
-//! The PV must be recorded as the controller sees it. Compression hides the law, and then the levels decide alone. Eight levels are
-//! too few for both fits, so a test that short is known only by its mode or sheet, or by equal steps up and down.
+//! The PV must be recorded as the controller sees it. Compression hides the law, and then the levels decide alone.
+//! Eight levels are too few for both fits. Such a short test is recognised only by its mode or sheet, or by equal steps
+//! up and down.
 
 use super::Level;
 use nalgebra::{Matrix3, Vector3};

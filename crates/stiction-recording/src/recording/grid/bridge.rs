@@ -15,9 +15,9 @@ const MOST_SAMPLES: usize = 2000;
 const PASSES: usize = 3;
 
 /// Estimates the missing samples of a signal by a regression on [`REACH`] neighbours in this signal and in other
-/// signals. Where most samples repeat the last one, the estimate is set to the value of a neighbour, and where the
-/// signal has coarse steps to one of them. The values in place, a held value or a straight line, stay where they
-/// estimate the known samples as well, or too few are known.
+/// signals. Where most samples repeat the last one, the estimate is set to the value of a neighbour. Where the signal
+/// has coarse steps, it is set to a step. A held value or a straight line stays in place where it estimates the known
+/// samples as well, or too few samples are known.
 pub(super) fn estimate(signal: &mut [f64], missing: &[bool], others: &[&[f64]], holds: bool) {
     let places: Vec<usize> = (0..signal.len()).filter(|&k| missing[k]).collect();
     if places.is_empty() || signal.len() <= 2 * REACH {

@@ -8,9 +8,9 @@ pub(super) const SAME: f64 = 1e-6;
 
 /// The most frequent time between samples in order of time, and its share of the steps.
 ///
-/// Steps are sorted into classes 5 % wide. The result is the mean of the largest class and its neighbours or, if
-/// all times agree with it, the mean step. It is rounded to nine digits, the precision of written times, or to
-/// three if that is within a thousandth and the times are not regular anyway.
+/// Steps are sorted into classes 5 % wide. The result is the mean of the largest class and its neighbours, or the mean
+/// step if all times agree with it. It is rounded to nine digits, the precision of written times, or to three if that
+/// is within a thousandth and the times are not regular anyway.
 pub(in crate::recording) fn commonest_step(time: &[f64]) -> Option<(f64, f64)> {
     let class = |step: f64| (20.0 * step.ln()).round() as i64;
     let steps: Vec<f64> = time.windows(2).map(|t| t[1] - t[0]).filter(|d| *d > 0.0).collect();
