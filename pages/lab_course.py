@@ -35,7 +35,7 @@ def answers(browser: Browser, lab: Lab) -> list[list[str]]:
 
 
 def enter(page: Page, given: list[str], wrong: int | None = None) -> None:
-    """Enters answers, one of them wrong if asked for."""
+    """Enters answers. One answer is wrong if requested."""
     for k, (question, answer) in enumerate(zip(page.locator(".questions li").all(), given, strict=True)):
         if question.locator("fieldset").count():
             choice = question.get_by_label(answer, exact=True)

@@ -75,7 +75,7 @@ def scanned(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
 
 
 def follows(browser: Browser, command: Path, plant: Path) -> None:
-    """Checks that the page shows what another program judges, and the events of a watch, without a step of the reader."""
+    """Checks that the page shows the judgements of another program, and the events of a watch, without an action of the reader."""
     scan = [command, "plant", "-C", plant, "scan"]
     subprocess.run([*scan, "--loops", "*1001"], check=True, capture_output=True)
     with running(command, "--plant", str(plant)) as lab:

@@ -48,7 +48,7 @@ class Found(Result):
     oscillation: Oscillation | None = about(
         "The dominant oscillation of the loop, with times on the recording's clock; None without a segment to judge."
     )
-    judged: Judged | None = about("The judged segment, the longest of the grid; None if there is none.")
+    judged: Judged | None = about("The judged segment, the longest of the grid; None without a segment.")
     plant_time: PlantTime = about("The clock of the plant, in which its times are shown.")
     repairs: list[Mended] = about("Repairs of the data.")
     masked: list[Masked] = about("Values that are no measurements and count as missing, of the whole recording.")
@@ -78,7 +78,7 @@ class Judged(Result):
     """The part of a recording that was judged."""
 
     from_s: float = about("Time of its first sample, s on the recording's clock.")
-    duration_s: float = about("Its duration, s.")
+    duration_s: float = about("Duration, s.")
     sample_time_s: float = about("Time between samples, s.")
     samples: int = about("Number of samples.")
     bridged: int = about("Number of bridged samples.")
@@ -88,12 +88,12 @@ class Judged(Result):
 
 @result
 class PlantTime(Result):
-    """The clock for the times of a recording: that of the plant at the beginning. It stays the same across a change
+    """The clock for the times of a recording: the plant's clock at the beginning. It stays the same across a change
     to or from summer time, so that the times stay in order.
     """
 
     name: str = about("Name of the clock, such as `CET`, `+05:30` or `UTC`; empty if it was not recorded.")
-    offset_s: int = about("Its offset from UTC, s; if its name is not known, times were interpreted as UTC.")
+    offset_s: int = about("Offset of the clock from UTC, s. If the name is unknown, times were interpreted as UTC.")
 
 
 @result
@@ -123,10 +123,9 @@ class SignalRange(Result):
 
     low: float = about("The value at 0 %.")
     high: float = about("The value at 100 %.")
-    source: str = about("Its source.")
+    source: str = about("Source.")
     spans: list[float] = about(
-        "The narrowest and the widest plausible span, in the unit of the signal; both that of the range if it is "
-        "known."
+        "The narrowest and the widest plausible span, in the unit of the signal. Both equal the span of a known range."
     )
 
 
@@ -144,11 +143,11 @@ class Measure(Result):
     """One measure of the data."""
 
     name: str = about("A short name, such as `samples per cycle`.")
-    value: float | None = about("Its value; None where it could not be measured.")
+    value: float | None = about("Value; None where it could not be measured.")
     unit: str = about("Unit of value and thresholds; empty for a ratio.")
     caveat_at: float | None = about("Threshold of a caveat; whether less or more is worse depends on the measure.")
     unfit_at: float | None = about("Threshold of unfit data.")
-    class_: str = about("Its class.", kind='{"fit", "caveats", "unfit"}')
+    class_: str = about("Class.", kind='{"fit", "caveats", "unfit"}')
     reason: str = about("A sentence with the numbers, for any class.")
 
 
@@ -159,7 +158,9 @@ class Oscillation(Result):
     """
 
     found: bool = about("Whether it oscillates; the rule is at `analyse`.")
-    basis: str | None = about("The method that found it.", kind='{"autocorrelation", "spectral peak"} or None')
+    basis: str | None = about(
+        "The method that found the oscillation.", kind='{"autocorrelation", "spectral peak"} or None'
+    )
     period_s: float | None = about("Period of the dominant oscillation, s; None if none was found.")
     amplitude: float | None = about(
         "The swing of the signal with that period, in its units: half of the peak-to-peak value in a period, without "
@@ -216,17 +217,17 @@ class Peak(Result):
         "Regularity of the band (`Regularity::index`). A band-pass makes noise look regular, so the index counts only "
         "together with the peak's significance."
     )
-    decay_ratio: float | None = about("Decay ratio of the band; that of noise in such a band is below 0.5.")
+    decay_ratio: float | None = about("Decay ratio of the band; noise in such a band has a ratio below 0.5.")
     chance: float = about("The chance that the peak is noise.")
-    over_background: float = about("Power of the peak over that of the background.")
+    over_background: float = about("Power of the peak relative to the power of the background.")
     harmonic: int | None = about(
-        "Its number as a harmonic of a stronger peak; a harmonic is part of that oscillation's shape."
+        "Number as a harmonic of a stronger peak; a harmonic is part of that oscillation's shape."
     )
     band: tuple[float, float] = about("The band, cycles per sample.")
     is_oscillation: bool = about(
         "Whether it is a separate oscillation: regular (r > 1), sustained (R > 0.5), with at least a tenth of the "
-        "signal's variance, and no harmonic of another. The tenth is our choice: a weaker oscillation has a third of "
-        "the rest's amplitude and is not the loop's main problem."
+        "signal's variance, and no harmonic of another. The tenth is our choice. A weaker oscillation has less than a "
+        "third of the amplitude of the rest and is not the loop's main problem."
     )
 
 
@@ -234,8 +235,8 @@ class Peak(Result):
 class Episode(Result):
     """A time span with oscillation."""
 
-    from_s: float = about("Its beginning, s from the first sample.")
-    to_s: float = about("Its end, s from the first sample.")
+    from_s: float = about("Beginning, s from the first sample.")
+    to_s: float = about("End, s from the first sample.")
     half_waves: int = about("Half waves that belong to the oscillation.")
     amplitude: float = about("Median height of those half waves, in the signal's units.")
 
@@ -244,20 +245,20 @@ class Episode(Result):
 class Parameter(Result):
     """A named number."""
 
-    name: str = about("Its name, such as `delta tau`.")
-    value: float = about("Its value.")
-    unit: str = about("Its unit; empty for a ratio or count.")
+    name: str = about("Name, such as `delta tau`.")
+    value: float = about("Value.")
+    unit: str = about("Unit; empty for a ratio or count.")
 
 
 @result
 class Kpi(Result):
     """One key figure of a loop."""
 
-    name: str = about("Its name, such as `OP travel`.")
-    value: float | None = about("Its value; None where the data do not give one.")
-    unit: str = about("Its unit; empty for a ratio, `PV` for the units of the process value.")
-    meaning: str = about("Its meaning, a sentence.")
-    note: str | None = about("Why there is no value, or the assumption behind it.")
+    name: str = about("Name, such as `OP travel`.")
+    value: float | None = about("Value; None where the data do not give one.")
+    unit: str = about("Unit; empty for a ratio, `PV` for the units of the process value.")
+    meaning: str = about("Meaning, a sentence.")
+    note: str | None = about("Why the value is missing, or the assumption behind it.")
 
 
 @result
@@ -276,7 +277,7 @@ class NoResponse(Result):
     silence: str = about(
         "The behaviour of the PV: `PV at its low end`, `PV at its high end`, `PV frozen` or `PV moves without the OP`."
     )
-    decides: bool = about("Whether the verdict is based on it.")
+    decides: bool = about("Whether the verdict is based on the rest.")
     rest: Rest | None = about("The rest of the PV in which the OP travels farthest; None if the PV moves.")
     faults: list[Fault] = about("Possible faults, the likeliest first.")
 
@@ -285,10 +286,10 @@ class NoResponse(Result):
 class Rest(Result):
     """A time in which the PV rests, away from its set point, while the OP travels."""
 
-    from_s: float = about("Its beginning, s on the recording's clock.")
-    to_s: float = about("Its end, s on the recording's clock.")
-    op_travel: float = about("OP travel in it, percent.")
-    error: float = about("Mean of SP less PV in it, in units of the PV.")
+    from_s: float = about("Beginning, s on the recording's clock.")
+    to_s: float = about("End, s on the recording's clock.")
+    op_travel: float = about("OP travel during the rest, percent.")
+    error: float = about("Mean of SP less PV during the rest, in units of the PV.")
     overwhelming: bool = about("Whether it alone is enough to name the fault.")
 
 
@@ -296,8 +297,8 @@ class Rest(Result):
 class Fault(Result):
     """A possible fault that explains why the PV does not respond, in documents."""
 
-    name: str = about("Its name, such as `line isolated`.")
-    told_by: str = about("How to distinguish it from the others.")
+    name: str = about("Name, such as `line isolated`.")
+    told_by: str = about("How to distinguish this fault from the others.")
 
 
 @result
@@ -313,7 +314,7 @@ class Verdict(Result):
     probability: float | None = about(
         "The probability of stiction that the recording can show, where a calibrated model gives one."
     )
-    basis: str = about("Its basis, such as `evidence in OP and PV`.")
+    basis: str = about("Basis, such as `evidence in OP and PV`.")
     S_below: Limit | None = about(
         "The detection limit of this recording: an S above it is ruled out with this confidence. It is given for a "
         "cleared valve and if nothing is decided. None if the valve is at fault, S has an interval or no limit is "
@@ -354,10 +355,10 @@ class Votes(Result):
 
 @result
 class Alternative(Result):
-    """A cause other than the concluded one, and how likely it is."""
+    """A cause other than the conclusion, and its likelihood."""
 
     cause: str = about("The cause, such as `aggressive tuning`.")
-    likelihood: float = about("Its probability. Those of all causes and that of sticking add up to one.")
+    likelihood: float = about("Probability. The likelihoods of sticking and of all other causes add up to one.")
     because: str = about("The evidence for it, and how to distinguish it: a sentence.")
 
 
@@ -370,7 +371,7 @@ class TestPlan(Result):
     each: int = about("Turns of each size.")
     grow: list[Turn] = about("The turns of the first part, in order. This part ends when the PV answers.")
     shrink_by: float = about("Each size of the second part is this multiple of the previous one.")
-    ends_after: int = about("The second part ends when the PV has not answered this many sizes in a row.")
+    ends_after: int = about("The second part ends when this number of consecutive sizes has had no response.")
     answer: float = about("The PV change that counts as an answer, in PV units.")
     rises: bool | None = about("Whether the PV rises when the OP rises; None if the recording does not show it.")
     pv_low: float = about("The controller goes back to automatic below this PV, in its units.")
@@ -378,7 +379,7 @@ class TestPlan(Result):
     op_low: float = about("The lowest OP, percent.")
     op_high: float = about("The highest OP, percent.")
     record_every_s: float = about("The longest sample interval of OP and PV, s, without compression.")
-    total_s: float = about("The longest time in manual, s. The test ends after it.")
+    total_s: float = about("The longest time in manual, s. The test ends after this time.")
     expected_s: float = about("The expected time in manual, s.")
     summary: str = about("A summary of the test.")
     instructions: list[str] = about("The instructions, in order.")
@@ -399,7 +400,7 @@ class Stiction(Result):
     S: Estimate | None = about("Stick band plus dead band, percent of span.")
     J: Estimate | None = about("Slip jump, percent of span.")
     coverage: float | None = about(
-        "The nominal coverage of the intervals, such as 0.9; None if the intervals have none."
+        "The nominal coverage of the intervals, such as 0.9; None for intervals without a nominal coverage."
     )
     model: str | None = about("The source of the numbers: the valve model, or the measured position.")
     why_not: str | None = about("Why a number is missing.")
@@ -411,18 +412,18 @@ class Estimate(Result):
     """A number with an interval."""
 
     value: float = about("The best value.")
-    low: float = about("Lower end of its interval.")
-    high: float = about("Upper end of its interval.")
+    low: float = about("Lower end of the interval.")
+    high: float = about("Upper end of the interval.")
 
 
 @result
 class Definition(Result):
     """One of the numbers that are called "stiction in percent"."""
 
-    name: str = about("Its name, such as `apparent stiction`.")
-    value: float | None = about("Its value; None where it cannot be measured.")
-    unit: str = about("Its unit.")
-    meaning: str = about("Its meaning and source.")
+    name: str = about("Name, such as `apparent stiction`.")
+    value: float | None = about("Value; None where it cannot be measured.")
+    unit: str = about("Unit.")
+    meaning: str = about("Meaning and source.")
 
 
 @result
@@ -442,7 +443,7 @@ class ValveChange(Result):
     """A change of a valve between two of its windows."""
 
     change: str = about("What changed.")
-    time_s: float = about("When: the time of the first window after it, s.")
+    time_s: float = about("Time of the change: the first window after it, s.")
     interval_s: list[float] = about("The 95 % interval of that time, s.")
     found_s: float = about("The time of the window with which it was found, s.")
 
@@ -452,7 +453,7 @@ class Window(Result):
     """The result of one window of a segment."""
 
     from_s: float = about("Time of its first sample, s on the recording's clock.")
-    duration_s: float = about("Its duration, s.")
+    duration_s: float = about("Duration, s.")
     probability: float = about("The probability that the valve sticks.")
     S: Estimate | None = about("Stick band plus dead band, percent of span, where it could be quantified.")
     J: Estimate | None = about("Slip jump, percent of span, where it could be quantified.")
@@ -471,18 +472,18 @@ class Observation(Result):
     S: Estimate | None = about("Stick band plus dead band, percent of span, where it was quantified.", default=None)
     J: Estimate | None = about("Slip jump, percent of span, where it was quantified.", default=None)
     weight: float = about(
-        "Weight among those that decide by majority or have no pool, such as its number of cycles; 1 if all are alike. "
-        "An observation of weight 0 does not count.", default=1.0
+        "Weight among observations that decide by majority or have no pool, such as the number of cycles; 1 if all "
+        "observations have the same weight. An observation of weight 0 does not count.", default=1.0
     )
     windows: float = about(
         "Number of windows of a long recording in it, with overlaps counted once; 1 for a short recording.", default=1.0
     )
     grade: str | None = about(
-        "The verdict in one graded word; None for that of the conclusion and the probability.", default=None
+        "The verdict in one graded word; None for the word that follows from conclusion and probability.", default=None
     )
     pool: str | None = about(
-        "The combined evidence of these windows, which adds to that of other observations as if all were one "
-        "recording; None without a PV, or if the windows did not give the probability.", default=None
+        "The combined evidence of these windows. It adds to the evidence of other observations as if all were one "
+        "recording. It is None without a PV, or if the probability is not from the windows.", default=None
     )
 
 
@@ -543,8 +544,8 @@ class Contrast(Result):
 
     before_count: int = about("Number of observations of the quantity before the repair.")
     after_count: int = about("Number of observations of the quantity after the repair.")
-    before: float = about("Its typical value before.")
-    after: float = about("Its typical value after.")
+    before: float = about("Typical value before.")
+    after: float = about("Typical value after.")
     p_value: float = about("Probability of as large a difference by chance, two-sided.")
     delta: float = about("Cliff's delta: from -1 (all fell) to 1 (all rose).")
     significant: bool = about("Whether the difference is significant as one of two tests.")
@@ -563,7 +564,7 @@ class OperatingPoint(Result):
 class FittedController(Result):
     """A controller identified from its output."""
 
-    structure: str = about("Its structure.", kind='{"P", "PI", "PID"}')
+    structure: str = about("Structure.", kind='{"P", "PI", "PID"}')
     kc: Estimate = about("Gain, percent of OP per unit of PV; negative for a direct-acting controller.")
     ti: Estimate | None = about("Integral time, s; None without integral action.")
     td: Estimate | None = about("Derivative time, s; None without derivative action.")
@@ -589,14 +590,14 @@ class FittedController(Result):
 class FittedProcess(Result):
     """A process identified from PV and OP or valve position."""
 
-    kind: str = about("Its behaviour under a constant input.", kind='{"self-regulating", "integrating"}')
+    kind: str = about("Behaviour under a constant input.", kind='{"self-regulating", "integrating"}')
     gain: Estimate | None = about(
         "Gain, units of PV per percent; None for an integrating one, and if it cannot be separated from the lag."
     )
     tau: Estimate | None = about("Time constant, s; None in the same cases.")
     slope: Estimate = about(
-        "Initial slope of the PV after a step of one percent, units of PV per second: gain over lag, which may be "
-        "known if the two are not."
+        "Initial slope of the PV after a step of one percent, units of PV per second. This is gain over lag, which may "
+        "be known even if gain and lag are not."
     )
     delay: Estimate = about("Dead time with all small lags, s.")
     explained: float = about("Share of the PV's innovations that the input explains.")
@@ -609,7 +610,7 @@ class FittedProcess(Result):
 class FittedValve(Result):
     """The valve of a recording."""
 
-    model: str | None = about("Its model; None if all possible valves follow their OP.")
+    model: str | None = about("Model; None if all possible valves follow their OP.")
     S: Estimate = about("Stick band plus dead band if it sticks, percent of span.")
     J: Estimate = about("Slip jump if it sticks, percent of span.")
     follows: float = about("Weight of the valves that follow their OP among all possible ones, from 0 to 1.")
@@ -622,7 +623,7 @@ class FittedCycle(Result):
 
     recorded: RecordedSwing | None = about("The recorded oscillation; None if nothing oscillates.")
     predicted: PredictedSwing | None = about("The predicted oscillation; None if hardly any drawn loop cycles.")
-    cycling: float = about("Share of the drawn loops that cycle at all.")
+    cycling: float = about("Share of the drawn loops that have a limit cycle.")
     pv_swing_left: Estimate | None = about(
         "Share of the PV's oscillation, the root of its power near the period, that would remain if the valve followed "
         "its OP; None if nothing oscillates or it could not be computed."
@@ -638,7 +639,7 @@ class FittedCycle(Result):
 class RecordedSwing(Result):
     """An oscillation of a loop."""
 
-    period_s: float = about("Its period, s.")
+    period_s: float = about("Period, s.")
     op: float = about("The `swing()` of the OP, as in `Oscillation`, percent of span.")
     pv: float = about("The `swing()` of the PV about its set point, in its units.")
 
@@ -671,11 +672,11 @@ class Prospect(Result):
     )
     pv_swing: Estimate = about("The `swing()` of the PV about its set point, in its units.")
     pv_swing_ratio: Estimate = about(
-        "Ratio of the PV swing to that of the present loop, for each drawn loop; 20 for 20 or more."
+        "Ratio of the PV swing to the PV swing of the present loop, for each drawn loop; 20 for 20 or more."
     )
     error: Estimate = about("Mean absolute control error, in units of the PV.")
     error_ratio: Estimate = about(
-        "Ratio of the control error to that of the present loop, for each drawn loop; 20 for 20 or more."
+        "Ratio of the control error to the control error of the present loop, for each drawn loop; 20 for 20 or more."
     )
     travel: Estimate = about("Valve travel, percent of span per hour.")
     settling_s: Estimate | None = about("Time to settle after a load step, s; None if half of the loops do not settle.")
@@ -693,7 +694,7 @@ class Proposal(Result):
     kc: float = about("Gain, percent per unit of PV.")
     ti: float = about("Integral time, s.")
     ms: Estimate = about("Largest sensitivity (Ms) with this tuning, over all drawn loops; 2 or less is robust.")
-    rule: str = about("Its rule.")
+    rule: str = about("Rule.")
 
     _documented_as: ClassVar[Mapping[str, str]] = {
         "ms": "Ms",
@@ -727,7 +728,7 @@ class TestReading(Result):
     from_s: float = about("Start of the test, s on the recording's clock.")
     to_s: float = about("End of the test, s on the recording's clock.")
     stops: int = about("Number of times that the controller took over during the test.")
-    by_position: bool = about("Whether the answers are those of the recorded valve position instead of the PV.")
+    by_position: bool = about("Whether the responses are read from the recorded valve position instead of the PV.")
     position: PositionReading | None = about("Results from the valve position; None if it is not recorded.")
     steps: list[Step] = about("The turns, in order.")
     reasons: list[str] = about("The reasons, in sentences.")
@@ -757,7 +758,7 @@ class PositionReading(Result):
 class Between(Result):
     """The OP change that moves the stem, percent, as an interval between two turns."""
 
-    above: float = about("The largest change that did not move the stem; 0 if each did.")
+    above: float = about("The largest change that did not move the stem; 0 if every change moved it.")
     up_to: float | None = about("The smallest change that moved the stem; None if none did.")
 
 
@@ -836,7 +837,7 @@ class Ramp(Result):
     """A ramp of the plan."""
 
     to_op: float = about("The OP at its end, percent.")
-    duration_s: float = about("Its duration, s.")
+    duration_s: float = about("Duration, s.")
     hold_s: float = about("The hold at its end, s.")
 
 
@@ -888,14 +889,14 @@ class Checked(Result):
 class LoopThere(Result):
     """A loop in the data."""
 
-    loop: str = about("Its tag.")
+    loop: str = about("Tag.")
     days: int = about("Days with samples.")
     first_day: str | None = about("The first of these days.")
     last_day: str | None = about("The last of these days.")
     in_plant_file: bool = about("Whether it is in the plant's file.")
-    tags: list[str] = about('The tags of its signals in its last file, such as `op = "FIC101.OP"`.')
+    tags: list[str] = about('Tags of the signals in the last file of the loop, such as `op = "FIC101.OP"`.')
     op_range: list[float] | None = about("The values of OP that are 0 % and 100 %.", kind='list of two floats or None')
-    modes: list[str] = about("Its modes: `auto`, `cascade`, `manual`, `other`. Empty if its mode is not recorded.")
+    modes: list[str] = about("Modes: `auto`, `cascade`, `manual`, `other`. Empty if its mode is not recorded.")
     notes: list[str] = about("Assumptions, and points to confirm.")
 
 
@@ -903,20 +904,19 @@ class LoopThere(Result):
 class Problem(Result):
     """A file or loop that could not be read."""
 
-    file: str | None = about("The file; none if the problem concerns all of them.")
+    file: str | None = about("The file; none if the problem concerns all files.")
     loop: str | None = about("The loop; none if the problem concerns the whole file.")
     message: str = about("Fault and remedy.")
 
 
 @result
 class Unknown(Result):
-    """Something that is not known, with the reason."""
+    """Something that could not be read or judged, with the reason."""
 
     kind: str = about(
-        "Its kind: `file not read`, `loop not read`, `loop without a PV`, `tag without a partner` or `window not "
-        "judged`."
+        "Kind: `file not read`, `loop not read`, `loop without a PV`, `tag without a partner` or `window not judged`."
     )
-    name: str = about("Its file, loop or tag.")
+    name: str = about("File, loop or tag.")
     count: int = about("Number of windows of a loop that were not judged; 1 for all other kinds.")
     reason: str = about("The reason, with a remedy.")
 
@@ -937,7 +937,7 @@ class Status(Result):
     runs: int = about("Runs.")
     cut_short: int = about("Incomplete runs since the last complete scan of all loops and days.")
     damaged: list[str] = about("Damaged files of the store, a sentence each.")
-    changes: Changes = about("How the data files differ from those of the last scan.")
+    changes: Changes = about("Differences of the data files from the last scan.")
     unknown: list[Unknown] = about(
         "What the last scan did not read of the data, and all windows that could not be judged."
     )
@@ -953,10 +953,10 @@ class Graded(Result):
 
 @result
 class Changes(Result):
-    """Data files that differ from those of the last scan."""
+    """Data files that differ from the last scan."""
 
     new: list[str] = about("Files that no scan has read.")
-    changed: list[str] = about("Files with other content, or with another size or date before they are read.")
+    changed: list[str] = about("Files with different content, or with a different size or date before they are read.")
     missing: list[str] = about("Files that no longer exist. The verdicts on their windows stay.")
 
 
@@ -979,14 +979,14 @@ class Scanned(Result):
     )
     no_recordings: list[str] = about("Files that are no recordings because they have no OP, a sentence each.")
     damaged: list[str] = about("Files of earlier runs that were found damaged, a sentence each.")
-    changes: Changes = about("How the data files differ from those of the previous scan.")
+    changes: Changes = about("Differences of the data files from the previous scan.")
 
 
 @result
 class Group(Result):
     """Loops that swing together, and the candidates for the source."""
 
-    id: int = about("Its number, from one.")
+    id: int = about("Number, from one.")
     period_s: float = about("Period of the swing, s.")
     members: list[Member] = about("The loops: candidates for the source in their order, then the others by coherence.")
     source: str = about("Whether one of them may be the source.", kind='{"candidates", "not-recorded"}')
@@ -997,12 +997,12 @@ class Group(Result):
 class Member(Result):
     """A loop of a group."""
 
-    loop: str = about("Its tag.")
+    loop: str = about("Tag.")
     coherence: float = about(
         "The share of its swing at the period that it has in common with the group: squared coherence, 0 to 1."
     )
     candidate_rank: int | None = about(
-        "Its place among the candidates for the source, from one; none if it is no candidate."
+        "Rank among the candidates for the source, from 1; none if the loop is no candidate."
     )
     reasons: list[str] = about("Evidence for and against it as the source, sentences.")
 
@@ -1011,9 +1011,9 @@ class Member(Result):
 class Compensator(Result):
     """A published or practised compensator: the description of a `Method`."""
 
-    name: str = about("Its name in commands.")
-    summary: str = about("Its principle, in one line.")
-    citation: str = about("Its source.")
+    name: str = about("Name in commands.")
+    summary: str = about("Principle, in one line.")
+    citation: str = about("Source.")
 
 
 @result
@@ -1021,8 +1021,8 @@ class FrictionLaw(Result):
     """The description of a friction law."""
 
     name: str = about("Name, as a user writes it.")
-    summary: str = about("Its principle, in one line.")
-    source: str = about("Its source, cited from memory and not verified unless stated otherwise.")
+    summary: str = about("Principle, in one line.")
+    source: str = about("Source, cited from memory and not verified unless stated otherwise.")
     parameters: list[str] = about(
         "Names of its parameters, with their units, in the order `FrictionLaw::from_name` takes them."
     )
@@ -1034,7 +1034,7 @@ class FmuModel(Result):
 
     kind: str = about("`valve`, `stem` or `loop`.")
     name: str = about("The law of the valve, or the friction law or parameter set of the stem.")
-    summary: str = about("Its description, in one line.")
+    summary: str = about("Description, in one line.")
 
     _documented_as: ClassVar[Mapping[str, str]] = {
         "kind": "model",
@@ -1048,14 +1048,14 @@ class FmuVariable(Result):
 
     name: str = about("Name.")
     role: str = about(
-        "Its purpose: `time`, `input`, `output`, `parameter`, `tunable` (a parameter that may be changed while the "
+        "Purpose: `time`, `input`, `output`, `parameter`, `tunable` (a parameter that may be changed while the "
         "simulation runs) or `local`."
     )
     start: float | bool | None = about(
         "Value at the start; None if it is computed.", kind='float or int or bool or None'
     )
     unit: str = about("Unit; empty if there is none.")
-    description: str = about("Its description, in one line.")
+    description: str = about("Description, in one line.")
 
 
 @result
@@ -1071,10 +1071,10 @@ class Tuning(Result):
 class ValveModel(Result):
     """A published valve model: the description of a `Model`, in words and properties."""
 
-    name: str = about("Its name in commands.")
-    aliases: list[str] = about("Its other names.")
-    summary: str = about("Its principle, in one line.")
-    citation: str = about("Its source.")
+    name: str = about("Name in commands.")
+    aliases: list[str] = about("Other names.")
+    summary: str = about("Principle, in one line.")
+    citation: str = about("Source.")
     uses_s: bool = about("Whether it uses `S`.")
     uses_j: bool = about("Whether it uses `J`.")
     uses_k: bool = about("Whether it uses the overshoot `K` of a slip.")

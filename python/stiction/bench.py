@@ -254,7 +254,7 @@ def training(n: int = 2000, *, first: int = 0) -> tuple[list[Recording], npt.NDA
     Parameters
     ----------
     n : int, default 2000
-        Number of loops. Those with masked stiction, about a quarter, are left out.
+        Number of loops. Loops with masked stiction, about a quarter, are left out.
     first : int, default 0
         Number of the first loop.
 

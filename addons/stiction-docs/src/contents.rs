@@ -6,11 +6,11 @@
 /// A part of the site.
 #[derive(Debug, Clone, Copy)]
 pub struct Section {
-    /// Its name.
+    /// Name.
     pub title: &'static str,
     /// Content, in one line.
     pub about: &'static str,
-    /// Its pages.
+    /// Pages.
     pub pages: &'static [Listed],
 }
 

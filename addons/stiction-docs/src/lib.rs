@@ -67,7 +67,7 @@ impl Page {
 pub struct File {
     /// Name relative to the folder of the site, with `/` between folders.
     pub path: String,
-    /// Its content.
+    /// Content.
     pub bytes: Vec<u8>,
 }
 

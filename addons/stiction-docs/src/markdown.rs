@@ -7,12 +7,12 @@ use pulldown_cmark::{
 };
 use std::collections::BTreeMap;
 
-/// A page as HTML, with information about it.
+/// A page as HTML, with its title and links.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rendered {
     /// File in the site.
     pub path: String,
-    /// Its title.
+    /// Title.
     pub title: String,
     /// The page of the contents that it is, or belongs to.
     pub listed: String,
@@ -29,7 +29,7 @@ pub struct Part {
     pub level: usize,
     /// The heading.
     pub heading: String,
-    /// Its anchor.
+    /// Anchor.
     pub anchor: String,
     /// The text under it, without markup.
     pub text: String,

@@ -9,7 +9,7 @@ pub struct Equations {
     pub text: &'static str,
     /// The symbols.
     pub symbols: String,
-    /// Its source.
+    /// Source.
     pub source: &'static str,
 }
 

@@ -14,8 +14,8 @@ pub struct Library {
     pub os: String,
     /// The file.
     pub bytes: Cow<'static, [u8]>,
-    /// Whether somebody asked for it. Otherwise the library belongs to this build. An FMU of an FMI version without a
-    /// folder for the platform leaves it out.
+    /// Whether a user requested the library. Otherwise the library belongs to this build. An FMU of an FMI version
+    /// without a folder for the platform leaves it out.
     pub given: bool,
 }
 

@@ -109,7 +109,7 @@ fn handle(instance: *mut c_void) -> Option<NonNull<Handle>> {
 /// Does `work` with an instance. A refusal is logged and becomes an error; a panic ends the instance.
 ///
 /// # Safety
-/// `instance` is null or comes from [`instantiate`] and has not been freed; no other call is in it.
+/// `instance` is null or comes from [`instantiate`] and has not been freed. No other call uses it at the same time.
 #[inline]
 pub(crate) unsafe fn call(
     instance: *mut c_void,
@@ -370,7 +370,7 @@ pub(crate) unsafe fn state<'a>(call: &str, state: *mut c_void) -> Result<&'a Sta
     unsafe { state.cast::<State>().as_ref() }.ok_or_else(|| format!("{call}: the state is missing"))
 }
 
-/// Frees a state and forgets it.
+/// Frees a state.
 ///
 /// # Safety
 /// As for [`get_state`].

@@ -47,7 +47,7 @@ pub(crate) const MOST: usize = 64;
 pub(crate) struct Set(u64);
 
 impl Set {
-    /// Whether the variable with this reference is in it.
+    /// Whether the table contains the variable with this reference.
     #[inline]
     pub(crate) fn has(self, reference: u32) -> bool {
         reference < MOST as u32 && self.0 >> reference & 1 != 0
@@ -94,7 +94,7 @@ pub(crate) struct Values {
 }
 
 impl Values {
-    /// Those of the model's variables.
+    /// References of the model's variables.
     pub(crate) fn known(&self) -> &[f64] {
         &self.numbers[..self.len]
     }
@@ -142,7 +142,7 @@ pub struct Variable {
     pub unit: &'static str,
     /// Type.
     pub kind: VariableKind,
-    /// Its purpose.
+    /// Purpose.
     pub causality: Causality,
     /// When it may change.
     pub variability: Variability,

@@ -6,7 +6,7 @@ pub struct Asset {
     pub path: &'static str,
     /// Media type.
     pub kind: &'static str,
-    /// Its bytes.
+    /// Bytes.
     pub bytes: &'static [u8],
 }
 

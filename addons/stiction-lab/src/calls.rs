@@ -34,7 +34,7 @@ impl Wrong {
         Self { status: StatusCode::BAD_REQUEST, error: error.to_string() }
     }
 
-    /// The thing does not exist, or not any more.
+    /// The requested object does not exist, or no longer exists.
     pub fn gone(error: impl ToString) -> Self {
         Self { status: StatusCode::NOT_FOUND, error: error.to_string() }
     }
@@ -86,7 +86,7 @@ trait Visit {
         A: DeserializeOwned + JsonSchema + Send + 'static,
         R: Serialize + JsonSchema + Send + 'static;
 
-    /// A call that goes on to its end.
+    /// A call that continues to its end.
     fn call<A, R>(&mut self, name: &'static str, cost: Cost, f: fn(&Lab, A) -> Answer<R>)
     where
         A: DeserializeOwned + JsonSchema + Send + 'static,

@@ -36,7 +36,7 @@ use Kind::{Choice, Number};
 
 /// A lesson.
 struct Lesson {
-    /// Its page.
+    /// Page.
     page: &'static str,
     /// How its questions are answered.
     kinds: &'static [Kind],
@@ -161,7 +161,7 @@ fn trend(class: u32) -> Answer<Task> {
     })
 }
 
-/// 3: what the cycle depends on.
+/// 3: the properties on which the cycle depends.
 fn cycle(class: u32) -> Answer<Task> {
     let asked = flow(class, 3, &[]);
     let bands = loops::scenario(&asked)?.valve.1;
@@ -322,7 +322,7 @@ pub struct Checked {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Class {
-    /// Its number.
+    /// Number.
     class: u32,
 }
 
@@ -331,7 +331,7 @@ pub struct Class {
 pub struct Answers {
     /// The title of the lesson.
     title: String,
-    /// The answers in order, with what else is accepted.
+    /// The answers in order, with the other accepted answers.
     answers: Vec<String>,
 }
 
@@ -359,7 +359,7 @@ pub struct Row {
     student: String,
     /// The number of the lesson.
     lesson: u32,
-    /// Its title.
+    /// Title.
     title: String,
     /// The number of the class.
     class: u32,
@@ -374,7 +374,7 @@ pub struct Row {
 pub struct Refused {
     /// Number, from 1.
     line: usize,
-    /// Its text.
+    /// Text.
     text: String,
     /// The reason.
     why: String,
@@ -388,7 +388,7 @@ impl Lesson {
         })
     }
 
-    /// Its page.
+    /// Page.
     fn text(&self) -> &'static str {
         contents::markdown_of(self.page).unwrap_or_default()
     }

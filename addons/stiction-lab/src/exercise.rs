@@ -104,7 +104,7 @@ pub struct Before {
 /// The test that the lab carried out.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct CompletedTest {
-    /// Its sets.
+    /// Sets.
     sets: Vec<Hand>,
     /// The end of the run, s.
     until_s: f64,
@@ -128,7 +128,7 @@ pub struct Reading {
     s_below: Option<String>,
     /// The figure of PV responses over OP turns.
     svg: String,
-    /// All of it, as `stiction test read --json` prints it.
+    /// The whole reading, as `stiction test read --json` prints it.
     test: TestReading,
 }
 

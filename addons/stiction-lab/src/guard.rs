@@ -122,7 +122,7 @@ impl Guard {
     }
 }
 
-/// Lets through what may be answered, and sets the headers that limit what a page of the lab may do.
+/// Passes only permitted requests, and sets the headers that limit what a page of the lab may do.
 pub(crate) async fn guard(
     State(guard): State<Arc<Guard>>,
     request: Request,

@@ -73,7 +73,7 @@ pub struct Revealed {
     j: Option<f64>,
     /// The valve position.
     vp: Trend,
-    /// The diagnosis of what was shown.
+    /// The diagnosis of the shown recording.
     judgement: Judgement,
 }
 
@@ -88,7 +88,7 @@ impl Trend {
         Self::new(name, channel.time.clone(), &channel.values)
     }
 
-    /// Its name.
+    /// Name.
     pub(crate) fn name(&self) -> &str {
         &self.name
     }

@@ -517,7 +517,7 @@ impl OnSignal {
         (self.system.sample_time, self.system.samples)
     }
 
-    /// The signal stands for the output of a controller, and there is no PV.
+    /// The signal represents the output of a controller, and the PV is missing.
     fn step(&mut self, manual: Option<f64>, done: &mut Samples) {
         let op = self.input.draw();
         let signal = manual.unwrap_or(op);

@@ -120,7 +120,7 @@ pub struct Choices {
 /// A choice.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Choice {
-    /// Its name.
+    /// Name.
     name: String,
     /// Summary in one line.
     summary: String,

@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// A figure of the paper.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct PaperFigure {
-    /// Its heading.
+    /// Heading.
     pub heading: String,
     /// What it shows.
     pub caption: String,

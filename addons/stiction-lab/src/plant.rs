@@ -1,7 +1,7 @@
 //! A plant: its weeks, its loops over time, and the log.
 //!
-//! The page shows what `stiction plant report` writes, from the same [store](stiction_plant::Store) by the same functions.
-//! A week is read once, and again when the store, the log or the plant's file has changed. The search for loops that swing
+//! The page shows the content that `stiction plant report` writes, from the same [store] by the same functions. A week
+//! is read once, and again when the store, the log or the plant's file has changed. The search for loops that swing
 //! together may take long, so it runs in the background, and the page shows that it is running.
 
 mod entries;
@@ -93,7 +93,7 @@ struct WeekOf {
     is_last: bool,
 }
 
-/// Looks for groups in the background, one week at a time, and keeps what was found.
+/// Searches for groups in the background, one week at a time, and keeps the result.
 #[derive(Debug, Default)]
 struct Grouping {
     state: Mutex<Groups>,
@@ -380,13 +380,13 @@ pub struct Page {
 /// A plant on a map.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Map {
-    /// Its width.
+    /// Width.
     width: f64,
-    /// Its height.
+    /// Height.
     height: f64,
     /// Height of the name of an area.
     name: f64,
-    /// Its areas.
+    /// Areas.
     areas: Vec<AreaTile>,
 }
 
@@ -430,7 +430,7 @@ pub fn page(lab: &Lab, asked: PageRequest) -> Answer<Page> {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HistoryRequest {
-    /// Its tag.
+    /// Tag.
     #[serde(rename = "loop")]
     name: String,
     /// The last week to show; the latest one by default.
@@ -441,7 +441,7 @@ pub struct HistoryRequest {
 /// A loop over time.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct LoopHistory {
-    /// Its tag.
+    /// Tag.
     #[serde(rename = "loop")]
     name: String,
     /// Windows of the loop in the half year up to the end of the week, in order of time.

@@ -65,7 +65,7 @@ pub fn list(lab: &Lab, _: Nothing) -> Answer<Recordings> {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Which {
-    /// Its identifier.
+    /// Identifier.
     file: String,
 }
 
@@ -167,7 +167,7 @@ pub struct Say {
     file: String,
     /// The corrections.
     mapping: Mapping,
-    /// Whether to keep them in a mapping file beside it.
+    /// Whether to save the corrections in a mapping file beside the recording.
     #[serde(default)]
     save: bool,
 }

@@ -96,7 +96,7 @@ impl Drop for Here {
     }
 }
 
-/// Whether anybody still waits for an answer, and the time for it is not over.
+/// Whether a client still waits for an answer, and the time limit is not over.
 #[derive(Debug)]
 pub struct Wanted {
     gone: Arc<AtomicBool>,

@@ -5,8 +5,8 @@
 //! `stiction plant scan` judged. A change of the demo is visible if the windows before and after it, each side
 //! combined, have 80 % or more on the side that sticks and 50 % or less on the other. A change is found if a weekly
 //! report shows it and the true day lies in the reported interval or next to it. Every other change in a report is
-//! false, with one exception: a valve whose S grows may be reported as worse, or as new if S was too small before. A
-//! loop is sent upstream wrongly if no wave and no valve that sticks on the last day reaches it.
+//! false, with one exception: a valve whose S grows may be reported as worse, or as new if S was too small before. The
+//! report is wrong to send a loop upstream if no wave, and no valve that sticks on the last day, reaches the loop.
 
 use std::path::Path;
 use stiction_diagnose::diagnose::change::Change;

@@ -30,7 +30,7 @@ const DAY: f64 = 86_400.0;
 const MANUAL: (f64, f64) = (21_600.0, 32_400.0);
 /// Loops of a unit, which act on each other.
 const UNIT: usize = 20;
-/// The first of this many loops have stories.
+/// The first of this many loops have events.
 const STORIES: usize = 50;
 /// Of the loops of a unit without a story, those whose valves stick.
 const STICKING: [usize; 2] = [7, 13];
@@ -74,7 +74,7 @@ impl Story {
         }
     }
 
-    /// When its valve sticks, in a plant of so many days.
+    /// When the valve sticks, in a plant with this number of days.
     fn course(self, days: usize) -> Course {
         let at_s = (days as f64 / 2.0).ceil() * DAY;
         match self {
@@ -97,7 +97,7 @@ struct Unit {
 }
 
 impl Unit {
-    /// The loops from number `first` on, for so many days.
+    /// The loops from number `first` on, for this number of days.
     fn draw(first: usize, loops: usize, days: usize, seed: u64) -> Result<Self> {
         let stories = || (0..loops).map(|k| Story::of(first + k));
         let sticking: Vec<usize> = stories()

@@ -53,7 +53,7 @@ named! {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
-    /// Its kind.
+    /// Kind.
     pub kind: Kind,
     /// Tag of the loop.
     #[serde(rename = "loop")]
@@ -62,7 +62,7 @@ pub struct Entry {
     #[serde(deserialize_with = "a_day", serialize_with = "as_date")]
     #[schemars(with = "String")]
     pub day: i64,
-    /// Its author.
+    /// Author.
     pub by: Option<String>,
     /// The last day on which it holds.
     #[serde(default, deserialize_with = "a_day_if_any", serialize_with = "as_date_if_any")]

@@ -20,7 +20,8 @@ pub const NAME: &str = "plant.toml";
 pub struct PlantFile {
     /// Name of the plant.
     pub name: String,
-    /// Time zone of its clock, such as `Europe/Berlin`. Days begin at its midnight, and times without a zone are in it.
+    /// Time zone of its clock, such as `Europe/Berlin`. Days begin at midnight of this zone, and times without a zone
+    /// are interpreted in it.
     #[serde(default = "utc")]
     pub zone: String,
     /// Data files, as patterns such as `export/*.parquet`, relative to the folder of the plant.

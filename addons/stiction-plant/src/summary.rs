@@ -35,7 +35,7 @@ pub struct Checked {
 /// A loop in the data.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize, schemars::JsonSchema)]
 pub struct LoopThere {
-    /// Its tag.
+    /// Tag.
     #[serde(rename = "loop")]
     pub name: String,
     /// Days with samples.
@@ -46,7 +46,7 @@ pub struct LoopThere {
     pub last_day: Option<String>,
     /// Whether it is in the plant's file.
     pub in_plant_file: bool,
-    /// Tags of the loop's signals in its last file, such as `op = "FIC101.OP"`.
+    /// Tags of the signals in the last file of the loop, such as `op = "FIC101.OP"`.
     pub tags: Vec<String>,
     /// The values of OP that are 0 % and 100 %.
     pub op_range: Option<[f64; 2]>,

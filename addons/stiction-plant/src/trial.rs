@@ -27,7 +27,7 @@ pub struct Trial {
     pub false_pairs: Share,
     /// Of the sources that are in a group: those that are the first candidate.
     pub first: Share,
-    /// Those among the first three.
+    /// Sources among the first three candidates.
     pub first_three: Share,
     /// Of the groups without a sticking valve: those whose source is reported as not recorded.
     pub not_recorded: Share,
@@ -41,7 +41,7 @@ pub struct Trial {
 const START: i64 = crate::demo::FIRST_DAY * 86_400;
 
 impl Trial {
-    /// Counts on the first `n` networks of `seed`, of so many days each. `seen` is called after each.
+    /// Counts on the first `n` networks of `seed`, with this number of days each. `seen` is called after each.
     ///
     /// # Errors
     /// None is known: if a network cannot be simulated or a loop not be judged.

@@ -1,4 +1,4 @@
-//! What is not known of a plant: what was not read of its data, and which windows were not judged.
+//! Unknown facts about a plant: unread data, and windows that were not judged.
 
 use crate::day;
 use crate::plant_file::Plant;

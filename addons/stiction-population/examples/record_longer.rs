@@ -1,4 +1,4 @@
-//! How often a longer record decides, and what its limits of S are.
+//! How often a longer record decides, and the resulting limits of S.
 //!
 //! ```text
 //! cargo run --release -p stiction-population --example record_longer -- 4000

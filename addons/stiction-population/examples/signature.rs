@@ -11,7 +11,7 @@ use stiction_model::Bands;
 use stiction_model::closed_loop::NormalStream;
 use stiction_model::valve::{Model, Start, StemLag, Valve};
 
-/// S at a stem position, percent; J is half of it.
+/// S at a stem position, percent. J is half of S.
 fn friction(stem: f64) -> f64 {
     if (40.0..60.0).contains(&stem) { 5.4 } else { 2.2 }
 }

@@ -66,7 +66,7 @@ pub(super) struct Design {
     pub samples: usize,
     pub sample_time: f64,
     /// Sample time of an ordinary historian, s. It is longer than the sample time of an eager historian. Times of the
-    /// loop are drawn in units of it.
+    /// loop are drawn in units of this time.
     pub pace: f64,
     /// Steps of controller and valve per recorded sample.
     pub steps: usize,

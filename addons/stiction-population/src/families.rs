@@ -151,26 +151,26 @@ named! {
 /// A family that a loop belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Family {
-    /// Its process.
+    /// Process.
     Process(ProcessKind),
     /// The model of its valve, if that is faulty.
     Valve(Model),
-    /// Its controller.
+    /// Controller.
     Controller(ControllerKind),
     /// The noise of its PV.
     Noise(NoiseKind),
-    /// Its set point.
+    /// Set point.
     SetPoint(SetPointKind),
     /// A disturbance.
     Disturbance(DisturbanceKind),
     /// The processing of the historian.
     Historian(HistorianKind),
-    /// Its situation.
+    /// Situation.
     Situation(Situation),
 }
 
 impl Family {
-    /// Its axis.
+    /// Axis.
     pub fn axis(self) -> &'static str {
         match self {
             Self::Process(_) => "process",

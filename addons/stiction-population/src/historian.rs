@@ -62,7 +62,7 @@ impl Historian {
         self.exceptions = [0.0; 2];
     }
 
-    /// Its processing.
+    /// Processing.
     pub fn kinds(&self, steps: usize) -> Vec<HistorianKind> {
         let any = |x: [f64; 2]| x.iter().any(|v| *v > 0.0);
         let all = [

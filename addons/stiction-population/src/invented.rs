@@ -76,7 +76,7 @@ named! {
         ScheduledTuning = "scheduled tuning",
         /// Batches of one recipe: steps, ramps and holds of the set point, with a preset OP between batches.
         Recipe = "recipe",
-        /// A choked flow: above a wandering opening the valve hardly adds to it.
+        /// A choked flow: above a wandering opening, further opening hardly increases the flow.
         ChokedFlow = "choked flow",
         /// A temperature behind a pipe: with a larger flow, its effect is smaller and arrives sooner.
         TransportByFlow = "transport by flow",
@@ -146,7 +146,7 @@ impl Invention {
         }
     }
 
-    /// Its own parts.
+    /// Own parts.
     fn parts(self, sketch: &Sketch) -> Box<dyn Parts> {
         match self {
             Self::RingingPositioner => Box::new(ringing_positioner::RingingPositioner::of(sketch)),

@@ -125,8 +125,8 @@ impl LoopKind {
     ///
     /// Process, tuning, valve and historian are the same, and the cause continues. Loads, set-point changes and noise
     /// equal the shorter record during its length. After it, they are drawn again for every further length, from the
-    /// same distributions. So a load does not drift away in a month. A sticking that comes and goes does so by shares
-    /// of the longer record.
+    /// same distributions. So a load does not drift away in a month. Intermittent sticking occurs in shares of the
+    /// longer record.
     ///
     /// # Errors
     /// As [`simulate`](Self::simulate), and if `factor` is not from 0.1 to 10,000. It needs some 100 bytes of

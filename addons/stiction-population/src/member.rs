@@ -361,7 +361,7 @@ fn slips(stem: &[f64]) -> usize {
     stem.windows(3).filter(|x| x[0] == x[1] && x[1] != x[2]).count()
 }
 
-/// Whether the stem moves at all.
+/// Whether the stem moves during the record.
 fn moves(stem: &[f64]) -> bool {
     stem.windows(2).any(|x| (x[1] - x[0]).abs() > 1e-9)
 }

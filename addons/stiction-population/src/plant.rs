@@ -28,7 +28,7 @@ pub(super) struct Plant<'a> {
     pub sensor_play: f64,
     /// Half the width of the gap in which the controller treats the error as zero, percent of span.
     pub gap: f64,
-    /// Resolution of the transmitter, percent of span; the controller sees it.
+    /// Resolution of the transmitter, percent of span. The controller receives the rounded PV.
     pub quantum: f64,
 }
 

@@ -83,7 +83,7 @@ pub fn observed(simulated: &Simulated, seed: u64) -> Result<Recording> {
 pub struct PositionTruth {
     /// Whether the valve sticks, with an S of at least 0.3 %.
     pub sticks: bool,
-    /// Its model.
+    /// Model.
     pub model: Model,
     /// Stick band plus dead band, percent; at most 0.25 for a healthy valve.
     pub s: f64,
@@ -112,7 +112,7 @@ pub struct PositionTruth {
 pub struct Positioned {
     /// OP, PV, SP and VP.
     pub recording: Recording,
-    /// Its truth.
+    /// Truth.
     pub truth: PositionTruth,
 }
 

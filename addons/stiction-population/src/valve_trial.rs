@@ -57,7 +57,7 @@ pub struct OperatorActions {
     pub beyond_anyway: bool,
     /// Begin, s on the recording's clock.
     pub from_s: f64,
-    /// Its end.
+    /// End.
     pub to_s: f64,
     /// How long the controller was in manual in each test, s.
     pub manual_s: Vec<f64>,
@@ -95,7 +95,7 @@ pub struct Tested {
     pub plan: TestPlan,
     /// The result of the test.
     pub carried: OperatorActions,
-    /// Whether most of it is found in the recording, without a sheet or a mode.
+    /// Whether most of the test is found in the recording, without a sheet or a mode.
     pub noticed: bool,
     /// Whether a test is found in the recording before it.
     pub imagined: bool,
@@ -183,7 +183,7 @@ impl Site {
     /// with an operator, and `of` is the seed of the operator.
     ///
     /// # Errors
-    /// Those of `play`.
+    /// As for `play`.
     pub fn tested(
         self,
         untested: &Recording,
@@ -252,7 +252,7 @@ enum At {
 enum Stage {
     /// Size of this number, until the PV responds.
     Grows(usize),
-    /// This size, until this many consecutive turns had no response.
+    /// This size in percent, until this number of consecutive turns had no response.
     Shrinks(f64, usize),
 }
 

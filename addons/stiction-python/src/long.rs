@@ -11,7 +11,7 @@ use std::time::Duration;
 /// Interval of checks for signals and of progress reports.
 const TICK: Duration = Duration::from_millis(50);
 
-/// The progress of a long call, and whether anybody still waits for it.
+/// The progress of a long call, and whether a caller still waits for it.
 #[derive(Debug, Default)]
 pub struct Progress {
     done: AtomicUsize,

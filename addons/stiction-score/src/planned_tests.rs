@@ -38,9 +38,9 @@ pub struct TestTrial {
     pub undecided: Share,
     /// Share of correct conclusions among these.
     pub undecided_right: Share,
-    /// Tests of sticking valves that found them.
+    /// Tests of sticking valves that detected the sticking.
     pub found: Share,
-    /// Tests of healthy valves that accused them.
+    /// Tests of healthy valves that wrongly accused the valve.
     pub accused: Share,
     /// Estimates of S within 15 % of the true one.
     pub s_within: Share,
@@ -60,7 +60,7 @@ pub struct TestTrial {
     pub repeated: Share,
     /// Median number of turns.
     pub turns: Option<f64>,
-    /// Time in manual of the first test of a loop, s: the median, and what nine of ten do not exceed.
+    /// Time in manual of the first test of a loop, s: the median, and the time that nine of ten tests do not exceed.
     pub manual_s: Option<[f64; 2]>,
     /// Time in manual of the first test, in response times of the process.
     pub responses: Option<[f64; 2]>,

@@ -128,12 +128,12 @@ impl Suite {
         Ok(Self { plan, hidden: key.is_some(), jobs })
     }
 
-    /// Its name.
+    /// Name.
     pub fn name(&self) -> &'static str {
         self.plan.name
     }
 
-    /// Its description.
+    /// Description.
     pub fn about(&self) -> &'static str {
         self.plan.about
     }

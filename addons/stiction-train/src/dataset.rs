@@ -24,7 +24,7 @@ pub struct Truth {
     pub index: u64,
     /// The name of its kind.
     pub kind: String,
-    /// Its cause.
+    /// Cause.
     pub cause: Cause,
     /// Whether the fault is visible; false without a fault.
     pub visible: bool,

@@ -229,7 +229,7 @@ impl Lesson<'_> {
         row(&self.data.row(*k as usize))
     }
 
-    /// The rows with a known target, with it.
+    /// The rows with a known target, each with its target.
     fn known(&self, rows: &[u32], target: &dyn Fn(&Truth) -> Option<f64>) -> Vec<(u32, f64)> {
         rows.iter().filter_map(|k| Some((*k, target(&self.data.truth[*k as usize])?))).collect()
     }

@@ -60,7 +60,7 @@ struct Split {
 struct Leaf {
     /// Index in the tree.
     node: usize,
-    /// Range of the rows that reach it.
+    /// Range of the rows that reach the leaf.
     rows: Range<usize>,
     sum: Sum,
     /// Bounds of its value.

@@ -20,7 +20,7 @@ const RECORD: usize = HEAD + 2 * LENGTH * CHANNELS;
 /// The input for a loop of that number, if there is any.
 pub type Record = (u64, Option<Input>);
 
-/// Reads records, some at a time, and passes all of them to `each`.
+/// Reads records in batches, and passes all of them to `each`.
 ///
 /// # Errors
 /// If the file cannot be read, ends within a record, or `each` fails.

@@ -108,7 +108,7 @@ pub struct Head {
     tool: &'static str,
     /// Name of the scenario, as given.
     scenario: String,
-    /// Its title.
+    /// Title.
     title: String,
     /// SHA-256 of the scenario with all changes, hexadecimal.
     scenario_sha256: String,

@@ -8,7 +8,7 @@ use std::process::Command;
 /// The simulated recording that the choice offers.
 const SAMPLE: &str = "samples/sticky-flow";
 
-/// What to run, and whether a window waits for a key before it closes.
+/// The command to run, and whether a window waits for a key before it closes.
 pub struct Launch {
     pub command: Vec<OsString>,
     pub waits: bool,

@@ -378,7 +378,7 @@ pub fn run(args: Args) -> Result<()> {
     }
 }
 
-/// Measures the verdict and the methods, and writes what is asked for.
+/// Measures the verdict and the methods, and writes the requested output.
 fn measured(
     args: &Measuring,
     measure: impl FnOnce(&Plan<'_>) -> Result<(About, Measured)>,

@@ -27,7 +27,7 @@ pub struct Report {
     tool: &'static str,
     /// Name of the scenario, as given; null for a loop given by flags.
     scenario: Option<String>,
-    /// Its title.
+    /// Title.
     title: String,
     /// The loop.
     #[serde(rename = "loop")]

@@ -159,7 +159,7 @@ fn options_of(files: &[In], reading: &Reading) -> Result<Vec<Result<ReadOptions>
     Ok(options)
 }
 
-/// The loops that the user selects, and what became of them.
+/// The loops that the user selects, and their results.
 struct Choice<'a> {
     loops: &'a [String],
     failures: Vec<anyhow::Error>,

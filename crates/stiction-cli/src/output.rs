@@ -29,7 +29,7 @@ pub fn write(to: Option<&Out>, bytes: &[u8]) -> Result<()> {
     }
 }
 
-/// Writes what `make` makes to the file that an option named, if it is given. True if that is standard output.
+/// Writes the output of `make` to the file that an option named, if given. True if that is standard output.
 pub fn given<T: AsRef<[u8]>, E: Into<Error>>(
     to: &Option<Out>,
     make: impl FnOnce() -> Result<T, E>,
@@ -127,7 +127,7 @@ pub fn complain(error: &anyhow::Error) {
     let _ = writeln!(std::io::stderr(), "stiction: {}", name(&failure(error)));
 }
 
-/// Prints what is wrong with the arguments, in the words of their parser.
+/// Prints errors in the arguments, in the words of their parser.
 pub fn usage(text: &str) {
     let _ = write!(std::io::stderr(), "{}", shown(text));
 }

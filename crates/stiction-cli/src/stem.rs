@@ -83,7 +83,7 @@ pub struct Document {
     set: String,
     /// The stem.
     stem: StemParameters,
-    /// Its friction.
+    /// Friction.
     friction: FrictionLaw,
     /// The stem in the terms of the data-driven models.
     equivalent: Equivalent,

@@ -42,7 +42,7 @@ pub fn paragraph(text: &str) -> String {
     hanging("", text, 96)
 }
 
-/// A paragraph below the name of what it is about.
+/// A paragraph below its name.
 pub fn field(name: &str, text: &str) -> String {
     hanging(&format!("{name:10}"), text, 88)
 }

@@ -56,7 +56,7 @@ pub fn ended(command: &mut Command) -> Result<ExitCode> {
 
 /// A task of the collector, with the first Python that has it.
 pub fn collector(task: &str) -> Result<Command> {
-    /// Finds the package without importing it.
+    /// Finds the package without an import.
     const HAS_IT: &str =
         "import importlib.util as u, sys; sys.exit(u.find_spec('stiction') is None)";
     let named = std::env::var_os("STICTION_PYTHON");

@@ -231,7 +231,7 @@ pub enum Annotation {
     Text {
         /// The text.
         text: String,
-        /// Its centre.
+        /// Centre.
         at: (f64, f64),
     },
     /// A text with an arrow.
@@ -245,14 +245,14 @@ pub enum Annotation {
     },
     /// A reference line across the panel.
     HorizontalLine {
-        /// Its height.
+        /// Height.
         y: f64,
         /// Name; empty for none.
         label: String,
     },
     /// A reference line from bottom to top.
     VerticalLine {
-        /// Its place.
+        /// Place.
         x: f64,
         /// Name; empty for none.
         label: String,

@@ -28,7 +28,7 @@ pub struct Sheet {
 /// Data that could not become a column. They are listed, not dropped.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LeftOut {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// The reason, as the end of a sentence that begins with the name.
     pub why: String,
@@ -43,7 +43,7 @@ pub struct Column {
     pub name: String,
     /// Unit, if the file gives one.
     pub unit: Option<String>,
-    /// Its cells.
+    /// Cells.
     pub cells: Cells,
 }
 

@@ -300,7 +300,7 @@ struct Inside {
     file: File,
     /// The columns used last, by the place of their first block.
     loaded: Vec<(u64, Arc<Packed>)>,
-    /// The most bytes of them.
+    /// Largest number of bytes of these columns.
     most: usize,
     failure: Option<String>,
 }
@@ -365,7 +365,7 @@ pub(crate) struct Filling {
     /// Bytes in the file.
     at: u64,
     rows: usize,
-    /// Bytes in memory, and the most of them.
+    /// Bytes in memory, and the limit.
     held: usize,
     most: usize,
 }

@@ -23,7 +23,7 @@ pub enum Error {
         signal: &'static str,
         /// Index of the first invalid sample, from 0.
         index: usize,
-        /// Its value.
+        /// Value.
         value: f64,
     },
     /// Two slices that belong together with different lengths.
@@ -31,7 +31,7 @@ pub enum Error {
     Length {
         /// Name of the slice.
         name: &'static str,
-        /// Its length.
+        /// Length.
         found: usize,
         /// The length it must have.
         expected: usize,

@@ -11,7 +11,7 @@ macro_rules! named {
             /// All of them, in order.
             $visible const ALL: [Self; [$($name),+].len()] = [$(Self::$member),+];
 
-            /// Its name.
+            /// Name.
             $visible fn name(self) -> &'static str {
                 match self { $(Self::$member => $name),+ }
             }

@@ -6,7 +6,7 @@
 pub struct Number {
     /// Name, such as `delta tau`.
     pub name: &'static str,
-    /// Its value.
+    /// Value.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub value: f64,
     /// Unit; empty for a ratio or count.

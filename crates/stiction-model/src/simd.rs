@@ -75,7 +75,7 @@ impl<const N: usize> std::ops::DerefMut for Lane<N> {
 
 /// A computation for wide vectors. `run` must be `#[inline(always)]`, and so must the functions in its inner loop.
 pub trait Kernel {
-    /// Its result.
+    /// Result.
     type Output;
     /// Runs the computation. Implementations are marked `#[inline(always)]`.
     fn run(self) -> Self::Output;

@@ -116,9 +116,9 @@ named! {
 pub enum Applies {
     /// Any.
     AnyLoop,
-    /// Those with a self-regulating process.
+    /// Loops with a self-regulating process.
     SelfRegulating,
-    /// Those with an integrating process.
+    /// Loops with an integrating process.
     Integrating,
 }
 
@@ -151,7 +151,7 @@ pub struct Finding {
     /// The method.
     #[cfg_attr(feature = "serde", serde(flatten))]
     pub method: &'static Method,
-    /// Its decision.
+    /// Decision.
     pub decision: Decision,
     /// The number the decision rests on.
     pub statistic: Option<f64>,

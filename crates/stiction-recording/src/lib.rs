@@ -1,4 +1,4 @@
-//! A control loop as a plant recorded it, and what every method needs of it.
+//! A control loop as a plant recorded it, and the data that every method needs.
 //!
 //! * [`recording`]: the signals, their grid, and whether the data are fit for a diagnosis.
 //! * [`oscillation`]: whether a loop cycles, its regularity and period.

@@ -9,7 +9,7 @@ use stiction_diagnose::spoken;
 /// A column of the table.
 #[derive(Debug, Clone, Copy)]
 pub struct LoopColumn {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
     /// Content and type.
     pub cells: Cells,

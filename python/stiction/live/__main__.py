@@ -168,7 +168,7 @@ def _note(text: str) -> None:
 
 @contextlib.contextmanager
 def _progress() -> Iterator[Callable[[str], None]]:
-    """Print notes of a long run: all of them on a terminal, otherwise one per interval. Without a new note, repeat the last one.
+    """Print notes of a long run: all notes on a terminal, otherwise one per interval. Without a new note, repeat the last one.
     """
     every_s = 0.0 if sys.stderr.isatty() else PROGRESS_S
     shown, last, ended = time.monotonic(), "", threading.Event()

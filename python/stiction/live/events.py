@@ -40,7 +40,7 @@ def _verdict(row: Mapping[str, Any]) -> str | None:
 
 
 def derive(reported: Reported, rows: Iterable[Mapping[str, Any]], now: datetime | None = None) -> tuple[list[dict[str, Any]], Reported]:
-    """Return the events of a ranking, and what has been reported on each loop after it."""
+    """Return the events of a ranking, and the reports on each loop after it."""
     at = (now or datetime.now(timezone.utc)).isoformat(timespec="seconds")
     events, after = [], {name: dict(each) for name, each in reported.items()}
     for row in rows:
@@ -78,7 +78,7 @@ def derive(reported: Reported, rows: Iterable[Mapping[str, Any]], now: datetime 
 
 
 def load(plant: Path) -> Reported:
-    """Return what has been reported on each loop so far."""
+    """Return the reports on each loop so far."""
     try:
         found: Reported = json.loads((live_folder(plant) / "reported.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -87,7 +87,7 @@ def load(plant: Path) -> Reported:
 
 
 def keep(plant: Path, events: Iterable[Mapping[str, Any]], reported: Reported) -> None:
-    """Append events to their file, and store what has been reported on each loop."""
+    """Append events to their file, and store the reports on each loop."""
     lines = "".join(json.dumps(event, ensure_ascii=False) + "\n" for event in events)
     if lines:
         with open(path_of(plant), "a", encoding="utf-8") as file:

@@ -2,7 +2,7 @@
 
 A source limits the number of values in an answer, and not every source states the limit. So an answer covers only the times from
 its first to its last value. `Reading` asks for the times before and after them until nothing new comes. It does not depend on a
-protocol: it states what to ask for next, and takes the answers.
+protocol: it states the next request, and receives the answers.
 """
 
 from __future__ import annotations

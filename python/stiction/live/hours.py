@@ -455,7 +455,7 @@ def _rows(table: Any) -> Rows:
 
 
 class Stored:
-    """The rows of a file by tag. Those of a tag are read when requested."""
+    """The rows of a file by tag. The rows of a tag are read when requested."""
 
     def __init__(self, path: Path) -> None:
         import pyarrow.parquet as pq

@@ -68,7 +68,7 @@ SERVICES: frozenset[type] = frozenset(
         ua.TranslateBrowsePathsToNodeIdsRequest,
     }
 )
-"""The permitted requests. None of them writes a value, changes a node or calls a method."""
+"""The permitted requests. No service writes a value, changes a node or calls a method."""
 
 POLICIES: dict[str, Any] = {
     "Aes256Sha256RsaPss": security_policies.SecurityPolicyAes256Sha256RsaPss,

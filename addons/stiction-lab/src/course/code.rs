@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 const ALPHABET: &[u8; 32] = b"0123456789ABCDEFGHJKMNPQRSTVWXYZ";
 /// Bits of the content, and of the checksum.
 const HALF: u32 = 25;
-/// Tries that a code can show; more are shown as this many.
+/// Largest number of tries that a code can show. More tries are shown as this number.
 pub(super) const TRIES: u32 = 7;
 
 /// What a code says.

@@ -84,7 +84,7 @@ pub struct ScanRequest {
     again: bool,
 }
 
-/// Begins a scan of what is new.
+/// Begins a scan of new files and windows.
 ///
 /// # Errors
 /// If a scan is running, or the plant's file cannot be read.

@@ -50,7 +50,7 @@ impl Window {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TrendRequest {
-    /// Its tag.
+    /// Tag.
     #[serde(rename = "loop")]
     name: String,
     /// The first day.
@@ -68,7 +68,7 @@ pub struct TrendRequest {
 /// The samples of a loop.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Trend {
-    /// Its tag.
+    /// Tag.
     #[serde(rename = "loop")]
     name: String,
     /// Begin of the first day, s since 1970-01-01 UTC.
@@ -77,7 +77,7 @@ pub struct Trend {
     clock: f64,
     /// Beginning of the part shown, s after that.
     from_s: f64,
-    /// Its end.
+    /// End.
     to_s: f64,
     /// Unit of PV and SP, where a file names it.
     pv_unit: Option<String>,

@@ -59,7 +59,7 @@ struct State {
 /// A file that is open.
 #[derive(Debug)]
 pub(crate) struct File {
-    /// Its identifier.
+    /// Identifier.
     pub id: String,
     /// Name in messages, and the name of a loop without one.
     origin: String,
@@ -103,7 +103,7 @@ pub(crate) struct Own {
     options: Option<ReadOptions>,
     /// Whether it equals the mapping file; a missing file is empty.
     pub is_saved: bool,
-    /// Why the page cannot change it.
+    /// Why the page cannot change the corrections.
     pub fixed: Option<String>,
 }
 
@@ -122,9 +122,9 @@ impl Own {
 /// An entry in the list of open files.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Entry {
-    /// Its identifier.
+    /// Identifier.
     id: String,
-    /// Its name.
+    /// Name.
     name: String,
     /// Folder; empty for a dropped file.
     folder: String,
@@ -367,7 +367,8 @@ impl Room {
         Ok(reading)
     }
 
-    /// Reads a file with these corrections, and keeps them. If it cannot be read with them, nothing changes.
+    /// Reads a file with these corrections, and stores the corrections. If it cannot be read with them, nothing
+    /// changes.
     pub fn say(&self, file: &Arc<File>, mapping: Mapping, save: bool) -> Answer<Arc<Reading>> {
         let mapping = mapping.tidy();
         let options = match mapping.is_empty() {

@@ -1,7 +1,7 @@
 //! Reports as pages of their own, which the browser opens without the token.
 //!
-//! The address of a report holds 128 random bits, and opens this report only. The page runs in a sandbox, with an origin
-//! of its own, so nothing in it reaches the lab.
+//! The address of a report holds 128 random bits, and opens this report only. The page runs in a sandbox, with a
+//! separate origin, so its scripts cannot reach the lab.
 
 use crate::calls::{Answer, Wrong};
 use crate::guard;

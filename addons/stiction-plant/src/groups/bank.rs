@@ -165,7 +165,7 @@ impl Pieces {
 }
 
 /// The magnitude of the autocorrelation of pieces at the distances 1, 2, ..., less twice its value by chance. For `K`
-/// pieces of noise the squared magnitude is `1/K` on average, and some of many lags exceed it.
+/// pieces of noise the squared magnitude is `1/K` on average, and some values of many lags exceed this mean.
 fn memory(values: &[Complex<f32>]) -> Vec<f32> {
     let k = values.len();
     let length = (2 * k).next_power_of_two();

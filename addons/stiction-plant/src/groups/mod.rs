@@ -38,7 +38,7 @@ pub struct Group {
 /// A loop of a group.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Member {
-    /// Its tag.
+    /// Tag.
     #[serde(rename = "loop")]
     pub name: String,
     /// Probability that its valve sticks; in the ranking, not in documents.
@@ -65,7 +65,7 @@ pub enum Source {
 /// A loop in a week.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LoopOfWeek {
-    /// Its tag.
+    /// Tag.
     pub name: String,
     /// Probability that its valve sticks.
     pub probability: Option<f64>,

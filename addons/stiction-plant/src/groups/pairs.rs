@@ -28,7 +28,7 @@ pub struct Swings {
 /// A [`Pair`], by the places of its loops.
 #[derive(Debug, Clone, Copy)]
 pub struct Edge {
-    /// Its band.
+    /// Band.
     pub band: usize,
     /// The first by name first.
     pub pair: (usize, usize),

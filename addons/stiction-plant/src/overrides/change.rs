@@ -7,7 +7,8 @@ use std::path::Path;
 use stiction_io::{Error, Result};
 use stiction_io::{bytes, whole};
 
-/// Name of the empty lock file beside it. The file is not removed, because another process may have just locked it.
+/// Name of the empty lock file in the folder of the overrides. The file is not removed, because another process may
+/// have just locked it.
 const LOCK_NAME: &str = ".stiction-overrides.lock";
 
 const HEAD: &str = "# Conclusions of people about valves, kept by `stiction override`.\n\

@@ -17,9 +17,9 @@ pub struct Override {
     pub by: Option<String>,
     /// The day of the entry.
     pub entered: Option<Date>,
-    /// Name and version of the program that entered it.
+    /// Name and version of the program that entered the override.
     pub tool: Option<String>,
-    /// Its scope.
+    /// Scope.
     pub scope: Scope,
     /// The first day on which it holds, UTC.
     pub from: Option<Date>,

@@ -71,7 +71,7 @@ pub struct Overrides {
 pub struct Recorded<'a> {
     /// Tag of the loop.
     pub loop_name: &'a str,
-    /// Its file.
+    /// File.
     pub file: &'a Path,
     /// SHA-256 of the file's bytes, hexadecimal.
     pub sha256: &'a str,

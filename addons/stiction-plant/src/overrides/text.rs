@@ -24,7 +24,7 @@ pub struct Damaged {
 /// A piece of a file of overrides: an entry, or the text above the first one.
 pub struct Piece {
     pub range: Range<usize>,
-    /// The overrides in it with their lines.
+    /// The overrides in the piece with their lines.
     pub found: std::result::Result<Vec<(usize, Override)>, Damaged>,
 }
 

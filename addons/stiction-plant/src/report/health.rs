@@ -11,7 +11,7 @@ named! {
     /// The health of the data of a loop over a week, the worst first.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
     pub enum Health {
-        /// No file has a sample of it.
+        /// No file contains a sample of the tag.
         NoData = "no data",
         /// All windows have an error.
         Errors = "errors",

@@ -16,11 +16,11 @@ const COUNTS: i64 = 28;
 /// The last test of a valve that counts in a week.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LastTest<'a> {
-    /// Its result.
+    /// Result.
     pub class: VerdictClass,
     /// The day on which it ended, such as `2026-03-04`.
     pub day: String,
-    /// Its window.
+    /// Window.
     pub window: &'a WindowRow,
 }
 

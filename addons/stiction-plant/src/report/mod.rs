@@ -145,12 +145,12 @@ pub struct Counted {
 /// A loop that changed.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Changed {
-    /// Its tag.
+    /// Tag.
     #[serde(rename = "loop")]
     pub name: String,
     /// What changed.
     pub change: Change,
-    /// The first day after it.
+    /// The first day after the week.
     pub day: Option<String>,
     /// First day of the 95 % interval of that day.
     pub from: Option<String>,
@@ -173,8 +173,8 @@ pub struct Known {
     remarks: Vec<String>,
 }
 
-/// The last week with windows of not much fewer loops than the week before it. A few samples with times in the future make no
-/// week of the plant.
+/// The last week whose windows cover not much fewer loops than the week before. A few samples with times in the future
+/// make no week of the plant.
 fn usual_week(store: &Store, plant: &Plant) -> Result<Option<Week>> {
     /// The smallest share of the loops of the week before.
     const SHARE: usize = 4;

@@ -13,7 +13,7 @@ named! {
     /// The state of an order after the last test of the valve.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
     pub enum Status {
-        /// No test has settled it.
+        /// No test has decided about the valve.
         #[default]
         Open = "open",
         /// By a test the valve sticks or does not respond.
@@ -112,7 +112,7 @@ pub fn orders(ranking: &Ranking<'_>) -> Vec<Order> {
     due.chain(rows.iter().filter(|row| row.is_cleared())).map(|row| order(row)).collect()
 }
 
-/// How many of them are not closed.
+/// Number of unclosed orders.
 pub fn to_do(orders: &[Order]) -> usize {
     orders.iter().filter(|order| order.status != Status::Closed).count()
 }

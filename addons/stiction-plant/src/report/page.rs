@@ -463,7 +463,7 @@ fn verdict(row: &LoopRow) -> Markup {
     }
 }
 
-/// A number by which rows are sorted, with what is shown of it.
+/// A number by which rows are sorted, with the text that is shown for it.
 fn number(of: Option<(f64, String)>) -> Markup {
     match of {
         // What is shown is what it is sorted by, unless it begins with a sign.

@@ -89,7 +89,7 @@ columns! {
     "S_below" ["%"] s_below: Option<f64>;
     /// The likeliest other cause.
     "alternative" [""] alternative: Option<Cause>;
-    /// Its probability.
+    /// Probability.
     "alternative_likelihood" [""] alternative_likelihood: Option<f64>;
     /// Share of the time in automatic: the service factor.
     "auto_share" ["%"] auto_share: Option<f64>;
@@ -180,7 +180,7 @@ columns! {
 /// A loop in the ranking, with the sources of its row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranked<'a> {
-    /// Its row.
+    /// Row.
     pub row: LoopRow,
     /// Windows of the loop up to the end of the week, in order of time.
     pub windows: Vec<&'a WindowRow>,

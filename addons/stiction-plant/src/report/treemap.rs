@@ -26,11 +26,11 @@ pub const NAME: f64 = 16.0;
 /// An area of the plant on a map.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct AreaTile {
-    /// Its name.
+    /// Name.
     pub area: String,
     /// Position and size; the name takes [`NAME`] of its height.
     pub tile: Tile,
-    /// Its loops.
+    /// Loops.
     pub loops: Vec<LoopTile>,
 }
 
@@ -39,7 +39,7 @@ pub struct AreaTile {
 pub struct LoopTile {
     /// Place in the ranking, from 0.
     pub place: usize,
-    /// Its tile.
+    /// Tile.
     pub tile: Tile,
 }
 

@@ -188,7 +188,7 @@ impl<'a> Files<'a> {
     }
 }
 
-/// The rows sorted to a folder for a batch; none if the file has no rows for it.
+/// The rows sorted to a folder for a batch; none if the file has no rows for the batch.
 fn sorted(file: &PartedFile, folder: &Path, batch: usize) -> Result<Option<Sheet>, String> {
     let empty = file.empty().map_err(|e| e.to_string())?;
     spill::read(folder, batch, &empty).map_err(|e| e.to_string())

@@ -51,9 +51,9 @@ pub struct Input {
     pub stamp: (u64, u128),
     /// SHA-256 of its bytes, or of the part that was examined.
     pub sha256: String,
-    /// Its loops.
+    /// Loops.
     pub loops: BTreeMap<String, LoopIn>,
-    /// Its problems.
+    /// Problems.
     pub problems: Vec<Problem>,
     /// The reason why it is no recording, if it is a table without an OP, such as a list of tags.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -131,7 +131,7 @@ impl<'a> Judge<'a> {
         Judged { row: Some(row), trace: None, days: 1 }
     }
 
-    /// The part of a row that is known before it is judged.
+    /// The part of a row that is known before the window is judged.
     fn identity(&self, day: i64, count: i64) -> WindowRow {
         let zone = &self.plant.zone;
         let (start, end) = (day::begin(day, zone), day::begin(day + count, zone));

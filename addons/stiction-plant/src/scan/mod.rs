@@ -137,7 +137,7 @@ struct Piece<'a, 's> {
     until: i64,
     /// Recordings by file.
     parts: Vec<(&'a str, Recording)>,
-    /// The files that could not be read for it, and why.
+    /// The files that could not be read for the window, and why.
     failed: Vec<(&'a str, String)>,
 }
 
@@ -302,7 +302,7 @@ fn remove(folder: &Path) -> Result<()> {
     }
 }
 
-/// The loops with windows to be judged before `until`, by their places, in batches of this many rows.
+/// The loops with windows to be judged before `until`, by their positions, in batches of this many rows.
 fn batches(loops: &[Loop<'_>], until: i64, files: &Files<'_>, rows: usize) -> Vec<Vec<usize>> {
     let mut known: HashMap<&str, usize> = HashMap::new();
     let mut batches: Vec<Vec<usize>> = vec![];

@@ -338,7 +338,7 @@ impl Store {
         write_whole(&self.path("index").join("through"), last.as_bytes())
     }
 
-    /// Removes the index. The next run remakes it.
+    /// Removes the index. The next run writes the index again.
     ///
     /// # Errors
     /// If the index cannot be removed.

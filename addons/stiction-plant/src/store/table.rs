@@ -14,7 +14,7 @@ use stiction_model::{always_written_by_name, named};
 /// The description of a column.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Column {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
     /// Unit; empty if the column has none.
     pub unit: &'static str,
@@ -22,7 +22,7 @@ pub struct Column {
     pub kind: Kind,
     /// Whether a cell may be empty.
     pub optional: bool,
-    /// Its meaning.
+    /// Meaning.
     pub meaning: String,
 }
 

@@ -52,7 +52,7 @@ columns! {
     "fitness" [""] fitness: Option<String>;
     /// Reasons why the data are unfit, sentences.
     "unfit_reasons" [""] unfit_reasons: Option<String>;
-    /// Whether the PV moves at all in the judged stretch.
+    /// Whether the PV moves during the judged stretch.
     "pv_moves" [""] pv_moves: Option<bool>;
     /// Whether the loop oscillates.
     "oscillates" [""] oscillates: Option<bool>;
@@ -96,7 +96,7 @@ columns! {
     "S_below" ["%"] s_below: Option<f64>;
     /// Likeliest other cause.
     "alternative" [""] alternative: Option<String>;
-    /// Its probability.
+    /// Probability.
     "alternative_likelihood" [""] alternative_likelihood: Option<f64>;
     /// Mistake in the columns that ended the judgement.
     "mistaken" [""] mistaken: Option<String>;

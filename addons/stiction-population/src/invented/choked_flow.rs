@@ -13,7 +13,7 @@ pub(super) struct ChokedFlow {
     size: f64,
     keep: f64,
     noise: NormalStream,
-    /// Flow per percent of opening above it.
+    /// Flow per percent of opening above the wandering opening.
     share: f64,
     /// Start of the record, number of its steps, and number of its choked steps.
     begins: usize,

@@ -4,7 +4,7 @@ use super::parts::Parts;
 use super::sketch::Sketch;
 
 /// A float that rubs in its guide, or a displacer, holds its reading while the PV moves, and slips. The controller
-/// integrates what the reading lacks, so even a loop with a healthy valve may cycle.
+/// integrates the error of the reading, so even a loop with a healthy valve may cycle.
 pub(super) struct StickingFloat {
     /// Distance between PV and reading at which it slips, and the distance that remains then, percent of span.
     holds: f64,

@@ -6,7 +6,7 @@ use stiction_model::closed_loop::NormalStream;
 
 /// A second valve acts on the same PV. Its PI controller has its own transmitter, which reads slightly more or less
 /// than the transmitter of this loop. The two integrals move in opposite directions: the OP travels far, and the PV
-/// hardly moves. The second valve has less travel and may be at the end of it.
+/// hardly moves. The second valve has less travel and may be at its end.
 pub(super) struct TwoControllers {
     /// Gain and integral time of the second controller. The gain is relative to the gain of this controller.
     kc: f64,

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use stiction_diagnose::series::{Periodogram, periodogram};
 use stiction_model::error::Result;
 
-/// A cause reaches a loop if at least this share of the power at its period disappears without it.
+/// A cause reaches a loop if at least this share of the power at the cause's period disappears without the cause.
 pub const REACHED: f64 = 0.5;
 /// A loop swings if the power at the period is at least this share of its variance.
 pub const SWINGS: f64 = 0.1;

@@ -10,7 +10,7 @@ use stiction_diagnose::recording::{Channel, LoopType, Recording};
 /// A recording, as a detector reads it. Signals are evenly sampled and equally long, with null for missing samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 struct Sent {
-    /// Its name.
+    /// Name.
     id: String,
     /// Type of the loop, such as `flow`, or `unknown`.
     #[serde(rename = "type")]
@@ -30,7 +30,7 @@ struct Sent {
     vp: Option<Vec<Option<f64>>>,
 }
 
-/// An answer, as a detector writes it and as results keep it.
+/// An answer, as a detector writes it and as results store it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AnswerLine {
     /// The recording.

@@ -8,7 +8,7 @@
 //! * [`results`]: the measures of one or several detectors as a document;
 //! * [`key`]: the key of a hidden half;
 //! * [`leaderboard`]: the document as tables and as a page;
-//! * [`datasheet`]: what is in a suite.
+//! * [`datasheet`]: the content of a suite.
 
 pub mod datasheet;
 pub mod exchange;

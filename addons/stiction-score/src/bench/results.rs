@@ -53,20 +53,20 @@ pub struct Loops {
 pub struct Label {
     /// The recording.
     pub id: String,
-    /// Its valve.
+    /// Valve.
     pub valve: String,
     /// Whether the valve sticks, by its label.
     pub sticks: bool,
     /// Source of the recording.
     pub source: String,
-    /// Its licence.
+    /// Licence.
     pub licence: String,
 }
 
 /// The name of a detector.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Detector {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Version of the detector, if given.
     pub version: String,
@@ -260,7 +260,7 @@ impl Submitted {
         self.entries.iter().map(of).collect()
     }
 
-    /// What is wrong with them, compared with the same answers measured again; empty if nothing is.
+    /// Differences from the same answers measured again; empty without differences.
     pub fn faults(&self, again: &Results) -> Vec<String> {
         let mut faults = vec![];
         if self.loops.population != again.loops.population {

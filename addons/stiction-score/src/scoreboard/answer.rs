@@ -99,11 +99,11 @@ pub type Group = (&'static str, String);
 /// A loop of known truth, with its groups.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KnownLoop {
-    /// Its name.
+    /// Name.
     pub id: String,
-    /// Its truth.
+    /// Truth.
     pub truth: Truth,
-    /// Its groups.
+    /// Groups.
     pub groups: Vec<Group>,
 }
 
@@ -117,7 +117,7 @@ impl KnownLoop {
 /// All measures of a detector on some loops.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Measures {
-    /// Loops that stick and show it.
+    /// Loops that visibly stick.
     pub sticky: usize,
     /// Loops that do not stick.
     pub healthy: usize,
@@ -186,7 +186,7 @@ pub struct KindMeasure {
 pub struct GroupMeasure {
     /// The property.
     pub property: &'static str,
-    /// Its value.
+    /// Value.
     pub value: String,
     /// Decisions.
     pub decisions: Outcomes,

@@ -16,7 +16,7 @@ impl Band {
         ends.iter().zip(next).map(|(from, to)| Self { from: *from, to }).collect()
     }
 
-    /// Whether a number is in it.
+    /// Whether the band contains a number.
     pub fn holds(&self, value: f64) -> bool {
         value >= self.from && self.to.is_none_or(|to| value < to)
     }

@@ -54,7 +54,7 @@ pub struct Board {
 pub struct MethodRow {
     /// Name in commands and files.
     pub name: &'static str,
-    /// Its title.
+    /// Title.
     pub title: &'static str,
     /// The method; `None` is the verdict.
     #[serde(skip)]
@@ -75,7 +75,7 @@ pub struct MethodRow {
 /// The loops of one kind.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct KindRow {
-    /// Its name.
+    /// Name.
     pub kind: String,
     /// Whether its valves stick.
     pub sticks: bool,
@@ -96,7 +96,7 @@ impl MethodRow {
         self.name
     }
 
-    /// Its title.
+    /// Title.
     pub fn title(&self) -> &'static str {
         self.title
     }

@@ -14,7 +14,7 @@ pub struct Truth {
     pub kind: String,
     /// Whether the valve sticks.
     pub sticks: bool,
-    /// Whether the recording can show it. Invisible stiction is left out of all measures.
+    /// Whether the recording can show the stiction. Invisible stiction is left out of all measures.
     pub visible: bool,
     /// Stick band plus dead band, percent of span, if it is known.
     pub s: Option<f64>,
@@ -113,7 +113,7 @@ pub struct MethodResult {
     pub statistic: Option<f64>,
     /// The value of the statistic from which the decision is positive.
     pub threshold: Option<f64>,
-    /// Its decision.
+    /// Decision.
     pub decision: Decision,
 }
 
@@ -122,7 +122,7 @@ pub struct MethodResult {
 pub struct Scored {
     /// Name of the recording.
     pub name: String,
-    /// Its truth.
+    /// Truth.
     pub truth: Truth,
     /// The result of each method that was run, in the order of the registry.
     pub methods: Vec<MethodResult>,

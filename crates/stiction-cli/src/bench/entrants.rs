@@ -49,7 +49,7 @@ impl Source {
         }
     }
 
-    /// What results say about them.
+    /// The detectors' answers in the results.
     pub fn loops(&self) -> Loops {
         match self {
             Self::Suite(suite) => Loops::of(suite),

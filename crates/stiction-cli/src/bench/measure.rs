@@ -1,4 +1,4 @@
-//! Diagnoses many loops one by one, and keeps only what is counted.
+//! Diagnoses many loops one by one, and keeps only the counted parts.
 
 use crate::files::Out;
 use crate::{output, progress};

@@ -156,7 +156,7 @@ impl Running {
         Ok(Self { child, input, lines, errors, answered: false })
     }
 
-    /// Ends the program and what it started.
+    /// Ends the program and its child processes.
     fn kill(&mut self) -> Option<ExitStatus> {
         #[cfg(unix)]
         {
@@ -200,7 +200,7 @@ fn shortened(text: &str) -> String {
     }
 }
 
-/// The command in a shell, and in a group of its own, so that all of it can be ended.
+/// The command in a shell, and in a separate process group, so that the whole group can be ended.
 fn shell(command: &str) -> Command {
     #[cfg(unix)]
     {

@@ -106,7 +106,7 @@ pub fn run(task: Task) -> Result<()> {
 /// Number of loops held in memory at a time.
 const BATCH: usize = 256;
 
-/// A file of a suite, and the hash of what was written to it.
+/// A file of a suite, and the hash of its content.
 struct Hashed {
     file: WholeFile,
     hash: Sha256,
@@ -197,7 +197,7 @@ struct Again {
     /// Each set of results with the name of its file.
     submitted: Vec<(String, Submitted)>,
     asked: Vec<KnownLoop>,
-    /// All of them, measured again together.
+    /// All results, measured again together.
     results: Results,
 }
 

@@ -1,4 +1,4 @@
-//! The cases of the gallery, with what to look at and what to learn.
+//! The cases of the gallery, with hints and conclusions.
 
 /// A loop of the gallery.
 pub struct Case {

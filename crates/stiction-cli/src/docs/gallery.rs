@@ -51,7 +51,7 @@ enum Worth {
 }
 
 impl Shown {
-    /// Simulates a case, and diagnoses what a plant would have recorded of it.
+    /// Simulates a case, and diagnoses the recording that a plant would have stored.
     pub fn of(case: &'static Case) -> Result<Self> {
         let (csv, truth, kind) = match case.made {
             Made::Scenario { name, set, columns } => {
@@ -167,7 +167,7 @@ impl Shown {
         ]
     }
 
-    /// Its page.
+    /// Page.
     pub fn page(&self) -> Result<Page> {
         let case = self.case;
         let verdict_told = verdict(&self.diagnosis);

@@ -132,7 +132,7 @@ pub enum Ruling {
 }
 
 impl Ruling {
-    /// All of them, in the order of the table.
+    /// All rows, in the order of the table.
     pub const ALL: [Self; 8] = [
         Self::Mistaken,
         Self::Strange,

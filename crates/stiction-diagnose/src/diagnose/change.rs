@@ -15,7 +15,7 @@
 //! means of the two sides. The noise has a prior of [`NU`] degrees of freedom about `s`: [`NOISE`] for log-odds,
 //! [`MOVES`] for logarithms. The score of `k` is the gain of the log-odds plus the gains of the four logarithms, which
 //! add [`MOVES_MOST`] at most: a repaired valve moves its loop differently. The change is at the `k` of the largest
-//! score. All `k` whose score is within [`WITHIN`] of it are its 95 % interval.
+//! score. All `k` whose score is within [`WITHIN`] of the best are its 95 % interval.
 //!
 //! The valve began or ceased to stick under three conditions. The score reaches [`THRESHOLD`], the mean log-odds differ
 //! by [`FARTHEST`], and all windows of one side, combined, accuse the valve while all windows of the other side do not.
@@ -46,7 +46,7 @@ pub const SIDE: f64 = 2.0;
 pub const MANY: f64 = 5.0;
 /// The least change of the mean log-odds: odds of 9 to 1.
 pub const FARTHEST: f64 = 2.2;
-/// By what share S grows or shrinks at least.
+/// Least share by which S grows or shrinks.
 pub const GROWTH: f64 = 0.25;
 /// Degrees of freedom of the prior of the noise.
 pub const NU: f64 = 3.0;
@@ -123,7 +123,7 @@ impl Change {
 pub struct Event {
     /// What changed.
     pub change: Change,
-    /// When: the time of the first window after it, s.
+    /// Time of the change: the first window after it, s.
     #[cfg_attr(feature = "serde", serde(rename = "time_s"))]
     pub time: f64,
     /// The 95 % interval of that time, s.

@@ -50,7 +50,7 @@ impl Seen<'_> {
     }
 }
 
-/// A check: the verdict, if the check gives one. It may ask for the verdict of the checks after it.
+/// A check: the verdict, if the check gives one. A check may request the verdict of the later checks.
 struct Check(fn(&Seen<'_>, rest: &[Check]) -> Option<Verdict>);
 
 /// The checks in their order. The first one that gives a verdict decides.
@@ -91,7 +91,7 @@ fn valve_test(seen: &Seen<'_>, rest: &[Check]) -> Option<Verdict> {
     is_open.then_some(by_test)
 }
 
-/// A recorded position decides where it can be judged, beside what OP and PV give.
+/// A recorded position decides where it can be judged. The result from OP and PV is kept beside it.
 fn valve_position(seen: &Seen<'_>, rest: &[Check]) -> Option<Verdict> {
     match seen.position? {
         Ok(position) => {
@@ -161,7 +161,7 @@ fn not_weighed(seen: &Seen<'_>) -> Verdict {
     Verdict { votes: seen.votes, reasons, ..Verdict::default() }
 }
 
-/// A verdict with what belongs to it.
+/// A verdict together with its basis.
 pub(super) struct Conclusion {
     pub verdict: Verdict,
     /// The amount of stiction, without its competing definitions.
@@ -170,7 +170,7 @@ pub(super) struct Conclusion {
     pub few_slips: Option<FewSlips>,
 }
 
-/// The conclusion from what was seen, by the checks of [`CHECKS`].
+/// The conclusion from the measurements, by the checks of [`CHECKS`].
 pub(super) fn conclude(seen: &Seen<'_>) -> Conclusion {
     let verdict = first(seen, &CHECKS);
     let stiction = amount(seen, &verdict);

@@ -43,7 +43,7 @@ pub struct Kpis {
 /// limited to a tenth of the samples.
 const AR_ORDER: usize = 30;
 
-/// A noise band is this many standard deviations to either side, which 99.7 % of Gaussian noise keeps.
+/// A noise band extends by this many standard deviations to either side, and contains 99.7 % of Gaussian noise.
 const NOISE_BAND: f64 = 3.0;
 
 const NO_PV: &str = "the PV is not recorded";

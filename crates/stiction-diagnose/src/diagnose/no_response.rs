@@ -93,7 +93,7 @@ pub struct NoResponse {
     /// The behaviour of the PV: `PV at its low end`, `PV at its high end`, `PV frozen` or `PV moves without the
     /// OP`.
     pub silence: Silence,
-    /// Whether the verdict is based on it.
+    /// Whether the verdict is based on the rest.
     pub decides: bool,
     /// The rest of the PV in which the OP travels farthest; `None` if the PV moves.
     pub rest: Option<Rest>,
@@ -144,12 +144,12 @@ pub struct Rest {
     pub from_s: f64,
     /// End, s on the recording's clock.
     pub to_s: f64,
-    /// Its samples.
+    /// Samples.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub samples: usize,
-    /// OP travel in it, percent.
+    /// OP travel during the rest, percent.
     pub op_travel: f64,
-    /// Mean of SP less PV in it, in units of the PV.
+    /// Mean of SP less PV during the rest, in units of the PV.
     pub error: f64,
     /// Whether it alone is enough to name the fault.
     pub overwhelming: bool,

@@ -66,7 +66,7 @@ impl Mismatch {
 pub struct Relation {
     /// The likely mistake; `None` without a mistake, or if too little happens to decide.
     pub mismatch: Option<Mismatch>,
-    /// The evidence for it: a sentence. Empty without a mistake.
+    /// The evidence for the mistake: a sentence. Empty without a mistake.
     pub because: String,
     /// The largest share of the OP that the PV explains through a controller's law, over all block lengths; `None`
     /// if too little happens.
@@ -237,7 +237,7 @@ fn copied(op: &[f64], pv: &[f64], sp: Option<&[f64]>) -> Option<(Mismatch, Strin
 struct Line {
     slope: f64,
     at_zero: f64,
-    /// The largest distance from it, in standard deviations of the result.
+    /// The largest distance from the line, in standard deviations of the result.
     apart: f64,
     /// Distance that rounding of both may cause, in the same unit.
     rounding: f64,

@@ -224,7 +224,7 @@ pub struct Override {
     pub entered: Option<String>,
     /// Scope, in words.
     pub scope: String,
-    /// The file that keeps it.
+    /// The file that contains the override.
     pub kept_in: String,
 }
 
@@ -244,7 +244,7 @@ pub struct Limit {
 pub struct Alternative {
     /// The cause, such as `aggressive tuning`.
     pub cause: Cause,
-    /// Its probability. The likelihoods of sticking and of all other causes add up to one.
+    /// Probability. The likelihoods of sticking and of all other causes add up to one.
     pub likelihood: f64,
     /// The evidence for it, and how to distinguish it: a sentence.
     pub because: String,
@@ -278,7 +278,7 @@ pub struct Definition {
     pub name: &'static str,
     /// Value; `None` where it cannot be measured.
     pub value: Option<f64>,
-    /// Its unit.
+    /// Unit.
     pub unit: &'static str,
     /// Meaning and source.
     pub meaning: &'static str,

@@ -83,7 +83,7 @@ pub struct Weighing {
     pub mismatch: f64,
     /// The features farthest outside the training loops, in words.
     pub strangest: Vec<String>,
-    /// The doubt about the span of the OP. The limit and the amounts of the windows allow for it already.
+    /// The doubt about the span of the OP. The limit and the amounts of the windows already allow for this.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub doubt: Doubt,
 }
@@ -93,7 +93,7 @@ pub struct Weighing {
 #[derive(serde::Serialize, schemars::JsonSchema)]
 #[schemars(rename = "Line")]
 struct Testimony {
-    /// Its name.
+    /// Name.
     name: Line,
     /// The probability of a fault by this line alone.
     probability: f64,
@@ -296,12 +296,12 @@ impl Weighing {
         (before > 0.0).then(|| segment.part(before.round() as usize, segment.len()))
     }
 
-    /// Number of its windows, what overlaps counted once.
+    /// Number of windows, with overlaps counted once.
     pub fn number(&self) -> f64 {
         self.shares.iter().sum()
     }
 
-    /// Duration of its windows, s, what overlaps counted once.
+    /// Duration of the windows, s, with overlaps counted once.
     pub(super) fn covered(&self) -> f64 {
         let each = self.windows.iter().zip(&self.shares);
         each.map(|(window, share)| share * window.duration).sum()
@@ -366,7 +366,7 @@ fn strangest(bundle: &fusion::Bundle, evidence: &Evidence) -> Vec<String> {
     reference.unlike(&evidence.values).into_iter().take(NAMED).map(words).collect()
 }
 
-/// The share of each of the spans `(from, duration)`, in order of time, that overlaps none before it.
+/// The share of each of the spans `(from, duration)`, in order of time, that overlaps no earlier span.
 pub fn own_shares(spans: impl Iterator<Item = (f64, f64)>) -> Vec<f64> {
     let mut end = f64::NEG_INFINITY;
     let share = |(from, duration): (f64, f64)| {

@@ -16,7 +16,7 @@ const fn feature(name: &'static str, meaning: &'static str) -> Feature {
     Feature { name, meaning, line: Line::OpShape, monotone: 0 }
 }
 
-/// Its features.
+/// Features.
 pub const FEATURES: [Feature; 31] = [
     feature("op_triangle", "He's index of half waves: 0 a sine, 1 a triangle"),
     feature("op_relay", "Rossi and Scali's index of half waves: 1 a triangle or relay's response"),
@@ -145,7 +145,7 @@ pub(super) struct Legs {
 }
 
 impl Legs {
-    /// From a signal that turns if it goes back by more than `least`.
+    /// From a signal that turns if it reverses by more than `least`.
     pub fn of(x: &[f64], least: f64) -> Self {
         let turns = turns(x, least);
         let times: Vec<f64> = turns.windows(2).map(|t| (t[1] - t[0]) as f64).collect();

@@ -18,7 +18,7 @@ const fn feature(name: &'static str, monotone: i8, meaning: &'static str) -> Fea
     Feature { name, meaning, line: Line::Patterns, monotone }
 }
 
-/// Its features.
+/// Features.
 pub const FEATURES: [Feature; 25] = [
     feature("rho1", 1, "share of the moving steps in which the OP moves and the PV does not"),
     feature("rho1_narrow", 1, "rho1 with a narrower dead zone of 0.2 standard deviations"),
@@ -199,7 +199,7 @@ impl<'a> Legs<'a> {
 struct Slip {
     /// The sample before it.
     place: usize,
-    /// Whether the PV goes up.
+    /// Whether the PV rises.
     up: bool,
 }
 

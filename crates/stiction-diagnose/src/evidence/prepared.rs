@@ -64,9 +64,9 @@ pub struct Dense {
 ///   PV without SP.
 /// * Signals are averaged over blocks of `floor(P / 36)` samples and brought to mean zero and standard deviation
 ///   one. A period then has 36 to 72 samples, or fewer if it was recorded with fewer.
-/// * PV and error are inverted if the valve lowers the PV, so that opening it raises them. The sign follows from the
-///   controller, which responds to the error e by `dOP = a de + b e`, with a and b of the sign opposite to the process.
-///   It is the sign of the sum of the correlations of dOP with de and with e.
+/// * PV and error are inverted if opening the valve lowers the PV. The sign follows from the controller, which responds
+///   to the error e by `dOP = a de + b e`, with a and b of the sign opposite to the process. It is the sign of the sum
+///   of the correlations of dOP with de and with e.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prepared<'a> {
     /// The recorded segment.

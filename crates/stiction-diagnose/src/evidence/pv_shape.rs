@@ -15,7 +15,7 @@ const fn feature(name: &'static str, meaning: &'static str) -> Feature {
     Feature { name, meaning, line: Line::PvShape, monotone: 0 }
 }
 
-/// Its features.
+/// Features.
 pub const FEATURES: [Feature; 16] = [
     feature("error_triangle", "He's index of the error's half waves: 0 a sine, 1 a triangle"),
     feature("error_square", "Hägglund's index of the error's half waves: 1 a square wave"),

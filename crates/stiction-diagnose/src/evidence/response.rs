@@ -13,7 +13,7 @@ const fn feature(name: &'static str, meaning: &'static str) -> Feature {
     Feature { name, meaning, line: Line::Response, monotone: 0 }
 }
 
-/// Its features.
+/// Features.
 pub const FEATURES: [Feature; 19] = [
     feature("pv_constant", "1 if the PV never moves while the OP does"),
     feature("silent_eighth", "share of moves over an eighth of a period that only the OP makes"),

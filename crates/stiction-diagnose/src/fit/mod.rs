@@ -15,7 +15,7 @@
 //!   clear signs of stiction.
 //!
 //! # Limits
-//! Those of the parts. Parts that cannot be identified are reported, and the explanation is not tested.
+//! As for the parts. Parts that cannot be identified are reported, and the explanation is not tested.
 
 pub mod cycle;
 mod draw;

@@ -83,7 +83,7 @@ pub enum Remedy {
 }
 
 impl Remedy {
-    /// Its name.
+    /// Name.
     pub fn name(self) -> &'static str {
         match self {
             Self::AsItIs => "as it is",
@@ -142,7 +142,7 @@ pub struct Proposal {
     /// Largest sensitivity (Ms) with this tuning, over all drawn loops; 2 or less is robust.
     #[cfg_attr(feature = "serde", serde(rename = "Ms"))]
     pub ms: Estimate,
-    /// Its rule.
+    /// Rule.
     pub rule: &'static str,
 }
 

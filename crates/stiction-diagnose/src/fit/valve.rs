@@ -259,7 +259,7 @@ pub(super) fn summarised(all: &[Weighed]) -> FittedValve {
     }
 }
 
-/// S and J by the evidence alone, without a process to weigh them.
+/// S and J from the evidence alone, without a process that weighs them.
 pub(super) fn alone(diagnosis: &Diagnosis) -> Result<FittedValve, String> {
     let weighing = diagnosis.evidence.as_ref().ok_or("OP and PV gave no evidence")?;
     let (s, share) = (weighing.s, weighing.j_over_s);

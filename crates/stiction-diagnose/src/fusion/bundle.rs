@@ -24,7 +24,7 @@ const VERSION: u32 = 4;
 /// All frozen parts for the probabilities and intervals of the verdict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bundle {
-    /// Its origin.
+    /// Origin.
     pub provenance: Provenance,
     /// The names of the features it was trained on, in their order.
     pub features: Vec<String>,

@@ -1,4 +1,4 @@
-//! Numbers, words and lists as bytes, little endian; reading never goes past the end.
+//! Numbers, words and lists as bytes, little endian. Reading never passes the end.
 
 use crate::error::{Error, Result};
 

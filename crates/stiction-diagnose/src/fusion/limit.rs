@@ -16,11 +16,11 @@ const RANGE: (f64, f64) = (0.005, 20.0);
 ///
 /// A regression of the 95 % quantile of `z = ln(clip(S / OP span, 0.005, 20))` on the evidence. The loops have healthy
 /// valves (S = 0), sticking valves, visible or masked, and stuck valves (no OP moves them). A conformal shift c is
-/// added: the 95 % quantile of `z - q` over faulty valves left out of its training. Healthy valves, half of all, are
-/// left out of it because they would raise the coverage. Where a fault is unlikely, q is the quantile of healthy
-/// valves, so c is found for each class of the probability. It is large enough that the coverage also holds for those
-/// faulty valves that the limit clears. So among faulty valves like the simulated ones, in at most 5 % of each class S
-/// lies above
+/// added: the 95 % quantile of `z - q` over faulty valves left out of its training. Healthy valves, half of all valves,
+/// are left out of the calculation because they would raise the coverage. Where a fault is unlikely, q is the quantile
+/// of healthy valves, so c is found for each class of the probability. It is large enough that the coverage also holds
+/// for those faulty valves that the limit clears. So among faulty valves like the simulated ones, in at most 5 % of
+/// each class S lies above
 ///
 /// ```text
 /// limit = span exp(q + c(p))

@@ -69,7 +69,7 @@ impl Cuts {
         out.list(self.0.iter(), |out, cuts| out.list(cuts.iter(), |out, cut| out.f32(*cut)));
     }
 
-    /// Those of at most so many features.
+    /// Trees with at most this number of features.
     pub fn read(from: &mut Reader<'_>, features: usize) -> Result<Self> {
         let all = from.list(4, |from| from.list(4, Reader::f32))?;
         match all.len() <= features {

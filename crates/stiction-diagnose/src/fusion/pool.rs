@@ -122,7 +122,7 @@ impl Pool {
         Some(all)
     }
 
-    /// Number of windows, what overlaps counted once.
+    /// Number of windows, with overlaps counted once.
     pub fn windows(&self) -> f64 {
         self.sums[0] as f64 / ONE
     }

@@ -55,7 +55,7 @@ pub struct Reference {
 pub struct Unlike {
     /// Index among the features.
     pub feature: usize,
-    /// Its value.
+    /// Value.
     pub value: f64,
     /// The range of 99 % of the training loops.
     pub range: (f64, f64),

@@ -20,7 +20,7 @@ pub struct Shift {
     pub place: Option<f64>,
     /// The 5, 50 and 95 % quantiles of the simulated values; NaN of none.
     pub simulated: [f64; 3],
-    /// Those of the recorded values.
+    /// Quantiles of the recorded values.
     pub recorded: [f64; 3],
     /// Shares of the simulated and of the recorded loops in which it could not be measured.
     pub missing: [f64; 2],

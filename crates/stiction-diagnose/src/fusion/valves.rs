@@ -1,4 +1,4 @@
-//! The model of valves: from what the windows of a valve say together to one probability and S.
+//! The model of valves: from the combined evidence of a valve's windows to one probability and S.
 
 use super::bundle::read_shifts;
 use super::bytes::{Reader, damaged};

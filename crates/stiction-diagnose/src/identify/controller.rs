@@ -88,7 +88,7 @@ pub enum Structure {
 }
 
 impl Structure {
-    /// Its name.
+    /// Name.
     pub fn name(self) -> &'static str {
         match self {
             Self::P => "P",
@@ -102,7 +102,7 @@ impl Structure {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct FittedController {
-    /// Its structure.
+    /// Structure.
     pub structure: Structure,
     /// Gain, percent of OP per unit of PV; negative for a direct-acting controller.
     pub kc: Estimate,

@@ -10,8 +10,8 @@
 //! Samples are much shorter than the dead time, and `0 < q < 1`.
 //!
 //! # Equations
-//! Those of [`CancelledLoop::cycle`], solved for S and J. With `kappa = Kp Kc / tau`, `q = kappa theta`,
-//! OP amplitude A and period T, the amplitude of the VP is
+//! As for [`CancelledLoop::cycle`], solved for S and J. With `kappa = Kp Kc / tau`, `q = kappa theta`, OP amplitude A
+//! and period T, the amplitude of the VP is
 //! ```text
 //! a = 2 A / (kappa (T - 4 theta) / 2 + q (2 - q / 2)),    J = (2 - q) a,    S = 2 A - 2 a + J
 //! ```

@@ -65,7 +65,7 @@ pub enum ProcessKind {
 }
 
 impl ProcessKind {
-    /// Its name.
+    /// Name.
     pub fn name(self) -> &'static str {
         match self {
             Self::SelfRegulating => "self-regulating",
@@ -92,7 +92,7 @@ impl Default for FopdtOptions {
 /// A number with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimated {
-    /// Its value.
+    /// Value.
     pub value: f64,
     /// Standard error.
     pub error: f64,

@@ -117,7 +117,7 @@ pub struct At {
     pub z: f64,
     /// The largest gain of these valves in log-likelihood, nats.
     pub gain: f64,
-    /// The smallest power to detect one of them, nats.
+    /// The smallest power to detect the stiction, nats.
     pub power: f64,
 }
 

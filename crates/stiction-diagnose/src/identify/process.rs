@@ -47,8 +47,8 @@ pub const MOST_SAMPLES: usize = 4000;
 pub const ORDER: usize = 4;
 /// Divisor of log-likelihoods.
 pub const TEMPER: f64 = 12.0;
-/// Relative standard deviation of gain and dead time in any record, and two thirds of it for the lag. A process is
-/// linear around one point only, and has more than one lag.
+/// Relative standard deviation of gain and dead time in any record, and two thirds of this value for the lag. A process
+/// is linear around one point only, and has more than one lag.
 pub const NEVER_KNOWN: f64 = 0.23;
 /// Nats by which the input must explain the PV better than its own past.
 pub const LEAST: f64 = 20.0;
@@ -241,7 +241,7 @@ struct Ground {
     lag: f64,
     /// Samples that are left out at the beginning, the same for all delays.
     skip: usize,
-    /// The PV without what its past predicts.
+    /// The part of the PV that its past does not predict.
     w: Vec<f64>,
     /// Level and decay of the first state, orthonormal.
     basis: Vec<Vec<f64>>,
@@ -548,8 +548,8 @@ impl Bench<'_> {
     }
 }
 
-/// The longest of some delays, whole samples.
-/// Delays of a grid for a record of so many samples: all of the first, then with larger steps.
+/// The longest of some delays, whole samples. Delays of a grid for a record with this number of samples: every delay at
+/// first, then larger steps.
 fn delays(samples: usize) -> Vec<f64> {
     let longest = (samples / 8).max(4);
     let mut delays = vec![0];

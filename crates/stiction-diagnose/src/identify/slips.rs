@@ -54,7 +54,8 @@ pub(crate) struct Motion {
     pub slips: Vec<usize>,
     /// Samples at which the stem began to move in the opposite direction.
     pub reversals: Vec<usize>,
-    /// Last direction, `+1` or `-1`, at every sample; before the first motion the opposite of it.
+    /// Last direction, `+1` or `-1`, at every sample. Before the first motion it is the opposite of the first
+    /// direction.
     pub direction: Vec<f64>,
 }
 

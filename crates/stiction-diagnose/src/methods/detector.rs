@@ -5,7 +5,7 @@ use crate::finding::{Abstention, Decision, Finding, Method, Number};
 
 /// A method with its parameters.
 pub trait Detector: Send + Sync {
-    /// Its description.
+    /// Description.
     fn method(&self) -> &'static Method;
     /// Present settings.
     fn parameters(&self) -> Vec<Number>;

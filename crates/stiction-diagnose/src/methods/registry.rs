@@ -58,7 +58,7 @@ impl MethodId {
         Self::ALL.iter().copied().find(|id| id.method() == method)
     }
 
-    /// Its description.
+    /// Description.
     pub fn method(self) -> &'static Method {
         self.detector().method()
     }

@@ -20,7 +20,7 @@ pub enum ErrorSource {
 pub struct ControlError {
     /// SP less PV, or its replacement, in units of the PV. Its mean is kept with an SP, else zero.
     pub values: Vec<f64>,
-    /// Its source.
+    /// Source.
     pub source: ErrorSource,
 }
 

@@ -217,7 +217,7 @@ impl Answers {
     }
 }
 
-/// A spell, whitened by a noise model, with what does not depend on the process.
+/// A spell, whitened by a noise model, with the quantities that do not depend on the process.
 struct White<'a> {
     turns: &'a [usize],
     pv: Vec<f64>,

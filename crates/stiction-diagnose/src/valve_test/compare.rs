@@ -24,8 +24,8 @@
 //! of the larger S or than 0.5 %, the finest difference that tests resolve. Otherwise the tests cannot show a change.
 //!
 //! # Limits
-//! The tests do not show what was done between them. It is called the repair here. Both tests must be of the same
-//! valve.
+//! The tests do not show which repair was made between them. It is called the repair here. Both tests must be of the
+//! same valve.
 //!
 //! # Sources
 //! G. Y. Zou and A. Donner, "Construction of confidence intervals about effect measures: a general approach", Statistics in

@@ -11,7 +11,7 @@
 //! * `frozen` finds a PV that stood still in the recording. `latest` finds a valve that changed between two tests.
 //! * `curve` straightens the characteristic that a staircase shows.
 //! * `probability` combines the evidence of a test with the evidence of operation, and calibrates it.
-//! * `carried` compares the test with its plan. `compare` shows what a repair changed.
+//! * `carried` compares the test with its plan. `compare` shows the effect of a repair.
 //! * `behind` decides whether a dead band is in the valve or downstream of the process.
 //! * [`signature()`] reads a slow ramp of the OP over the stroke, where the position is recorded.
 //!

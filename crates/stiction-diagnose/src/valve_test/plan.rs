@@ -77,7 +77,7 @@ pub struct TestPlan {
     pub grow: Vec<Turn>,
     /// Each size of the second part is this multiple of the previous one.
     pub shrink_by: f64,
-    /// The second part ends when the PV has not answered this many sizes in a row.
+    /// The second part ends when this number of consecutive sizes has had no response.
     pub ends_after: usize,
     /// The PV change that counts as an answer, in PV units.
     pub answer: f64,
@@ -93,7 +93,7 @@ pub struct TestPlan {
     pub op_high: f64,
     /// The longest sample interval of OP and PV, s, without compression.
     pub record_every_s: f64,
-    /// The longest time in manual, s. The test ends after it.
+    /// The longest time in manual, s. The test ends after this time.
     pub total_s: f64,
     /// The expected time in manual, s.
     #[cfg_attr(feature = "serde", serde(default))]

@@ -57,7 +57,7 @@ impl Characteristic {
         DEGREES.into_iter().filter(|_| half > 0.0).filter_map(fitted).find(monotone)
     }
 
-    /// The position that this PV stands for, percent of OP.
+    /// The valve position that corresponds to this PV, percent of OP.
     pub fn position(&self, pv: f64) -> f64 {
         let z = (pv - self.middle) / self.half;
         self.factors.iter().rev().fold(0.0, |sum, factor| sum * z + factor)

@@ -104,7 +104,7 @@ pub struct TestReading {
     pub advice: Option<String>,
     /// The comparison with the plan, if one was given.
     pub plan: Option<PlanComparison>,
-    /// What was recorded during the test, with a tenth of its duration before and after it.
+    /// The recording of the test, with a tenth of its duration before and after it.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub recorded: Vec<Segment>,
 }
@@ -414,7 +414,7 @@ fn check(by_hand: &ByHand) -> Result<(), Abstention> {
     }
 }
 
-/// The segments of a grid from a tenth of a duration before it to a tenth after it.
+/// The segments of a grid, from a tenth of the test's duration before the test to a tenth after it.
 pub(super) fn around(grid: &Grid, from_s: f64, to_s: f64) -> Vec<Segment> {
     let margin = 0.1 * (to_s - from_s);
     let part = |segment: &Segment| {
@@ -518,7 +518,7 @@ fn turned(manual: &Manual) -> usize {
     manual.turns.len() - usize::from((manual.turns[0].1 - manual.before).abs() < 1e-6)
 }
 
-/// Whether the signal changes in them.
+/// Whether the signal changes in these segments.
 fn moves(spells: &[(Vec<f64>, Manual)]) -> bool {
     let values: Vec<f64> = spells.iter().flat_map(|(_, of)| of.pv.iter().copied()).collect();
     span(&values) > 0.0

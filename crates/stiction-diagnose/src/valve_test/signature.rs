@@ -128,7 +128,7 @@ pub struct Signature {
     /// Whether the mode shows that the ramps were made by hand, as far as [`by_ramps`] found them.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub known_by: KnownBy,
-    /// What was recorded during the ramps, with a tenth of their duration before and after them.
+    /// The recording of the ramps, with a tenth of their duration before and after them.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub recorded: Vec<Segment>,
 }
@@ -186,9 +186,9 @@ const LEAST_WIDE: (f64, f64) = (0.05, 0.08);
 /// the smallest step, percent.
 const STEPS_WIDE: (f64, f64, f64, f64) = (0.1, 1.2, 0.75, 1.6);
 const LEAST_STEP: f64 = 0.2;
-/// S of a sticking valve is at least so many of the smallest changes of the recorded position.
+/// S of a sticking valve is at least this many of the smallest changes of the recorded position.
 const RESOLVED: f64 = 3.0;
-/// Nine in ten steps of an archive are at most so many times the smallest ones.
+/// Nine in ten steps of an archive are at most this many times the smallest steps.
 const LIKE_STEPS: f64 = 1.15;
 /// Smallest standard deviation of the errors, percent.
 const FLOOR: f64 = 0.02;

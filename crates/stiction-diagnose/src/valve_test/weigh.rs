@@ -15,7 +15,7 @@ use crate::series::span;
 pub(super) struct Manual {
     /// PV, sample by sample.
     pub pv: Vec<f64>,
-    /// The OP before it, percent.
+    /// The OP before the turn, percent.
     pub before: f64,
     /// The sample of each OP setting, and the OP, percent.
     pub turns: Vec<(usize, f64)>,
@@ -23,7 +23,7 @@ pub(super) struct Manual {
 
 /// The largest S of a valve that does not stick, percent. A smaller S is no fault, and hardly any test resolves it.
 pub(super) const SMALL: f64 = 0.42;
-/// Prior probabilities of a valve that follows, a valve that sticks, and no answer at all.
+/// Prior probabilities of a valve that follows, a valve that sticks, and a valve without a response.
 const FOLLOWS: f64 = 0.47;
 const STICKS: f64 = 0.48;
 const SILENT: f64 = 0.05;

@@ -92,7 +92,7 @@ pub enum Action {
 }
 
 impl Action {
-    /// Its name.
+    /// Name.
     pub fn name(&self) -> &'static str {
         match self {
             Self::AsItIs => "as it is",

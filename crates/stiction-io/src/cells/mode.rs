@@ -33,8 +33,8 @@ pub enum Codes {
 }
 
 impl Codes {
-    /// The codes in a column called `name`. The name of DeltaV and one of its codes that no common code equals show
-    /// them. Other field bus devices use the same bits in the reverse order, under different names.
+    /// The codes in a column called `name`. The name of DeltaV, or one of its codes that no common code equals,
+    /// identifies this code. Other field bus devices use the same bits in the reverse order, under different names.
     pub fn of(name: &str, mut numbers: impl Iterator<Item = f64>) -> Self {
         let name = name.to_ascii_lowercase();
         let end = name.trim_end_matches(".cv").trim_end_matches(".f_cv");

@@ -36,7 +36,7 @@ pub enum Code {
 }
 
 impl Code {
-    /// Its name.
+    /// Name.
     pub fn name(self) -> &'static str {
         match self {
             Self::OpcDa => "OPC DA codes",

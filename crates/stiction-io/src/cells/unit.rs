@@ -43,7 +43,7 @@ pub fn differ(a: &str, b: &str) -> bool {
     }
 }
 
-/// The meaning of a unit as a file writes it.
+/// The meaning of a unit in a file.
 pub fn of(text: &str) -> Unit {
     match &*plain(text) {
         "" | "-" | "--" | "none" | "n/a" | "eu" | "unit" | "units" => Unit::None,

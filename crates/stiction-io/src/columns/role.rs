@@ -471,7 +471,7 @@ impl Pattern {
         })
     }
 
-    /// As the user wrote it.
+    /// The setting as the user wrote it.
     pub fn text(&self) -> &str {
         &self.text
     }

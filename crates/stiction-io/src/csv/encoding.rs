@@ -11,7 +11,7 @@ pub struct Decoded<'b> {
     pub text: Cow<'b, str>,
     /// Name of the encoding, such as `UTF-8`.
     pub encoding: &'static str,
-    /// A note for the user on it.
+    /// A note on the encoding for the user.
     pub note: Option<String>,
 }
 

@@ -21,7 +21,7 @@ pub struct Input<'b> {
 struct Rest<'b> {
     reader: Box<dyn Read + 'b>,
     chunk: usize,
-    /// The begun character at the end of what was read.
+    /// The incomplete character at the end of the data.
     begun: Vec<u8>,
 }
 

@@ -40,7 +40,7 @@ pub struct Dialect {
 pub struct CsvSheet {
     /// The cells.
     pub sheet: Sheet,
-    /// Its notation.
+    /// Notation.
     pub dialect: Dialect,
     /// Notes for the user.
     pub notes: Vec<String>,
@@ -245,7 +245,7 @@ fn take_percent(column: &mut Column) {
 fn cut(text: &str, columns: &[Texts], rows: &[usize]) -> Option<String> {
     /// Number of values above that are compared.
     const ABOVE: usize = 10;
-    /// Number of them that counts as most.
+    /// Number of columns that counts as most.
     const MOST: usize = 8;
     if text.ends_with(['\r', '\n']) || rows.len() <= ABOVE {
         return None;

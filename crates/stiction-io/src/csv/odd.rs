@@ -116,15 +116,15 @@ fn lines(unfit: &[(usize, String, usize)]) -> String {
     format!("rows {}{more}", shown.join(", "))
 }
 
-/// The cells of the last of so many rows.
+/// The cells of the last of this number of rows.
 fn last(columns: &[Texts], rows: usize) -> impl Iterator<Item = String> {
     columns
         .iter()
         .filter_map(move |column| Some(column.view().get(rows.checked_sub(1)?)?.to_owned()))
 }
 
-/// Whether the last of so many rows is no sample. It begins with a word that begins no other row, has no time, and has few cells or
-/// is a statistic.
+/// Whether the last of this number of rows is no sample. It begins with a word that begins no other row, has no time, and has few
+/// cells or is a statistic.
 fn is_trailer(columns: &[Texts], rows: usize) -> bool {
     const STATISTICS: &str =
         "total sum average avg mean min max std count end summe mittelwert moyenne fin";

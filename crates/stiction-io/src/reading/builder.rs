@@ -486,7 +486,7 @@ fn is_empty(cells: &Viewed<'_>, row: usize) -> bool {
     }
 }
 
-/// Keeps what is not empty.
+/// Keeps the non-empty cells.
 fn keep<T>(all: &mut Vec<T>, empty: &[bool]) {
     let mut empty = empty.iter();
     all.retain(|_| !empty.next().copied().unwrap_or(false));

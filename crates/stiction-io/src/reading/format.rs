@@ -40,7 +40,7 @@ impl Format {
         }
     }
 
-    /// Its name.
+    /// Name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Csv(_) => "CSV",

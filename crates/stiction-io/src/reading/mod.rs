@@ -64,7 +64,7 @@ pub struct Reading {
     pub origin: String,
     /// SHA-256 of its bytes, in hexadecimal; empty for a table in memory.
     pub sha256: String,
-    /// Its format.
+    /// Format.
     pub format: Format,
     /// The arrangement of its loops; with several parts, in the first that has a loop.
     pub layout: Layout,

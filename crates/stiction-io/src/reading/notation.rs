@@ -40,7 +40,7 @@ struct Open<'a> {
     source: Source<'a>,
     /// The mark before three digits.
     mark: DecimalMark,
-    /// The first row with it.
+    /// The first row with the mark.
     row: usize,
     meaning: Meaning,
 }

@@ -23,7 +23,7 @@ pub struct Summary {
     pub file: String,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
-    /// Its format.
+    /// Format.
     pub format: &'static str,
     /// Encoding; `None` except for CSV.
     pub encoding: Option<&'static str>,
@@ -33,7 +33,7 @@ pub struct Summary {
     pub decimal_mark: Option<char>,
     /// The arrangement of loops and signals.
     pub layout: &'static str,
-    /// Its times.
+    /// Times.
     pub times: Times,
     /// Every column with its role.
     pub columns: Vec<Column>,
@@ -61,9 +61,9 @@ pub struct Times {
 pub struct Column {
     /// The part of the file that contains the loop, such as a sheet; empty if the file has only one part.
     pub part: String,
-    /// Its name.
+    /// Name.
     pub column: String,
-    /// Its role.
+    /// Role.
     pub role: String,
     /// The loop it belongs to.
     #[cfg_attr(feature = "serde", serde(rename = "loop"))]
@@ -76,9 +76,9 @@ pub struct Column {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, JsonSchema))]
 pub struct Loop {
-    /// Its tag.
+    /// Tag.
     pub name: String,
-    /// Its type.
+    /// Type.
     #[cfg_attr(feature = "serde", serde(rename = "type"))]
     pub loop_type: &'static str,
     /// Beginning of its clock, s since 1970 UTC; `None` if unknown.
@@ -132,7 +132,7 @@ pub struct Span {
     pub low: f64,
     /// Upper end.
     pub high: f64,
-    /// Its source.
+    /// Source.
     pub source: &'static str,
 }
 

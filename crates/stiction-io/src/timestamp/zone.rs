@@ -13,7 +13,7 @@ pub struct Zone {
 }
 
 impl Zone {
-    /// As the user wrote it.
+    /// The zone as the user wrote it.
     pub fn name(&self) -> &str {
         &self.name
     }

@@ -12,7 +12,7 @@ use crate::error::{Error, Result, finite};
 pub struct Manual {
     /// Time of the change to manual, s.
     pub from_s: f64,
-    /// Time of the return to automatic, s; the first sample at or after it is in automatic.
+    /// Time of the return to automatic, s. The first sample at or after this time is in automatic.
     pub until_s: f64,
     /// Change of the OP since the change to manual, percent of span.
     pub change: Signal,

@@ -136,7 +136,7 @@ impl Process {
         }
     }
 
-    /// The response to a unit step, `time_s` seconds after it; PV units per percent.
+    /// The response to a unit step, `time_s` seconds after the step; PV units per percent.
     ///
     /// # Errors
     /// If `time_s` is not finite.

@@ -19,7 +19,7 @@ use crate::error::{Result, finite, non_negative, positive};
 /// The integral acts freely until the steady OP is known.
 ///
 /// # Assumptions
-/// The load stays within what the range can balance.
+/// The load stays within the range that the valve can balance.
 ///
 /// # Limits
 /// Once the stem rests, the remaining control error stays, and a change of set point or load beyond the range

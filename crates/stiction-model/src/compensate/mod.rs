@@ -78,16 +78,16 @@ impl Instant {
 ///
 /// Instants must be finite and in order of time.
 pub trait Compensator: std::fmt::Debug + Send {
-    /// Its method.
+    /// Method.
     fn method(&self) -> Method;
 
-    /// Its parameters.
+    /// Parameters.
     fn parameters(&self) -> Vec<Number>;
 
     /// Resets its memory.
     fn reset(&mut self);
 
-    /// Processes a sample while it is off and the OP goes to the valve unchanged.
+    /// Processes a sample while the compensator is off and the OP goes to the valve unchanged.
     fn watch(&mut self, _now: &Instant) {}
 
     /// Permission of the controller's integral action at this sample. Called before the controller computes its

@@ -14,7 +14,7 @@ use crate::error::Result;
 /// within the zone nothing moves.
 ///
 /// # Equations
-/// Those of [`Moves`], in two moves, and of [`Correction`], at the end of every interval.
+/// As for [`Moves`], in two moves, and for [`Correction`], at the end of every interval.
 ///
 /// # Assumptions
 /// The reach breaks the stem away; the process gain is known to better than a factor of 2.

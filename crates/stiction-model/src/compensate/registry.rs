@@ -39,7 +39,7 @@ pub struct Description {
     pub name: &'static str,
     /// Principle, in one line.
     pub summary: &'static str,
-    /// Its source.
+    /// Source.
     pub citation: &'static str,
 }
 

@@ -11,7 +11,7 @@ use crate::error::Result;
 /// estimate (in the steady OP, or in fd). Three more moves approach from the same side and correct this error.
 ///
 /// # Equations
-/// Those of [`Moves`], in three moves, and of [`Correction`], applied once.
+/// As for [`Moves`], in three moves, and for [`Correction`], applied once.
 ///
 /// # Assumptions
 /// As for the two moves. The process settles within `settle_s`, with a gain known well enough.

@@ -35,7 +35,7 @@ use crate::error::{Error, Result, non_negative, positive};
 pub struct Supervised {
     /// The supervised compensator.
     pub inner: Box<dyn Compensator>,
-    /// Control error above which it goes to work, in PV units.
+    /// Control error above which the compensator starts, in PV units.
     pub wake: f64,
     /// Control error below which the compensator may rest, in PV units; at most `wake`.
     pub quiet: f64,

@@ -4,14 +4,14 @@ use super::moves::{Mover, Plan};
 use super::{Compensator, Method, Moves};
 use crate::error::Result;
 
-/// Wang's three moves: to the far side of the steady position, to the near side, and onto it.
+/// Wang's three moves: to the far side of the steady position, to the near side, and to the steady position.
 ///
 /// # What it does
 /// As [`TwoMove`](super::TwoMove). The first move makes sure that the second finds the stem on the opposite side. One
 /// of the two breaks the stem away from any position, and their pushes on the PV nearly cancel.
 ///
 /// # Equations
-/// Those of [`Moves`], in three moves.
+/// As for [`Moves`], in three moves.
 ///
 /// # Assumptions
 /// As for the two moves.

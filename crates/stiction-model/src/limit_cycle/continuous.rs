@@ -23,7 +23,7 @@ pub struct ContinuousLoop {
     pub process: Process,
     /// The valve model.
     pub model: Model,
-    /// Its bands.
+    /// Bands.
     pub bands: Bands,
     /// Set point, PV units from the operating point.
     pub set_point: f64,

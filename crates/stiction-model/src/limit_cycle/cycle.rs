@@ -31,7 +31,7 @@ pub struct Swing {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Cycle {
-    /// The method that found it.
+    /// The method that found the cycle.
     pub method: Method,
     /// Period, s.
     pub period_s: f64,
@@ -39,7 +39,7 @@ pub struct Cycle {
     pub half_pp: Swing,
     /// The middle between the extremes.
     pub middle: Swing,
-    /// Whether a nearby motion approaches it. A member of a continuous family can only attract towards the family:
+    /// Whether nearby motions approach the cycle. A member of a continuous family can only attract towards the family:
     /// then this is `true`, and [`Cycle::multipliers`] contain a 1.
     pub stable: bool,
     /// The Floquet multipliers, the largest first: the share of a small deviation that remains after one period.

@@ -5,7 +5,7 @@
 //! * [`sensitivities`]: the change in percent of period and amplitudes with a percent of each parameter.
 //!
 //! # Assumptions
-//! Those of [exact](super::exact) cycles, or of [harmonic balance](super::harmonic_balance()), as requested.
+//! As for [exact] cycles, or for [harmonic balance]), as requested.
 //!
 //! # Equations
 //! The sensitivity of a quantity `q` of the cycle to a parameter `p` is `d ln q / d ln p`, by central differences of
@@ -185,7 +185,7 @@ fn lag(process: &Process) -> Option<f64> {
 pub struct Axis {
     /// The parameter.
     pub parameter: Parameter,
-    /// Its values.
+    /// Values.
     pub values: Vec<f64>,
 }
 
@@ -482,7 +482,7 @@ pub struct Sensitivity {
     pub parameter: Parameter,
     /// Unit; empty for a number without one.
     pub unit: &'static str,
-    /// Its value.
+    /// Value.
     pub value: f64,
     /// Sensitivity of the period.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]

@@ -5,8 +5,8 @@
 //!       └──────────> exact ─────────────────────────────────────> Cycle   (exact, two-phase and He)
 //! ```
 //!
-//! Both treat the loop in continuous time, at a constant set point and load, far from the limits of the OP. A
-//! sampled controller tends to it as the sample time goes to 0.
+//! Both treat the loop in continuous time, at a constant set point and load, far from the limits of the OP. The cycle
+//! of a sampled controller tends to this cycle as the sample time goes to 0.
 //!
 //! [`frequency_response`] is the loop without its valve, [`tuning`] finds the robust tuning with the smallest
 //! swing, and [`map`] computes cycles over two parameters.

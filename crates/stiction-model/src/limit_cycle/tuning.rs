@@ -4,7 +4,7 @@
 //! * The performance of a tuning without the valve: [`FrequencyResponse::margins`] for `Ms`, [`load_step_iae`].
 //! * A starting point: [`simc`], [`lambda`].
 //! * All tunings of a grid within a bound on `Ms`: [`robust`].
-//! * The one of them whose limit cycle has the smallest swing of the PV, with its cost: [`least_swing`].
+//! * The tuning among these whose limit cycle has the smallest swing of the PV, with its cost: [`least_swing`].
 //!
 //! # Assumptions
 //! The process is known. The given function determines the cycle: by describing function ([`by_describing_function`])

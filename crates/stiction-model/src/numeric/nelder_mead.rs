@@ -8,7 +8,7 @@
 /// The result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Minimum<const N: usize> {
-    /// Its position.
+    /// Position.
     pub at: [f64; N],
     /// The value there.
     pub value: f64,

@@ -41,9 +41,9 @@ pub struct Equivalent {
     pub signal_bands: Bands,
     /// Damping ratio `z = Fv / (2 sqrt(k M))`.
     pub damping_ratio: f64,
-    /// Overshoot `K` of the first slip: it covers `K J`. `K = 1 + exp(-pi z / sqrt(1 - z^2))`, and 1 for `z >= 1`.
-    /// It holds for friction that does not depend on velocity except for its viscous part, and for an input that
-    /// hardly moves during the slip. On a rising ramp the stem goes further, and for `z >= 1` it does not stop.
+    /// Overshoot `K` of the first slip: it covers `K J`. `K = 1 + exp(-pi z / sqrt(1 - z^2))`, and 1 for `z >= 1`. It
+    /// holds for friction that does not depend on velocity except for its viscous part, and for an input that hardly
+    /// moves during the slip. On a rising ramp the stem moves further, and for `z >= 1` it does not stop.
     pub overshoot: f64,
     /// Viscous lag `Fv/k`, s.
     pub viscous_lag_s: f64,

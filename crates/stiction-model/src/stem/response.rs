@@ -52,7 +52,7 @@ pub enum EventKind {
 }
 
 impl EventKind {
-    /// Its name.
+    /// Name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Slip => "slip",
@@ -68,7 +68,7 @@ impl EventKind {
 pub struct Event {
     /// Time, s.
     pub time_s: f64,
-    /// Its kind.
+    /// Kind.
     pub kind: EventKind,
     /// Direction of the motion that begins (slip, reversal) or ends (stop, end stop).
     pub direction: Direction,

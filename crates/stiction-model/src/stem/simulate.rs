@@ -45,7 +45,7 @@ impl Stem {
     }
 
     /// This stem with a different tolerance, relative to the stroke and the size of each state. A larger tolerance is
-    /// faster. Motion that is advanced by its exact flow does not depend on it.
+    /// faster. Motion that is advanced by its exact flow does not depend on the tolerance.
     ///
     /// # Errors
     /// Unless it lies between 1e-12 and 1e-3.

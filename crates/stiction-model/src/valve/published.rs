@@ -14,7 +14,7 @@ pub struct Description {
     pub aliases: &'static [&'static str],
     /// Principle, in one line.
     pub summary: &'static str,
-    /// Its source.
+    /// Source.
     pub citation: &'static str,
     /// Motion after a slip.
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -48,7 +48,7 @@ pub(super) type Memory = [f64; 5];
 
 /// A published model. By default its memory is its position.
 pub(super) trait Published: Valve + Sized {
-    /// Its description.
+    /// Description.
     const DESCRIPTION: Description;
 
     /// Builds it from `spec`, stuck at 0, without limits and lag.

@@ -29,8 +29,8 @@ pub struct Episode {
 /// band-passed one.
 ///
 /// A half wave belongs to the oscillation if its length is within 50 % of half the period. Its height must be at least
-/// 40 % of the 0.9 quantile of all heights. Six or more of them make an episode, with at most two other consecutive
-/// half waves in between. The shares are ours.
+/// 40 % of the 0.9 quantile of all heights. Six or more such half waves make an episode, with at most two other
+/// consecutive half waves in between. The shares are ours.
 pub fn episodes(x: &[f64], period: f64, sample_time: f64) -> Vec<Episode> {
     let waves = half_waves(x);
     let heights: Vec<f64> = waves

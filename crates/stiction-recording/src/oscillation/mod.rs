@@ -34,7 +34,7 @@ pub enum OscillationBasis {
 }
 
 impl OscillationBasis {
-    /// Its name.
+    /// Name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Autocorrelation => "autocorrelation",
@@ -49,7 +49,7 @@ impl OscillationBasis {
 pub struct Oscillation {
     /// Whether it oscillates; the rule is at [`analyse`].
     pub found: bool,
-    /// The method that found it.
+    /// The method that found the oscillation.
     pub basis: Option<OscillationBasis>,
     /// Period of the dominant oscillation, s; `None` if none was found.
     pub period_s: Option<f64>,

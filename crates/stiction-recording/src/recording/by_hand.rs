@@ -255,7 +255,7 @@ fn by_output(recording: &Recording) -> Vec<Set> {
     sets
 }
 
-/// Levels of at least so many samples, with at most so many samples between two of a chain.
+/// Levels of at least this many samples, with at most this many samples between two levels of a chain.
 fn chains(op: &[(f64, f64)], samples: usize, between: usize) -> Vec<Vec<Level>> {
     let mut held: Vec<Level> = vec![];
     let mut first = 0;

@@ -55,7 +55,7 @@ pub struct Range {
     pub low: f64,
     /// The value at 100 %.
     pub high: f64,
-    /// Its source.
+    /// Source.
     pub source: RangeSource,
     /// The narrowest and the widest plausible span, in the unit of the signal. Both equal the span of a known range.
     pub spans: [f64; 2],

@@ -82,7 +82,7 @@ pub struct Measure {
     pub caveat_at: Option<f64>,
     /// Threshold of unfit data.
     pub unfit_at: Option<f64>,
-    /// Its class.
+    /// Class.
     pub class: Class,
     /// A sentence with the numbers, for any class.
     pub reason: String,

@@ -93,8 +93,8 @@ impl Segment {
         }
     }
 
-    /// `length` samples of it from number `from` on, or fewer at its end. The number of bridged samples is unknown
-    /// for a part.
+    /// `length` samples of the channel from number `from` on, or fewer at its end. The number of bridged samples is
+    /// unknown for a part.
     pub fn part(&self, from: usize, length: usize) -> Self {
         let from = from.min(self.len());
         let until = (from + length).min(self.len());

@@ -66,7 +66,7 @@ impl LoopType {
         )
     }
 
-    /// Its name.
+    /// Name.
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|(_, each)| *each == self).map_or("unknown", |(name, _)| name)
     }

@@ -133,7 +133,7 @@ const FULL_SCALE: f64 = 20.0;
 /// As [`SPIKE`] and [`FLAT`], for a valve signal, whose reach is its whole range.
 const VALVE_SPIKE: f64 = 0.5;
 const VALVE_FLAT: f64 = 5.0;
-/// Give up after so many changes of mind: the values lie too close to each other for a decision.
+/// The search ends after this many changes of a decision, because the values are then too close to each other.
 const MOST_TURNS: usize = 50;
 
 impl Recording {

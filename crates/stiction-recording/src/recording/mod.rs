@@ -6,7 +6,7 @@
 //! * [`Grid`]: its automatic segments on a regular grid, with all repairs;
 //! * [`restart`]: runs of a clock that begins again;
 //! * [`fitness`]: whether the data suffice for a diagnosis;
-//! * [`Understood`]: what was understood of a file, as a small table.
+//! * [`Understood`]: how a file was interpreted, as a small table.
 
 mod by_hand;
 mod channel;

@@ -40,7 +40,7 @@ pub struct Restart {
 pub struct Repeated {
     /// Their number.
     pub count: usize,
-    /// The first of them, as in [`Restart::row`].
+    /// The first such row, as in [`Restart::row`].
     pub first: usize,
 }
 
@@ -56,7 +56,7 @@ pub struct Runs {
 /// With fewer rows on average between two steps back, rows are in disorder.
 const FEWEST_ROWS: usize = 4;
 
-/// From so many steps back on, rows that together have one regular clock may be shuffled.
+/// From this many backward steps on, rows that together have one regular clock may be shuffled.
 const SHUFFLED: usize = 8;
 
 /// Such rows are shuffled unless successive values differ more in order of time than in the order of the file. The

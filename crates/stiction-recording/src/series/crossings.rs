@@ -16,7 +16,7 @@ pub struct ZeroCrossing {
     pub place: f64,
     /// The first sample after it.
     pub next: usize,
-    /// Its direction.
+    /// Direction.
     pub direction: Direction,
 }
 

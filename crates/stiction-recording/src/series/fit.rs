@@ -5,7 +5,7 @@
 pub struct Line {
     /// Value at zero.
     pub intercept: f64,
-    /// Its slope.
+    /// Slope.
     pub slope: f64,
 }
 

@@ -45,13 +45,13 @@ pub struct Valve {
 /// The results of one window.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Point {
-    /// Its file.
+    /// File.
     pub file: String,
     /// Beginning, s.
     pub from_s: f64,
     /// Duration, s.
     pub duration_s: f64,
-    /// Its verdict.
+    /// Verdict.
     pub class: VerdictClass,
     /// The verdict as one graded word.
     pub grade: Grade,
@@ -82,7 +82,7 @@ impl ValveHistory {
 }
 
 impl Valve {
-    /// Which windows count, after a number of them: all, or those since the last change or the repair.
+    /// Which windows count, as a text after their number: all, or the windows since the last change or the repair.
     pub fn since(&self) -> &'static str {
         match (self.combined.since(), &self.repair) {
             (Some(_), _) => " since the change",

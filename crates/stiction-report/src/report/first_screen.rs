@@ -126,7 +126,7 @@ pub enum Piece {
     List {
         /// Whether the order matters.
         ordered: bool,
-        /// Its items.
+        /// Items.
         items: Vec<String>,
     },
     /// Names with values.
@@ -143,7 +143,7 @@ pub enum Piece {
     Picture {
         /// The picture, as SVG.
         svg: String,
-        /// Its caption.
+        /// Caption.
         caption: String,
     },
     /// The result of a method.
@@ -154,9 +154,9 @@ pub enum Piece {
         badge: Option<Badge>,
         /// Conclusion, as a sentence.
         sentence: String,
-        /// Its numbers.
+        /// Numbers.
         facts: Vec<Fact>,
-        /// Its caveats.
+        /// Caveats.
         caveats: Vec<String>,
         /// Table and its picture.
         pieces: Vec<Piece>,

@@ -142,7 +142,7 @@ fn process(fit: &Fit, unit: &str) -> String {
     words.join(", ") + &jointly
 }
 
-/// The effects of actions, and what to do.
+/// The effects of actions, and the recommended action.
 pub fn effects(found: &Prospects) -> Vec<Block> {
     let caption = format!("{} loops agree with the recording.", found.loops);
     let table = Table::new(caption).columns(

@@ -115,7 +115,7 @@ pub enum Tone {
 /// A named value.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Fact {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// The value as text, such as [`number`] writes it.
     pub value: String,
@@ -135,7 +135,7 @@ pub enum Block {
     List {
         /// Whether the order matters.
         ordered: bool,
-        /// Its items.
+        /// Items.
         items: Vec<String>,
     },
     /// Names with values.
@@ -158,9 +158,9 @@ pub enum Block {
 /// A table.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Table {
-    /// Its caption.
+    /// Caption.
     pub caption: String,
-    /// Its columns.
+    /// Columns.
     pub columns: Vec<Column>,
     /// Rows; each has a cell for every column.
     pub rows: Vec<Vec<String>>,
@@ -173,7 +173,7 @@ pub struct Table {
 /// The title of a column.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Column {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Unit of all cells; empty for none.
     pub unit: String,
@@ -190,13 +190,13 @@ pub struct Card {
     pub badge: Option<Badge>,
     /// Conclusion, as a sentence.
     pub sentence: String,
-    /// Its figure.
+    /// Figure.
     pub figure: Option<Figure>,
-    /// Its numbers.
+    /// Numbers.
     pub facts: Vec<Fact>,
     /// More numbers.
     pub table: Option<Table>,
-    /// Its caveats.
+    /// Caveats.
     pub caveats: Vec<String>,
 }
 

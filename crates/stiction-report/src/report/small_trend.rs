@@ -23,7 +23,7 @@ pub enum Small {
     Op,
 }
 
-/// The last periods of a signal as an SVG of this width in px and of the class `small`. The page may stretch it.
+/// The last periods of a signal as an SVG of this width in px and of the class `small`. The page may change its width.
 ///
 /// `None` if the signal is not recorded or does not move.
 pub fn small_trend(diagnosis: &Diagnosis, signal: Small, width: f64) -> Option<String> {

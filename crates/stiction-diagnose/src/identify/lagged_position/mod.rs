@@ -108,7 +108,7 @@ pub enum Behaviour {
 /// The judgement of a valve from OP and position. S, J, and VP in percent of span of the OP; lags in samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
-    /// Its behaviour.
+    /// Behaviour.
     pub behaviour: Behaviour,
     /// Stick band plus dead band, with the interval; 0 to infinity for a valve that does not move.
     pub s: Interval,

@@ -65,7 +65,7 @@ impl Default for AreaRatio {
 /// The areas of one half wave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Areas {
-    /// Its range.
+    /// Range.
     pub wave: HalfWave,
     /// First largest sample.
     pub peak: usize,

@@ -68,7 +68,7 @@ impl Default for CurveFit {
 /// A half wave with its sine and its triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveFitWave {
-    /// Its range.
+    /// Range.
     pub wave: HalfWave,
     /// Amplitude of the sine, negative below zero.
     pub sine: f64,

@@ -30,7 +30,7 @@
 //! * Its ratio depends on the units of PV and OP. By default both signals are in standard deviations, so that no
 //!   change of scale changes a decision. `as_recorded` uses the recorded units and reproduces its counts: 5 of 166
 //!   windows on loop CHEM2 of the International Stiction Data Base, 2 of 166 on CHEM10, 0 of 250 on CHEM13.
-//! * A PV that does not move at all under a moving OP counts as an infinite ratio, as there. If neither moves there
+//! * A PV that does not move under a moving OP counts as an infinite ratio, as in that program. If neither moves there
 //!   is no ratio, and the window does not count as sticky.
 //!
 //! # References

@@ -94,7 +94,7 @@ pub struct DamarlaSigmoidResult {
     pub op: Vec<f64>,
     /// Steepness of the sigmoid.
     pub a: f64,
-    /// Its shift.
+    /// Shift.
     pub b: f64,
     /// Correlation of the OP with the sigmoid, not below 0.
     pub r: f64,

@@ -52,7 +52,7 @@ pub struct Earx {
     pub variance: f64,
     /// Logarithm of the likelihood, except for a constant.
     pub log_likelihood: f64,
-    /// Innovations that count in it.
+    /// Innovations that count in the estimate.
     pub samples: usize,
     /// The part of the input in the PV.
     pub process: Vec<f64>,

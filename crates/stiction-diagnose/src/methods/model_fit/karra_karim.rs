@@ -68,7 +68,7 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// Its name.
+    /// Name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stiction => "a sticking valve",

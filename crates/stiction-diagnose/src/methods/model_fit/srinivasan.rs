@@ -47,7 +47,7 @@ pub const LEAST: f64 = 0.05;
 const ORDERS: Orders = Orders { past: 2, taps: 2, errors: 0 };
 /// Values of d in the grid.
 const VALUES: i32 = 15;
-/// Initial positions of the valve, shares of d from the OP: it never forgets them.
+/// Initial positions of the valve, shares of d from the OP. The valve never forgets them.
 const STARTS: [f64; 5] = [0.0, -0.8, -0.4, 0.4, 0.8];
 
 /// Fits OP (percent) and PV of a loop that oscillates with `period` samples.

@@ -67,7 +67,7 @@ impl Default for RelayFit {
 /// A half wave with its three shapes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RelayFitWave {
-    /// Its range.
+    /// Range.
     pub wave: HalfWave,
     /// Amplitude of the sine, negative below zero.
     pub sine: f64,

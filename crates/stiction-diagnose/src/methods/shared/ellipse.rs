@@ -31,7 +31,7 @@ pub struct Ellipse {
     /// Root mean square distance of the points from the ellipse along the ray from its centre, as a share of the
     /// ellipse's radius there.
     pub residual: f64,
-    /// Its method.
+    /// Method.
     pub source: EllipseSource,
 }
 

@@ -25,7 +25,7 @@ pub fn pieces<'a>(x: &'a [f64], waves: &[HalfWave]) -> Vec<Piece<'a>> {
     long.map(|&wave| Piece { wave, y: &x[wave.first..wave.end] }).collect()
 }
 
-/// Whether this many half waves are enough for a judgement.
+/// Whether this number of half waves suffices for a judgement.
 pub fn enough(count: usize) -> Result<(), Abstention> {
     if count >= LEAST_HALF_WAVES {
         return Ok(());

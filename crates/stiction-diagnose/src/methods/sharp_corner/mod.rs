@@ -33,7 +33,7 @@
 //!
 //! # Limits
 //! A triangular or square disturbance makes corners without stiction, and a slow process rounds the corners of a
-//! sticking valve. Noise can cover corners, and rarely makes them.
+//! sticking valve. Noise can cover corners, and rarely creates them.
 //!
 //! # Deviations from the paper
 //! No paper. A user's guide and the source of the tool were read. The steps of the method are these, but its details

@@ -62,7 +62,7 @@ impl Default for SquareWave {
 /// A half wave with its square wave and sine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SquareWaveFit {
-    /// Its range.
+    /// Range.
     pub wave: HalfWave,
     /// Level of the square wave.
     pub square: f64,

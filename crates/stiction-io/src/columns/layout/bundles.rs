@@ -27,9 +27,9 @@ pub struct Shape {
 pub struct Bundle {
     /// The loops among them that have an OP, and the name of that OP.
     pub loops: Vec<(String, usize)>,
-    /// All of them, as indices.
+    /// All members, as indices.
     pub names: Vec<usize>,
-    /// Whether a PV is among them.
+    /// Whether a PV is among the members.
     pub has_pv: bool,
 }
 

@@ -14,7 +14,7 @@ pub struct Instrument {
     kind: Kind,
 }
 
-/// What the letters stand for.
+/// The meaning of the letters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Controller,

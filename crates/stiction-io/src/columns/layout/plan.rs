@@ -16,7 +16,7 @@ pub enum Layout {
 }
 
 impl Layout {
-    /// Its name.
+    /// Name.
     pub fn name(self) -> &'static str {
         match self {
             Self::OneLoop => "one loop, one column per signal",
@@ -34,7 +34,7 @@ pub struct Recognised {
     pub part: String,
     /// Name of the column, or of the tag of a long sheet.
     pub column: String,
-    /// Its role.
+    /// Role.
     pub role: Role,
     /// The loop to which the column belongs, if its name shows this.
     pub loop_name: Option<String>,
@@ -45,11 +45,11 @@ pub struct Recognised {
 /// A loop of a mapping that is not read, because a column or tag is missing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MissingLoop {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Why it is not read, with a remedy.
     pub reason: String,
-    /// Whether the file has other signals of it. If not, it may be in another file.
+    /// Whether the file has other signals of the loop. If not, it may be in another file.
     pub is_partly_here: bool,
 }
 
@@ -60,7 +60,7 @@ pub struct LoopPlan {
     pub name: Option<String>,
     /// Notes for the user on this loop.
     pub notes: Vec<String>,
-    /// Why it is not read, if the file has a signal of it that could not become a column.
+    /// Why the loop is not read, if the file has a signal of the loop that could not become a column.
     pub unread: Option<String>,
     pub(super) signals: [Option<usize>; 5],
     pub(super) qualities: [Option<usize>; 5],
@@ -100,7 +100,7 @@ impl LoopPlan {
 /// A tag of a long sheet, with its rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tag {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Rows, in order.
     pub rows: Vec<usize>,

@@ -20,7 +20,7 @@ const BLOCK: usize = 64;
 const MOST_BACK: f64 = 0.25;
 const MOST_EQUAL: f64 = 0.5;
 
-/// A column that has this many times as many different times as another one is better.
+/// A column is better than another if it has this many times as many different times.
 const MORE_TIMES: f64 = 1.1;
 
 /// The kind of a column's cells.
@@ -39,7 +39,7 @@ enum Kind {
 struct Clock {
     kind: Kind,
     is_good: bool,
-    /// Whether every step goes forward.
+    /// Whether every step is positive.
     ascends: bool,
 }
 

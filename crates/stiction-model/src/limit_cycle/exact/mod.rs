@@ -8,9 +8,8 @@
 //! many, [`member`] follows a family.
 //!
 //! # Assumptions
-//! Those of [`ContinuousLoop`]. The process has no direct feedthrough, and a derivative without filter needs a
-//! process whose numerator is two degrees below its denominator, so that the OP is continuous. The OP stays off its
-//! limits.
+//! As for [`ContinuousLoop`]. The process has no direct feedthrough, and a derivative without filter needs a process
+//! whose numerator is two degrees below its denominator, so that the OP is continuous. The OP stays off its limits.
 //!
 //! # Equations
 //! **The linear part.** Relative to the equilibrium without friction, where VP = OP, the set point, the load and

@@ -21,7 +21,7 @@ pub(super) struct Shooting<'a> {
     pub(super) stem: Stem,
     /// Slips from end to end.
     pub(super) slips: usize,
-    /// Direction of the last: -1 if the orbit is symmetric and this is half of it.
+    /// Direction of the last slip: -1 if the orbit is symmetric and this is half of the orbit.
     pub(super) direction: f64,
     /// Allowed steps of the flow.
     pub(super) patience: usize,

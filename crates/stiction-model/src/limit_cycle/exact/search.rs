@@ -41,8 +41,8 @@ struct Slip {
 /// How a motion creeps towards a cycle on which the stem never rests for a dead time, so that Newton's method has
 /// no vector to work on.
 ///
-/// There the stem is farther out at each slip, by a nearly constant share of the remaining distance. So the
-/// remaining distance is known (Aitken's extrapolation), and the whole motion is enlarged by it. The errors of the
+/// There the stem is farther out at each slip, by a nearly constant share of the remaining distance. So the remaining
+/// distance is known (Aitken's extrapolation), and the whole motion is enlarged by this distance. The errors of the
 /// enlarged motion decay in the next slips.
 #[derive(Debug, Default)]
 struct Creep {
@@ -80,10 +80,10 @@ impl Creep {
 /// An orbit and its cycle in units.
 #[derive(Debug, Clone)]
 pub(super) struct Found<'a> {
-    /// `None` if the motion settled on it but shooting does not apply.
+    /// `None` if the motion settled on the orbit but shooting does not apply.
     pub(super) orbit: Option<Orbit<'a>>,
     pub(super) cycle: Cycle,
-    /// The motion on it, with a slip due.
+    /// The motion on the orbit, with a slip due.
     begin: Flow<'a, f64>,
 }
 

@@ -49,7 +49,7 @@ impl<T: Number> Series<T> {
         Self(self.0.map(|c| c * factor))
     }
 
-    /// Its derivative.
+    /// Derivative.
     pub(super) fn slope(&self) -> Self {
         Self(std::array::from_fn(|k| match self.0.get(k + 1) {
             Some(c) => *c * (k + 1) as f64,

@@ -141,7 +141,7 @@ pub const LAWS: [LawEntry; 6] = [
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 struct FrictionDocument {
-    /// Its name.
+    /// Name.
     law: &'static str,
     /// Parameters by name, SI units.
     parameters: std::collections::BTreeMap<&'static str, f64>,

@@ -119,7 +119,7 @@ impl Track {
         self.time.get(next).is_some_and(|t| *t < to)
     }
 
-    /// The parts without a long gap. While `other` goes on, a value of a channel stored on change holds.
+    /// The parts without a long gap. While `other` continues, a value of a channel stored on change is held.
     pub(super) fn runs(&self, step: f64, other: Option<&Self>) -> Result<Vec<Run>> {
         let bridge = self.bridge();
         let (mut runs, mut from, mut points) = (vec![], 0, 0.0);
