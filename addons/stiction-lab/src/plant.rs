@@ -1,8 +1,8 @@
 //! A plant: its weeks, its loops over time, and the log.
 //!
-//! The page shows the content that `stiction plant report` writes, from the same [store] by the same functions. A week
-//! is read once, and again when the store, the log or the plant's file has changed. The search for loops that swing
-//! together may take long, so it runs in the background, and the page shows that it is running.
+//! The page shows the content that `stiction plant report` writes, from the same [store](stiction_plant::Store) by the
+//! same functions. A week is read once, and again when the store, the log or the plant's file has changed. The search
+//! for loops that swing together may take long, so it runs in the background, and the page shows that it is running.
 
 mod entries;
 mod happened;

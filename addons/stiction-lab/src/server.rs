@@ -115,7 +115,7 @@ impl Server {
             .with_state(Arc::clone(&self.lab))
     }
 
-    /// Accepts connections. Each new connection has a [place].
+    /// Accepts connections. Each new connection has a [place](Places).
     async fn accept(&self) -> io::Result<()> {
         let listener = tokio::net::TcpListener::from_std(self.listener.try_clone()?)?;
         let service = TowerToHyperService::new(self.router());

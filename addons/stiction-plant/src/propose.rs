@@ -1,8 +1,8 @@
 //! A first plant file from the data alone, with its doubts as comments.
 //!
-//! It reads the [beginning] of each text file, or the whole file if the tags may be below each other. In each folder of
-//! other files it reads the first and last file, because files of one export are alike. Of Parquet it reads the
-//! beginning of each loop.
+//! It reads the [beginning](HEAD) of each text file, or the whole file if the tags may be below each other. In each
+//! folder of other files it reads the first and last file, because files of one export are alike. Of Parquet it reads
+//! the beginning of each loop.
 
 use crate::error::{Error, Result, file};
 use crate::scan::inputs::APART;

@@ -113,7 +113,7 @@ impl LoopKind {
     /// Loops of two kinds with the same seed have the same process, tuning, noise, load, set point and historian,
     /// unless the kind changes them, so that a sticky loop can be compared with its healthy siblings. A draw that shows
     /// nothing, or the wrong pattern (see `docs/population.md`), is repeated from the same seed and counted in
-    /// [`Facts::redrawn`].
+    /// [`Facts::redrawn`](super::Facts::redrawn).
     ///
     /// # Errors
     /// None is known. Possible reasons are 100 unsuccessful draws, or a setting out of its range.

@@ -64,8 +64,8 @@ impl Mistake {
     }
 }
 
-/// Mistaken recording number `index` of `seed`, and the mistake. The loops are [members] of the population of that
-/// seed. Members with small numbers, which are used for other trainings, are hardly ever among them.
+/// Mistaken recording number `index` of `seed`, and the mistake. The loops are [members](member) of the population of
+/// that seed. Members with small numbers, which are used for other trainings, are hardly ever among them.
 ///
 /// # Errors
 /// As for [`member`]. No error is known.

@@ -7,7 +7,7 @@
 //! A loop has a valve of the population's models, a PI controller, a process with dead time, a wandering load, noise,
 //! and a historian that takes a sample every few steps. A [`Link`] couples two loops. The output of one loop acts on
 //! the load of the other after a dead time and a lag. The upper loop of a cascade writes the set point of the loop
-//! [below] it. A signal from [`Outside`] enters several loops at once.
+//! [below](NetworkLoop::below) it. A signal from [`Outside`] enters several loops at once.
 
 mod drawn;
 mod run;

@@ -17,7 +17,7 @@ const PREFIX: &str = ".stiction-";
 /// End of a temporary file's name.
 const SUFFIX: &str = ".part";
 
-/// A file that is being written. The file gets its name with [`keep`]. Without that, nothing changes.
+/// A file that is being written. The file gets its name with [`keep`](Self::keep). Without that, nothing changes.
 #[derive(Debug)]
 pub struct WholeFile {
     out: BufWriter<File>,

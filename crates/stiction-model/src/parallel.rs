@@ -5,7 +5,7 @@
 #[cfg(feature = "rayon")]
 pub use rayon::{join, prelude::*};
 
-/// Replaces [`join`] of rayon: runs one after the other.
+/// Replaces [`join`](https://docs.rs/rayon) of rayon: runs one after the other.
 #[cfg(not(feature = "rayon"))]
 pub fn join<A, B>(a: impl FnOnce() -> A, b: impl FnOnce() -> B) -> (A, B) {
     (a(), b())

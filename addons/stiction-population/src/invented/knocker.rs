@@ -4,8 +4,8 @@ use super::parts::{Parts, Pi};
 use super::sketch::Sketch;
 
 /// Somebody who assumed a sticking valve has switched a knocker on. It sends short pulses in the direction in which the
-/// OP moves, like [`Knocker`]. They stay in the OP, even if the valve is in order. A historian that is slower than the
-/// controller records some of them.
+/// OP moves, like [`Knocker`](stiction_model::compensate::Knocker). They stay in the OP, even if the valve is in order.
+/// A historian that is slower than the controller records some of them.
 pub(super) struct Knocker {
     /// Height of a pulse, percent; steps of a pulse, and from one to the next.
     height: f64,

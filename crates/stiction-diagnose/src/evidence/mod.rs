@@ -136,7 +136,7 @@ pub struct Evidence {
     /// Sticking valves before a linear process, fitted to OP and PV; `None` without a PV that moves, or with too
     /// little to fit.
     pub model: Option<ModelEvidence>,
-    /// The models at the [dense] resolution, where one exists.
+    /// The models at the [dense](Prepared::dense) resolution, where one exists.
     pub dense: Option<ModelEvidence>,
     /// The information of the window about S; `None` if too little can be predicted.
     pub information: Option<Information>,

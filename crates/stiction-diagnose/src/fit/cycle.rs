@@ -4,8 +4,8 @@
 //! Two comparisons, each over all drawn loops. One of them is enough:
 //! * The exact limit cycle: the loop would oscillate like this without any disturbance. Noise and loads make a stem
 //!   slip sooner, so a recorded oscillation may be faster.
-//! * The PV with a valve that follows ([`without`]): if much of the swing disappears, the valve causes it, together
-//!   with any other disturbance.
+//! * The PV with a valve that follows ([`without`](super::without)): if much of the swing disappears, the valve causes
+//!   it, together with any other disturbance.
 
 use super::Draw;
 use super::draw;

@@ -9,7 +9,7 @@ pub trait Detector: Send + Sync {
     fn method(&self) -> &'static Method;
     /// Present settings.
     fn parameters(&self) -> Vec<Number>;
-    /// The finding for a segment, and the method's result; [`judge`] adds the parameters.
+    /// The finding for a segment, and the method's result; [`judge`](Self::judge) adds the parameters.
     ///
     /// # Errors
     /// If the method does not apply, or the data do not suffice.

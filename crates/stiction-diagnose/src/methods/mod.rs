@@ -1,8 +1,8 @@
 //! The methods. Each has its own folder, and all share a trait and a registry.
 //!
 //! A detector gets a [`Subject`]: one segment of a recording and the information about its loop. It returns a
-//! [`Finding`] with its statistic, threshold, decision and intermediate numbers, or the reason for abstaining. Each
-//! also has its own method that returns a typed result with the data for a plot of its evidence.
+//! [`Finding`](crate::finding::Finding) with its statistic, threshold, decision and intermediate numbers, or the reason
+//! for abstaining. Each also has its own method that returns a typed result with the data for a plot of its evidence.
 //!
 //! Detectors differ in their assumptions, needs and meaning. No detector is right on all loops. Each method documents
 //! which of its equations and thresholds were read, which were recalled, and which are ours.

@@ -3,8 +3,8 @@
 //! # Equations
 //! A process with a characteristic f and a lag that is short beside the ramp has the PV f(x) of a late stem x. A
 //! polynomial of the PV, fitted to the OP by least squares, is f^-1 between the branches. The PV becomes f^-1(PV),
-//! percent of OP, and is judged like a [recorded position that lags], with the lag of the process as the lag of the
-//! stem.
+//! percent of OP, and is judged like a [recorded position that lags](crate::identify::lagged_position), with the lag of
+//! the process as the lag of the stem.
 //!
 //! # Assumptions
 //! The controller is in manual during all ramps, the process settles by itself, and its lag is below an eighth of a ramp. A

@@ -1,7 +1,7 @@
 //! The signature of a valve: a slow ramp of the OP over the stroke and back, with the recorded position.
 //!
-//! It applies where the turns of [`plan()`]) do not: at a stop of the plant, in a loop that is too slow for turns, and
-//! where the friction differs along the stroke.
+//! It applies where the turns of [`plan()`](super::plan()) do not: at a stop of the plant, in a loop that is too slow
+//! for turns, and where the friction differs along the stroke.
 //!
 //! # The ramp
 //! The OP rises from one end to the other and falls back, twice. It pauses every tenth of the way. The second time

@@ -227,9 +227,9 @@ impl<V, const M: usize> LoopBank<Each<V, 1>, 1, M> {
 impl<V: ValveBank, const N: usize, const M: usize> LoopState<V, N, M> {
     /// Simulates one sample: `load` adds to the valve position, `measurement` to the PV.
     ///
-    /// `PLAIN` leaves out everything else. It is only for [plain] banks, because a check at every sample would cost
-    /// more than the sample. The element `between` controller and valve can act on the controller only if there are
-    /// extras.
+    /// `PLAIN` leaves out everything else. It is only for [plain](LoopBank::is_plain) banks, because a check at every
+    /// sample would cost more than the sample. The element `between` controller and valve can act on the controller
+    /// only if there are extras.
     #[inline(always)]
     fn step<const PLAIN: bool, B: Between + ?Sized>(
         &mut self,

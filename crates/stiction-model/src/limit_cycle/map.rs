@@ -5,7 +5,7 @@
 //! * [`sensitivities`]: the change in percent of period and amplitudes with a percent of each parameter.
 //!
 //! # Assumptions
-//! As for [exact] cycles, or for [harmonic balance]), as requested.
+//! As for [exact](super::exact) cycles, or for [harmonic balance](super::harmonic_balance()), as requested.
 //!
 //! # Equations
 //! The sensitivity of a quantity `q` of the cycle to a parameter `p` is `d ln q / d ln p`, by central differences of

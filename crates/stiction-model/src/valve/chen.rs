@@ -16,9 +16,9 @@ use crate::error::Result;
 /// stuck, |e| > fs:      d = sgn(e), x = u - d fd
 /// stuck, otherwise:     x stays
 /// ```
-/// Unlike [`TwoPhase`], the model does not check for breakaway at the sample at which the stem stops. So a reversal
-/// larger than `S` within one sample takes effect one sample late. The revision by Li, Chen, Teo, Tan and Lee (Ind.
-/// Eng. Chem. Res., 2014) removes this weakness.
+/// Unlike [`TwoPhase`](super::TwoPhase), the model does not check for breakaway at the sample at which the stem stops.
+/// So a reversal larger than `S` within one sample takes effect one sample late. The revision by Li, Chen, Teo, Tan and
+/// Lee (Ind. Eng. Chem. Res., 2014) removes this weakness.
 ///
 /// # Parameters
 /// [`Bands`] in percent of span; `J > S` is allowed.

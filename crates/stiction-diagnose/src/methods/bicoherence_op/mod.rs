@@ -7,10 +7,10 @@
 //! A stationary record of some ten segments; disturbances are linear.
 //!
 //! # Equations
-//! As for [`bicoherence`], for the OP instead of the control error.
+//! As for [`bicoherence`](super::bicoherence), for the OP instead of the control error.
 //!
 //! # Parameters
-//! As for [`bicoherence`].
+//! As for [`bicoherence`](super::bicoherence).
 //!
 //! # Limits
 //! Any nonlinearity is attributed to the loop: it gives no information about the valve, and does not vote.

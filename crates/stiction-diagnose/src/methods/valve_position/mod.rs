@@ -2,8 +2,9 @@
 //!
 //! # What it measures
 //! From OP and measured valve position (VP): dead band, S, J, offset, travel and reversals. With the position known,
-//! nothing has to be inferred. As a detector it judges all other detectors. A [fit] that allows for lags and noise
-//! gives its decision, and S and J of a diagnosis. Measurements of rests and slips are reported beside it.
+//! nothing has to be inferred. As a detector it judges all other detectors. A [fit](crate::identify::lagged_position)
+//! that allows for lags and noise gives its decision, and S and J of a diagnosis. Measurements of rests and slips are
+//! reported beside it.
 //!
 //! # Assumptions
 //! OP and VP are percent of the same span and sampled at the same times, densely enough to distinguish the stem's
