@@ -792,7 +792,7 @@ class PlanComparison(Result):
     pv_beyond_s: float = about("Time of the PV outside the limits of the plan during the test, s.")
     pv_low: float = about("The lowest PV of the test, in PV units.")
     pv_high: float = about("The highest PV of the test, in PV units.")
-    remarks: list[str] = about("Deviations from the plan, in sentences. Without deviations, one sentence that says so.")
+    remarks: list[str] = about("Deviations from the plan, in sentences. One sentence if the test has no deviations.")
 
 
 @result

@@ -71,7 +71,7 @@ impl IntoResponse for Wrong {
 /// The result of a call.
 pub type Answer<R> = Result<R, Wrong>;
 
-/// A function that answers a call, and stops when nobody waits for the answer.
+/// A function that answers a call, and stops when no client waits for the answer.
 trait Answers<A, R>: Fn(&Lab, A, &Wanted) -> Answer<R> + Clone + Send + Sync + 'static {}
 impl<A, R, F: Fn(&Lab, A, &Wanted) -> Answer<R> + Clone + Send + Sync + 'static> Answers<A, R>
     for F

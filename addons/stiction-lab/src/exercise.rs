@@ -147,7 +147,7 @@ pub struct Truth {
     vp: Vec<f64>,
 }
 
-/// A valve as it is drawn.
+/// A drawn valve.
 #[derive(Debug, Clone, Copy)]
 struct Drawn {
     sticks: bool,

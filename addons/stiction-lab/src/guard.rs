@@ -1,4 +1,4 @@
-//! Access to the lab: only its own page with the token gets answers.
+//! Access to the lab. Only requests from its own page with the token are answered.
 //!
 //! The page itself, without data, is served to anybody. Every call needs the token, 128 random bits, in the header
 //! `Authorization`. The printed address carries the token behind `#`, so browsers never send it. The page moves the

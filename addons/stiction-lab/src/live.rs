@@ -539,7 +539,7 @@ fn compensator(knobs: &Knobs, plant: &ClosedLoop) -> Answer<Option<Box<dyn Compe
     Ok(Some(Method::by_name(name)?.automatic(&known)?))
 }
 
-/// Between controller and valve: a hand, a compensator, or nothing.
+/// Between controller and valve: manual operation, a compensator, or nothing.
 struct Middle<'a> {
     manual: Option<f64>,
     compensator: Option<&'a mut Box<dyn Compensator>>,

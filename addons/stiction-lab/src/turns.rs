@@ -67,8 +67,8 @@ impl Turns {
         self.begun[cost as usize].load(Ordering::Relaxed)
     }
 
-    /// Does some work on a thread of its own as soon as there is a turn. If the caller leaves, the work is not begun, or ends
-    /// early.
+    /// Runs some work on a separate thread as soon as its turn comes. If the caller leaves, the work is not begun, or
+    /// ends early.
     pub(crate) async fn take<R: Send + 'static>(
         &self,
         cost: Cost,

@@ -23,7 +23,7 @@ pub struct Trial {
     pub sources: Share,
     /// Share of the pairs of such a valve's loop and a loop that it reaches that are in a group.
     pub recall: Share,
-    /// Of all pairs of loops in a group: those that nothing can reach both.
+    /// Share of the pairs in a group without a common cause, among all pairs in a group.
     pub false_pairs: Share,
     /// Of the sources that are in a group: those that are the first candidate.
     pub first: Share,

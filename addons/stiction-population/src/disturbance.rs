@@ -22,7 +22,7 @@ pub(super) struct Tapes {
     pub op: Vec<f64>,
     /// Output of a selector instead of the OP.
     pub selected: Option<Selected>,
-    /// Times in which somebody else has the OP.
+    /// Times in which an operator has the OP.
     pub spells: Vec<Spell>,
     /// A neighbour that is switched.
     pub switched: Option<Switched>,

@@ -71,7 +71,7 @@ pub struct NetworkLoop {
     pub course: Course,
     /// Times in each day in which the loop is in manual and the OP rests, s from the begin of the day.
     pub manual: Option<(f64, f64)>,
-    /// The loop whose set point it writes, instead of having its own valve.
+    /// The loop whose set point this loop writes, instead of having a valve.
     pub below: Option<usize>,
     /// Settings for its simulation only.
     design: Design,

@@ -191,7 +191,7 @@ pub fn ended(mut failures: Vec<anyhow::Error>) -> Result<()> {
     Err(last)
 }
 
-/// Whether a loop is of one of the `classes`. The user is notified if an override decides.
+/// Whether the class of a loop is among the `classes`. The user is notified if an override decides.
 fn fails(loops: &[Diagnosed], classes: &[VerdictClass]) -> bool {
     for each in loops {
         let computed = each.diagnosis.verdict.class;

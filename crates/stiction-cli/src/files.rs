@@ -119,7 +119,7 @@ pub fn make_folder(path: &Path) -> Result<()> {
     std::fs::create_dir_all(path).with_context(|| path.display().to_string())
 }
 
-/// Creates a folder if it is missing. Refuses one that holds anything, unless --force is given.
+/// Creates a folder if it is missing. Refuses a folder that contains files, unless --force is given.
 pub fn make_empty_folder(path: &Path) -> Result<()> {
     let named = || path.display().to_string();
     make_folder(path)?;

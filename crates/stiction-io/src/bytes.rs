@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Limit for reading a stream. A file has an end of its own.
+/// Limit for reading a stream. A file has its own end.
 const MOST: u64 = 1 << 30;
 
 /// All bytes of the file at `path`.

@@ -25,7 +25,7 @@ pub(super) struct Result {
     pub marks: u32,
 }
 
-/// A name without differences that nobody means.
+/// A name without differences that carry no meaning.
 fn plain(name: &str) -> String {
     name.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
 }

@@ -32,7 +32,7 @@ struct Operator<'a> {
 struct Held {
     /// Whether the PV moved by the answer of the plan.
     answered: bool,
-    /// Whether it moved the way of the turn.
+    /// Whether the PV moved in the direction of the turn.
     went_along: bool,
     time_s: f64,
 }

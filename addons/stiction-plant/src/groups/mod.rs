@@ -111,7 +111,7 @@ pub fn find(
     find_among(&swings, edges, swings.series.len(), loops, upstream, options)
 }
 
-/// The groups of some traces, from pairs found earlier. None of those that count may be missing.
+/// The groups of some traces, from pairs found earlier. All accepted pairs must be present.
 ///
 /// `None` if one is of a loop that has no trace.
 pub fn find_of(
@@ -240,7 +240,7 @@ fn one_a_swing(mut parts: Vec<Part>) -> Vec<Part> {
     kept
 }
 
-/// The facts from which groups are made.
+/// The facts from which groups are formed.
 struct Context<'a> {
     series: &'a [Series],
     powers: &'a [Vec<f64>],

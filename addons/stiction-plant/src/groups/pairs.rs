@@ -151,7 +151,7 @@ pub fn all_pairs(loops: usize) -> usize {
     loops * loops.saturating_sub(1) / 2
 }
 
-/// SHA-256 of everything from which pairs are made.
+/// SHA-256 of everything from which pairs are computed.
 pub fn made_of(traces: &[Trace], loops: &[LoopOfWeek]) -> String {
     let mut digest = Sha256::new();
     let mut add = |text: &str| {

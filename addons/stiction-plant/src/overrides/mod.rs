@@ -1,6 +1,6 @@
 //! Overrides, the conclusions of people about a valve, which may differ from the computed verdict.
 //!
-//! They are kept in `stiction-overrides.toml` beside their recordings:
+//! The program stores them in `stiction-overrides.toml` beside their recordings:
 //!
 //! ```toml
 //! [[override]]

@@ -55,7 +55,8 @@ pub struct Found {
     pub oscillates: bool,
     /// The likeliest other cause with its likelihood.
     pub alternative: Option<(Cause, f64)>,
-    /// Whether it swings with a loop whose valve is likely to stick, and is not the first candidate for the source.
+    /// Whether the loop swings with a loop whose valve is likely to stick, and is not the first candidate for the
+    /// source.
     pub is_victim: bool,
 }
 

@@ -7,7 +7,7 @@ use super::sketch::Sketch;
 /// OP moves, like [`Knocker`](stiction_model::compensate::Knocker). They stay in the OP, even if the valve is in order.
 /// A historian that is slower than the controller records some of them.
 pub(super) struct Knocker {
-    /// Height of a pulse, percent; steps of a pulse, and from one to the next.
+    /// Height of a pulse, percent; duration of a pulse, and distance to the next, steps.
     height: f64,
     width: usize,
     every: usize,

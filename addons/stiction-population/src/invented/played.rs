@@ -12,7 +12,7 @@ use stiction_model::closed_loop::NormalStream;
 use stiction_model::error::Result;
 
 impl Sketch {
-    /// The simulated loop of a kind, with a valve that sticks or one that does not.
+    /// The simulated loop of a kind, with a sticking or a healthy valve.
     ///
     /// # Errors
     /// If the settings of a part are invalid.

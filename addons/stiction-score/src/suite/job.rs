@@ -52,7 +52,7 @@ impl Part {
     }
 }
 
-/// How a loop is made.
+/// How a loop is simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Job {
     /// A member of the mixed population of a seed.

@@ -217,7 +217,7 @@ fn shell(command: &str) -> Command {
     }
 }
 
-/// Passes lines on until nobody asks any more. Of a long line, only the beginning.
+/// Passes lines on until no caller waits for them. Of a long line, only the beginning.
 fn listen(from: ChildStdout, to: &SyncSender<String>) {
     let mut from = BufReader::new(from);
     let (mut line, mut skips) = (vec![], false);

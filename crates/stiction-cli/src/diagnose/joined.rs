@@ -36,7 +36,7 @@ fn one(files: &[Found]) -> stiction_io::Result<(Source, Recording)> {
     Ok((Source { file, sha256 }, recording))
 }
 
-/// Notes on the overrides that apply to one of `files` alone and not to the joined recording.
+/// Notes on overrides that apply only to one of the `files` and not to the joined recording.
 fn not_of_the_whole(files: &[Found]) -> stiction_io::Result<Vec<String>> {
     let mut notes = vec![];
     for Found { source, recording, .. } in files {

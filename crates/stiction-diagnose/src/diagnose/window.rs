@@ -35,7 +35,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// It as a recording of its own, without a pool.
+    /// The observation as a separate recording, without a pool.
     pub(super) fn observation(&self) -> Observation {
         let limits = thresholds();
         let class = match self.probability {

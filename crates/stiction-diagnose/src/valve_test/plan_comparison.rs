@@ -54,7 +54,7 @@ pub struct PlanComparison {
     pub pv_low: f64,
     /// The highest PV of the test, in PV units.
     pub pv_high: f64,
-    /// Deviations from the plan, in sentences. Without deviations, one sentence that says so.
+    /// Deviations from the plan, in sentences. One sentence if the test has no deviations.
     pub remarks: Vec<String>,
 }
 
@@ -83,7 +83,7 @@ struct Turned {
     hold_s: f64,
     /// Whether the PV answered during the hold, by the plan.
     moved: bool,
-    /// Whether it ended because the controller took over.
+    /// Whether the test ended because the controller took over.
     last: bool,
     answered: bool,
 }

@@ -152,7 +152,7 @@ impl TestReading {
         }
     }
 
-    /// Whether a dead band downstream of the valve explains the answers better than one in the valve.
+    /// Whether a dead band downstream of the valve explains the responses better than a dead band in the valve.
     pub fn is_elsewhere(&self) -> bool {
         self.class == VerdictClass::CannotTell && self.dead_band_elsewhere > 0.5
     }

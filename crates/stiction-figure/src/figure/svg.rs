@@ -24,10 +24,10 @@ const SCALED: &str = r#" transform="scale(.1)""#;
 /// The size of most texts.
 const SIZE: u32 = 12;
 
-/// Where a drawing is shown. On a page, its name is the prefix of the names of its clip paths.
+/// Place where a drawing is shown. On a page, its name is the prefix of the names of its clip paths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Place<'a> {
-    /// In a file of its own.
+    /// In a separate file.
     File,
     /// On a page, for reading.
     Still(&'a str),

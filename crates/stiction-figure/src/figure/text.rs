@@ -5,7 +5,7 @@ pub(super) const LINE: f64 = 1.25;
 
 /// Widths of the characters from space to tilde in DejaVu Sans, thousandths of the font size.
 ///
-/// This is one of the widest sans-serif fonts, so text in the reader's font fits as well.
+/// This is one of the widest sans-serif fonts, so text in the reader's font also fits.
 #[rustfmt::skip]
 const WIDTHS: [u16; 95] = [
     318, 401, 460, 838, 636, 950, 780, 275, 390, 390, 500, 838, 318, 361, 318, 337,

@@ -296,7 +296,7 @@ fn hexadecimal(word: &str) -> Option<QualityCell> {
 }
 
 /// The parts of a cell such as `StatusCode(Good)`, `0x00000000 (Good)` or `192 [Good]`. A part in words counts more
-/// than a number. Parts that contradict each other mean nothing.
+/// than a number. Parts that contradict each other have no meaning.
 fn of_parts(word: &str, mark: DecimalMark) -> QualityCell {
     let parts = || {
         word.split(['(', ')', '[', ']', ':', '=', ';'])

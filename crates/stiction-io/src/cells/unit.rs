@@ -33,7 +33,7 @@ fn plain(text: &str) -> String {
         .collect()
 }
 
-/// Whether two texts are different units, and not one in two spellings.
+/// Whether two texts are different units, and not two spellings of one unit.
 pub fn differ(a: &str, b: &str) -> bool {
     let bare = |text| plain(text).replace("deg", "").replace('°', "");
     match (of(a), of(b)) {

@@ -42,8 +42,8 @@
 //!   the same. This gives its counts: 13, 22, 22 of 125 windows, M4 114 of 333, on loop CHEM2 of the International
 //!   Stiction Data Base.
 //! * Two windows of one constant value are steady. The program divides 0 by 0 there and does not mark them.
-//! * Windows have exactly `window` samples, and the rest at the end is left out. A run of marks at the end counts
-//!   in `eta_95`.
+//! * Windows have exactly `window` samples, and remaining samples at the end are left out. A run of marks at the end
+//!   counts in `eta_95`.
 //! * A number of marks that chance alone could cause is undecided: the decision is positive only above the binomial
 //!   quantile `confidence` (normal approximation). A confidence of 0 is the published rule.
 //!

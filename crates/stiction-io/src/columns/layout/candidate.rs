@@ -1,4 +1,4 @@
-//! Interprets the name of a column or tag on its own.
+//! Interprets the name of a column or tag without other names.
 
 use super::given::Given;
 use crate::columns::role::{self, Role, Signal};
