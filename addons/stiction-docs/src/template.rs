@@ -13,7 +13,7 @@ pub(crate) const SCRIPT_PATH: &str = "assets/site.js";
 
 /// The first page.
 const START: &str = "index.html";
-/// Fewest chapters for which a page has a list of chapters.
+/// Smallest number of chapters for which a page has a list of chapters.
 const CHAPTERS: usize = 3;
 
 /// A page as an HTML document.

@@ -6,7 +6,7 @@ use stiction_fmu::Fmu;
 
 use crate::Error;
 
-/// Steps in a picture.
+/// Number of steps in a picture.
 const STEPS: usize = 1_200;
 
 /// The picture as SVG, and its caption.

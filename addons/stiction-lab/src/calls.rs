@@ -138,7 +138,7 @@ fn all(to: &mut impl Visit) {
     to.call("plant/stop", Low, plant::stop_scan);
 }
 
-/// Bytes of a question.
+/// Number of bytes of a question.
 const QUESTION: usize = 1 << 20;
 /// How long a question may take to come.
 const IN_TIME: Duration = Duration::from_secs(12);

@@ -24,11 +24,11 @@ use stiction_model::compensate::{At, Compensator, Knowledge, Method};
 use stiction_model::stem::{ParameterSet, StemValve};
 use stiction_model::valve::{Assembly, Start, Valve};
 
-/// Loops that run at a time. With more, the least recently used one is dropped.
+/// Number of loops that run at a time. With more, the least recently used one is dropped.
 const LOOPS: usize = 32;
-/// Samples of one answer.
+/// Number of samples of one answer.
 const SAMPLES: usize = 20_000;
-/// Samples of a verdict at most, so that it takes seconds.
+/// Number of samples of a verdict at most, so that it takes seconds.
 const JUDGED: usize = 150_000;
 
 /// The loops that run.

@@ -23,7 +23,7 @@ use std::time::Duration;
 
 /// How long the head of a request may take, and how long a connection may be idle.
 const HEAD: Duration = Duration::from_secs(20);
-/// Bytes of the head of a request, at most.
+/// Number of bytes of the head of a request, at most.
 const HEAD_SIZE: usize = 64 << 10;
 /// How long the server waits at its end for answers that are under way.
 const END: Duration = Duration::from_millis(500);

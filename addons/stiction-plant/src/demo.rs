@@ -28,11 +28,11 @@ pub const FIRST_DAY: i64 = 20_514;
 const DAY: f64 = 86_400.0;
 /// In manual from 06:00 to 09:00.
 const MANUAL: (f64, f64) = (21_600.0, 32_400.0);
-/// Loops of a unit, which act on each other.
+/// Number of loops of a unit, which act on each other.
 const UNIT: usize = 20;
 /// The first of this many loops have events.
 const STORIES: usize = 50;
-/// Of the loops of a unit without a story, those whose valves stick.
+/// The sticking valves of a unit, without its loops that have an event.
 const STICKING: [usize; 2] = [7, 13];
 /// S of a valve that gets worse, on the last day over that on the first.
 const WORSE: f64 = 2.5;

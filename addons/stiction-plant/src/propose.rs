@@ -18,7 +18,7 @@ use stiction_io::reading::{self, Reading};
 use stiction_io::role::Role;
 use stiction_io::timestamp::Clock;
 
-/// Bytes that are read of a text file.
+/// Number of bytes that are read from a text file.
 pub const HEAD: u64 = 256 * 1024;
 
 const TEXT: [&str; 3] = ["csv", "txt", "tsv"];

@@ -25,13 +25,13 @@ pub struct Trial {
     pub recall: Share,
     /// Share of the pairs in a group without a common cause, among all pairs in a group.
     pub false_pairs: Share,
-    /// Of the sources that are in a group: those that are the first candidate.
+    /// Share of the sources in a group that are the first candidate.
     pub first: Share,
     /// Sources among the first three candidates.
     pub first_three: Share,
-    /// Of the groups without a sticking valve: those whose source is reported as not recorded.
+    /// Share of the groups without a sticking valve whose source is reported as not recorded.
     pub not_recorded: Share,
-    /// Of the groups with a source: those whose source is reported as not recorded.
+    /// Share of the groups with a source whose source is reported as not recorded.
     pub wrongly_not_recorded: Share,
     /// Share of the networks without any common cause that have a group.
     pub unrelated: Share,

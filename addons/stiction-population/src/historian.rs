@@ -14,7 +14,7 @@ pub(super) struct Historian {
     pub hold: usize,
     /// Resolution of the OP, percent; 0 for none.
     pub op_quantum: f64,
-    /// Resolution of the PV, in its standard deviations; 0 for none.
+    /// Resolution of the PV, in standard deviations of the PV; 0 without quantisation.
     pub pv_quantum: f64,
     /// Deviation of the swinging door on OP and on PV, in standard deviations; 0 for none.
     pub doors: [f64; 2],

@@ -116,7 +116,7 @@ pub struct Positioned {
     pub truth: PositionTruth,
 }
 
-/// Steps of the simulation in a sample.
+/// Number of steps of the simulation in a sample.
 const STEPS: usize = 8;
 /// Level of OP, PV and SP, percent.
 const LEVEL: f64 = 50.0;

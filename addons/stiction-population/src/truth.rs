@@ -152,17 +152,17 @@ pub struct Facts {
     pub averaged: bool,
     /// Samples for which the historian holds the PV.
     pub held_samples: usize,
-    /// Resolution of the recorded OP, percent, or 0.
+    /// Resolution of the recorded OP, percent; 0 without quantisation.
     pub op_quantum: f64,
-    /// Resolution of the recorded PV in its standard deviations, or 0.
+    /// Resolution of the recorded PV, in standard deviations of the PV; 0 without quantisation.
     pub pv_quantum: f64,
-    /// Deviation of the swinging door on the OP in its standard deviations, or 0.
+    /// Deviation of the swinging door on the OP, in standard deviations of the OP; 0 without compression.
     pub op_compression: f64,
-    /// Deviation of the swinging door on the PV in its standard deviations, or 0.
+    /// Deviation of the swinging door on the PV, in standard deviations of the PV; 0 without compression.
     pub pv_compression: f64,
-    /// Smallest reported change of the OP in its standard deviations, or 0.
+    /// Smallest reported change of the OP, in standard deviations of the OP; 0 without exception reporting.
     pub op_exception: f64,
-    /// Smallest reported change of the PV in its standard deviations, or 0.
+    /// Smallest reported change of the PV, in standard deviations of the PV; 0 without exception reporting.
     pub pv_exception: f64,
     /// Processing of the historian.
     pub historian: Vec<HistorianKind>,

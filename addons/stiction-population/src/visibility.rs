@@ -14,7 +14,7 @@ const EFFECTIVE: f64 = 500.0;
 const OWN: usize = 5;
 const MEANS: usize = 4;
 const TAPS: [usize; 8] = [0, 1, 2, 3, 5, 7, 10, 14];
-/// Columns of the past, columns with the OP, and all columns.
+/// Number of columns of the past, columns with the OP, and all columns.
 const PAST: usize = 2 + OWN + MEANS;
 const WITHOUT: usize = PAST + TAPS.len();
 const COLUMNS: usize = WITHOUT + TAPS.len();

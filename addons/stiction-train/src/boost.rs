@@ -15,7 +15,7 @@ use anyhow::{Result, ensure};
 use rayon::prelude::*;
 use stiction_diagnose::fusion::{Ensemble, Node, sigmoid, softplus};
 
-/// Rows that are processed together.
+/// Number of rows that are processed together.
 const CHUNK: usize = 4096;
 
 /// The kind of target, and its loss.

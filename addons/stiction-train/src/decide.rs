@@ -35,7 +35,7 @@ const BROKEN: f64 = 0.05;
 const LEFT_OUT: f64 = 0.05;
 /// End of the search.
 const ENDS: Decision = Decision { accuse: 0.6, clear: 0.4 };
-/// Fewest loops of a share that can stop the search.
+/// Smallest number of loops of a share that can stop the search.
 const FEWEST: usize = 200;
 
 /// A loop to decide.

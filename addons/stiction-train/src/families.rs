@@ -98,9 +98,9 @@ struct Left {
     judged: Vec<(f64, bool, f64)>,
     /// For every valve with a known S: the distance from the middle of its interval, in half-widths.
     ends: Vec<f64>,
-    /// Of the faulty valves, those whose S is not above the limit.
+    /// Share of the faulty valves whose S is not above the limit.
     limit: Share,
-    /// Of all loops, those beyond the distance of 1.
+    /// Share of all loops whose distance exceeds 1.
     unlike: Share,
 }
 
@@ -326,7 +326,7 @@ impl Lesson<'_> {
         Ok(predicted(asked).into_iter().map(end).collect())
     }
 
-    /// Of the faulty valves of a family, those whose S is not above the limit.
+    /// Share of the faulty valves of a family whose S is not above the limit.
     fn limit(&self, trained: &[u32], calibrated: &[u32], asked: &[u32]) -> Result<Share> {
         let trees =
             self.fit(trained, Loss::Pinball(LIMIT), self.columns, &LIMIT_TREES, &limit_target)?;

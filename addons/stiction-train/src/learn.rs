@@ -19,7 +19,7 @@ use stiction_diagnose::fusion::{
     Provenance, Quantiles, TrainedModel, row,
 };
 
-/// Fewest slips of a valve for learning S: fewer show only where it sticks.
+/// Smallest number of slips of a valve for learning S: fewer show only where it sticks.
 pub const FEWEST_SLIPS: u64 = 3;
 
 /// The probability from which loops count for the intervals of S and J/S.

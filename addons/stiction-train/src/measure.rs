@@ -86,7 +86,7 @@ pub struct Detection {
     pub hidden_called: Share,
     /// For each kind, the shares of loops with a probability of at least 0.8, 0.85 and 0.9, without invisible faults.
     pub called: Vec<(String, [Share; 3])>,
-    /// Of loops without a fault, those whose likeliest cause, apart from faults, is the true one.
+    /// Share of the loops without a fault whose likeliest cause, apart from faults, is the true cause.
     pub causes: Share,
 }
 

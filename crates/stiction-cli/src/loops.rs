@@ -12,7 +12,7 @@ use stiction_io::ReadOptions;
 use stiction_plant::overrides::Overrides;
 use stiction_report::document::{Loop, Source};
 
-/// Samples of a file that are at least judged at a time, so that all threads have loops to judge.
+/// Number of samples of a file that are at least judged at a time, so that all threads have loops to judge.
 const AT_A_TIME: usize = 1 << 20;
 
 /// A loop with its diagnosis and its source.

@@ -14,7 +14,7 @@ const END: char = '\0';
 /// The most bytes of a block. Its ends count in 32 bits.
 const BLOCK: usize = 16 << 20;
 
-/// Bytes that a packed text takes beside its own.
+/// Number of bytes that a packed text takes beside its own.
 pub(crate) const BESIDE: usize = size_of::<u32>() + END.len_utf8();
 
 /// The most bytes of packed texts that a table holds in memory.

@@ -102,7 +102,7 @@ pub struct Ramped<'a> {
     vp: Vec<f64>,
 }
 
-/// Most points of a signature that are drawn.
+/// Largest number of points of a signature that are drawn.
 const POINTS: usize = 1500;
 
 impl<'a> Ramped<'a> {

@@ -6,7 +6,7 @@ use stiction_diagnose::spoken::{range, rough, time};
 use stiction_diagnose::valve_test::{SignaturePlan, TestPlan};
 use stiction_figure::page::head;
 
-/// Rows for turns on the page, and fewest rows for the second part, whose sizes are written in by hand.
+/// Number of rows for turns on the page, and fewest rows for the second part, whose sizes are written in by hand.
 const TURNS: usize = 48;
 const OF_PART_2: usize = 8;
 

@@ -451,7 +451,7 @@ def fetch(
 
 
 def _known(stored: Path) -> dict[str, Any]:
-    """The last day of each address."""
+    """The last day that was fetched from each address."""
     try:
         found = json.loads(stored.read_text(encoding="utf-8"))
     except (OSError, ValueError):

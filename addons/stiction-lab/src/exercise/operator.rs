@@ -10,7 +10,7 @@ use stiction_diagnose::valve_test::TestPlan;
 
 /// The part of the operation that gives the OP about which the turns go, s.
 const REST_S: f64 = 60.0;
-/// Samples of the PV that are averaged, as it is noisy.
+/// Number of samples of the PV that are averaged, as it is noisy.
 const SEEN: usize = 5;
 /// The smallest turn of the second part, percent of span.
 const SMALLEST: f64 = 0.2;

@@ -9,7 +9,7 @@ use stiction_plant::Store;
 
 /// The file of events, a line of JSON each, in the store.
 const NAME: &str = "events.jsonl";
-/// Bytes that are read at its end.
+/// Number of bytes that are read at the end of the file.
 const TAIL: u64 = 64 << 10;
 /// Events that are shown.
 const SHOWN: usize = 20;

@@ -18,13 +18,14 @@ use stiction_report::report::Folds;
 
 /// The largest file that is read, bytes.
 const FILE: u64 = 1 << 30;
-/// Bytes of all dropped files together.
+/// Number of bytes of all dropped files together.
 const DROPPED: usize = 1 << 29;
 /// Dropped files that are open at a time.
 const DROPS: usize = 200;
-/// Bytes of recordings in memory. Beyond this limit the least recently used ones are dropped, and read again when needed.
+/// Number of bytes of recordings in memory. Beyond this limit the least recently used ones are dropped, and read again
+/// when needed.
 const KEPT: usize = 1 << 30;
-/// Files of all open folders; more are left out.
+/// Number of files of all open folders; more are left out.
 const FILES: usize = 5_000;
 /// Levels of folders that are searched.
 const DEPTH: usize = 8;

@@ -19,8 +19,8 @@ pub(super) const DROPPED: usize = 256 << 20;
 
 /// How long a file may take to come.
 const IN_TIME: Duration = Duration::from_secs(180);
-/// Bytes of files that are arriving, together at most. A slow receiver takes only the data that have arrived, and
-/// delays no other.
+/// Number of bytes of files that are arriving, together at most. A slow receiver takes only the data that have arrived,
+/// and delays no other.
 const ARRIVING: usize = 2 * DROPPED;
 
 /// The share of a file in the bytes that are arriving.

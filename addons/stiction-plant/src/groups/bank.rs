@@ -10,9 +10,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use stiction_diagnose::series::{Transform, median};
 
-/// Periods in a piece, of the first bin that is kept; as many bins are kept.
+/// Number of periods in a piece, of the first bin that is kept; as many bins are kept.
 const BINS: usize = 6;
-/// Values of the shortest and of the longest piece, as powers of two.
+/// Number of values of the shortest and of the longest piece, as powers of two.
 const LEVELS: (u32, u32) = (5, 13);
 /// Bands in all, the slowest first.
 pub const BANDS: usize = BINS * (LEVELS.1 - LEVELS.0 + 1) as usize;

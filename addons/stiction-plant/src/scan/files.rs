@@ -11,7 +11,7 @@ use stiction_io::parted::PartedFile;
 use stiction_io::reading;
 use stiction_io::sheet::Sheet;
 
-/// Bytes of a sample of a recording: time, value, quality.
+/// Number of bytes of a sample of a recording: time, value, quality.
 const SAMPLE: usize = 17;
 /// Approximate memory of a row group in the metadata of a file.
 const GROUP: usize = 256;

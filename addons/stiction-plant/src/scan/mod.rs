@@ -47,7 +47,7 @@ use stiction_diagnose::recording::Recording;
 
 /// Days that are judged together, so that each file is read about once for them. No window is longer.
 pub const SEGMENT: i64 = MOST_DAYS + 1;
-/// Rows of windows that are written together.
+/// Number of rows of windows that are written together.
 pub const PART: usize = 64;
 /// Memory of a scan by default, bytes.
 pub const MEMORY: u64 = 500 << 20;

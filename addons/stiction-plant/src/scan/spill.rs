@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use stiction_io::sheet::{Cells, Sheet};
 
-/// Rows that a file collects before they are written.
+/// Number of rows that a file collects before they are written.
 const ROWS: usize = 8192;
 
 /// Files for a number of readers, being filled.

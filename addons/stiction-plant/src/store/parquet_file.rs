@@ -24,7 +24,7 @@ pub const COLUMNS: &str = "stiction:columns";
 /// The most rows that are written together.
 const GROUP: usize = 1 << 20;
 
-/// Rows that are read together.
+/// Number of rows that are read together.
 const BATCH: usize = 1024;
 
 /// Rows as Parquet; equal rows give equal bytes.

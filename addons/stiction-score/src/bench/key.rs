@@ -2,7 +2,7 @@
 
 use sha2::{Digest, Sha256};
 
-/// Fewest characters of a passphrase. Whoever has the recordings could try all shorter ones.
+/// Smallest number of characters of a passphrase. Whoever has the recordings could try all shorter ones.
 const LEAST: usize = 16;
 
 /// The key of a passphrase: its SHA-256.

@@ -11,7 +11,7 @@ use stiction_report::report::layout::{Block, Fact, Report, Table};
 
 /// Detectors that are drawn and have columns of their own; of more, the best by AUC.
 const CURVES: usize = 6;
-/// Rows of a list of loops to look at.
+/// Number of rows of a list of loops to look at.
 const ROWS: usize = 12;
 
 /// The page as one self-contained HTML document. Equal input gives equal bytes.

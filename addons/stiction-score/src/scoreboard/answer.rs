@@ -23,7 +23,7 @@ pub const FEW_ALARMS: f64 = 0.01;
 /// Lower ends of the bands of the gain, nats. Below 15.6 nats, a record does not show its valve to an observer who has
 /// to find the stem, so these loops count as masked.
 const NATS: [f64; 9] = [0.0, 2.0, 5.0, 10.0, 15.6, 25.0, 50.0, 100.0, 200.0];
-/// Most points of a receiver operating characteristic.
+/// Largest number of points of a receiver operating characteristic.
 const POINTS: usize = 200;
 
 /// What a detector answers about a loop.

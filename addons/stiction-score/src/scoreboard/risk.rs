@@ -5,7 +5,7 @@ use super::auc::{Interval, bootstrap};
 
 /// Parts into which valves are divided to calibrate scores on loops of other valves.
 const FOLDS: usize = 5;
-/// Most points of a curve in a document.
+/// Largest number of points of a curve in a document.
 const POINTS: usize = 100;
 
 /// Risk against coverage.

@@ -11,10 +11,10 @@ pub const SURE: (f64, f64) = (0.02, 0.98);
 /// because a limit applies to it, too.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Sureness {
-    /// Of sticking loops with a known S and a reported limit, those that stick by more.
+    /// Share of the sticking loops with a known S and a reported limit whose S exceeds the limit.
     #[serde(rename = "S_above_limit")]
     pub above: Share,
-    /// Of cleared sticking loops with a known S, those that stick by more than their limit, or have no limit.
+    /// Share of the cleared sticking loops with a known S whose S exceeds their limit, or which have no limit.
     #[serde(rename = "cleared_above_limit")]
     pub cleared_above: Share,
     /// Sticking loops that are cleared, with any limit.

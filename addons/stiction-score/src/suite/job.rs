@@ -71,7 +71,7 @@ pub(super) enum Job {
 
 /// Factor of the longer records.
 const LONGER: f64 = 4.0;
-/// Loops of a network, and its record, s.
+/// Number of loops of a network, and its record, s.
 const NETWORK: usize = 5;
 const NETWORK_S: f64 = 28_800.0;
 

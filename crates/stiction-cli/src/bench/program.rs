@@ -11,9 +11,9 @@ use stiction::scoreboard::Answer;
 
 /// Number of consecutive starts without an answer, after which a program is not started again.
 const STARTS: usize = 10;
-/// Bytes of a line that are read; the rest of a longer one is skipped.
+/// Number of bytes of a line that are read; the rest of a longer one is skipped.
 const LINE: u64 = 1 << 20;
-/// Bytes of standard error that are kept.
+/// Number of bytes of standard error that are kept.
 const ERRORS: usize = 4096;
 /// Time for a program to end once its input has ended.
 const END: Duration = Duration::from_secs(2);

@@ -77,7 +77,7 @@ pub struct Document {
 /// The time of the diagnosis or of a method.
 #[derive(Serialize, JsonSchema)]
 struct Time {
-    /// The method, or the diagnosis.
+    /// Name of the method, or of the diagnosis.
     name: String,
     /// Median time per loop, microseconds.
     #[serde(with = "stiction::finite::Finite")]

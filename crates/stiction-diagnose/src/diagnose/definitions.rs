@@ -12,7 +12,7 @@ use crate::methods::{Ellipse, MethodId, Subject};
 use crate::series::{band_passed, std};
 use std::borrow::Cow;
 
-/// Most samples for the fit of an ellipse: the middle of a long segment.
+/// Largest number of samples for the fit of an ellipse: the middle of a long segment.
 const MOST_POINTS: usize = 4_000;
 
 /// All definitions for a loop, `s` being the estimate of S, percent. A method's result is read from its finding; a

@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 
 /// Smallest half-width of an interval of S, relative to S; ours.
 pub const NARROWEST: f64 = 0.05;
-/// Fewest windows with an S for a drift; ours.
+/// Smallest number of windows with an S for a drift; ours.
 pub const FEWEST_FOR_DRIFT: usize = 5;
 /// Level below which a p-value is significant.
 pub const SIGNIFICANT: f64 = 0.05;

@@ -113,7 +113,7 @@ const SHORT: [usize; 2] = [16, 64];
 /// Numbers of samples to average. A PV fed forward through derivative action, or a sample that is held, leads at the
 /// fastest scale only. A controller's integral shows at the slower scales, even if the controller filters noise.
 const SCALES: [usize; 2] = [4, 16];
-/// Most samples to examine. Of a longer segment, the middle is examined.
+/// Largest number of samples to examine. Of a longer segment, the middle is examined.
 const LONGEST: usize = 16_384;
 /// Largest distance of an exact copy, in standard deviations: rounding of floating point.
 const EXACT: f64 = 1e-8;

@@ -14,8 +14,8 @@ use crate::error::{Result, finite};
 use crate::series::{cliffs_delta, difference_of_means, mean};
 use stiction_model::named;
 
-/// Fewest observations on each side. With five, a random exchange gives as clear a difference in 2 of 252 cases;
-/// ours.
+/// Smallest number of observations on each side. With five, a random exchange gives as clear a difference in 2 of 252
+/// cases; ours.
 pub const FEWEST: usize = 5;
 
 named! {

@@ -89,7 +89,7 @@ impl Detectors {
     }
 }
 
-/// Most samples of a segment that the methods, the oscillation, the check of the columns and a recorded
+/// Largest number of samples of a segment that the methods, the oscillation, the check of the columns and a recorded
 /// position use: three days at 1 s. They are for records of thousands of samples, and their cost grows with the length.
 pub const READ_BY_METHODS: usize = 1 << 18;
 

@@ -351,7 +351,7 @@ pub(super) fn log_odds(probability: f64) -> f64 {
     logit(probability.clamp(1.0 - SUREST, SUREST))
 }
 
-/// Most features to list of a recording that is unlike the training loops.
+/// Largest number of features to list of a recording that is unlike the training loops.
 const NAMED: usize = 3;
 
 /// The features farthest outside the training loops.

@@ -69,8 +69,8 @@ pub const FEATURES: [Feature; 31] = [
 /// Share of a period for a slope.
 pub(super) const SLOPE: f64 = 1.0 / 12.0;
 
-/// Samples in a segment of the bicoherence: less than three periods at its resolution, so that a few cycles have
-/// enough segments.
+/// Number of samples in a segment of the bicoherence: less than three periods at its resolution, so that a few cycles
+/// have enough segments.
 const SEGMENT: usize = 32;
 
 /// Smaller ratios count as zero.

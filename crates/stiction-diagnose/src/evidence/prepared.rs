@@ -13,10 +13,10 @@ const SAMPLES_PER_PERIOD: f64 = 36.0;
 /// Ratio of the fine resolution. Averaging hides corners.
 const FINE: usize = 3;
 
-/// Most samples of the dense resolution.
+/// Largest number of samples of the dense resolution.
 const DENSE_SAMPLES: usize = 1200;
 
-/// Fewest times by which it must be denser to be used.
+/// Smallest number of times by which it must be denser to be used.
 const DENSER: usize = 2;
 
 /// Fewest periods of a frequency in the window; slower ones cannot be distinguished from drift.
@@ -25,7 +25,7 @@ const FEWEST_PERIODS: f64 = 3.0;
 /// Width of the moving mean that is the slow part, in periods.
 const SLOW_PERIODS: f64 = 2.0;
 
-/// Fewest samples for a measurement.
+/// Smallest number of samples for a measurement.
 const FEWEST_SAMPLES: usize = 16;
 
 /// A signal is constant if it moves by less than this share of its largest sample, as by rounding.

@@ -14,11 +14,11 @@ use crate::parallel::*;
 use crate::recording::Segment;
 use crate::series::median;
 
-/// Most windows: three quarters of a week at 5 s.
+/// Largest number of windows: three quarters of a week at 5 s.
 const MOST_WINDOWS: usize = 60;
-/// Samples of a window, unless its cycles are long: as many as the training loops have, 300 to 2,000. Of 2,000 valves
-/// with long records, pools of windows of 1,500 samples separate the sticking ones better than those of 4,000 (AUC 0.911
-/// and 0.890).
+/// Number of samples of a window, unless its cycles are long: as many as the training loops have, 300 to 2,000. Of
+/// 2,000 valves with long records, pools of windows of 1,500 samples separate the sticking ones better than those of
+/// 4,000 (AUC 0.911 and 0.890).
 pub const WINDOW_SAMPLES: usize = 1_500;
 /// A segment of up to this many samples is one window. It is hardly longer than a training loop.
 const UNDIVIDED: usize = 2_500;
@@ -28,7 +28,7 @@ pub const WINDOW_CYCLES: f64 = 25.0;
 pub const FEWEST_CYCLES: f64 = 12.0;
 /// The longest period of a cycle of the loop that needs longer windows, s.
 pub const SLOWEST_S: f64 = 4.0 * 3600.0;
-/// Fewest samples of a segment beside the longest.
+/// Smallest number of samples of a segment beside the longest.
 const SHORTEST: usize = 300;
 /// The shortest length in which cycles are looked for.
 const SHORTEST_TRIED: usize = 4_000;

@@ -37,7 +37,7 @@ use crate::recording::Segment;
 use crate::series::{line, mean};
 use crate::valve::Model;
 
-/// Most repetitions of the process fit behind the valve that explains the PV best.
+/// Largest number of repetitions of the process fit behind the valve that explains the PV best.
 const ROUNDS: usize = 3;
 /// The note on a valve that changed.
 const CHANGED: &str = "Only the part since the valve changed is fitted.";

@@ -455,7 +455,7 @@ fn protocol(fit: &Fit, typical: &Draw) -> CompareOptions {
     }
 }
 
-/// The effect of a remedy on a drawn loop; `None` if it cannot be applied or the loop runs away.
+/// The effect of a remedy on a drawn loop; `None` if the remedy cannot be applied or the loop is unstable.
 fn played(
     fit: &Fit,
     draw: &Draw,

@@ -53,7 +53,7 @@ use crate::series::{mean, median, quantile, span, variance};
 use law::{Fit, Settings};
 use record::{Record, Shape, held};
 
-/// Fewest samples for a fit of a controller.
+/// Smallest number of samples for a fit of a controller.
 pub const FEWEST_SAMPLES: usize = 60;
 /// Number of samples above which only the middle of a segment is used.
 pub const MOST_SAMPLES: usize = 6000;

@@ -46,7 +46,7 @@ use crate::numeric::least_squares::{dot, least_squares};
 use crate::series::{autocorrelation, centred, std};
 use nalgebra::Matrix3;
 
-/// Fewest samples for a fit.
+/// Smallest number of samples for a fit.
 pub const FEWEST_SAMPLES: usize = 40;
 /// Time constants of the grid, and their range, samples.
 const GRID: usize = 14;

@@ -143,7 +143,7 @@ impl HammersteinOptions {
     }
 }
 
-/// The process behind a valve that follows.
+/// The process with a valve that follows the OP.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearFit {
     /// Mean square of the one-step prediction error, variances of the PV.
@@ -182,11 +182,11 @@ pub struct ValveFit {
 /// Without the PV's past: one lag and a delay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputError {
-    /// Unexplained share of the PV's variance behind a valve that follows.
+    /// Unexplained share of the PV's variance with a valve that follows the OP.
     pub linear: f64,
-    /// Unexplained share behind a valve that sticks, the best of those that predict best.
+    /// Unexplained share with the best sticking valve among those that predict best.
     pub sticky: f64,
-    /// Unexplained share behind a valve that follows if the sensor has play.
+    /// Unexplained share with a valve that follows the OP, if the sensor has play.
     pub sensor: f64,
     /// S of that sticking valve, share of [`ModelEvidence::op_span`].
     pub s_over_span: f64,

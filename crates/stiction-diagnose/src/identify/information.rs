@@ -68,7 +68,7 @@ pub const SMALLEST: f64 = 0.015;
 pub const LARGEST: f64 = 1.8;
 /// Approximate largest number of predicted instants.
 pub const MOST_SAMPLES: usize = 800;
-/// Fewest instants for a result.
+/// Smallest number of instants for a result.
 pub const FEWEST_SAMPLES: usize = 60;
 /// A valve with fewer slips is tried from several positions.
 pub const SELDOM: f64 = 4.0;
@@ -82,7 +82,7 @@ const PLACES: [(f64, f64); 4] =
 /// Around the valve of the largest gain: factors of its S, and J over S.
 const NEARBY_S: [f64; 4] = [0.79, 0.91, 1.09, 1.26];
 const NEARBY_J: [f64; 4] = [0.1, 0.35, 0.65, 1.0];
-/// Fewest instants per period.
+/// Smallest number of instants per period.
 const SAMPLES_PER_PERIOD: usize = 40;
 /// Instants that are always kept.
 const KEPT: usize = 150;

@@ -60,7 +60,7 @@ use nalgebra::{SMatrix, SVector};
 
 /// Number of samples above which only the beginning is fitted.
 pub const MOST_SAMPLES: usize = 2_000;
-/// Fewest slips against the last direction of motion for a fit.
+/// Smallest number of slips against the last direction of motion for a fit.
 pub const FEWEST_SLIPS: usize = 3;
 /// Damping ratio `Fv / (2 sqrt(k M))`: the stem's second time constant is a hundredth of the first.
 pub const DAMPING_RATIO: f64 = 5.0;

@@ -53,7 +53,7 @@ use crate::valve::{self, Description, Direction, He, Model, Start, TwoPhase, Val
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Fewest samples for a fit.
+/// Smallest number of samples for a fit.
 pub const FEWEST_SAMPLES: usize = 50;
 /// Number of samples above which only the beginning is fitted.
 pub const MOST_SAMPLES: usize = 10_000;
@@ -66,7 +66,7 @@ const DELAYS: usize = 4;
 /// Largest and smallest fs to try, spans of the OP.
 const LARGEST: f64 = 1.0;
 const SMALLEST: f64 = 0.003;
-/// Values of fs and of fd over fs in the first grid.
+/// Number of values of fs and of fd over fs in the first grid.
 const COARSE: (usize, usize) = (40, 6);
 /// These values for models that are at rest after every sample, whose errors accumulate from slip to slip.
 const COARSE_STAIRCASE: (usize, usize) = (16, 64);
@@ -74,7 +74,7 @@ const COARSE_STAIRCASE: (usize, usize) = (16, 64);
 const ABOUT: [f64; 2] = [0.7, 1.1];
 /// Quantiles that limit that range.
 const RANGE: [f64; 2] = [0.003, 0.997];
-/// Values of fs and of fd over fs in a finer grid.
+/// Number of values of fs and of fd over fs in a finer grid.
 const FINE: usize = 8;
 /// Finer grids at each delay, further ones at the best delay, and how much narrower each is.
 const ROUNDS_AT_EACH: usize = 3;

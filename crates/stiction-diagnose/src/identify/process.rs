@@ -39,7 +39,7 @@ use crate::finding::Abstention;
 use crate::numeric::least_squares::{dot, least_squares};
 use crate::series::{centred, std};
 
-/// Fewest samples for a fit.
+/// Smallest number of samples for a fit.
 pub const FEWEST_SAMPLES: usize = 80;
 /// Number of samples above which only the middle is used.
 pub const MOST_SAMPLES: usize = 4000;

@@ -39,7 +39,7 @@ impl Steadiness {
     }
 }
 
-/// Fewest reversals for a steadiness.
+/// Smallest number of reversals for a steadiness.
 const FEWEST_REVERSALS: usize = 4;
 /// Samples at which a slip arrives.
 const ARRIVAL: usize = 3;

@@ -41,7 +41,7 @@ const DEAD: [usize; 14] = [0, 1, 2, 3, 4, 5, 7, 9, 12, 16, 22, 30, 40, 55];
 /// Orders of the noise model to try.
 const ORDERS: [usize; 3] = [1, 2, 4];
 const LONGEST_PAST: usize = ORDERS[ORDERS.len() - 1];
-/// Columns of a spell besides its turns: level and slope.
+/// Number of columns of a spell besides its turns: level and slope.
 const BESIDE: usize = 2;
 
 impl Process {

@@ -11,8 +11,8 @@
 //!    twice as long as the PV took to respond. This part ends when the PV has not answered three sizes in a row.
 //!
 //! The test ends after [`TIME`] in manual or after [`HOLDS`] first holds, whichever is longer, after a [`SHIFT`] at the
-//! latest, or after the time that the user gives. Larger steps from size to size, and then a larger first size, fit the
-//! first part into this time.
+//! latest, or after the time that the user gives. If time is short, the sizes grow in larger steps, and if that does
+//! not suffice, the first size is larger, so that the first part fits into this time.
 //!
 //! If the PV moves far with a turn, the next turn follows at once. If the PV drifts away although the OP should bring it back,
 //! the operator moves the OP further in the same direction. The centre of the turns moves by the same amount. An inconclusive test is followed by another ([`TestPlan::again`]).

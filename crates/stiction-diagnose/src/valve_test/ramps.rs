@@ -21,7 +21,7 @@ use crate::numeric::least_squares::least_squares;
 use crate::series::{max, min};
 use crate::spoken::{rough, time};
 
-/// Most samples that are judged: of more, every second, third, … is used.
+/// Largest number of samples that are judged: of more, every second, third, … is used.
 const MOST_SAMPLES: usize = 1200;
 /// Degrees of a characteristic that are tried.
 const DEGREES: [i32; 3] = [5, 3, 1];

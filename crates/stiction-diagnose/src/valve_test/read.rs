@@ -196,9 +196,9 @@ const LIMIT: f64 = 0.25;
 const LIMITS: (f64, f64) = (2.0, 5.0);
 /// Larger limits are not reported, because they exceed the turns of a test, percent.
 const TOLD_UP_TO: f64 = 25.0;
-/// Most settings that are read. The time grows with their square, and a test of an hour has fewer.
+/// Largest number of settings that are read. The time grows with their square, and a test of an hour has fewer.
 const MOST_TURNS: usize = 120;
-/// Fewest samples of operation that are used.
+/// Smallest number of samples of operation that are used.
 pub(super) const FEWEST: usize = 100;
 /// Smallest standard deviation of the errors, as a share of the range of the signal.
 const EXACT: f64 = 1e-4;

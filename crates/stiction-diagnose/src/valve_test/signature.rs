@@ -143,7 +143,7 @@ const PAUSE_S: f64 = 10.0;
 const PER_PERCENT: f64 = 8.0;
 /// Smallest OP range of a ramp, percent.
 pub const LEAST_TRAVEL: f64 = 10.0;
-/// Fewest samples of a ramp.
+/// Smallest number of samples of a ramp.
 const FEWEST: usize = 60;
 /// Largest step of the OP in a ramp, as a share of its travel.
 const STEP: f64 = 0.04;
@@ -155,7 +155,7 @@ const ALIKE_RAMPS: (f64, f64) = (1.3, 2.5);
 const PLACES: usize = 10;
 /// A stem that moves less than this per percent of OP does not respond.
 const STILL: f64 = 0.1;
-/// Fewest samples in a part of the stroke.
+/// Smallest number of samples in a part of the stroke.
 const IN_PLACE: usize = 40;
 /// The stem binds where its S is larger than elsewhere by this factor, and by this much, percent.
 const BINDS: (f64, f64) = (1.5, 0.8);

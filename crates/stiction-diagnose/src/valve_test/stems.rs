@@ -14,9 +14,10 @@ pub(super) struct Stem {
 
 /// J as a share of S.
 pub(super) const SHARES: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
-/// Possible positions of the stem before the first turn: distance from the OP, as a share of the largest one.
+/// Possible positions of the stem before the first turn: distance from the OP, as a share of the largest possible
+/// distance.
 pub(super) const PLACES: [f64; 5] = [0.0, -0.45, 0.45, -0.9, 0.9];
-/// Those of a stem with J = 0 that slid before.
+/// These positions for a stem with J = 0 that slid before.
 pub(super) const SLID: [f64; 2] = [-1.0, 1.0];
 /// The smallest S tried, percent, and the ratio of one S to the last.
 const LEAST: f64 = 0.12;

@@ -37,7 +37,7 @@ const MOST_NATS: f64 = 30.0;
 /// Less evidence, nats, and shorter lags, samples, distinguish nothing.
 const ALIKE: f64 = 1.0;
 const FAST: f64 = 2.5;
-/// Most samples that are used. More are averaged.
+/// Largest number of samples that are used. More are averaged.
 const MOST_SAMPLES: usize = 1500;
 /// Fewest samples and turns of a time in manual.
 const FEWEST: (usize, usize) = (12, 2);

@@ -1,4 +1,4 @@
-//! Arranges everything on the sheet.
+//! Computes the position of panels, axes, labels and legend in a picture.
 
 use super::annotate::Mark;
 use super::axis::{self, Axis};

@@ -10,7 +10,7 @@ const FLAT: f64 = 0.15;
 const NEAR: f64 = 0.3;
 /// Maximum distance of a dropped sample of a map from the stroke that replaces it, px.
 const STRAIGHT: f64 = 0.08;
-/// Most samples that one stroke of a map replaces.
+/// Largest number of samples that one stroke of a map replaces.
 const WINDOW: usize = 64;
 /// Side of the cells in which ink is accounted for, px.
 const CELL: f64 = 0.5;

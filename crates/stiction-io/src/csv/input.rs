@@ -1,4 +1,4 @@
-//! The text of a file, read some at a time if the file is large.
+//! The text of a file, read in pieces if the file is large.
 
 use super::encoding::has_signature;
 use crate::error::{Error, Result};

@@ -49,7 +49,7 @@ pub struct CsvSheet {
 /// Number of records used to detect the delimiter and the width of the table.
 const LOOKED_AT: usize = 200;
 
-/// The fewest bytes of a file that is read some at a time.
+/// The smallest size, in bytes, of a file that is read in pieces.
 const LARGE: u64 = 64 << 20;
 
 /// The most records up to the end of the header.

@@ -12,10 +12,10 @@ use parquet::errors::ParquetError;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-/// Bytes that every cell takes; texts take at least as many.
+/// Number of bytes that every cell takes; texts take at least as many.
 pub const CELL: usize = size_of::<f64>();
 
-/// Rows that are decoded at a time.
+/// Number of rows that are decoded at a time.
 const BATCH: usize = 8192;
 
 /// The cells of a column, from its chunks with their numbers of rows.

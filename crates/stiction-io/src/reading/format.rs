@@ -83,7 +83,7 @@ impl File {
         Ok(Self { format, sheets, notes, sha256: format!("{:x}", Sha256::digest(bytes)) })
     }
 
-    /// The file at `path`. A large file of text is read some of it at a time.
+    /// The file at `path`. A large text file is read in pieces.
     ///
     /// # Errors
     /// If the file cannot be read, or as for [`sheets`].

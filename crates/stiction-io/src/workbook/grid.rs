@@ -16,7 +16,7 @@ const SINCE_1904: f64 = 24_107.0;
 /// A serial number below a year is a time of day or a duration, and no date.
 const NO_DATE: f64 = 366.0;
 
-/// Rows that a sheet can have.
+/// Number of rows that a sheet can have.
 const MOST_ROWS: u32 = 1 << 20;
 
 /// A cell.

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 
 const METHOD: &str = "Radau IIA integrator";
 
-/// Most guards of a system.
+/// Largest number of guards of a system.
 pub const GUARDS: usize = 5;
 
 const SQRT6: f64 = 2.449_489_742_783_178;

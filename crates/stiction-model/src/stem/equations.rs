@@ -4,7 +4,7 @@ use super::body::Recorder;
 use super::pressure::Drive;
 use crate::numeric::radau;
 
-/// Most states of a motion: position, velocity, three deflections.
+/// Largest number of states of a motion: position, velocity, three deflections.
 pub(super) const STATES: usize = 5;
 
 /// Guards of a motion: the guards of our own solver, and one more for events that do not change the motion, at which

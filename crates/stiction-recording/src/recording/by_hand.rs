@@ -18,9 +18,9 @@ use crate::series::median;
 use std::collections::HashMap;
 use stiction_model::named;
 
-/// Fewest reversals for a test recognised by its OP.
+/// Smallest number of reversals for a test recognised by its OP.
 pub const FEWEST_TURNS: usize = 8;
-/// Fewest steps of a staircase in one direction.
+/// Smallest number of steps of a staircase in one direction.
 const FEWEST_STEPS: usize = 3;
 /// Share of steps in such runs, and share of steps and holds that are equal; largest ratio of a step and of a hold to
 /// their median.
@@ -31,7 +31,7 @@ const SMALLEST: f64 = 1.0;
 /// Smallest step of a staircase that is not compared with a controller's law, percent, and the largest differences of
 /// its steps and holds.
 const EVEN: (f64, f64, f64) = (2.0, 0.05, 0.2);
-/// Fewest samples of a held level.
+/// Smallest number of samples of a held level.
 const HELD: usize = 4;
 /// Largest distance of a step's middle from the middle of this many steps on either side, as a share of the step.
 const ASKEW: f64 = 0.35;
@@ -46,7 +46,7 @@ const FEWEST_OUTSIDE: usize = 100;
 const STILL: f64 = 0.1;
 /// Share of steps that reverse the last one.
 const TO_AND_FRO: f64 = 0.7;
-/// Fewest reversals of another time in manual beside a test.
+/// Smallest number of reversals of another time in manual beside a test.
 const FEWEST_BESIDE: usize = 3;
 /// Number of different sizes, and their smallest difference.
 const SIZES: usize = 4;

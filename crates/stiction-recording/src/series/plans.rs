@@ -10,7 +10,7 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Most samples of all plans that a thread keeps: about 32 MB.
+/// Largest number of samples of all plans that a thread keeps: about 32 MB.
 const MOST: usize = 1 << 20;
 
 /// Plans of one direction, by the length of the series.

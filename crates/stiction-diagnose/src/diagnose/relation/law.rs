@@ -29,7 +29,7 @@ pub(super) struct Law {
 const CALM: f64 = 0.1;
 /// Variance of a correlation that is added to the variance of the blocks, because a few blocks may agree by chance.
 const LEAST_SPREAD: f64 = 1e-3;
-/// Fewest blocks for a law.
+/// Smallest number of blocks for a law.
 const FEWEST: usize = 4;
 
 type Matrix = [[f64; 3]; 3];

@@ -8,7 +8,7 @@ use crate::series::{max, mean, min, std};
 pub const LENGTH: usize = 1024;
 /// Values per sample.
 pub const CHANNELS: usize = 8;
-/// Values of the whole window.
+/// Number of values of the whole window.
 pub const SCALARS: usize = 8;
 /// Fewest samples per period after thinning, if there are as many.
 const SAMPLES_PER_PERIOD: f64 = 16.0;

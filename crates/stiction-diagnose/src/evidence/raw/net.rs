@@ -25,7 +25,7 @@ use std::sync::OnceLock;
 
 /// The first bytes of a file.
 const MAGIC: [u8; 8] = *b"STICNET1";
-/// Samples of a filter.
+/// Number of samples of a filter.
 const TAPS: usize = 9;
 /// Channels of the first convolution, and the spacing of its output samples.
 const FIRST: (usize, usize) = (32, 2);

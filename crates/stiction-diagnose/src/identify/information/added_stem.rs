@@ -44,7 +44,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 const AROUND: usize = 12;
 /// Degrees of freedom of Student's t, which limits the weight of a single large error.
 const FREEDOM: f64 = 4.0;
-/// Values of S: the values of the grid, and one value between each two.
+/// Number of values of S: the values of the grid, and one value between each two.
 const FINE_STEPS: usize = 2 * STEPS - 1;
 /// J over S, and the model.
 const SHAPES: [(f64, Model); 5] = [

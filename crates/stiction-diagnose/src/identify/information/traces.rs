@@ -10,7 +10,7 @@ pub struct Traces {
     pub op: Vec<f64>,
     /// The PV at the end of each block.
     pub pv: Vec<f64>,
-    /// The residual of the PV behind a valve that follows, in standard deviations of the PV; 0 where the past is
+    /// The residual of the PV with a valve that follows the OP, in standard deviations of the PV; 0 where the past is
     /// not known.
     pub follows: Vec<f64>,
     /// This residual with the likeliest stem in addition to the OP.

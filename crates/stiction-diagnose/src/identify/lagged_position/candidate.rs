@@ -30,7 +30,7 @@ pub(super) struct Candidate {
     pub friction: Friction,
     pub fs: f64,
     pub fd: f64,
-    /// A second lag behind everything, in lags.
+    /// A second lag after all other parts, as a multiple of the first lag.
     pub second: f64,
 }
 

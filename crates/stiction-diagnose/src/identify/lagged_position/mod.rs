@@ -70,7 +70,7 @@ use crate::series::{quantile, span};
 use crate::spoken::{counted, rough, time};
 use candidate::worse_by;
 
-/// Fewest samples for a judgement: forty blocks of five.
+/// Smallest number of samples for a judgement: forty blocks of five.
 pub const FEWEST_SAMPLES: usize = 200;
 /// Largest S of a healthy valve, percent.
 pub const HEALTHY_UP_TO: f64 = 0.3;

@@ -17,7 +17,7 @@ pub enum Moves {
 const LEAST: f64 = 0.3;
 /// Share of the variance of the OP's changes that is rounding in any case.
 const ROUNDING: f64 = 1e-9;
-/// Fewest samples off the limits of the OP for the law, and the number in use.
+/// Smallest number of samples off the limits of the OP for the law, and the number in use.
 const FEWEST: usize = 100;
 const ENOUGH: usize = 4_000;
 

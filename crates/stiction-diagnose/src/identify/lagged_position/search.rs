@@ -22,13 +22,13 @@ const SMALL: [f64; 4] = [0.03, 0.06, 0.1, 0.14];
 const GAIN: (f64, f64) = (0.85, 1.18);
 /// Standard deviations of the residual up to which a loss is quadratic.
 const HUBER: f64 = 2.5;
-/// Most basins to refine in each round, with the half widths of the search in ln fs, fd over fs and ln T, and the
-/// number of fs in the search.
+/// Largest number of basins to refine in each round, with the half widths of the search in ln fs, fd over fs and ln T,
+/// and the number of fs in the search.
 const ROUNDS: [(usize, f64, f64, f64, usize); 3] =
     [(12, 0.2, 0.15, 0.3, 7), (4, 0.07, 0.07, 0.12, 7), (2, 0.025, 0.03, 0.05, 5)];
 /// Distance of the bands of two basins in a family, in ln fs: the grid is too coarse to rank them.
 const APART: f64 = 0.2;
-/// Samples that are simulated and not scored, and their largest share of a piece.
+/// Number of samples that are simulated and not scored, and their largest share of a piece.
 const BURN: (usize, usize) = (60, 8);
 /// Number of samples above which a recording is cut into [`PIECES`] pieces, evenly spread, of this many samples
 /// together.

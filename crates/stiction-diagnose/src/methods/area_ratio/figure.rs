@@ -7,7 +7,7 @@ use crate::series::{max, span};
 use crate::spoken::number;
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
-/// Most bars in a half wave.
+/// Largest number of bars in a half wave.
 const BARS: usize = 48;
 
 pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &AreaRatioResult) -> Option<Figure> {

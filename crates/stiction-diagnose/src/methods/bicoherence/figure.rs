@@ -5,7 +5,7 @@ use crate::drawing::{Scene, WIDTH, sheet, thinned};
 use crate::spoken::number;
 use stiction_figure::figure::{Annotation, Figure, Legend, Panel, Series, colour};
 
-/// Most points of the phase plot.
+/// Largest number of points of the phase plot.
 const MOST: usize = 800;
 
 pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &BicoherenceResult) -> Option<Figure> {

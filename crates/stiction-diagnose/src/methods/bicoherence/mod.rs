@@ -70,7 +70,7 @@ use crate::finding::{
 use crate::series::{Transform, band_passed, decimated, std};
 use realfft::num_complex::Complex;
 
-/// Samples in a segment; recalled.
+/// Number of samples in a segment; recalled.
 pub const SEGMENT: usize = 64;
 /// Non-Gaussianity index up to which a loop is linear and Gaussian; recalled.
 pub const NGI_LIMIT: f64 = 0.001;
@@ -88,9 +88,9 @@ pub const MOST_RESIDUAL: f64 = 0.3;
 
 /// Fewest samples per period after decimation; ours.
 const SAMPLES_PER_PERIOD: f64 = 12.0;
-/// Fewest segments for significance; ours.
+/// Smallest number of segments for significance; ours.
 const FEWEST_SEGMENTS: usize = 8;
-/// Most samples of the phase plot; ours.
+/// Largest number of samples of the phase plot; ours.
 const MOST_POINTS: usize = 4096;
 
 static METHOD: Method = Method {

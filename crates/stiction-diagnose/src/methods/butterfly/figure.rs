@@ -5,7 +5,7 @@ use crate::drawing::{Scene, sheet, thinned};
 use crate::spoken::number;
 use stiction_figure::figure::{Annotation, Figure, Panel, Series, colour};
 
-/// Most points of a map.
+/// Largest number of points of a map.
 const MOST: usize = 1_500;
 
 pub(in crate::methods) fn draw(_: &Scene<'_>, found: &ButterflyResult) -> Option<Figure> {

@@ -56,7 +56,7 @@ pub const OPENING: f64 = 1.0;
 const BODY: f64 = 0.5;
 /// Share of a sine that lies within half a standard deviation; closed form.
 const BODY_OF_SINE: f64 = 0.230_053_456_162_615_88;
-/// Fewest samples; ours.
+/// Smallest number of samples; ours.
 const FEWEST_SAMPLES: usize = 50;
 
 static METHOD: Method = Method {

@@ -48,12 +48,12 @@ use crate::finding::{
 };
 use crate::series::{max, std};
 
-/// Samples in a window, as in the public implementation.
+/// Number of samples in a window, as in the public implementation.
 pub const WINDOW: usize = 6;
 /// Ratio of slopes from which a window sticks, as in the public implementation.
 pub const ETA: f64 = 15.0;
 
-/// Fewest windows for a share; ours.
+/// Smallest number of windows for a share; ours.
 const FEWEST_WINDOWS: usize = 10;
 
 static METHOD: Method = Method {

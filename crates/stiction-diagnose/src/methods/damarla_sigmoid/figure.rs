@@ -6,7 +6,7 @@ use crate::series::{max, min};
 use crate::spoken::number;
 use stiction_figure::figure::{Figure, Legend, Panel, Series, colour};
 
-/// Most points of a map.
+/// Largest number of points of a map.
 const MOST: usize = 1_500;
 
 pub(in crate::methods) fn draw(_: &Scene<'_>, found: &DamarlaSigmoidResult) -> Option<Figure> {

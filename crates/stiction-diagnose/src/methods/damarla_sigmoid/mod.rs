@@ -51,9 +51,9 @@ pub const THRESHOLD: f64 = 0.5;
 /// Most fitted pairs; ours.
 pub const MOST_PAIRS: usize = 4_000;
 
-/// Fewest samples for a fit; ours.
+/// Smallest number of samples for a fit; ours.
 const FEWEST_SAMPLES: usize = 50;
-/// Most steps of the fit; ours, it needs about ten.
+/// Largest number of steps of the fit; ours, it needs about ten.
 const MOST_STEPS: usize = 30;
 
 static METHOD: Method = Method {

@@ -62,16 +62,16 @@ use crate::finding::{
 };
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
-/// Samples in a window of M1 to M3, as in the public implementation.
+/// Number of samples in a window of M1 to M3, as in the public implementation.
 pub const WINDOW: usize = 8;
-/// Samples in a window of M4, as in the public implementation.
+/// Number of samples in a window of M4, as in the public implementation.
 pub const WINDOW_OF_ARRANGEMENTS: usize = 3;
 /// Level of significance, as in the public implementation.
 pub const ALPHA: f64 = 0.05;
 /// Probability of fewer marks by chance alone; ours.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// Fewest windows for a share; ours.
+/// Smallest number of windows for a share; ours.
 const FEWEST_WINDOWS: usize = 10;
 
 macro_rules! method {

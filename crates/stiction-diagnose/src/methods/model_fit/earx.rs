@@ -36,7 +36,7 @@
 const STATES: usize = 6;
 /// Variance of the coefficients before the first sample.
 const UNKNOWN: f64 = 1e3;
-/// Samples in which the coefficients are learnt.
+/// Number of samples in which the coefficients are learnt.
 const LEARNING: usize = 4 * STATES;
 
 /// A process with its disturbance.

@@ -10,9 +10,9 @@ use crate::valve::{Model, Start, Valve};
 
 /// Samples per period after reduction of denser recordings.
 pub const SAMPLES_PER_PERIOD: f64 = 60.0;
-/// Most samples: the last ones of longer recordings.
+/// Largest number of samples: the last ones of longer recordings.
 pub const MOST_SAMPLES: usize = 1500;
-/// Fewest samples for a fit.
+/// Smallest number of samples for a fit.
 pub const FEWEST_SAMPLES: usize = 100;
 /// Fewest samples per period: with fewer, slips are invisible.
 pub const SHORTEST_PERIOD: f64 = 8.0;
@@ -73,7 +73,7 @@ pub(super) struct Candidate {
 }
 
 impl Window {
-    /// From recorded OP (percent) and PV, with a period in samples.
+    /// A window from recorded OP (percent) and PV, with a period in samples.
     pub fn of(op: &[f64], pv: &[f64], period: Option<f64>) -> Result<Self, Abstention> {
         let Some(period) = period.filter(|p| p.is_finite() && *p >= SHORTEST_PERIOD) else {
             return Err(Abstention(format!(

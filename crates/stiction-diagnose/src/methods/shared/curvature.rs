@@ -12,7 +12,7 @@ pub const LAG_SHARE: f64 = 1.0 / 12.0;
 #[cfg(feature = "figure")]
 pub const LABEL: &str = "second difference of the PV (standard deviations)";
 
-/// Fewest lags in a segment: two periods. Ours.
+/// Smallest number of lags in a segment: two periods. Ours.
 const LEAST_LAGS: usize = 24;
 
 /// Second differences of a PV.

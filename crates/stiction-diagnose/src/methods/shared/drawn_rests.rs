@@ -6,7 +6,7 @@ use crate::series::span;
 use std::ops::Range;
 use stiction_figure::figure::{Legend, Panel, Series, colour};
 
-/// Most points of a map.
+/// Largest number of points of a map.
 const MOST: usize = 1_500;
 
 /// A signal that follows the valve, with its rests.

@@ -4,7 +4,7 @@ use crate::drawing::{Scene, sheet};
 use std::ops::Range;
 use stiction_figure::figure::{Annotation, Figure, colour};
 
-/// Most windows in a figure.
+/// Largest number of windows in a figure.
 const SHOWN: usize = 100;
 
 /// OP and PV in the part with the most marked windows.

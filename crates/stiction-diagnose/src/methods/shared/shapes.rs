@@ -5,8 +5,8 @@ use crate::finding::Abstention;
 use crate::methods::subject::Subject;
 use crate::series::HalfWave;
 
-/// Samples in the shortest half wave that is used. Ours: with fewer, a triangle with a free apex passes through all
-/// of them.
+/// Number of samples in the shortest half wave that is used. Ours: with fewer, a triangle with a free apex passes
+/// through all of them.
 pub const LEAST_SAMPLES: usize = 5;
 
 /// Fewest half waves for a judgement: two cycles. Ours.

@@ -10,7 +10,7 @@ const NOISE_WIDTH: f64 = 4.0;
 /// mean for at most two of them.
 const LEAST_TRAVEL: f64 = 3.0;
 
-/// Samples of a rest for the estimate of noise. Ours.
+/// Number of samples of a rest for the estimate of noise. Ours.
 const NOISE_SAMPLES: usize = 8;
 
 /// Largest step that counts as resolution of the sensor, percent. Ours: coarser ones count as slips of the stem.

@@ -68,9 +68,9 @@ pub const TOLERANCE: f64 = 0.067;
 /// Share of sharp corners from which the valve sticks; ours.
 pub const SHARE: f64 = 0.5;
 
-/// Most points that describe the arc of a circle; closed form, see the module.
+/// Largest number of points that describe the arc of a circle; closed form, see the module.
 const ARC: usize = 5;
-/// Most means in a cycle; ours.
+/// Largest number of means in a cycle; ours.
 const POINTS: usize = 48;
 /// Fewest samples of a cycle; ours.
 const FEWEST_SAMPLES: f64 = 16.0;

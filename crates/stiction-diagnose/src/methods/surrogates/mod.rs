@@ -70,7 +70,7 @@ pub const SURROGATES: usize = 50;
 pub const LIMIT: f64 = 1.0;
 /// Samples per period after resampling; ours.
 pub const SAMPLES_PER_PERIOD: usize = 8;
-/// Most samples, after resampling; ours.
+/// Largest number of samples, after resampling; ours.
 pub const MOST_SAMPLES: usize = 192;
 /// Iterations of a surrogate; ours.
 pub const ITERATIONS: usize = 6;
@@ -86,8 +86,8 @@ static METHOD: Method = Method {
     source: "Thornhill, IEEE Trans. Control Syst. Technol. 13 (2005) 434-443; abstract read, formulas \
              and limits recalled",
     statistic: "N",
-    rule: "nonlinear if N, the deviation of the prediction error from the surrogates' over three of their standard \
-           deviations, is above the threshold 1",
+    rule: "nonlinear if N is above the threshold 1; N is the mean prediction error of the surrogates less the error of \
+           the signal, divided by three standard deviations of the surrogates' errors",
     applies: Applies::AnyLoop,
     decides: Decides::Nonlinearity,
     needs: Needs::Error,

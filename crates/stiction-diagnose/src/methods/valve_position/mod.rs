@@ -57,7 +57,7 @@ use crate::identify::lagged_position::{
 use crate::series::{median, quantile};
 use nalgebra::{Matrix3, Vector3};
 
-/// Fewest rests in each direction for the dead band. Ours.
+/// Smallest number of rests in each direction for the dead band. Ours.
 const LEAST_RESTS: usize = 3;
 
 /// The measurement on the valve.

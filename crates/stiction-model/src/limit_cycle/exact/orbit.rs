@@ -8,7 +8,7 @@ use super::plant::{Plant, STATES, eigenvalues};
 use nalgebra::Complex;
 use nalgebra::{DMatrix, DVector};
 
-/// Most steps of a flow.
+/// Largest number of steps of a flow.
 pub(super) const PATIENCE: usize = 200_000;
 
 /// A state at a slip, multiplied by its sign so that the slip is upward.

@@ -8,11 +8,11 @@ use super::plant::{Plant, STATES};
 use super::{CycleOutcome, NoCycle, Trajectory};
 use std::collections::VecDeque;
 
-/// Most slips of a motion.
+/// Largest number of slips of a motion.
 const SLIPS: usize = 600;
 /// Number of slips after which growth beyond friction is checked. Most motions have ended by then.
 const GROWING: usize = 8;
-/// Most slips of a period, or of half of it.
+/// Largest number of slips of a period, or of half of it.
 const LONGEST: usize = 12;
 
 /// The end of a motion.

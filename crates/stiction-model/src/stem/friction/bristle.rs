@@ -1,6 +1,6 @@
 //! Common parts of the laws with an inner deflection (Dahl, LuGre, GMS).
 
-/// Most elements of a law.
+/// Largest number of elements of a law.
 pub(crate) const ELEMENTS: usize = 3;
 
 /// Friction force and rates of deflection; `rates[0]` and `rates[1]` are not used.

@@ -27,7 +27,8 @@ const SHARE: f64 = 0.25;
 const SHARE_OF_REGULAR: f64 = 0.7;
 /// Standard deviation that two rounded levels leave, in steps of the OP: a little more than the root of 1/6.
 const ROUNDED: f64 = 0.45;
-/// Fewest moves away from the ends of the range. Turns to the ends are no test, because the valve cannot follow.
+/// Smallest number of moves away from the ends of the range. Turns to the ends are no test, because the valve cannot
+/// follow.
 const FEWEST: usize = 6;
 /// Distance from an end of the range that counts as at the end, percent.
 const NEAR: f64 = 0.05;
