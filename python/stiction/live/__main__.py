@@ -49,7 +49,7 @@ def _secured(parser: argparse.ArgumentParser) -> None:
     own.add_argument("--security", metavar="POLICY", help="Aes256Sha256RsaPss, Aes128Sha256RsaOaep, Basic256Sha256 or none "
                      "[default: the best of the server, never none]")  # fmt: skip
     own.add_argument("--certificates", metavar="DIR", type=Path, help="the folder of certificates [default: certificates in the plant]")
-    own.add_argument("--trust-first", action="store_true", help="trust the first certificate of a server without a comparison")
+    own.add_argument("--trust-first", action="store_true", help="trust the first certificate of a server without checking it")
     own.add_argument("--any-name", action="store_true", help="accept a certificate of a different host or application")
     own.add_argument("--user-certificate", metavar="FILE", type=Path, help="log in with this certificate")
     own.add_argument("--user-key", metavar="FILE", type=Path, help="the key of that certificate")

@@ -175,7 +175,7 @@ class Security:
     folder: Path = Path("certificates")
     """The folder with ``client.der``, ``client.pem`` (its key), ``trusted`` and ``rejected``."""
     trust_first: bool = False
-    """Whether the first certificate of a server is trusted without comparing its fingerprint."""
+    """Whether the first certificate of a server is trusted without a check."""
     user_certificate: Path | None = None
     user_key: Path | None = None
     any_name: bool = False

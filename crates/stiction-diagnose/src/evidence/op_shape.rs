@@ -53,11 +53,11 @@ pub const FEATURES: [Feature; 31] = [
     feature("op_peak_share", "share of the power around the dominant frequency"),
     feature(
         "op_harmonic_2",
-        "power around twice the dominant frequency over that around it, logarithm",
+        "power around twice the dominant frequency over the power around the dominant frequency, logarithm",
     ),
     feature(
         "op_harmonic_3",
-        "power around three times the dominant frequency over that around it, logarithm",
+        "power around three times the dominant frequency over the power around the dominant frequency, logarithm",
     ),
     feature("op_noise", "noise of the OP over its standard deviation, logarithm"),
     feature(

@@ -132,7 +132,7 @@ impl Reader {
         let chunk = dataset.chunk_shape().map_err(unread)?.unwrap_or_default();
         let chunk = chunk.iter().fold(u64::from(width), |product, n| product.saturating_mul(*n));
         if chunk > self.budget.most() as u64 {
-            return Err(unread("a chunk is larger than the file should hold"));
+            return Err(unread("a chunk needs more memory than this file may use"));
         }
         let count = count.unwrap_or(0) as usize;
         let rows = match shape[..] {
