@@ -181,7 +181,8 @@ ol { margin: .4rem 0; padding-left: 1.4rem; } li { margin: .15rem 0; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; }
 th, td { border: 1px solid var(--line); padding: .12rem .3rem; text-align: left; height: 1.35rem; white-space: nowrap; }
-th { font-weight: 600; white-space: normal; } .gap { border: 0; padding: 0; width: .6rem; }
+th { font-weight: 600; white-space: normal; } .gap { border: 0; padding: 0; width: .6rem; min-width: .6rem; }
+tr:has(.gap) :nth-child(8n + 5) { width: 8.5%; } tr:has(.gap) :is(:nth-child(8n + 6), :nth-child(8n + 7)) { width: 6.5%; }
 .blanks { line-height: 2; } .foot { margin-top: .5rem; }
 @page { size: A4 portrait; margin: 9mm 10mm; }
 @media print { body { font-size: 8.2pt; } main { padding: 0; max-width: none; } .wide { overflow: visible; }
