@@ -36,6 +36,8 @@ pub const SPARK: (f64, f64) = (84.0, 22.0);
 /// height.
 const MAPS: [(&str, f64, f64, f64, f64); 2] =
     [("wide", 1240.0, 120.0, 1.0, 420.0), ("narrow", 350.0, 160.0, 2.0, 560.0)];
+/// A less likely cause is left out of the list: beside a valve that sticks it reads as doubt.
+const LEAST_LIKELY: f64 = 0.1;
 /// Width of a letter of a tag on the map.
 const LETTER: f64 = 5.4;
 
@@ -336,7 +338,7 @@ const HEADS: [Head; 17] = [
     head("OP at limit, %", true, 50, "Share of the time with the OP at a limit."),
     head("OP travel, %/h", true, 56, "OP travel, up and down, an hour."),
     head("Reversals, 1/h", true, 76, "OP reversals an hour."),
-    head("Other cause", false, 112, "The likeliest other cause."),
+    head("Other cause", false, 112, "The likeliest other cause, from a likelihood of 10 % on."),
     head("Period", false, 78, "Period of the oscillation."),
     head(
         "Notes",
@@ -440,7 +442,10 @@ fn row(place: usize, ranked: &Ranked<'_>, has_j: bool) -> Markup {
             td { (PreEscaped(spark(ranked))) }
             (drift(row))
             (share(row.auto_share)) (share(row.at_limit_share)) (cell(row.travel_per_hour)) (cell(row.reversals_per_hour))
-            td { @if let Some(cause) = row.alternative { (cause.name()) } }
+            @match row.alternative.zip(row.alternative_likelihood).filter(|(_, p)| *p >= LEAST_LIKELY) {
+                Some((cause, p)) => td title=(percent(p)) { (cause.name()) },
+                None => td {},
+            }
             @match row.period_s {
                 Some(period) => td.whole data-value=(short(period)) { (spoken(period)) },
                 None => td { "–" },
@@ -621,7 +626,8 @@ fn together(groups: &[Group], ranking: &Ranking<'_>) -> Markup {
                             }
                         },
                     }
-                    @if !group.reasons.is_empty() { p.soft { (group.reasons.join(" ")) } }
+                    // The first reason repeats the period.
+                    @if group.reasons.len() > 1 { p.soft { (group.reasons[1..].join(" ")) } }
                 }
             }
         }
