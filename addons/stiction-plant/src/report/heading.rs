@@ -30,6 +30,7 @@ pub fn heading(row: &LoopRow, week: Week, day: &str, alone: &Verdict) -> Heading
             "This is the verdict of week {week}. Trend, swing, causes and evidence are those of {day}, whose verdict is: {}{own}.",
             alone.grade
         ),
+        sheet: None,
     }
 }
 

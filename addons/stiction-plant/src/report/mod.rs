@@ -407,15 +407,16 @@ fn write_pages(
     seen: &(impl Fn() + Sync),
 ) -> Result<Vec<String>> {
     let mut names = BTreeSet::new();
-    let mut chosen: Vec<(usize, &WindowRow, String)> = vec![];
+    let mut chosen: Vec<(usize, &WindowRow, [String; 2])> = vec![];
     for (place, ranked) in ranking.loops.iter().enumerate() {
         let row = &ranked.row;
         if place >= worst && row.change == Change::None && !row.watch {
             continue;
         }
         let Some(window) = telling(ranked) else { continue };
-        let path = file_name(&mut names, plain(&row.name));
-        chosen.push((place, window, path));
+        let name = plain(&row.name);
+        let paths = [name.clone(), format!("{name}-test")].map(|name| file_name(&mut names, name));
+        chosen.push((place, window, paths));
     }
     let week = ranking.week;
     let windows: Vec<&WindowRow> = chosen.iter().map(|(_, window, _)| *window).collect();
@@ -426,14 +427,15 @@ fn write_pages(
         let made: Vec<std::result::Result<LoopPages, String>> = part
             .par_iter()
             .zip(recordings)
-            .map(|((place, window, _), recording)| {
+            .map(|((place, window, [_, sheet]), recording)| {
                 let recording = recording.as_ref().map_err(Clone::clone)?;
-                let pages = loop_pages(&ranking.loops[*place].row, window, recording, plant, week);
+                let row = &ranking.loops[*place].row;
+                let pages = loop_pages(row, window, recording, plant, week, sheet);
                 seen();
                 pages
             })
             .collect();
-        for ((place, window, path), pages) in part.iter().zip(made) {
+        for ((place, window, [path, sheet]), pages) in part.iter().zip(made) {
             let row = &mut ranking.loops[*place].row;
             match pages {
                 Ok(pages) => {
@@ -442,11 +444,10 @@ fn write_pages(
                     match pages.plan {
                         _ if !row.is_to_test() => {}
                         Ok(plan) => {
-                            let tag = format!("{}-test", plain(&row.name));
-                            let sheet = file_name(&mut names, tag);
                             let html = valve_test_sheet::html(&plan, &tool());
-                            write_whole(&to.join(&sheet), html.as_bytes())?;
-                            (row.plan, row.sheet) = (Some(valve_test::short(&plan)), Some(sheet));
+                            write_whole(&to.join(sheet), html.as_bytes())?;
+                            row.plan = Some(valve_test::short(&plan));
+                            row.sheet = Some(sheet.clone());
                         }
                         Err(Abstention(why)) => row.plan = Some(orders::impossible(&why)),
                     }
@@ -540,6 +541,7 @@ fn loop_pages(
     recording: &Recording,
     plant: &Plant,
     week: Week,
+    sheet: &str,
 ) -> std::result::Result<LoopPages, String> {
     let diagnosis = judged(window, recording, &DiagnoseOptions::default())?;
     let day = day::date(day::of(window.window_start as f64, &plant.zone));
@@ -548,9 +550,12 @@ fn loop_pages(
     let fitted = Fitted::of_accused(&diagnosis);
     let one = Loop::new(&source, &diagnosis).with_fit(&fitted);
     let plan = planned(&diagnosis);
+    let is_planned = row.is_to_test() && plan.is_ok();
     let row =
         LoopRow { plan: plan.as_ref().err().map(|why| orders::impossible(&why.0)), ..row.clone() };
-    let head = heading::heading(&row, week, &day, &diagnosis.verdict);
+    let mut head = heading::heading(&row, week, &day, &diagnosis.verdict);
+    // Both are in one folder.
+    head.sheet = is_planned.then(|| sheet.replacen("loops/", "", 1));
     let page = Folder::new(tool(), &[one]).page_under(0, &head).map_err(|e| e.to_string())?;
     Ok(LoopPages { diagnosis: page, plan })
 }

@@ -47,6 +47,8 @@ pub struct Heading {
     pub continues: bool,
     /// Which window the figures and the evidence show, a sentence.
     pub shows: String,
+    /// Relative path of the sheet of the valve's test.
+    pub sheet: Option<String>,
 }
 
 impl Heading {
@@ -106,6 +108,7 @@ impl<'a> Folder<'a> {
     pub fn page_under(&self, place: usize, heading: &Heading) -> Result<String, Error> {
         let one = self.loops.get(place..=place).unwrap_or_default();
         let mut report = report(&self.tool, one).home(format!("../{INDEX}"));
+        report.sheet.clone_from(&heading.sheet);
         report.sections.iter_mut().for_each(|section| heading.over(section));
         report.html()
     }

@@ -39,6 +39,8 @@ pub struct Report {
     pub sources: Vec<Source>,
     /// Relative path of the page that lists this page among others; `None` for a separate report.
     pub home: Option<String>,
+    /// Relative path of the sheet of the valve's test, named beside the page above.
+    pub sheet: Option<String>,
 }
 
 /// The part of a report on one loop.
@@ -255,7 +257,12 @@ impl Report {
             html lang="en" {
                 (head(&self.title, &[&compact(STYLE)]))
                 body {
-                    @if let Some(home) = &self.home { nav.home { a href=(relative(home)) { "All loops" } } }
+                    @if let Some(home) = &self.home {
+                        nav.home {
+                            a href=(relative(home)) { "All loops" }
+                            @if let Some(sheet) = &self.sheet { " | " a href=(relative(sheet)) { "Test sheet" } }
+                        }
+                    }
                     @let alone = matches!(&self.sections[..], [one] if one.head.is_some());
                     @if !alone {
                         header {
