@@ -7,11 +7,14 @@ use crate::spoken::{rough, time};
 pub fn short(plan: &TestPlan) -> String {
     let sizes: Vec<String> =
         plan.grow.iter().step_by(plan.each).map(|turn| rough(2.0 * turn.op.abs())).collect();
+    let (expected, most) = (roughly(plan.expected_s), time(plan.total_s));
+    let lasts = match expected == most {
+        true => format!("{most} at most"),
+        false => format!("some {expected}, {most} at most"),
+    };
     format!(
-        "in manual for some {}, {} at most, turn the OP up and down by {} %, {} turns each, held until the PV \
+        "in manual for {lasts}, turn the OP up and down by {} %, {} turns each, held until the PV \
          answers or for {} at most; then repeat with each size {:.0} % smaller",
-        roughly(plan.expected_s),
-        time(plan.total_s),
         sizes.join(", "),
         plan.each,
         holds(plan),
