@@ -310,7 +310,7 @@ impl Inputs {
         tags.into_iter().map(told).collect()
     }
 
-    /// All problems, including loops of the plant's file that are in no data file.
+    /// All problems, including loops of the plant's file that are in no data file. A loop that was refused has one.
     pub fn problems(&self, plant: &Plant) -> Vec<Problem> {
         let of_files = self.files.values().flat_map(|input| &input.problems);
         let mut problems: Vec<Problem> =
@@ -321,7 +321,16 @@ impl Inputs {
             .flat_map(|input| input.loops.keys())
             .map(|name| name.to_lowercase())
             .collect();
-        for name in plant.file.loops.keys().filter(|name| !here.contains(&name.to_lowercase())) {
+        let refused: BTreeSet<String> = problems
+            .iter()
+            .filter_map(|problem| problem.name.as_ref())
+            .map(|name| name.to_lowercase())
+            .collect();
+        let is_absent = |name: &&String| {
+            let name = name.to_lowercase();
+            !here.contains(&name) && !refused.contains(&name)
+        };
+        for name in plant.file.loops.keys().filter(is_absent) {
             problems.push(Problem {
                 file: None,
                 name: Some(name.clone()),
