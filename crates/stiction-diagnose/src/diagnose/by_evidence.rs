@@ -225,13 +225,13 @@ impl Ruling {
             Self::Blind => {
                 match limit.filter(|_| weighing.limit < Some(100.0 * weighing.doubt.most)) {
                     Some(limit) => format!(
-                        "S below {limit} % cannot be detected here, because the OP travels only {} %. Step the OP in \
+                        "S below {limit} % cannot be detected here, because the OP spans only {} %. Step the OP in \
                          manual",
                         rough(weighing.op_range)
                     ),
                     None => format!(
                         "stiction of any size would be masked here, because disturbances move the PV more than the \
-                         OP travel of {} % does. Record faster, or step the OP in manual",
+                         OP range of {} % does. Record faster, or step the OP in manual",
                         rough(weighing.op_range)
                     ),
                 }
