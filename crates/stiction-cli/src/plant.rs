@@ -476,7 +476,7 @@ fn status(folder: &Path, json: bool) -> Result<ExitCode> {
         counted(status.runs, "run")
     );
     for each in status.grades.iter().filter(|each| each.windows > 0) {
-        text += &format!("{:>15} {}\n", counted(each.windows, "window"), each.grade);
+        text += &format!("{:>15}: {}\n", counted(each.windows, "window"), each.grade);
     }
     if status.time_limited > 0 {
         text += &format!(

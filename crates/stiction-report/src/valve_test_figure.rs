@@ -158,7 +158,7 @@ impl<'a> Ramped<'a> {
 
 /// S along the stroke; `None` if no signature has it.
 fn places(tests: &[(&str, &Signature)]) -> Option<Panel> {
-    let mut panel = Panel::new("stem position (%)", "S (%)");
+    let mut panel = Panel::new("valve position (%)", "S (%)");
     for (colour, (label, of)) in tests.iter().enumerate() {
         let middle = |place: &Place| 0.5 * (place.from + place.to);
         let points = of.places.iter().map(|place| (middle(place), place.s.value));

@@ -325,21 +325,37 @@ fn quoted(word: &str) -> String {
 /// The page of all cases.
 pub fn page(shown: &[Shown]) -> Page {
     let count = |worth: Worth| shown.iter().filter(|each| each.worth() == worth).count();
+    let parts: Vec<String> = [
+        (Worth::Right, "is right", "are right"),
+        (
+            Worth::WithinLimit,
+            "clears a valve whose true S is below the detection limit",
+            "clear valves whose true S is below the detection limit",
+        ),
+        (Worth::Open, "leaves the answer open", "leave the answer open"),
+        (Worth::Wrong, "is wrong", "are wrong"),
+    ]
+    .into_iter()
+    .filter_map(|(worth, one, many)| match count(worth) {
+        0 => None,
+        1 => Some(format!("1 {one}")),
+        some => Some(format!("{some} {many}")),
+    })
+    .collect();
+    let counts = match parts.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
+        _ => parts.concat(),
+    };
     let cards = html! { div.cases { @for each in shown { (each.card()) } } };
     let text = format!(
         "# Twelve loops\n\n\
          Some of these valves stick, and other loops only look as if theirs did. Each loop was simulated, so the \
          truth is known. It was written to a file like that of a plant, and diagnosed from that file. Of these {} \
-         verdicts, {} are right, {} clears a valve whose true S is below the detection limit, {} leave the answer \
-         open, and {} are wrong. The loops were chosen to show easy and difficult cases. The page \
+         verdicts, {counts}. The loops were chosen to show easy and difficult cases. The page \
          [accuracy](accuracy.html) counts correct verdicts on thousands of loops.\n\n\
          A card shows the last six periods, PV in green and OP in blue. Its percentage is the probability that the \
          valve sticks.\n\n{}\n",
         shown.len(),
-        count(Worth::Right),
-        count(Worth::WithinLimit),
-        count(Worth::Open),
-        count(Worth::Wrong),
         cards.into_string(),
     );
     Page::new(contents::GALLERY, "Twelve loops", text)
