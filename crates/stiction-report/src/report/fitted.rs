@@ -16,8 +16,8 @@ const ROWS: &[&str] = &["", "PV swing", "OP swing", "period", ""];
 /// Explains the table of effects.
 const LEGEND: &str = "Ranges are from the 5th to the 95th percentile. Rows are ranked by the upper end of the control \
     error and, if two are about equal, by effort: a setting, a compensator, a repair, a new part. PV swing is half of \
-    its peak-to-peak value in a period, without noise. \"x present\" is the ratio to the present loop. Error is the \
-    mean absolute control error. Load is the settling time after a load step (– if the loop does not settle). The \
+    its peak-to-peak value in a period, without noise. \"× present\" is the ratio to the present loop. Error is the \
+    mean absolute control error. Settling is the time after a load step (– if the loop does not settle). The \
     benefit is certain if PV swing falls by more than 20 % with a probability of at least 95 %, and probable above 50 \
     %. Below that it is not certain.";
 
@@ -146,7 +146,7 @@ fn process(fit: &Fit, unit: &str) -> String {
 pub fn effects(found: &Prospects) -> Vec<Block> {
     let caption = format!("{} loops agree with the recording.", found.loops);
     let table = Table::new(caption).columns(
-        "action | #error, x present | #PV swing, x present | #PV swing, ± | #error | #travel [%/h] | #load [s] | benefit",
+        "action | #error, × present | #PV swing, × present | #PV swing, ± | #error | #valve travel [%/h] | #settling [s] | benefit",
     );
     let range = |of: &Estimate| format!("{} to {}", rough(of.low), rough(of.high));
     let table = found.actions.iter().fold(table, |table, row| {

@@ -291,8 +291,8 @@ pub fn pv_op_map(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
             ),
         );
         caption.push_str(&format!(
-            " The ellipse is fitted to these samples. Its width in the direction of the OP, {} %, is sometimes called \
-             apparent stiction. This width depends on the controller and is not S.",
+            " The ellipse is fitted to these samples. Its width in the direction of the OP, {} %, depends on the \
+             controller and is not S.",
             number(width)
         ));
     } else {
