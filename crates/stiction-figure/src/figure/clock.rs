@@ -50,7 +50,8 @@ pub(super) fn ticks(lo: f64, hi: f64, count: usize) -> Option<(Vec<Tick>, String
         step = STEPS.into_iter().rev().find(|s| *s < step)?;
     }
     let tick = |at: i64| Tick { at: at as f64, label: label(at, step) };
-    Some((places(step).map(tick).collect(), date(lo.floor() as i64)))
+    let first = places(step).next()?;
+    Some((places(step).map(tick).collect(), date(first)))
 }
 
 /// The label of a tick: the time, or at midnight the day.
@@ -105,6 +106,10 @@ mod tests {
         let labels: Vec<&str> = ticks.iter().map(|t| t.label.as_str()).collect();
         assert_eq!(labels, ["22:30", "23:00", "23:30", "1 Jan", "00:30", "01:00", "01:30"]);
         assert_eq!(date, "2024-12-31");
+        // The margin before midnight is not the day of the data.
+        let midnight = 1_735_689_600.0;
+        let (_, date) = super::ticks(midnight - 600.0, midnight + 86_400.0, 9).unwrap();
+        assert_eq!(date, "2025-01-01");
     }
 
     #[test]
