@@ -255,7 +255,7 @@ fn evidence(section: Section, diagnosis: &Diagnosis, context: &Context<'_>) -> S
     section.heading("Evidence").with_all(cards)
 }
 
-fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
+fn oscillations(mut section: Section, diagnosis: &Diagnosis) -> Section {
     let signals = [
         ("error", diagnosis.oscillations.error.as_ref()),
         ("OP", diagnosis.oscillations.op.as_ref()),
@@ -265,7 +265,6 @@ fn oscillations(section: Section, diagnosis: &Diagnosis) -> Section {
     if signals.is_empty() {
         return section;
     }
-    let mut section = section.heading("Oscillation");
     let mut table = Table::new("")
         .columns("signal | oscillates | period | #amplitude | #cycles | #regularity [regular above 1] | #decay ratio \
              [lasting above 0.5] | #supervision [oscillates above 10] | found by");
