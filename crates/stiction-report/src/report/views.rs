@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use super::layout::number;
 use crate::valve_test_page;
-use crate::words::spoken;
+use crate::words::{rough, spoken};
 use stiction_diagnose::drawing::{TimeAxis, WIDTH, histogram};
 use stiction_diagnose::methods::{Ellipse, ErrorSource, Subject, bicoherence::Bicoherence};
 use stiction_diagnose::oscillation::separate::separate;
@@ -201,7 +201,7 @@ pub fn head_map(segment: &Segment, s: Option<f64>, context: &Context<'_>) -> Opt
         let (middle, low) = (mean(op), stiction_diagnose::series::min(pv));
         let bar = Annotation::dimension((middle - s / 2.0, low), (middle + s / 2.0, low), "S", 0.0);
         *panel = panel.clone().note(bar);
-        figure.caption += " The bar shows the length of S.";
+        figure.caption += &format!(" The bar is as long as S, {} %.", rough(s));
     }
     (figure.width, figure.panel_height) = (HEAD_MAP_WIDTH, None);
     Some(figure)
