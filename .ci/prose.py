@@ -3,6 +3,7 @@
     python3 .ci/prose.py                         # exit code 1: a habit was found; file and line are printed
     python3 .ci/prose.py --long                  # also lists sentences above 30 words, without failing
     python3 .ci/prose.py --sample 100 --seed 1   # prints random sentences instead, to judge one by one
+    python3 .ci/prose.py --sample 100 --shown    # the same, only of what users read: no comments in the source of Rust
 
 It reads Markdown outside code blocks, doc comments and string literals of Rust, docstrings and strings of Python, and strings and
 text of the lab's pages. Tests, scripts of benches, generated files, scripts and policies in strings are left out.
@@ -135,6 +136,12 @@ def prose(root: Path) -> Iterator[tuple[str, int, str]]:
                 yield from ((name, line, sentence) for sentence in SENTENCE.split(plain) if len(sentence.split()) > 2)
 
 
+def is_comment(root: Path, name: str, line: int) -> bool:
+    """Whether a sentence is in a doc comment of Rust that no command prints as its help."""
+    source = (root / name).read_text()
+    return name.endswith(".rs") and source.splitlines()[line - 1].lstrip().startswith("//") and "use clap" not in source
+
+
 def faults(sentence: str) -> Iterator[str]:
     """Habits of a sentence, and what to write."""
     for pattern, write in REFUSED.items():
@@ -154,11 +161,15 @@ def main() -> int:
     asked.add_argument("--long", action="store_true", help=f"list sentences above {LONG} words, too")
     asked.add_argument("--sample", type=int, metavar="N", help="print N random sentences instead")
     asked.add_argument("--seed", type=int, default=1, help="seed of the sample (1)")
+    asked.add_argument("--shown", action="store_true", help="only sentences that users read, without doc comments of Rust")
     asked.add_argument("--only", default="", help="only files whose path begins with this")
     options = asked.parse_args()
-    all_of_it = [each for each in prose(Path(__file__).parents[1]) if each[0].startswith(options.only)]
+    root = Path(__file__).parents[1]
+    all_of_it = [each for each in prose(root) if each[0].startswith(options.only)]
     if options.sample:
         sentences = [each for each in all_of_it if len(each[2].split()) > 4]
+        if options.shown:
+            sentences = [each for each in sentences if not is_comment(root, *each[:2])]
         for name, line, sentence in random.Random(options.seed).sample(sentences, min(options.sample, len(sentences))):
             print(f"{name}:{line}: {sentence}")
         return 0
