@@ -751,11 +751,17 @@ fn reasons(found: &Signature) -> Vec<String> {
             false => "no jumps of the stem can be distinguished".to_owned(),
         });
     }
-    if let Some([from, to]) = found.binds {
+    let binding = found.binds.and_then(|[from, to]| {
+        let inside = found.places.iter().filter(|place| place.from >= from && place.to <= to);
+        let s = inside.map(|place| place.s).max_by(|a, b| a.value.total_cmp(&b.value))?;
+        Some((from, to, s))
+    });
+    if let Some((from, to, s)) = binding {
         all.push(format!(
-            "the stem binds between {} and {} % of its stroke, where S is larger than elsewhere",
+            "the stem binds between {} and {} % of its stroke, where S is up to {}",
             rough(from),
-            rough(to)
+            rough(to),
+            interval(s)
         ));
     }
     if found.offset.abs() > 1.0 {
