@@ -183,22 +183,27 @@ fn axis_of(segments: &[Segment], context: &Context<'_>) -> Option<TimeAxis> {
     Some(context.time_axis(last.from + last.duration()))
 }
 
-/// PV over OP for the first screen, with `s` drawn on it.
+/// VP or, where no position is recorded, PV over OP for the first screen, with `s` drawn on it.
 ///
 /// `None` as for [`pv_op_map`].
 pub fn head_map(segment: &Segment, s: Option<f64>, context: &Context<'_>) -> Option<Figure> {
-    let mut figure = pv_op_map(segment, context)?;
+    let (name, y) = match &segment.vp {
+        Some(vp) => ("VP", vp),
+        None => ("PV", segment.pv.as_ref()?),
+    };
+    let label = if name == "VP" { "VP (% of span)".to_owned() } else { context.pv_label(name) };
+    let mut figure = op_map(segment, name, y, label, context)?;
     let panel = figure.panels.first_mut()?;
     let from = context.last_periods(segment);
-    let (op, pv) = (&segment.op[from..], &segment.pv.as_deref()?[from..]);
+    let (op, y) = (&segment.op[from..], &y[from..]);
     // The ellipse is shown with the other definitions.
     panel.series.retain(|series| ![ELLIPSE, SAMPLES].contains(&&*series.label));
     panel.annotations.retain(|note| !matches!(note, Annotation::Dimension { .. }));
     panel.height = Some(2.0 * HEAD_HEIGHT - 40.0);
     let lasting = spoken((segment.len() - from) as f64 * segment.sample_time);
-    figure.caption = format!("PV over OP in the last {lasting}. Arrows point forward in time.");
+    figure.caption = format!("{name} over OP in the last {lasting}. Arrows point forward in time.");
     if let Some(s) = s.filter(|s| *s > 0.0 && *s < 2.0 * span(op)) {
-        let (middle, low) = (mean(op), stiction_diagnose::series::min(pv));
+        let (middle, low) = (mean(op), stiction_diagnose::series::min(y));
         let bar = Annotation::dimension((middle - s / 2.0, low), (middle + s / 2.0, low), "S", 0.0);
         *panel = panel.clone().note(bar);
         figure.caption += &format!(" The bar is as long as S, {} %.", rough(s));
@@ -250,39 +255,50 @@ fn mode_strip(modes: &Modes, from: f64, to: f64, axis: &TimeAxis) -> Option<Stri
 ///
 /// `None` if the PV is not recorded or either does not move.
 pub fn pv_op_map(segment: &Segment, context: &Context<'_>) -> Option<Figure> {
+    op_map(segment, "PV", segment.pv.as_ref()?, context.pv_label("PV"), context)
+}
+
+/// The same of the signal `y` with this name and axis label.
+fn op_map(
+    segment: &Segment,
+    name: &str,
+    y: &[f64],
+    label: String,
+    context: &Context<'_>,
+) -> Option<Figure> {
     const MOST: usize = 1_500;
-    let pv = segment.pv.as_ref()?;
-    if span(pv) == 0.0 || span(&segment.op) == 0.0 {
+    if span(y) == 0.0 || span(&segment.op) == 0.0 {
         return None;
     }
     let from = context.last_periods(segment);
     let stride = (segment.len() - from).div_ceil(MOST);
     let thinned = |x: &[f64]| -> Vec<f64> { x[from..].iter().copied().step_by(stride).collect() };
-    let ellipse = Ellipse::fit(&segment.op[from..], &pv[from..])
+    let ellipse = Ellipse::fit(&segment.op[from..], &y[from..])
         .filter(|ellipse| ellipse.residual <= Bicoherence::default().most_residual);
-    let (op, pv) = (thinned(&segment.op), thinned(pv));
+    let (op, y) = (thinned(&segment.op), thinned(y));
     let axis = context.time_axis(segment.from + segment.duration());
     let times: Vec<f64> = segment.times().into_iter().map(|t| axis.at(t)).collect();
     let time = Along { label: axis.label, scale: axis.scale, values: thinned(&times) };
 
-    let mut panel = Panel::new("OP (% of span)", context.pv_label("PV"))
+    let over = format!("{name} over OP");
+    let mut panel = Panel::new("OP (% of span)", label)
         .legend(Legend::Above)
-        .with(Series::line("PV over OP", &op[..], &pv[..]).colour(colour::SKY).along(time))
-        .with(Series::points(SAMPLES, &op[..], &pv[..]).colour(colour::BLUE));
-    for (tail, tip) in directions(&op, &pv) {
+        .with(Series::line(&over, &op[..], &y[..]).colour(colour::SKY).along(time))
+        .with(Series::points(SAMPLES, &op[..], &y[..]).colour(colour::BLUE));
+    for (tail, tip) in directions(&op, &y) {
         panel = panel.note(Annotation::arrow("", tail, tip));
     }
     let mut caption = format!(
-        "PV over OP in the last {} of the segment. Arrows point forward in time.",
+        "{over} in the last {} of the segment. Arrows point forward in time.",
         spoken((segment.len() - from) as f64 * segment.sample_time)
     );
     if stride > 1 {
         caption.push_str(&format!(" One sample in {stride} is drawn."));
     }
     if let Some(ellipse) = ellipse {
-        let (x, y) = ellipse.closed_outline();
+        let (x, outline) = ellipse.closed_outline();
         let (width, [middle, level]) = (ellipse.op_width(), ellipse.centre);
-        panel = panel.with(Series::dashed(ELLIPSE, x, y).colour(colour::VERMILION)).note(
+        panel = panel.with(Series::dashed(ELLIPSE, x, outline).colour(colour::VERMILION)).note(
             Annotation::dimension(
                 (middle - width / 2.0, level),
                 (middle + width / 2.0, level),
