@@ -132,7 +132,7 @@ fn valve(fit: &Fit) -> String {
 fn process(fit: &Fit, unit: &str) -> String {
     let Some(p) = fit.process.known() else { return not(fit.process.why_not()) };
     let gain = p.gain.as_ref().map(|gain| format!("gain {}", interval(gain, &format!("{unit}/%"))));
-    let lag = p.lag_s.as_ref().map(|lag| format!("lag {}", interval(lag, "s")));
+    let lag = p.lag_s.as_ref().map(|lag| format!("time constant {}", interval(lag, "s")));
     let slope = || format!("initial slope {}", interval(&p.slope, &format!("{unit}/s per %")));
     let slope = (gain.is_none() && lag.is_none()).then(slope);
     let dead_time = format!("dead time {}", interval(&p.dead_time_s, "s"));
