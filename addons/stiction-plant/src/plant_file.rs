@@ -6,10 +6,10 @@ use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::Path;
 use stiction_diagnose::recording::{LoopType, Mode};
-use stiction_io::ReadOptions;
 use stiction_io::options::{LoopOptions, LoopSettings, Mapped};
 use stiction_io::role::{Role, Signal};
 use stiction_io::timestamp::Zone;
+use stiction_io::{ReadOptions, Remedy, Wording};
 
 /// What the file is called.
 pub const NAME: &str = "plant.toml";
@@ -119,6 +119,14 @@ pub struct Plant {
     pub options: ReadOptions,
 }
 
+/// The meaning of a mode as the file writes it.
+pub(crate) const WORDING: Wording = Wording(|remedy| match remedy {
+    Remedy::Mode { word, modes } => {
+        format!("\"{word}\" = \"{}\" below [modes]", modes.join("\" or \""))
+    }
+    other => other.to_string(),
+});
+
 impl Plant {
     /// Reads `plant.toml` in `folder`.
     ///
@@ -157,7 +165,7 @@ impl Plant {
             let path = if heading.is_empty() { key.to_owned() } else { format!("{heading}.{key}") };
             problems.push((line, format!("line {line}, {path}: {message}")));
         };
-        let mut options = ReadOptions::default();
+        let mut options = ReadOptions { wording: WORDING, ..ReadOptions::default() };
         let zone = file.zone.parse::<Zone>().map_err(|e| problem("", "zone", e)).ok();
         options.zone.clone_from(&zone);
         if let Some(pattern) = &file.pattern {

@@ -5,6 +5,7 @@
 //! the beginning of each loop.
 
 use crate::error::{Error, Result, file};
+use crate::plant_file::WORDING;
 use crate::scan::inputs::APART;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -189,7 +190,7 @@ fn look(
     is_text: bool,
     mut visit: impl FnMut(Reading),
 ) -> Result<(), NotRead> {
-    let options = ReadOptions::default();
+    let options = ReadOptions { wording: WORDING, ..ReadOptions::default() };
     if !is_text {
         return Ok(head(path, &options, visit)?);
     }
