@@ -90,7 +90,7 @@ struct Report {
     /// The week, such as 2026-W10 [default: the last one with windows]
     #[arg(long, value_name = "WEEK")]
     week: Option<Week>,
-    /// Write a page for this many of the worst loops, besides the loops that changed or are watched
+    /// Write a page for this many of the worst loops, besides the loops that changed, are watched or need a valve test
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(0..=10_000))]
     pages: u32,
     /// End with exit code 1 in this case

@@ -16,15 +16,14 @@ pub fn heading(row: &LoopRow, week: Week, day: &str, alone: &Verdict) -> Heading
         Some(Estimate { value: value?, low: low?, high: high? })
     };
     let own = alone.shown_probability().map_or(String::new(), |p| format!(" ({})", percent(p)));
-    let is_open = row.action == Action::Leave && grade == Grade::Unclear && !row.is_decided();
-    let continues = is_open || row.is_to_test() && alone.grade.accuses();
+    let continues = row.is_to_test() && alone.grade.accuses();
     Heading {
         grade,
         verdict: verdict(row, grade),
         probability: row.probability,
         s: triple(row.s, row.s_low, row.s_high),
         j: triple(row.j, row.j_low, row.j_high),
-        actions: if continues && !is_open { vec![] } else { vec![action(row)] },
+        actions: if continues { vec![] } else { vec![action(row)] },
         continues,
         shows: format!(
             "This is the verdict of week {week}. Trend, swing, causes and evidence are those of {day}, whose verdict is: {}{own}.",
@@ -72,6 +71,10 @@ fn verdict(row: &LoopRow, grade: Grade) -> String {
     {
         said += &format!(" {} decides: {class}.", orders::capital(&test));
     }
+    if row.action == Action::CheckData && row.health != Health::Good && grade != Grade::CannotAnswer
+    {
+        said += " The newest data cannot answer.";
+    }
     said
 }
 
@@ -90,9 +93,10 @@ fn action(row: &LoopRow) -> String {
         },
         Action::CheckData if row.health == Health::Good => cause("Check the data"),
         Action::CheckData => format!("Check the data: {}.", row.health.name()),
-        Action::Leave if row.grade == Some(Grade::Unclear) && !row.is_decided() => {
-            "No work order this week.".to_owned()
-        }
+        Action::Leave if row.grade == Some(Grade::Unclear) && !row.is_decided() => match row.plan {
+            Some(_) => "No work order this week.".to_owned(),
+            None => "No work order this week. A valve test would decide.".to_owned(),
+        },
         Action::Leave => "Leave the valve alone.".to_owned(),
     }
 }

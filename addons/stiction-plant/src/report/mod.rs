@@ -79,7 +79,7 @@ columns! {
 pub struct ReportOptions {
     /// The week; by default the last one with windows of most loops.
     pub week: Option<Week>,
-    /// Pages for this many of the worst loops, besides those that changed and are watched.
+    /// Pages for this many of the worst loops, besides the loops that changed, are watched or need a valve test.
     pub pages: usize,
 }
 
@@ -397,7 +397,7 @@ pub fn write(
     })
 }
 
-/// Writes the pages of the worst, changed and watched loops, and enters their paths in the ranking.
+/// Writes the pages of the worst, changed and watched loops and of valves to test, and enters their paths in the ranking.
 fn write_pages(
     folder: &Path,
     to: &Path,
@@ -410,7 +410,7 @@ fn write_pages(
     let mut chosen: Vec<(usize, &WindowRow, [String; 2])> = vec![];
     for (place, ranked) in ranking.loops.iter().enumerate() {
         let row = &ranked.row;
-        if place >= worst && row.change == Change::None && !row.watch {
+        if place >= worst && row.change == Change::None && !row.watch && !row.is_to_test() {
             continue;
         }
         let Some(window) = telling(ranked) else { continue };
