@@ -238,12 +238,13 @@ impl Diagnosis {
     }
 
     /// Samples of the judged segment at which a valve that probably sticks begins to move, according to the model
-    /// that best predicts its PV. `None` for a valve without suspicion, and without a model.
+    /// that best predicts its PV. `None` for a valve without suspicion, with a recorded position, and without a model.
     pub fn slips(&self) -> Option<Vec<usize>> {
-        if !matches!(self.verdict.grade, Grade::Sticks | Grade::ProbablySticks) {
+        let (segment, weighing) = (self.segment()?, self.evidence.as_ref()?);
+        let is_suspected = matches!(self.verdict.grade, Grade::Sticks | Grade::ProbablySticks);
+        if !is_suspected || segment.vp.is_some() {
             return None;
         }
-        let (segment, weighing) = (self.segment()?, self.evidence.as_ref()?);
         let evidence = weighing.typical();
         let best = evidence.dense.as_ref().or(evidence.model.as_ref())?.best();
         let s = self.stiction.s.map_or(best.s_over_span * evidence.op_span, |s| s.value);
