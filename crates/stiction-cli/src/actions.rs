@@ -66,8 +66,8 @@ fn cells(row: &Row) -> [String; 8] {
 }
 
 /// Explains the columns of [`table`].
-pub const LEGEND: &str = "Error is the mean absolute control error in PV units (IAE per s). Rows are ranked by its \
-    worst case over wrong S and J. OP is the signal that the valve receives. Rev./h are stem reversals per hour. SP s \
+pub const LEGEND: &str = "Error is the mean absolute control error in PV units (IAE per s). Rows are ranked by the \
+    largest error over wrong S and J. OP is the signal that the valve receives. Rev./h are stem reversals per hour. SP s \
     and load s are the settling times after a set-point and a load step, in s (- if the loop does not settle).";
 
 /// Rows as columns of text. `more` is the title of the last column.

@@ -66,7 +66,7 @@ enum Task {
         /// Number of members
         #[arg(value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
         loops: u64,
-        /// Add loops until there are this many of each kind [default: a twentieth of N]
+        /// Add loops until each kind has this many [default: a twentieth of N]
         #[arg(long, value_name = "M", value_parser = clap::value_parser!(u64).range(0..=100_000))]
         per_kind: Option<u64>,
         #[command(flatten)]
@@ -82,8 +82,7 @@ enum Task {
         /// Number of loops of each kind
         #[arg(value_name = "N", value_parser = clap::value_parser!(u64).range(2..=100_000))]
         loops: u64,
-        /// The set of these kinds; the first belongs to an earlier training, the third is newer than the present
-        /// training
+        /// The set of kinds; the first is from an earlier training, and the third is newer than the present training
         #[arg(long, value_enum, value_name = "SET", default_value = "second")]
         set: InventedSet,
         #[command(flatten)]
@@ -107,7 +106,7 @@ enum Task {
     ///
     /// The index is a CSV with the columns loop and label. The label is stiction, no stiction, or empty for loops to skip.
     /// Optional columns are loop_type, tag (the valve), file, columns, source and licence. Without file, the recording of
-    /// a loop is LOOP.csv beside the index. The column columns maps signals to columns of the file, such as "op=CV;
+    /// a loop is LOOP.csv beside the index. The column named columns maps signals to columns of the file, such as "op=CV;
     /// pv=FLOW". Recordings must lie in the folder of the index, unless --allow-outside is given.
     #[command(after_help = "Examples:
   stiction bench labels plant/index.csv --report board.html --reports reports --csv details.csv")]
@@ -161,7 +160,7 @@ enum Task {
     /// Measure a program of your own, or the verdict and the methods, on a suite or on labelled recordings
     ///
     /// The program reads one recording as JSON from each line of standard input, and answers with one line of JSON.
-    /// Without any answer the exit code is 2. Without a program, the verdict and the methods answer the same loops.
+    /// If no loop is answered, the exit code is 2. Without a program, the verdict and the methods answer the same loops.
     #[command(after_help = "Examples:
   stiction bench detector 'python3 mine.py' --suite v1-trial
   stiction bench detector 'python3 mine.py' --suite v1 --json > mine.json
@@ -230,7 +229,7 @@ fn shared(table: Table, of: &str, those: &str, is: Share) -> Table {
 
 #[derive(clap::Args)]
 struct Seed {
-    /// Seed of the simulated loops; the verdict was trained on seed 1, so it is better there than on new loops
+    /// Seed of the simulated loops; the verdict was trained on seed 1, so it is more accurate on seed 1 than on new loops
     #[arg(long, default_value_t = 101, value_name = "SEED")]
     seed: u64,
 }

@@ -23,8 +23,8 @@ use stiction_report::report::{self, Fitted};
 /// Reads SP, PV, OP and, where recorded, valve position and mode from CSV, Parquet, Excel or MATLAB files. `stiction
 /// inspect` shows how the files are interpreted. All segments in automatic of each loop are judged together. The
 /// probability covers only sticking that the recording can show. An S below the detection limit may go undetected. Dated
-/// recordings of one tag are joined across files. A person's verdict, kept by `stiction override`, is shown beside the
-/// computed one.
+/// recordings of one tag are joined across files. A person's verdict, entered with `stiction override`, is shown beside
+/// the computed verdict.
 ///
 /// Exit code 0: all files were diagnosed. Exit code 1: all files were diagnosed, and a loop is of a class that
 /// --fail-on names. Exit code 2: some files could not be diagnosed, and the messages say why.

@@ -82,7 +82,7 @@ pub fn is_skipped(error: &anyhow::Error, named: &[In]) -> bool {
     let Some(NoOp { origin, has_times: false, .. }) = error.downcast_ref() else { return false };
     let is_of_folder = named.iter().all(|file| file.origin() != *origin);
     if is_of_folder {
-        output::note(format!("{origin} is no recording and is skipped"));
+        output::note(format!("{origin} is not a recording and is skipped"));
     }
     is_of_folder
 }
@@ -246,7 +246,7 @@ impl Run {
             match self.written.entry(key) {
                 Entry::Occupied(other) if other.get() != option => {
                     bail!(
-                        "{option} {} is also where {} goes, and one of the two would be lost; name another file",
+                        "{option} {} is also the output of {}, and one output would be lost; name another file",
                         file.display(),
                         other.get()
                     );
@@ -267,7 +267,7 @@ impl Run {
                 bail!("{} would overwrite {input}; name another folder", file.display());
             }
             if let Some(option) = self.written.get(&key) {
-                bail!("{} is also where {option} goes; name another file", file.display());
+                bail!("{} is also the output of {option}; name another file", file.display());
             }
         }
         Ok(())

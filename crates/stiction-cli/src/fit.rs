@@ -73,7 +73,7 @@ struct Row {
     /// Type of the loop.
     #[serde(rename = "type")]
     loop_type: LoopType,
-    /// The file it comes from.
+    /// The file of the recording.
     source: Source,
     /// The fitted loop; null if nothing could be fitted.
     fit: Option<Fit>,

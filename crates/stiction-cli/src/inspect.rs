@@ -64,7 +64,7 @@ pub struct Args {
 /// What `stiction inspect --json` prints.
 #[derive(Serialize, JsonSchema)]
 pub struct Document {
-    /// The program that made it, with its version.
+    /// The program that wrote the document, with its version.
     tool: &'static str,
     /// The files, in the given order.
     files: Vec<Summary>,

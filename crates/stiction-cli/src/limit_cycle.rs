@@ -166,7 +166,7 @@ fn of_scenario(name: &str, settings: &[String]) -> Result<(String, ContinuousLoo
     let (model, bands) = scenario.valve;
     let aside = scenario.no_part_in_cycles();
     if !aside.is_empty() {
-        output::note(format!("these do not affect the prediction: {}", aside.join(", ")));
+        output::note(format!("these settings do not affect the prediction: {}", aside.join(", ")));
     }
     Ok((scenario.title, ContinuousLoop::of(system, model, bands)?))
 }

@@ -79,7 +79,7 @@ pub fn line(words: impl std::fmt::Display) -> Result<()> {
 
 /// Prints one line about an entry that was made. If the output fails, the message says that the entry exists.
 pub fn entered(words: impl std::fmt::Display) -> Result<()> {
-    line(&words).with_context(|| format!("{words}; but standard output failed"))
+    line(&words).with_context(|| format!("{words}, but standard output failed"))
 }
 
 /// Prints a document as JSON, indented.
@@ -165,7 +165,7 @@ fn remedy(cause: &(dyn std::error::Error + 'static)) -> &'static str {
             "; the path has a file where a folder is needed, so correct the path"
         }
         ErrorKind::IsADirectory => "; name a file in this folder",
-        ErrorKind::PermissionDenied => "; permit this user to use it, or name another",
+        ErrorKind::PermissionDenied => "; give this user access to it, or name another place",
         ErrorKind::ReadOnlyFilesystem => "; name a place that can be written to",
         ErrorKind::StorageFull => "; make room on the disk, or name another place",
         ErrorKind::InvalidFilename => "; choose another name",

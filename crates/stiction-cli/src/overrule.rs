@@ -14,8 +14,8 @@ use stiction_plant::overrides::{self, Date, FILE_NAME, Override, Overrides, Scop
 /// Store a person's verdict on a valve, to show it beside the computed one.
 ///
 /// The override is kept in stiction-overrides.toml in the folder of the recording, which you can edit by hand. By
-/// default it holds only for this loop in this file with its present content. With --all-recordings it holds for the
-/// tag in all files of the folder, and needs --until. It never replaces the computed verdict. Both are shown.
+/// default an override holds only for this loop in this file, while the file is unchanged. With --all-recordings the override holds
+/// for the tag in all files of the folder, and needs --until. An override never replaces the computed verdict. Both are shown.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction override FIC101.csv --verdict \"does not stick\" --reason \"new packing, stroked\" \\
@@ -28,7 +28,7 @@ pub struct Args {
     /// The recording; with --list also a folder
     #[arg(value_name = "FILE")]
     file: In,
-    /// The loop; may be left out if the file has only one
+    /// The loop; may be left out if the file has only one loop
     #[arg(long = "loop", value_name = "TAG")]
     tag: Option<String>,
     /// The verdict: sticks, does not stick, does not respond, or cannot tell
@@ -97,7 +97,7 @@ pub fn run(args: Args) -> Result<()> {
         let removed =
             overrides::remove(&path, |each| each.is_of(tag, &file_name, args.all_recordings))?;
         if removed == 0 {
-            bail!("{origin}: has no such override of {tag}; see --list");
+            bail!("{origin}: there is no such override of {tag}; see --list");
         }
         let told = format!("removed {removed} of {tag} from {origin}");
         return output::entered(output::name(&told));

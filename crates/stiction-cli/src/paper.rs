@@ -14,9 +14,9 @@ use stiction_io::scenario::{Scenario, System};
 pub const TITLE: &str = "Control-valve stiction: the paper's figures";
 
 /// Introduction of the gallery.
-pub const INTRODUCTION: &str = "This page simulates every plotted figure of \u{201c}Modelling and Dynamic Analysis of \
+pub const INTRODUCTION: &str = "This page shows simulations of every plotted figure of \u{201c}Modelling and Dynamic Analysis of \
     Pneumatic Control Valve with Stiction\u{201d}, and one that the paper lacks. The paper prints no values of S and \
-    J, so the tables show ours. Process and controller are as printed. OP is the controller output and VP the valve \
+    J, so the tables show ours. Process and controller are as printed in the paper. OP is the controller output and VP the valve \
     position, both in percent of span.";
 
 /// A figure with its parameters.
@@ -212,7 +212,7 @@ fn figure_2() -> Result<Drawn> {
 fn figure_physical() -> Result<Drawn> {
     let mut figure = Figure::new("Data-driven against physical model on the same input")
         .caption(
-            "If static friction acts only at rest, the stem slides and two-phase describes it (left). If friction \
+            "If static friction acts only at rest, the stem slides as in the two-phase model (left). If friction \
              falls with velocity, the stem moves in steps, as in He's model (right).",
         )
         .columns(2)
@@ -310,8 +310,8 @@ fn figure_3() -> Result<Drawn> {
     let figure = Figure::new("Typical behaviour of a sticking valve")
         .caption(
             "After a reversal the input must cross dead band and stick band (A to C) before the stem jumps by J (C \
-             to D) and moves (D to E). After a pause in the same direction it must cross only the stick band (E to \
-             F).",
+             to D) and moves (D to E). After a pause in the same direction the input must cross only the stick band \
+             (E to F).",
         )
         .width(760.0)
         .panel_height(560.0)

@@ -25,7 +25,7 @@ use stiction_plant::{ScanOptions, day, demo, propose, scan, summary};
 
 /// Judge all loops of a plant, day by day, and keep the results.
 ///
-/// A plant is a folder with plant.toml, which names its data. Every loop is judged for every day. The results are kept
+/// A plant is a folder with plant.toml, which names its data. Each day of a loop gets its own verdict. The results are kept
 /// as Parquet in .stiction beside plant.toml, so that the next scan judges only new data.
 #[derive(Parser)]
 #[command(after_help = "Examples:
@@ -104,7 +104,7 @@ struct Report {
 /// Conditions on which a report can fail.
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum FailOn {
-    /// A valve that did not stick before sticks now, and its loop is not snoozed
+    /// A valve sticks now and did not stick before, and its loop is not snoozed
     NewSticking,
 }
 
@@ -486,7 +486,7 @@ fn status(folder: &Path, json: bool) -> Result<ExitCode> {
     }
     if status.cut_short > 0 {
         text += &format!(
-            "{} did not finish; another scan judges the rest\n",
+            "{} did not finish; scan again to judge the rest\n",
             counted(status.cut_short, "run")
         );
     }

@@ -17,15 +17,15 @@ use stiction_io::{ReadOptions, Remedy, Wording, mode, quality};
 #[command(next_help_heading = "Interpretation of the files")]
 pub struct Reading {
     /// Set the role of a column or tag: op, pv, sp, vp, mode, time, date, tag, value, quality, op_quality and so on, or
-    /// ignore. FIC101.op is a role in one loop. Or set a key of a mapping file, such as op_range=4,20,
+    /// ignore. FIC101.op is the role op in the loop FIC101. Or set a key of a mapping file, such as op_range=4,20,
     /// FIC101.op_range=4,20, modes.16=auto, quality.0=good or type=level. May be given several times
     #[arg(long, value_name = "KEY=VALUE")]
     map: Vec<ReadOptions>,
-    /// Read further settings on the files from this TOML file [default: the one beside each file, such as
-    /// FIC101.csv.mapping.toml, else an existing stiction.toml]
+    /// Read further settings on the files from this TOML file [default: the mapping file beside each
+    /// recording, such as FIC101.csv.mapping.toml, else an existing stiction.toml]
     #[arg(long, value_name = "FILE")]
     mapping: Option<In>,
-    /// Time zone of times without one, such as Europe/Berlin or +01:00
+    /// Zone of times that state no zone, such as Europe/Berlin or +01:00
     #[arg(long)]
     zone: Option<Zone>,
     /// Format of times: a pattern such as "%d/%m/%Y %H:%M:%S", or day-first, month-first, year-first, epoch-s,
@@ -68,7 +68,7 @@ pub struct Reading {
     #[arg(long = "quality", value_name = "WORD=QUALITY", value_parser = quality::of_option,
           allow_hyphen_values = true)]
     qualities: Vec<(String, Quality)>,
-    /// A number that is no measurement, such as -1; may be given several times. -9999 and similar numbers are
+    /// A number that is not a measurement, such as -1; may be given several times. -9999 and similar numbers are
     /// recognised
     #[arg(long, value_name = "NUMBER", value_parser = finite, allow_hyphen_values = true)]
     bad_value: Vec<f64>,

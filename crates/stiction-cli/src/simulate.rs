@@ -15,8 +15,8 @@ use stiction_io::table::{self, Cells};
 
 /// Simulate a scenario: a valve on a test signal, a control loop, or a cascade.
 ///
-/// The CSV has the columns t, sp, pv, op, vp, and mode if the scenario has periods in manual. Signals that a scenario
-/// lacks stay empty. Without an output option, a summary is printed.
+/// The CSV has the columns t, sp, pv, op, vp, and mode if the scenario has periods in manual. Columns of signals that
+/// the scenario lacks are empty. Without an output option, a summary is printed.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction simulate paper/closed-loop --set valve.S=4 -o run.csv --plot run.svg
@@ -38,7 +38,7 @@ pub struct Args {
     /// Write every sample to this CSV file; - is standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<Out>,
-    /// Write only these columns, such as t,sp,pv,op, which a plant records without the valve position
+    /// Write only these columns, such as t,sp,pv,op as in a plant that does not record the valve position
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "output")]
     columns: Vec<String>,
     /// Draw the run to this file, .svg or .png

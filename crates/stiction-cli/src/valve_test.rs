@@ -25,8 +25,8 @@ use stiction_report::{report, valve_test_figure, valve_test_page, valve_test_she
 
 /// Plan a test that shows whether a valve sticks, and evaluate it.
 ///
-/// In normal operation, stiction and a wandering load can look alike. In a test the operator moves the OP by hand, and
-/// a valve in good order follows. `plan` sizes the test for the loop and prints the sheet. `read` finds the test in a
+/// In normal operation, stiction and a drifting load can look alike. In a test the operator moves the OP by hand, and
+/// a healthy valve follows. `plan` sizes the test for the loop and prints the sheet. `read` finds the test in a
 /// recording and judges the valve.
 #[derive(Parser)]
 #[command(after_help = "Examples:
@@ -47,9 +47,9 @@ enum Task {
     ///
     /// The sheet shows how far to turn the OP, how long to hold it, which PV change is an answer, and when to stop.
     /// Without limits for the PV, the test stays within the recorded PV range, widened by a quarter on either side. If
-    /// the recording contains an inconclusive test, the plan is for the next test. This begins at 0.6 times the size that
-    /// the PV answered, and has more turns of each size. With --signature, the plan is a slow ramp of the OP over the stroke
-    /// and back. The ramp needs a recorded valve position (VP) and a process that tolerates it.
+    /// the recording contains an inconclusive test, the plan is for the next test. The next test begins at 0.6 times the
+    /// size that the PV answered, and has more turns of each size. With --signature, the plan is a slow ramp of the OP over the stroke
+    /// and back. The ramp needs a recorded valve position (VP) and a process that tolerates the ramp.
     #[command(after_help = "Examples:
   stiction test plan FIC101.csv --sheet sheet.html
   stiction test plan FIC101.csv --signature --op-low 20 --op-high 80 --sheet sheet.html
@@ -58,15 +58,15 @@ enum Task {
     /// Find the test in a recording and judge the valve
     ///
     /// The turns come from the completed sheet, or else from the mode column, or else from an OP that alternates
-    /// between held levels. The recording before the test is used, too. A recording with a valve position and slow ramps
+    /// between held levels. The recording before the test is also evaluated. A recording with a valve position and slow ramps
     /// of the OP, up and down, is read as a signature. With --before, the test is compared with a test before a repair.
     #[command(after_help = "Examples:
   stiction test read FIC101-test.csv
   stiction test read FIC101-test.csv --done done.csv --plot answers.svg
   stiction test read FIC101-after.csv --before FIC101-before.csv --report repair.html
 
-A completed sheet is a CSV file with the columns time and op. They are the time of each OP setting,
-by the clock of the recording, and the new OP, in percent. A row without op marks the return to
+A completed sheet is a CSV file with the columns time and op. Each row has the time of an OP setting,
+on the clock of the recording, and the new OP in percent. A row without op marks the return to
 automatic. Other columns are ignored.")]
     Read(Read),
 }
@@ -185,9 +185,9 @@ struct Read {
 /// The output of `stiction test plan --json`.
 #[derive(Serialize, JsonSchema)]
 pub struct PlanDocument {
-    /// The program that made it, with its version.
+    /// The program that wrote the document, with its version.
     tool: &'static str,
-    /// The file it comes from.
+    /// The file of the recording.
     source: Source,
     /// The test.
     plan: TestPlan,
@@ -198,7 +198,7 @@ pub struct PlanDocument {
 struct Tested {
     /// Tag of the loop.
     name: String,
-    /// The file it comes from.
+    /// The file of the recording.
     source: Source,
     /// The result of the test.
     test: TestReading,
@@ -207,7 +207,7 @@ struct Tested {
 /// The output of `stiction test read --json`.
 #[derive(Serialize, JsonSchema)]
 pub struct ReadDocument {
-    /// The program that made it, with its version.
+    /// The program that wrote the document, with its version.
     tool: &'static str,
     /// The loop with its test.
     loops: [Tested; 1],
@@ -216,11 +216,11 @@ pub struct ReadDocument {
 /// The output of `stiction test read --before --json`.
 #[derive(Serialize, JsonSchema)]
 pub struct CompareDocument {
-    /// The program that made it, with its version.
+    /// The program that wrote the document, with its version.
     tool: &'static str,
     /// The test before the repair.
     before: Tested,
-    /// The test after it.
+    /// The test after the repair.
     after: Tested,
     /// The comparison of both tests.
     comparison: Comparison,

@@ -176,7 +176,7 @@ fn the_papers_loop() {
     }
     assert!(said(&found, "Repair the valve to remove the cause"));
     assert!(said(&found, "compensate it (modified-two-move"));
-    assert!(said(&found, "pays only if loads of 5 % come less often than"));
+    assert!(said(&found, "worthwhile only if load steps of 5 % come less often than"));
     assert!(said(&found, "Do not rely on the positioner"));
     assert!(!said(&found, "NaN") && !said(&found, "inf"));
 

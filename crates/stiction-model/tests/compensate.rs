@@ -262,8 +262,8 @@ fn bad_parameters_are_refused() {
         (corrected(Correction { pace: 0.0, ..correction }), "pace of the correction is 0"),
         (corrected(Correction { zone: -1.0, ..correction }), "zone of the correction is -1"),
         (SixMove { moves: Moves { reach: f64::NAN, ..moves }, correction }.start(), "reach"),
-        (supervised(0.0, 0.0, 1.0, 0.0), "wakes the compensator is 0"),
-        (supervised(1.0, 2.0, 1.0, 0.0), "must not exceed that at which it wakes"),
+        (supervised(0.0, 0.0, 1.0, 0.0), "error at which the compensator starts is 0"),
+        (supervised(1.0, 2.0, 1.0, 0.0), "must not exceed the error at which it starts"),
         (supervised(1.0, 0.5, -1.0, 0.0), "dwell"),
         (supervised(1.0, 0.5, 1.0, f64::NAN), "filter time"),
     ];

@@ -47,7 +47,7 @@ pub fn measure(index: &In, allow_outside: bool, plan: &Plan<'_>) -> Result<(Abou
     measured.add(&entries, load, plan)?;
     let passed = match unlabelled {
         0 => String::new(),
-        n => format!(" Skipped, without a label: {n}."),
+        n => format!(" Loops skipped for lack of a label: {n}."),
     };
     let about = About {
         title: format!("{} labelled recordings", entries.len()),
@@ -144,7 +144,7 @@ fn is_outside(file: &Path, folder: &Path) -> bool {
 pub fn load(entry: &Entry) -> Result<Known> {
     let remedy = || {
         format!(
-            "{}: the recording of {} cannot be read; put it there, or give its name in a column file",
+            "{}: the recording of {} cannot be read; put LOOP.csv beside the index, or name the file in the column file",
             entry.place, entry.name
         )
     };

@@ -30,7 +30,7 @@ pub enum Task {
   stiction bench suite v1-training -o training
   STICTION_BENCH_PASSPHRASE=... stiction bench suite v1 --hidden -o hidden")]
     Suite(SuiteArgs),
-    /// Compare results as one page: leaderboard, curves, differences, loops to look at
+    /// Compare results on one page with a leaderboard, curves, differences, and loops to examine
     ///
     /// Results are what stiction bench detector prints with --json. All results must be for the same loops.
     #[command(after_help = "Examples:
@@ -39,16 +39,16 @@ pub enum Task {
     Report(ReportArgs),
     /// Check submitted results: loops, answers, their SHA-256, and the measures
     ///
-    /// The measures are computed again from the answers. The command takes on trust the tool, and the name, version,
-    /// command and times of the detector. For the hidden half of a suite, the variable STICTION_BENCH_PASSPHRASE must
+    /// The measures are computed again from the answers. The tool, and the name, version, command and times of the
+    /// detector, are not checked. For the hidden half of a suite, the variable STICTION_BENCH_PASSPHRASE must
     /// hold its passphrase. Exit code 2: a check failed, and the message lists the faults.
     #[command(after_help = "Examples:
   stiction bench verify mine.json")]
     Verify(VerifyArgs),
     /// Answer recordings from standard input, as a program for `stiction bench detector`
     ///
-    /// Reads one recording as JSON from each line and writes one line of JSON with its answer. It is the reference for
-    /// a program of your own.
+    /// Reads one recording as JSON from each line and writes one line of JSON with its answer. Your own program must
+    /// read and answer in the same form.
     #[command(after_help = "Examples:
   stiction bench answer < suite/recordings.jsonl > answers.jsonl
   stiction bench detector 'stiction bench answer --method horch' --suite v1-trial")]

@@ -44,11 +44,11 @@ pub const CASES: [Case; 12] = [
     Case {
         tag: "FIC202",
         title: "Tuned too tight",
-        look: "A fast cycle of about thirteen seconds grows and fades as disturbances come. As far as samples of one \
-            second can show, PV and OP are round, without pauses or jumps.",
+        look: "A fast cycle of about 13 s grows and fades with the disturbances. At a sample time of 1 s, \
+            PV and OP look round, without pauses or jumps.",
         learn: "A gain near the ultimate gain makes a healthy loop ring after every disturbance. Halve the gain \
-            before you take a valve out. This ringing stops at once, while the cycle of a sticking valve only slows \
-            down.",
+            before you take a valve out. With half the gain this ringing stops at once, while the cycle of a sticking \
+            valve only becomes slower.",
         made: Made::Scenario { name: "samples/aggressive-flow", set: &[], columns: USUAL },
         loop_type: "flow",
     },
@@ -57,19 +57,19 @@ pub const CASES: [Case; 12] = [
         title: "A sine from upstream",
         look: "PV and OP are sines of the same period, with a constant phase shift. The valve follows. Another unit \
             makes the load swing.",
-        learn: "This loop only passes the oscillation on. Look for the same period in neighbouring loops. The loop \
-            with the sharpest corners, or the one that swings first, is the likelier source.",
+        learn: "This loop only passes the oscillation on. Look for the same period in neighbouring loops. The likelier \
+            source is the loop with the sharpest corners, or the loop that swings first.",
         made: Made::Scenario { name: "samples/disturbed-flow", set: &[], columns: USUAL },
         loop_type: "flow",
     },
     Case {
         tag: "PIC204",
         title: "A wave with corners from upstream",
-        look: "The incoming wave is not a sine. It has corners, as if this valve stuck. The wave shapes indicate \
-            stiction and an S is fitted, but this valve follows.",
-        learn: "Another sticking valve upstream is the cause most easily mistaken for stiction. The verdict rightly \
-            stays open and asks for a test. With the controller in manual, the wave continues. The cycle of a \
-            sticking valve in this loop would stop.",
+        look: "The incoming wave is not a sine. The wave has corners, as if this valve stuck. The wave shapes indicate \
+            stiction and an S is fitted, but this valve follows its OP.",
+        learn: "A sticking valve upstream is the cause most easily mistaken for stiction in this valve. The verdict rightly \
+            stays open and asks for a test. With the controller in manual, the wave continues. In manual, a \
+            cycle caused by this valve would stop.",
         made: Made::Population { kind: "external wave", seed: 36 },
         loop_type: "self-regulating",
     },
@@ -86,9 +86,9 @@ pub const CASES: [Case; 12] = [
     Case {
         tag: "LIC206",
         title: "A level whose valve sticks",
-        look: "A level integrates the flow through the valve. PV and OP swing alike with a period of a quarter of an \
-            hour. They have pointed tops where the stem slips, and occasional pauses.",
-        learn: "In a level loop, PV and OP lag even with a valve that follows, so methods for flow loops do not \
+        look: "A level integrates the flow through the valve. PV and OP swing with the same period of a quarter of an \
+            hour. Both have pointed tops where the stem slips, and occasional pauses.",
+        learn: "In a level loop, the PV lags the OP even with a healthy valve, so methods for flow loops do not \
             apply. State what the loop controls, as --type does here. S is not reported because its interval is too \
             wide.",
         made: Made::Scenario {
@@ -109,8 +109,8 @@ pub const CASES: [Case; 12] = [
     Case {
         tag: "FIC207",
         title: "The inner loop of a cascade",
-        look: "The set point never rests, because a temperature controller moves it. PV and OP carry that slow \
-            movement, and on top of it the fast cycle of a sticking valve.",
+        look: "The set point never rests, because a temperature controller moves it. PV and OP follow the slow \
+            set point, and superimposed is the fast cycle of a sticking valve.",
         learn: "A moving set point masks nothing as long as it is recorded. Look at the control error, not at the \
             PV. The outer loop cycles too, but this valve is the cause.",
         made: Made::Scenario { name: "samples/cascade-slave", set: &[], columns: USUAL },
@@ -121,8 +121,8 @@ pub const CASES: [Case; 12] = [
         title: "Only the OP was kept",
         look: "This is the loop of the first case, but the historian kept only the controller output. Only the \
             triangle of a sticking valve is visible.",
-        learn: "A pattern of the OP is compatible with stiction but does not prove it, because an outer loop or a wave \
-            makes the same pattern. So the verdict stays open at any probability from the pattern alone. Have the PV \
+        learn: "A pattern of the OP is compatible with stiction but does not prove it, because an outer loop or an \
+            external wave makes the same pattern. The verdict therefore stays open, even if the pattern gives a high probability. Have the PV \
             recorded.",
         made: Made::Scenario { name: "samples/sticky-flow", set: &[], columns: "t,op" },
         loop_type: "flow",
@@ -141,7 +141,7 @@ pub const CASES: [Case; 12] = [
         title: "Sticking that is masked",
         look: "The OP noise is constant and about as large as the stick band, so the stem never waits long and no \
             cycle builds up. The valve sticks, but this record does not show it.",
-        learn: "\"Fine\" is limited to what this record can show. The report therefore adds a detection limit: an S \
+        learn: "The verdict \"fine\" covers only what this record can show. The report therefore adds a detection limit: an S \
             above it would have been detected, and the true S is below it. A quieter day, or small steps in manual, \
             would lower the limit.",
         made: Made::Population { kind: "sticky valve", seed: 5 },
@@ -150,9 +150,9 @@ pub const CASES: [Case; 12] = [
     Case {
         tag: "FIC211",
         title: "The valve position is recorded",
-        look: "This is the loop of the sine from upstream, now with a valve that sticks a little. PV and OP look \
+        look: "This is the loop with the sine from upstream, but here the valve sticks a little. PV and OP look \
             nearly the same. The position stands still at each reversal and then jumps.",
-        learn: "A positioner's feedback decides what PV and OP alone leave open. Without the column vp this record \
+        learn: "The measured valve position decides cases that PV and OP alone leave open. Without the column vp this record \
             is unclear. S is within a tenth of the true value. If your positioners measure the position, record it \
             in the historian.",
         made: Made::Scenario {
@@ -165,10 +165,10 @@ pub const CASES: [Case; 12] = [
     Case {
         tag: "FIC212",
         title: "Healthy, with a set point that moves",
-        look: "At every step of the set point the PV follows at once and settles. It also follows small moves of the \
-            OP between the steps.",
-        learn: "Set-point steps are a test at no cost. A sticking valve stops short of them, and this one does not. \
-            So it is cleared, with a detection limit.",
+        look: "At every step of the set point the PV follows at once and settles. The PV also follows small moves of \
+            the OP between the steps.",
+        learn: "Set-point steps are a test at no cost. A sticking valve would not follow such small moves, and this valve does. \
+            So the valve is cleared, with a detection limit.",
         made: Made::Population { kind: "set-point changes", seed: 23 },
         loop_type: "self-regulating",
     },

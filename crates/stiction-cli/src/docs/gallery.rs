@@ -309,7 +309,7 @@ impl Worth {
         match self {
             Self::Right => "right",
             Self::WithinLimit => {
-                "right about its limit, because the true S is below the detection limit"
+                "right within its limit, because the true S is below the detection limit"
             }
             Self::Open => "left open",
             Self::Wrong => "wrong",
@@ -349,12 +349,12 @@ pub fn page(shown: &[Shown]) -> Page {
     let cards = html! { div.cases { @for each in shown { (each.card()) } } };
     let text = format!(
         "# Twelve loops\n\n\
-         Some of these valves stick, and other loops only look as if theirs did. Each loop was simulated, so the \
-         truth is known. It was written to a file like that of a plant, and diagnosed from that file. Of these {} \
+         Some of these valves stick, and other loops only look like loops with a sticking valve. Each loop was simulated, so the \
+         truth is known. Its data were written to a file as in a plant, and diagnosed from this file. Of these {} \
          verdicts, {counts}. The loops were chosen to show easy and difficult cases. The page \
          [accuracy](accuracy.html) counts correct verdicts on thousands of loops.\n\n\
-         A card shows the last six periods, PV in green and OP in blue. Its percentage is the probability that the \
-         valve sticks.\n\n{}\n",
+         A card shows the last six periods, PV in green and OP in blue. The percentage on the card is the probability \
+         that the valve sticks.\n\n{}\n",
         shown.len(),
         cards.into_string(),
     );

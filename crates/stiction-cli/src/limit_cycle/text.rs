@@ -272,7 +272,7 @@ fn retuning_text(found: &Retuning, l: &ContinuousLoop) -> String {
     said.push('.');
     if found.at_edge {
         said += " The best tuning lies at the limit of the search, a fifth to five times the present Kc and Ti. \
-            A better one may lie outside these limits.";
+            A better tuning may lie outside these limits.";
     }
     if l.controller.gains().2 != 0.0 {
         said += " The derivative action was dropped.";

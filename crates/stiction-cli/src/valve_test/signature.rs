@@ -18,9 +18,9 @@ use stiction_report::{valve_test_figure, valve_test_page, valve_test_sheet};
 /// The output of `stiction test plan --signature --json`.
 #[derive(Serialize, JsonSchema)]
 pub struct PlanDocument {
-    /// The program that made it, with its version.
+    /// The program that wrote the document, with its version.
     tool: &'static str,
-    /// The file it comes from.
+    /// The file of the recording.
     source: Source,
     /// The ramps.
     signature: SignaturePlan,
@@ -31,7 +31,7 @@ pub struct PlanDocument {
 struct SignedLoop {
     /// Tag of the loop.
     name: String,
-    /// The file it comes from.
+    /// The file of the recording.
     source: Source,
     /// The result of the signature.
     signature: Signature,
@@ -40,7 +40,7 @@ struct SignedLoop {
 /// The output of `stiction test read --json` for a signature.
 #[derive(Serialize, JsonSchema)]
 pub struct ReadDocument {
-    /// The program that made it, with its version.
+    /// The program that wrote the document, with its version.
     tool: &'static str,
     /// The loop with its signature.
     loops: [SignedLoop; 1],
@@ -49,7 +49,7 @@ pub struct ReadDocument {
 /// The output of `stiction test read --before --json` for two signatures.
 #[derive(Serialize, JsonSchema)]
 pub struct CompareDocument {
-    /// The program that made it, with its version.
+    /// The program that wrote the document, with its version.
     tool: &'static str,
     /// The signature before the repair.
     before: SignedLoop,

@@ -18,7 +18,9 @@ fn labelled_recordings_are_scored_by_recording_and_by_valve() {
     let arguments = ["bench", "labels", "index.csv", "--csv", "details.csv", "--method", "horch"];
     let text = run(&folder, &arguments).quiet_success();
     assert!(
-        text.starts_with("4 labelled recordings. Index: index.csv. Skipped, without a label: 1."),
+        text.starts_with(
+            "4 labelled recordings. Index: index.csv. Loops skipped for lack of a label: 1."
+        ),
         "{text}"
     );
     assert!(text.contains("2 sticking and 2 healthy recordings."), "{text}");
@@ -243,7 +245,7 @@ fn what_cannot_be_measured_is_refused_with_the_row_and_the_remedy() {
         ),
         (
             format!("loop,label\n{sound}FIC999,stiction\n"),
-            "index.csv, row 3: the recording of FIC999 cannot be read; put it there, or give its name",
+            "index.csv, row 3: the recording of FIC999 cannot be read; put LOOP.csv beside the index, or name the file",
         ),
         (format!("loop,label\n{sound},stiction\n"), "index.csv, row 3: the loop has no name"),
         ("loop,label\na,\nb,\n".to_owned(), "no loop has a label"),

@@ -96,7 +96,7 @@ fn a_table_of_a_folder_that_is_no_recording_is_skipped() {
     for command in [&["diagnose", "--brief"][..], &["inspect"]] {
         let all = run(&folder, &[command, &["."]].concat());
         assert_eq!(all.code, 0, "{}", all.err);
-        assert!(all.err.contains("truth.csv is no recording and is skipped"), "{}", all.err);
+        assert!(all.err.contains("truth.csv is not a recording and is skipped"), "{}", all.err);
         assert!(all.out.contains("FIC101-sticky"), "{}", all.out);
         let named = run(&folder, &[command, &["FIC101-sticky.csv", "truth.csv"]].concat());
         assert!(named.code == 2 && named.err.contains("truth.csv: has no column"), "{}", named.err);

@@ -213,7 +213,7 @@ fn two_outputs_under_one_name_are_refused() {
         &["stem", "-o", "y", "--events", "y"],
         &["limit-cycle", "paper/closed-loop", "--plot", "y.png", "--nyquist", "y.png"],
     ] {
-        refuses(&folder, arguments, "one of the two would be lost");
+        refuses(&folder, arguments, "one output would be lost");
     }
     assert!(!folder.join("y").exists() && !folder.join("y.html").exists());
     // What is no file loses nothing.

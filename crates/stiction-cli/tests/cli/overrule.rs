@@ -99,7 +99,10 @@ fn it_holds_for_that_recording_only_until_widened() {
     assert!(!text.contains("Overruled") && text.contains("has no dates"), "{text}");
     let refused =
         run(&folder, &["override", FILE, "--loop", "FIC101-sticky", "--remove"]).refusal();
-    assert!(refused.contains("has no such override of FIC101-sticky; see --list"), "{refused}");
+    assert!(
+        refused.contains("there is no such override of FIC101-sticky; see --list"),
+        "{refused}"
+    );
 }
 
 #[test]

@@ -21,7 +21,7 @@ valve repaired          0.061  0.061   0.068      1.95       0.684     229  8.70
     for part in [
         "\nWhat to do\n- The present loop cycles every 18 s",
         "- Repair the valve to remove the cause.",
-        "- Until then, leave the loop as it is. There is evidence against every tuning",
+        "- Until then, leave the loop as it is. None of the simulated tunings",
         "\nTest in manual before the action\n",
         "- Part 1. Move the OP up to u0 + 0.2 %. The PV rises when the OP rises.",
         "\nAssumptions\n- The valve model is two-phase with S = 5 % and J = 3 %",

@@ -42,7 +42,7 @@ pub(super) fn by_evidence(weighing: &Weighing, votes: Votes) -> Verdict {
     }
     reasons.extend(ruling.sentence(weighing));
     if reasons.is_empty() {
-        reasons.push("no line of evidence decides alone, but all together do".to_owned());
+        reasons.push("the lines of evidence decide only together".to_owned());
     }
     let concluded = match class {
         VerdictClass::DoesNotStick => None,

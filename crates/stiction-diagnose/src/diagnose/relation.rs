@@ -43,7 +43,7 @@ impl Mismatch {
                 "check which tag is in which column, swap the two, and diagnose again"
             }
             Self::SameSignal => {
-                "one of the two columns has the other's tag: export the missing one. A P controller with a gain of \
+                "both columns have the same tag: export the missing signal. A P controller with a gain of \
                  one and a constant set point would look the same: test such a loop in manual"
             }
             Self::PvIsOp => "the column of the PV has the tag of the OP: export the PV",
@@ -316,7 +316,7 @@ fn misplaced(op: &[f64], pv: &[f64], sp: &[f64]) -> Option<(Mismatch, String)> {
     let off = |x: &[f64]| mean(x) - mean(sp);
     if is_at(op, sp) && is_far(pv, sp) {
         let because = format!(
-            "the column of the OP stays at the set point (mean distance {}), and that of the PV never meets it ({})",
+            "the column of the OP stays at the set point (mean distance {}), and the column of the PV never meets the set point ({})",
             rough(off(op)),
             rough(off(pv))
         );
@@ -324,7 +324,7 @@ fn misplaced(op: &[f64], pv: &[f64], sp: &[f64]) -> Option<(Mismatch, String)> {
     }
     if is_at(pv, op) && is_far(pv, sp) && is_far(op, sp) {
         let because = "the PV stays at the values in the column of the OP, as at a set point, and never meets \
-                       those in the column of the SP";
+                       the values in the column of the SP";
         return Some((Mismatch::SpAndOpExchanged, because.to_owned()));
     }
     let share = |x: &[f64]| {
@@ -334,7 +334,7 @@ fn misplaced(op: &[f64], pv: &[f64], sp: &[f64]) -> Option<(Mismatch, String)> {
     let steps = share(pv);
     if steps < 0.05 && share(sp) > 0.5 && share(op) > 0.5 && is_at(sp, pv) {
         let because = format!(
-            "the column of the PV changes in {:.1} % of the samples, and that of the SP around it in {:.0} %",
+            "the column of the PV changes in {:.1} % of the samples, and the column of the SP around that value in {:.0} %",
             100.0 * steps,
             100.0 * share(sp)
         );
@@ -391,7 +391,7 @@ impl Laws {
         {
             let because = format!(
                 "the values in the column of the OP are around {}, outside the range of an output in percent, and \
-                 those of the PV are between 0 and 100",
+                 the values in the column of the PV are between 0 and 100",
                 rough(middle)
             );
             return Some((Mismatch::Exchanged, because));

@@ -182,7 +182,7 @@ fn words(
     .collect();
     let end = match outcome {
         RepairOutcome::Worked => "the repair worked",
-        RepairOutcome::Helped => "the repair helped, but a cure is not shown",
+        RepairOutcome::Helped => "the repair helped, but the valve may still stick",
         RepairOutcome::Worse => "the valve sticks more than before",
         _ => "no effect of the repair can be shown",
     };

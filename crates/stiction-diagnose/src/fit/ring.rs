@@ -64,7 +64,7 @@ pub fn ring(
             (true, false) => "as predicted",
             (false, _) if is < 0.8 * was => "better than before, but worse than predicted",
             (false, _) =>
-                "no better than before: something else causes the swing, or the action was not carried out",
+                "no better than before, so something else causes the swing, or the action was not carried out",
         }
     );
     Ok(Ring { action, before: was, after: is, predicted, as_predicted, sentence })

@@ -144,7 +144,7 @@ impl Cuts {
             let threshold = cuts.get(of_cuts.at(places, k));
             let threshold = threshold.ok_or_else(|| damaged("has an unknown threshold"))?;
             let split = Step::split(feature as u16, *threshold, bit(missing_right, k));
-            *steps.get_mut(place).ok_or_else(|| damaged("has a split too many"))? = split;
+            *steps.get_mut(place).ok_or_else(|| damaged("has one split too many"))? = split;
             k += 1;
             Ok(())
         })?;

@@ -466,7 +466,7 @@ impl Bench<'_> {
         let gained = top + 0.5 * m * without.ln();
         if gained < LEAST {
             return Err(Abstention(
-                "the OP or valve position explains nothing of the PV beyond its own past; record a set-point step, \
+                "the OP or valve position explains nothing of the PV beyond the PV's own past; record a set-point step, \
                  or a period with more movement"
                     .to_owned(),
             ));

@@ -203,11 +203,11 @@ fn sentences(
         Effect::Lowered => format!("The repair lowered S from {old} to {new}."),
         Effect::Raised => format!("S rose from {old} to {new}."),
         Effect::Unchanged => {
-            format!("S did not change. It was {old} before the repair and is {new} now.")
+            format!("S did not change. S was {old} before the repair and is {new} now.")
         }
         Effect::CannotTell => {
             format!(
-                "The tests cannot show a change of S. It was {old} before the repair and is {new} now."
+                "The tests cannot show a change of S. S was {old} before the repair and is {new} now."
             )
         }
     }];
@@ -230,7 +230,7 @@ fn sentences(
             Some("The valve still does not respond.")
         }
         (VerdictClass::DoesNotRespond, _) => {
-            Some("The valve did not respond before the repair. Now it does.")
+            Some("The valve did not respond before the repair, and responds now.")
                 .filter(|_| after.moved)
         }
         (_, VerdictClass::DoesNotRespond) => Some("The valve does not respond after the repair."),

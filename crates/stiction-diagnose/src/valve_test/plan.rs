@@ -536,7 +536,7 @@ fn instructions(plan: &TestPlan, long: &str) -> Vec<String> {
             .to_owned(),
         format!(
             "Part 1. Move the OP {up} to u0 {} {size} %. {with} Hold it until the PV has moved by {}{unit}, but for {} at \
-             least and {} at most. Then move it {down} to u0 {} {size} % and hold it likewise. The size of a turn is the whole change, here {} %.",
+             least and {} at most. Then move it {down} to u0 {} {size} % and hold this OP in the same way. The size of a turn is the whole change, here {} %.",
             if first.op > 0.0 { "+" } else { "−" },
             rough(plan.answer),
             time(LEAST_HELD * first.hold_s),
@@ -545,9 +545,9 @@ fn instructions(plan: &TestPlan, long: &str) -> Vec<String> {
             rough(2.0 * first.op.abs()),
         ),
         format!(
-            "Make {} of each size in the table. Hold each for {:.0} % of its longest hold at least. If the valve is good, the PV follows as soon as the turns exceed its noise. If \
-             it sticks, the PV rests until the turns are larger than S. If the PV answers all turns of a size, make as many \
-             more of that size, and note them in the empty rows. If the PV follows all of these too, note the time of the slowest answer and go to part 2.",
+            "Make {} of each size in the table. Hold each for {:.0} % of its longest hold at least. If the valve is healthy, the PV follows as soon as the answers exceed the noise. \
+             If the valve sticks, the PV rests until the turns are larger than S. If the PV answers all turns of a size, make as many \
+             more of that size, and note them in the empty rows. If the PV also follows these turns, note the time of the slowest answer and go to part 2.",
             counted(plan.each, "turn"),
             100.0 * LEAST_HELD
         ),
@@ -564,8 +564,8 @@ fn instructions(plan: &TestPlan, long: &str) -> Vec<String> {
             range(plan.op_low, plan.op_high)
         ),
         format!(
-            "If the PV leaves {}{unit} in the direction of a turn, make the next turn at once. If it leaves this range although \
-             the OP should bring it back, move the OP further in the same direction. Begin with half a turn (in part 2, half of \
+            "If the PV leaves {}{unit} in the direction of a turn, make the next turn at once. If the PV leaves this range although \
+             the OP should bring the PV back, move the OP further in the same direction. Begin with half a turn (in part 2, half of \
              the first turn of part 2), and double it after each hold. Shift u0 by the same amount.",
             range(low, high)
         ),
@@ -576,7 +576,7 @@ fn instructions(plan: &TestPlan, long: &str) -> Vec<String> {
         ),
         format!(
             "{}After {} in manual, end the test in any case, and put the controller in automatic. {}Read the recording with \
-             stiction test read. If the test is inconclusive, plan the next one from the same recording with stiction test plan.",
+             stiction test read. If the test is inconclusive, plan the next test from the same recording with stiction test plan.",
             match plan.expected_s < 0.9 * plan.total_s {
                 true => format!("The test takes about {}. ", roughly(plan.expected_s)),
                 false => String::new(),
@@ -597,7 +597,7 @@ fn short_of_time(plan: &TestPlan, long: &str) -> String {
     let needed = HOLDS * plan.grow[0].hold_s;
     match () {
         () if needed > 1.1 * plan.total_s => format!(
-            "In this time the loop answers about {:.0} turns, which seldom decide. A test of {} decides more often. ",
+            "In this time the loop answers about {:.0} turns, which are seldom conclusive. A test of {} is conclusive more often. ",
             plan.total_s / plan.grow[0].hold_s,
             time(needed)
         ),

@@ -120,11 +120,11 @@ named! {
         LongerHolds = "The holds were too short: the PV was still moving when they ended. Repeat the test, and hold each step \
                        until the PV has settled.",
         /// The dead band may be downstream of the valve.
-        WithPosition = "Watch the stem during the test, or record its position. If it follows the OP, check the transmitter \
-                        and the linkage.",
+        WithPosition = "Watch the stem during the test, or record its position. If the stem follows the OP, check the \
+                        transmitter and the linkage.",
         /// Not even very large turns were answered.
-        NoAnswer = "Larger turns show no more. Look whether the stem moves when the OP is turned. If it does not, inspect the valve, \
-                    its positioner and their air supply. If it does, check the transmitter and the line.",
+        NoAnswer = "Larger turns would not help. Check whether the stem moves when the OP is turned. If the stem rests, inspect the valve, \
+                    the positioner and their air supply. If the stem moves, check the transmitter and the line.",
         /// Hardly a turn was answered.
         LargerTurns = "Too few turns were answered. Make larger turns, hold each longer, and record OP and PV without \
                        compression. If the PV still does not answer, inspect the valve.",

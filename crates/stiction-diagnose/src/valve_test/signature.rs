@@ -226,14 +226,14 @@ pub fn signature_plan(name: &str, [low, high]: [f64; 2]) -> Result<SignaturePlan
         instructions: vec![
             format!(
                 "Make the test when the process tolerates the whole range {over}, for example at a stop with the block \
-                 valves closed. Agree on it with the operator and the shift lead."
+                 valves closed. Agree on the test with the operator and the shift lead."
             ),
             format!(
                 "Open a trend of OP and valve position (VP) with a sample every {} or faster, without compression.",
                 time(record_every_s)
             ),
             format!("Put the controller in manual and the OP at {} %. Wait until the stem rests.", rough(low)),
-            "Ramp the OP as in the table, in steps of 0.2 % or smaller. Do not reverse it on the way.".to_owned(),
+            "Ramp the OP as in the table, in steps of 0.2 % or smaller. Do not reverse the OP within a ramp.".to_owned(),
             "Stop if the process nears an alarm, or if the stem does not move although the OP has moved by half of the \
              range."
                 .to_owned(),

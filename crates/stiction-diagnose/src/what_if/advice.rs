@@ -179,8 +179,8 @@ pub(super) fn recommendation(
     let gain = options.positioner_gain;
     if bands.s() > 0.0 && gain * bands.j() > bands.s() {
         said.push(format!(
-            "Do not rely on the positioner, because its figures assume that it is faster than a slip. A slower one with a \
-             gain of {} does not reduce the slip jump and hunts with this valve, because {} x J exceeds S.",
+            "Do not rely on the positioner, because its figures assume that it is faster than a slip. A slower positioner \
+             with a gain of {} does not reduce the slip jump and hunts with this valve, because {} x J exceeds S.",
             set(gain),
             set(gain)
         ));
@@ -205,7 +205,7 @@ fn repair(rows: &[Row], present: &Row, options: &WhatIfOptions, bands: Bands) ->
     let with = format!("S = {} % and J = {} %", set(kept.s()), set(kept.j()));
     if bands.s() <= kept.s() && bands.j() <= kept.j() {
         return format!(
-            "No repair is needed. A repaired valve has {with}, and the present valve has no more."
+            "No repair is needed. A repaired valve has {with}, and the present valve does not exceed these values."
         );
     }
     if less(present.error(), repaired.error()) {
@@ -274,15 +274,15 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
             if let (Some(reach), Some(hold)) = (number("reach"), number("hold")) {
                 said.push(format!(
                     "Each correction moves the stem {} % past its target and back within {} s. The OP needs this range, \
-                     and the process must tolerate it.",
+                     and the process must tolerate these moves.",
                     set(reach.value),
                     set(hold.value)
                 ));
             }
             if let Some(apart) = loads_apart_s(row, present, options.protocol.step_s) {
                 said.push(format!(
-                    "This action slows the response to loads. It pays only if loads of {} % come less often than \
-                     every {} s.",
+                    "This action slows the response to loads. It is worthwhile only if load steps of {} % come \
+                     less often than every {} s.",
                     set(options.protocol.load_step),
                     set(apart)
                 ));
@@ -296,7 +296,7 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
             return said;
         }
         None => said.push(
-            "Until then, leave the loop as it is. There is evidence against every tuning and compensator tried."
+            "Until then, leave the loop as it is. None of the simulated tunings and compensators is recommended."
                 .to_owned(),
         ),
     }
@@ -361,22 +361,22 @@ pub(super) fn assumptions(
             set(options.most_sensitive)
         ),
         format!(
-            "The positioner is proportional with a gain of {} and faster than a slip. If the valve already has one, S and \
-             J include it, and its row does not apply.",
+            "The positioner is proportional with a gain of {} and faster than a slip. If the valve already has a positioner, \
+             S and J include its effect, and the row of the positioner does not apply.",
             set(options.positioner_gain)
         ),
     ];
     if model.describe().motion == Motion::Staircase {
         said.push(
-            "This valve model has a family of limit cycles. The prediction is the one near the equilibrium, but the \
-             initial state of the loop decides which one occurs."
+            "This valve model has a family of limit cycles. The predicted cycle is near the equilibrium, but the \
+             initial state of the loop decides which cycle occurs."
                 .to_owned(),
         );
     }
     if !plain || plant.valve.bare_model().is_none() {
         said.push(
             "The simulated valve has settings besides its model, S and J (limits, lag, overshoot). The predicted cycle \
-             does not include them."
+             does not include these settings."
                 .to_owned(),
         );
     }

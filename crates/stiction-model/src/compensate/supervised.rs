@@ -52,13 +52,13 @@ impl Supervised {
     /// If `wake` is not positive, `quiet`, the dwell or the filter time is negative, any is not finite,
     /// or `quiet` exceeds `wake`.
     pub fn start(self) -> Result<Box<dyn Compensator>> {
-        positive("error that wakes the compensator", self.wake)?;
-        non_negative("error at which the compensator may rest", self.quiet)?;
+        positive("error at which the compensator starts", self.wake)?;
+        non_negative("error at which the compensator may stop", self.quiet)?;
         non_negative("dwell of the supervision", self.dwell_s)?;
         non_negative("filter time of the supervision", self.filter_s)?;
         if self.quiet > self.wake {
             return Err(Error::Inconsistent(format!(
-                "the error at which the compensator rests, {}, must not exceed that at which it wakes, {}",
+                "the error at which the compensator stops, {}, must not exceed the error at which it starts, {}",
                 self.quiet, self.wake
             )));
         }

@@ -86,7 +86,7 @@ pub fn actions(title: &str, present: &Row, rows: &[(&'static str, &Row)]) -> Fig
     }
     let caption = format!(
         "Left: mean control error of each action with S and J right and in the worst case of wrong S and J, the best \
-         action on top. The line is the present loop. Right: stem travel with S and J right. Values below \
+         action on top. The line marks the present loop. Right: stem travel with S and J right. Values below \
          {LEAST_TRAVEL} are drawn at the edge."
     );
     Figure::new(title).caption(caption).with(errors).with(travels).columns(2).width(1000.0)

@@ -121,7 +121,7 @@ pub fn map(title: &str, map: &Map, present: &ContinuousLoop, quantity: Quantity)
         && (bottom..=top).contains(&y)
     {
         panel = panel.with(Series::points("present loop", [x], [y]).colour(colour::VERMILION));
-        told += " The point is the present loop.";
+        told += " The point marks the present loop.";
     }
     // Its unit is at the colour bar.
     let what = quantity.label().split(" (").next().unwrap_or_default();

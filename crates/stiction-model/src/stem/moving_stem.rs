@@ -174,7 +174,7 @@ impl MovingStem {
         })();
         let Some(time_s) = recalled else {
             return Err(Error::Inconsistent(
-                "this is not the memory of a stem with this friction law".to_owned(),
+                "this state does not belong to a stem with this friction law".to_owned(),
             ));
         };
         (self.run, self.time_s) = (run, time_s);

@@ -195,7 +195,7 @@ impl Detector for Kano {
         let r = self.run(subject)?;
         let reason = format!(
             "the {} rests {:.0} % of the time while the OP travels. With a dead band of {:.2} % of OP, the OP \
-             explains {:.0} % of the variance, without one {:.0} % (no threshold is known)",
+             explains {:.0} % of the variance, without a dead band {:.0} % (no threshold is known)",
             r.follower,
             100.0 * r.statistic,
             r.width,

@@ -222,7 +222,7 @@ impl ValvePosition {
         source: "ours",
         statistic: "t of the best valve without stiction",
         rule: "sticks if every valve with S up to 0.3 %, behind any lag, fits worse than the best by a threshold. \
-               It is 2.5 standard deviations, 5 if S is small beside the OP's changes, 2 if S is large and likely",
+               The threshold is 2.5 standard deviations, 5 if S is small beside the OP's changes, 2 if S is large and likely",
         applies: Applies::AnyLoop,
         decides: Decides::Stiction,
         needs: Needs::OpAndVp,
@@ -291,7 +291,7 @@ impl ValvePosition {
         }
         let j = Spread::of(&jumps).ok_or_else(|| {
             Abstention(format!(
-                "no rest was seen: a slip jump, if there is one, is below {:.3} %",
+                "no rest was detected, so a slip jump must be below {:.3} %",
                 3.0 * tolerance
             ))
         });
