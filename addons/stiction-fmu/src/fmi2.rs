@@ -82,7 +82,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
                     1 => false,
                     _ => {
                         return Err(format!(
-                            "{kind} is no type of FMU; 0 is model exchange, 1 co-simulation"
+                            "{kind} is not a type of FMU; 0 is model exchange, 1 co-simulation"
                         ));
                     }
                 };

@@ -201,7 +201,7 @@ pub fn example(lab: &Lab, _: Nothing) -> Answer<Entry> {
         scenario::built_in_text(NAME).ok_or_else(|| Wrong::own("the example is not built in"))?;
     let scenario = scenario::Scenario::parse_with(text, NAME, None, &[])?;
     let scenario::System::ClosedLoop(plant) = scenario.system else {
-        return Err(Wrong::own("the example is no single loop"));
+        return Err(Wrong::own("the example is not a single loop"));
     };
     let run = plant.run()?;
     let csv = loops::recorded(run.sample_time, &run.sp, &run.pv, &run.op);
@@ -444,7 +444,7 @@ pub fn conclude(lab: &Lab, asked: Conclude) -> Answer<Concluded> {
     })?;
     let date = |day: &String| {
         day.parse::<Date>()
-            .map_err(|_| Wrong::request(format!("\"{day}\" is no date; write it as 2026-12-31")))
+            .map_err(|_| Wrong::request(format!("\"{day}\" is not a date; write it as 2026-12-31")))
     };
     let until = asked.until.as_ref().and_then(|day| text(day)).as_ref().map(date).transpose()?;
     if asked.all_recordings && until.is_none() {

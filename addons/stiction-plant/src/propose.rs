@@ -89,7 +89,7 @@ pub fn propose(folder: &Path, name: &str, data: &[String]) -> Result<Proposal> {
                 }
                 if recording.pv.is_none() {
                     doubts.push(format!(
-                        "{}: no PV was found; if it has one in the file, give pv = \"TAG\", {APART}",
+                        "{}: no PV was found; if the file has the PV of this loop, give pv = \"TAG\", {APART}",
                         recording.name
                     ));
                 }

@@ -81,7 +81,9 @@ impl Fitted {
         let action = Remedy::by_name(action).map_err(refused)?;
         let after = diagnosed(py, &after, told)?;
         let segment = after.segment().ok_or_else(|| {
-            self.because("no segment in automatic of the recording after is long enough")
+            self.because(
+                "in the recording after the action, no segment in automatic is long enough",
+            )
         })?;
         let found = fit::ring::ring(self.foreseen(py)?, action, &self.fit, segment)
             .map_err(|why| self.because(&why))?;

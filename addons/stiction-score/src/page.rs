@@ -74,13 +74,13 @@ pub fn html(of: &Scoreboard<'_>) -> Result<String, Error> {
         .html()
 }
 
-const READING: &str = "Brackets contain 95 % intervals. Abstaining or remaining undecided is neither right nor \
-    wrong. It lowers recall and raises no alarm. \"Does not respond\" counts as an accusation, just as \"sticks\" \
+const READING: &str = "Brackets contain 95 % intervals. An abstention or an open decision is neither right nor \
+    wrong. Both lower recall and raise no alarm. \"Does not respond\" counts as an accusation, just as \"sticks\" \
     does. No threshold was fitted to any of these loops.";
 
 const RANKING: &str = "The AUC (area under the receiver operating characteristic) compares all pairs of a sticking and \
-    a healthy recording. It is the share in which the sticking one has the larger statistic or, for the verdict, \
-    probability. Ties count half, and 0.5 is chance. Recordings on which a method abstains are left out, and the table \
+    a healthy recording. The AUC is the share of pairs in which the sticking recording has the larger statistic \
+    or, for the verdict, probability. Ties count half, and 0.5 is chance. Recordings on which a method abstains are left out, and the table \
     shows how many remain. Under \"of all\", a pair with an omitted recording counts half. Intervals come \
     from 2,000 bootstrap draws of valves within each class.";
 
@@ -300,8 +300,8 @@ pub fn sureness(board: &Board) -> Option<Table> {
 pub fn found(board: &Board) -> Option<Table> {
     let of = board.found.as_ref()?;
     let table = Table::new(
-        "Sticking valves found, among members of the mixed population whose records show slips. Rows group them by \
-         the information gain of an observer who knows the stem, and by the number of slips.",
+        "Sticking valves found, among members of the mixed population whose records show slips. Rows group these \
+         valves by the information gain of an observer who knows the stem, and by the number of slips.",
     )
     .columns("by | from | below | #loops | #called sticking | #called not sticking | #p from 90 % | #p from 80 %");
     let rows = |table: Table, by: &str, bands: &[FoundBand]| {

@@ -52,11 +52,11 @@ const MISTAKEN: u64 = 8;
 
 /// Train the model of the verdict on simulated loops.
 ///
-/// Simulates members of the population and gathers their evidence. It learns from four fifths of them, calibrates
-/// on the rest, leaves out every family of loops in turn to find the confidence of the verdict, and measures on
-/// members of another seed. It writes verdict.bin and its model card README.md. The same arguments and the same
-/// nets give the same bytes on any number of threads. The output of nets for their own training loops is no
-/// evidence: gather, train the nets and `hear` first.
+/// Simulates members of the population and gathers their evidence. The command learns from four fifths of the
+/// members, calibrates on the rest, leaves out every family of loops in turn to find the confidence of the verdict, and measures on
+/// members of another seed. The command writes verdict.bin and the model card README.md. The same arguments and the same
+/// nets give the same bytes on any number of threads. The output of nets on their own training loops must
+/// not serve as evidence, so first run gather, train the nets, and run hear.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction-train --n 40000 --cache matrices gather
@@ -68,18 +68,18 @@ struct Args {
     #[arg(long, value_name = "N", default_value_t = 40_000, global = true,
           value_parser = clap::value_parser!(u64).range(100..=10_000_000))]
     n: u64,
-    /// Seed of their population; the next one is that of the loops for measuring
+    /// Seed of the population; the loops for measuring have the next seed
     #[arg(long, value_name = "SEED", default_value_t = 1, global = true)]
     seed: u64,
     /// Members for measuring [default: a quarter of N]
     #[arg(long, value_name = "N", global = true,
           value_parser = clap::value_parser!(u64).range(100..=10_000_000))]
     test: Option<u64>,
-    /// Keep the evidence in this folder as CSV, and read it from there if it is of the same loops and features. It
-    /// is not checked whether the computation of a feature has changed
+    /// Keep the evidence in this folder as CSV, and read it from there if it is of the same loops and features. A
+    /// changed computation of a feature is not detected
     #[arg(long, value_name = "DIR", global = true)]
     cache: Option<PathBuf>,
-    /// Leave out no families: confidence and intervals of S are not corrected; for trials
+    /// For trials, leave out no families, so that confidence and intervals of S are not corrected
     #[arg(long)]
     no_families: bool,
     /// Folder for verdict.bin and README.md

@@ -160,8 +160,8 @@ fn valve(tag: &str, own: &[&Diagnosed], args: &Args) -> Result<Valve> {
     let dated = own.iter().all(|each| each.diagnosis.start.is_some());
     if !dated && sources.len() > 1 {
         bail!(
-            "loop {tag} is in {} files, of which some have no dates and so no order; give files with dates, or --join \
-             if they are named in order of time",
+            "loop {tag} is in {} files, and some of the files have no dates; give files with dates, or --join if the \
+             files are named in order of time",
             sources.len()
         );
     }

@@ -19,7 +19,7 @@ use stiction_io::{ReadOptions, Reading};
 ///
 /// A table for each loop shows its columns as signals, with unit, values and range, and the data left out or repaired.
 /// A second table lists the reason for the role of every column. Correct mistakes with options, or for many files with
-/// a mapping file. --write-map writes such a file with everything that was found.
+/// a mapping file. --write-map writes a mapping file with everything that was recognised.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction inspect FIC101.csv

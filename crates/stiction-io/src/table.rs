@@ -74,7 +74,7 @@ impl Table {
             let row = row.map_err(|e| match e.kind() {
                 csv::ErrorKind::UnequalLengths { pos, expected_len, len } => wrong(format!(
                     "row {} has {len} cells, but the header has {expected_len} columns; give every \
-                     row as many cells",
+                     row the same number of cells",
                     records.line(pos.as_ref())
                 )),
                 _ => wrong(e.to_string()),
@@ -84,7 +84,8 @@ impl Table {
         }
         if rows.is_empty() {
             return Err(wrong(
-                "has no row below its header; a signal needs at least two, an index one".to_owned(),
+                "has no row below its header; a signal needs at least two rows, an index one row"
+                    .to_owned(),
             ));
         }
         let table = Self { origin: origin.to_owned(), delimiter, header, rows, lines };
@@ -138,7 +139,8 @@ impl Table {
     pub fn column(&self, name: &str) -> Result<Vec<f64>> {
         let index = self.index(name)?;
         if self.rows.len() < 2 {
-            let message = "has one row below its header; a signal needs at least two".to_owned();
+            let message =
+                "has one row below its header; a signal needs at least two rows".to_owned();
             return Err(Error::Table { origin: self.origin.clone(), message });
         }
         let number = |(i, row): (usize, &csv::StringRecord)| {
@@ -193,7 +195,7 @@ impl Table {
         }
         if values.len() != self.rows.len() {
             let (rows, values) = (self.rows.len(), values.len());
-            let message = format!("has {rows} rows, but {values} values; give one per row");
+            let message = format!("has {rows} rows, but {values} values; give one value per row");
             return Err(wrong(message));
         }
         let separator = char::from(self.delimiter).to_string();

@@ -185,7 +185,7 @@ fn qualities_in_front_of_their_signals_are_noted() {
     // One that has no signal on either side is named.
     let text = "Time,Status,FIC1.PV,Status,FIC1.OP,FIC1.SP\n0,Bad,1,Good,50,5\n1,Good,2,Bad,51,5\n";
     let reading = read(&text.replace("FIC1.PV,Status", "Note,Status"));
-    let note = "\"Status (column 2)\" is not used, because \"Time\" on its left is no signal";
+    let note = "\"Status (column 2)\" is not used, because \"Time\" on its left is not a signal";
     assert!(said(&reading).contains(note), "{}", said(&reading));
     assert!(said(&reading).contains("map pv_quality=Status (column 2)"), "{}", said(&reading));
 }

@@ -68,7 +68,7 @@ fn a_column_is_added_once_and_in_full() {
     assert_eq!(table.with_column("vp", &[0.1, -0.0]).expect("fits"), "u,vp\n1,0.1\n2,-0\n");
     let error = |name, values: &[f64]| table.with_column(name, values).unwrap_err().to_string();
     assert_eq!(error("u", &[1.0, 2.0]), "test.csv: has a column \"u\" already; rename it");
-    assert_eq!(error("vp", &[1.0]), "test.csv: has 2 rows, but 1 values; give one per row");
+    assert_eq!(error("vp", &[1.0]), "test.csv: has 2 rows, but 1 values; give one value per row");
 }
 
 #[test]

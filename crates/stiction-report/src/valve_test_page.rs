@@ -86,7 +86,7 @@ pub fn caution(before: Tested<'_>, after: Tested<'_>) -> Option<String> {
     let (a, b) = (&before.recording.name, &after.recording.name);
     (!same_loop(a, b)).then(|| {
         format!(
-            "The recordings have different tags, {a} and {b}. The comparison holds only if both are of the same valve."
+            "The recordings have different tags, {a} and {b}. The comparison holds only if both recordings are of the same valve."
         )
     })
 }
@@ -233,13 +233,13 @@ impl<'a> Signed<'a> {
         match self.signature.class {
             Class::Sticks => match self.signature.binds {
                 Some([from, to]) => format!(
-                    "The valve sticks, and binds between {} and {} % of its stroke. Elsewhere its S is {s}.",
+                    "The valve sticks, and binds between {} and {} % of its stroke. Elsewhere S is {s}.",
                     rough(from),
                     rough(to)
                 ),
-                None => format!("The valve sticks. Its S is {s}."),
+                None => format!("The valve sticks. S is {s}."),
             },
-            Class::DoesNotStick => format!("The valve does not stick. Its S is {s}."),
+            Class::DoesNotStick => format!("The valve does not stick. S is {s}."),
             Class::DoesNotRespond => "The valve does not respond to the OP.".to_owned(),
             Class::CannotTell => "The signature is inconclusive.".to_owned(),
         }
@@ -314,9 +314,9 @@ fn headline(test: &TestReading) -> String {
     use stiction_diagnose::diagnose::VerdictClass as Class;
     let p = percent(test.probability);
     match test.class {
-        Class::Sticks => format!("The valve sticks. Its S is {}.", s_in_words(test)),
+        Class::Sticks => format!("The valve sticks. S is {}.", s_in_words(test)),
         Class::DoesNotStick => {
-            format!("The valve {}. Its S is {}.", test.word(), s_in_words(test))
+            format!("The valve {}. S is {}.", test.word(), s_in_words(test))
         }
         Class::DoesNotRespond => "The valve does not respond to the OP.".to_owned(),
         Class::CannotTell if test.is_elsewhere() => format!(

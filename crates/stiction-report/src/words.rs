@@ -316,7 +316,7 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
     if let Some(few) = &diagnosis.few_slips {
         let step = rough(few.step);
         return Some(format!(
-            "A test of the valve or {position} may decide. OP steps of one size, {step} %, seldom decide."
+            "A test of the valve or {position} may decide. OP steps of one size, {step} %, are seldom conclusive."
         ));
     }
     let ask = match diagnosis.undecided_by() {
@@ -328,8 +328,8 @@ pub fn what_would_answer(diagnosis: &Diagnosis) -> Option<String> {
         }
         Some(Ruling::Strange) => {
             return Some(format!(
-                "Only {position} or a test of the valve can decide. A longer recording would not help, because it \
-                 is unlike the simulated loops."
+                "Only {position} or a test of the valve can decide. A longer recording would not help, because the \
+                 recording is unlike the simulated loops."
             ));
         }
         Some(Ruling::Harmless) => {
@@ -449,7 +449,7 @@ pub fn overruled(overruled: &Override) -> String {
         who += &format!(" on {day}");
     }
     format!(
-        "Overruled by {who}: the valve {} ({}). This holds for {} ({}).",
+        "Overruled by {who}: the valve {} ({}). The override holds for {} ({}).",
         verb(overruled.verdict),
         overruled.reason.trim_end_matches('.'),
         overruled.scope,

@@ -274,14 +274,15 @@ impl Context<'_> {
             let probability = self.known.get(&**name).and_then(|own| own.probability);
             let mut reasons = vec![match probability {
                 Some(p) => {
-                    format!("Its valve sticks with a probability of {}.", spoken::percent(p))
+                    format!("The valve sticks with a probability of {}.", spoken::percent(p))
                 }
-                None => "It is unknown whether its valve sticks.".to_owned(),
+                None => "It is unknown whether the valve sticks.".to_owned(),
             }];
             let mut score = logit(probability.unwrap_or(UNKNOWN));
             if sharpest > SHARP && *shape == sharpest {
                 score += VOTE;
-                reasons.push("Its swing is the least like a sine.".to_owned());
+                reasons
+                    .push("Of the group, this loop's swing is the least like a sine.".to_owned());
             }
             let above = |of: &str| {
                 let list = self.upstream.get(of).map_or(&[][..], Vec::as_slice);
@@ -290,7 +291,8 @@ impl Context<'_> {
             let own = above(name);
             if !own.is_empty() {
                 score -= VOTE;
-                reasons.push(format!("Upstream of it, in the group: {}.", own.join(", ")));
+                reasons
+                    .push(format!("Loops of the group upstream of this loop: {}.", own.join(", ")));
             }
             let reaches = names.iter().filter(|other| above(other).contains(name)).count();
             if reaches > 0 && own.is_empty() {

@@ -106,10 +106,10 @@ fn changed(ranking: &Ranking<'_>) -> Markup {
                     }
                 }
                 @if changed.len() > LINES {
-                    p { (changed.len() - LINES) " more are in the list below." }
+                    p { (changed.len() - LINES) " more loops are in the list below." }
                 }
             }
-            p.soft { "New: sticks, and did not before. Returned: sticks again. Still sticks: after a repair. Worse or \
+            p.soft { "New: the valve sticks now and did not before. Returned: it sticks again. Still sticks: it sticks after a repair. Worse or \
                       better: S grew or shrank. Gone: probably stuck before, and the probability is now at most 50 %." }
         }
     }
@@ -338,7 +338,12 @@ const HEADS: [Head; 17] = [
     head("OP at limit, %", true, 50, "Share of the time with the OP at a limit."),
     head("OP travel, %/h", true, 56, "OP travel, up and down, an hour."),
     head("Reversals, 1/h", true, 76, "OP reversals an hour."),
-    head("Other cause", false, 112, "The likeliest other cause, from a likelihood of 10 % on."),
+    head(
+        "Other cause",
+        false,
+        112,
+        "The likeliest other cause, if its likelihood is at least 10 %.",
+    ),
     head("Period", false, 78, "Period of the oscillation."),
     head(
         "Notes",

@@ -382,7 +382,7 @@ fn listed(folder: &Path, plant: &Plant) -> (Vec<String>, Places) {
     folders.retain(|own| !paths.iter().any(|path| Path::new(path).starts_with(own)));
     let folders = folders.into_iter().map(|own| {
         format!(
-            "{own} is a folder, so it is no recording; to read its files, add \"{own}/*\" to data"
+            "{own} is a folder, not a recording; to read the files in the folder, add \"{own}/*\" to data"
         )
     });
     let places = Places { problems: problems.into_values().collect(), folders: folders.collect() };

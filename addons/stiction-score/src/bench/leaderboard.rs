@@ -141,8 +141,8 @@ fn p_value(p: f64) -> String {
 /// Two detectors on the same loops; `None` without two.
 pub fn comparisons(results: &Results) -> Option<Table> {
     let table = Table::new(
-        "Two detectors on the same loops. The AUC is that over all loops, with interval and p-value by DeLong. The other \
-         columns count loops that only one of the two calls sticking, with the p-value of McNemar's exact test.",
+        "Two detectors on the same loops. The AUC is over all loops, with interval and p-value by DeLong. The other \
+         columns count loops that only one of the two detectors calls sticking, with the p-value of McNemar's exact test.",
     )
     .columns("first | second | #AUC, first less second | #p")
     .columns("#sticking: only first | #only second | #p")

@@ -23,8 +23,8 @@ named! {
         Invented = "invented kinds",
         /// Loops with a recorded valve position.
         Positions = "recorded positions",
-        /// Loops of networks with one sticking valve. Half of these loops have that valve, the other half a healthy
-        /// one.
+        /// Loops of networks with one sticking valve. Half of these loops have the sticking valve, and the other half
+        /// have a healthy valve.
         Networks = "networks",
     }
 }
@@ -46,7 +46,7 @@ impl Part {
             Self::Positions => "Loops whose valve position is recorded.",
             Self::Networks => {
                 "One loop of a network of five coupled loops with one sticking valve. Half of \
-                 these loops have that valve, the other half a healthy one."
+                 these loops have the sticking valve, and the other half have a healthy valve."
             }
         }
     }

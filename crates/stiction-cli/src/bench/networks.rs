@@ -46,7 +46,7 @@ fn table(seed: u64, days: u32, trial: &Trial) -> Table {
     let table = row(table, pairs, "in a group", trial.recall);
     let table = row(table, "pairs in a group", "without a common cause", trial.false_pairs);
     let sources = "sticking valves that make another loop swing";
-    let table = row(table, sources, "in a group with it", trial.sources);
+    let table = row(table, sources, "in a group with that loop", trial.sources);
     let table = row(table, "these", "that are the first candidate", trial.first);
     let table = row(table, "these", "among the first three", trial.first_three);
     let unknown = "whose source is reported as not recorded";

@@ -63,18 +63,22 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     let table = row(table, "tests that were never stopped", "that decide", trial.calm);
     let table = row(table, "tests of faulty valves", "that found them", trial.found);
     let table = row(table, "tests of healthy valves", "that accused them", trial.accused);
-    let table = row(table, "values of S", "within 15 % of the true one", trial.s_within);
+    let table = row(table, "values of S", "within 15 % of the true S", trial.s_within);
     let table = row(table, "90 % intervals of S", "that contain it", trial.s_covered);
     let table = row(table, "90 % intervals of J", "that contain it", trial.j_covered);
-    let table = row(table, "tests", "followed by a second or a third", trial.repeated);
+    let table = row(table, "tests", "followed by a second or third test", trial.repeated);
     let table = row(table, "tests", "stopped at least once", trial.stopped);
     let table = row(table, "tests", "given up", trial.given_up);
     let table = row(table, "these", "that still decide", trial.given_up_decided);
     let table = row(table, "these", "that are right", trial.given_up_right);
     let table = row(table, "tests", "in which the PV left the tolerated range", trial.beyond);
-    let table =
-        row(table, "the same loops", "whose PV leaves it without a test", trial.beyond_anyway);
-    let table = row(table, "tests", "found without sheet and mode", trial.noticed);
+    let table = row(
+        table,
+        "the same loops",
+        "whose PV leaves the range without a test",
+        trial.beyond_anyway,
+    );
+    let table = row(table, "tests", "found without a sheet and modes", trial.noticed);
     let table = row(table, "recordings of operation", "mistaken for a test", trial.imagined);
     let bands = trial.sticking_by_probability.iter().zip(BANDS.windows(2));
     let table = bands.fold(table, |table, (share, ends)| {
@@ -103,13 +107,14 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     let table = two(table, "time in manual, expected by the first plan", expected, &words::spoken);
     let table = match trial.expected_fast_s {
         Some(fast) => {
-            two(table, "the same if 40 responses last 15 min at most", fast, &words::spoken)
+            two(table, "time in manual, if 40 responses last 15 min at most", fast, &words::spoken)
         }
         None => table,
     };
     let times = [trial.manual_s, trial.manual_of_all_s, trial.responses];
     let [Some(first), Some(all), Some(responses)] = times else { return table };
     let table = two(table, "time in manual of the first test", first, &words::spoken);
-    let table = two(table, "the same in response times of the process", responses, &words::rough);
+    let table =
+        two(table, "first test, in response times of the process", responses, &words::rough);
     two(table, "time in manual of all tests of a loop", all, &words::spoken)
 }

@@ -255,7 +255,7 @@ fn retuning_text(found: &Retuning, l: &ContinuousLoop) -> String {
         (None, Some(_)) => "With this tuning, the loop does not cycle".to_owned(),
         (_, Some(ratio)) => {
             format!(
-                "With this tuning, the PV swing is {} times the present one",
+                "With this tuning, the PV swing is {} times the present swing",
                 text::number(ratio)
             )
         }
@@ -263,7 +263,7 @@ fn retuning_text(found: &Retuning, l: &ContinuousLoop) -> String {
     };
     if let Some(ratio) = found.iae_ratio {
         said +=
-            &format!("; the IAE of a load step is {} times the present one", text::number(ratio));
+            &format!("; the IAE of a load step is {} times the present IAE", text::number(ratio));
     }
     said += &format!(". {} tunings were within the bound of Ms", found.robust_tunings);
     if found.unjudged_tunings > 0 {

@@ -113,7 +113,7 @@ fn invalid_requests_are_refused() {
         (&["history", "FIC101-sticky.csv", "--loop", "X"], "no such loop"),
         (
             &["history", "FIC101-sticky.csv", "later/FIC101-sticky.csv"],
-            "is in 2 files, of which some have no dates",
+            "is in 2 files, and some of the files have no dates",
         ),
     ] {
         refuses(&folder, arguments, expected);

@@ -33,7 +33,7 @@ fn malformed_tables() {
         (b"   \n", &["is empty"]),
         (b"\xef\xbb\xbf", &["is empty"]),
         (b"t,u\n", &["has no row below its header; a signal needs at least two"]),
-        (b"t,u\n0,1\n", &["has one row below its header; a signal needs at least two"]),
+        (b"t,u\n0,1\n", &["has one row below its header; a signal needs at least two rows"]),
         (b"t,u\n0,NaN\n1,2\n", &["row 2, column \"u\": \"NaN\" is not a finite number"]),
         (b"t,u\n0,1\n1,inf\n", &["row 3, column \"u\": \"inf\" is not a finite number"]),
         (b"t,u\n0,1\n1,-Infinity\n", &["row 3, column \"u\"", "not a finite number"]),

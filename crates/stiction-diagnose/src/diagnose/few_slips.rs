@@ -62,7 +62,7 @@ fn of(seen: usize, s: f64) -> Option<FewSlips> {
     }
     let step = BEYOND * s;
     let words = format!(
-        "looks stuck, with {} of the {NEEDED} needed; OP steps of {} % up and down should cause the others",
+        "looks stuck, with {} of the {NEEDED} needed; OP steps of {} % up and down should cause the missing slips",
         counted(seen, "slip"),
         rough(step)
     );
@@ -85,7 +85,7 @@ mod tests {
         assert_eq!((few.seen, few.needed, few.step), (2, 8, 4.5));
         assert_eq!(
             few.words,
-            "looks stuck, with 2 slips of the 8 needed; OP steps of 4.5 % up and down should cause the others"
+            "looks stuck, with 2 slips of the 8 needed; OP steps of 4.5 % up and down should cause the missing slips"
         );
         assert!(of(1, 1.0).unwrap().words.contains("with 1 slip of"));
         assert_eq!(of(NEEDED, 2.0), None);

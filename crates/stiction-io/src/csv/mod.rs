@@ -260,7 +260,7 @@ fn cut(text: &str, columns: &[Texts], rows: &[usize]) -> Option<String> {
     is_cut.then(|| {
         format!(
             "row {} seems to be cut short, because it has no line break and its last value, \"{last}\", is shorter \
-             than those above; copy the file again, or remove the row",
+             than the values above; copy the file again, or remove the row",
             rows.last().unwrap_or(&0)
         )
     })

@@ -25,7 +25,7 @@ pub(super) fn variables(bytes: &[u8]) -> Result<Fields, Message> {
         );
         Ok(fields)
     };
-    guarded(read).unwrap_or_else(|| Err(unread("its bytes contradict each other")))
+    guarded(read).unwrap_or_else(|| Err(unread("its contents are inconsistent")))
 }
 
 /// The message for an error of HDF5.
@@ -115,7 +115,7 @@ impl Reader {
             values.push(match object {
                 Object::Group(group) => self.group(&group, depth + 1)?,
                 Object::Dataset(dataset) => self.dataset(&dataset, depth + 1)?,
-                _ => Value::Other("of a kind that is not read".to_owned()),
+                _ => Value::Other("of a kind that cannot be read".to_owned()),
             });
         }
         Ok(values)
@@ -181,7 +181,7 @@ impl Reader {
             | DType::U32
             | DType::U64 => Value::numbers(rows, dataset.read_f64().map_err(unread)?),
             DType::Compound(_) => Value::Other("an array of complex numbers".to_owned()),
-            other => Value::Other(format!("of a type that is not read ({other})")),
+            other => Value::Other(format!("of a type that cannot be read ({other})")),
         })
     }
 }

@@ -246,7 +246,7 @@ fn decoded<T>(
         Some(Ok(value)) => Ok(value),
         Some(Err(ParquetError::General(message))) => Err(message),
         Some(Err(other)) => Err(other.to_string()),
-        None => Err("its bytes contradict each other; the file is damaged".to_owned()),
+        None => Err("its contents are inconsistent; the file is damaged".to_owned()),
     }
 }
 

@@ -7,7 +7,7 @@ use std::io::{Cursor, Read, copy, sink};
 use zip::ZipArchive;
 
 pub(super) const PASSWORD: &str =
-    "is encrypted with a password; save it without one, or save the sheet as CSV";
+    "is encrypted with a password; save it without a password, or save the sheet as CSV";
 
 /// Beginning of the files of Microsoft's compound format.
 const COMPOUND: &[u8] = b"\xd0\xcf\x11\xe0";

@@ -40,7 +40,7 @@ pub fn workbook_sheets(bytes: &[u8], origin: &str) -> Result<(Vec<Sheet>, Vec<St
     let mut budget = Budget::of(bytes.len());
     let kind = limits::check(bytes, &mut budget).map_err(wrong)?;
     let grids = guarded(|| kind.grids(bytes, &mut budget))
-        .unwrap_or_else(|| Err(unread("its bytes contradict each other")))
+        .unwrap_or_else(|| Err(unread("its contents are inconsistent")))
         .map_err(wrong)?;
     let (mut sheets, mut notes, mut refusal) = (vec![], vec![], None);
     let several = grids.len() > 1;

@@ -269,7 +269,7 @@ fn of_masked(recording: &Recording) -> Measure {
     let share = |of: &Channel| 100.0 * of.masked.len() as f64 / of.values.len().max(1) as f64;
     let value = channels.map(share).fold(0.0, f64::max);
     let reason = match Masked::words(&recording.masked_values()) {
-        Some(words) => format!("values that are no measurements count as missing: {words}"),
+        Some(words) => format!("values that are not measurements count as missing: {words}"),
         None => "every value may be a measurement".to_owned(),
     };
     MASKED.measure(Some(value), reason)

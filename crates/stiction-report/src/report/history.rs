@@ -9,7 +9,7 @@ use stiction_diagnose::diagnose::{Estimate, History};
 use stiction_diagnose::spoken::counted;
 
 const INTRODUCTION: &str = "Each window of the recordings is judged on its own and together with the others, to show \
-    whether the valve gets worse. Windows of one valve are not independent. The weight of their agreement was learned \
+    whether the valve gets worse. Windows of one valve are not independent. The weight of agreeing windows was learned \
     from simulated valves with long records.";
 
 /// The report on the histories of some valves, as one self-contained HTML page.

@@ -307,8 +307,8 @@ fn op_map(
             ),
         );
         caption.push_str(&format!(
-            " The ellipse is fitted to these samples. Its width in the direction of the OP, {} %, depends on the \
-             controller and is not S.",
+            " The ellipse is fitted to these samples. The width of the ellipse in the direction of the OP, {} %, \
+             depends on the controller and is not S.",
             number(width)
         ));
     } else {
@@ -430,7 +430,10 @@ pub fn autocorrelations(segment: &Segment, context: &Context<'_>) -> Option<Figu
         regularly."
             .to_owned();
     if !found.is_empty() {
-        caption.push_str(&format!(" Twice their mean distance is {}.", found.join(", ")));
+        caption.push_str(&format!(
+            " Twice the mean distance of the crossings is {}.",
+            found.join(", ")
+        ));
     }
     Some(Figure::new("").caption(caption).width(WIDTH).panel_height(240.0).with(panel))
 }

@@ -12,7 +12,7 @@ pub(in crate::methods) fn draw(_: &Scene<'_>, found: &HorchDensityResult) -> Opt
         .legend(Legend::Above)
         .with(Series::bars("found", x, &found.found[..]).colour(colour::SKY))
         .with(
-            Series::line("one hump, as behind a sticking valve", x, &found.one_hump[..])
+            Series::line("one hump, as with a sticking valve", x, &found.one_hump[..])
                 .colour(colour::VERMILION),
         )
         .with(

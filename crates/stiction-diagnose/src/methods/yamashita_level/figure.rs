@@ -34,7 +34,7 @@ pub(in crate::methods) fn draw(_: &Scene<'_>, found: &YamashitaLevelResult) -> O
                 .colour(colour::VERMILION),
         );
     let caption = format!(
-        "Density of the PV's second derivative. A triangle wave behind a sticking valve bends only at its corners, \
+        "Density of the PV's second derivative. A triangle wave from a sticking valve bends only at the corners, \
          which gives a high middle and long tails, with an excess kurtosis above 0. Here the excess kurtosis is {}. \
          Values beyond six standard deviations are counted at the ends.",
         number(found.statistic)

@@ -132,7 +132,7 @@ impl Detector for YamashitaLevel {
     fn look(&self, subject: &Subject<'_>) -> Result<Finding, Abstention> {
         let r = self.run(subject)?;
         let what = match r.decision {
-            Decision::Sticks => "is straight between corners, as behind a sticking valve",
+            Decision::Sticks => "is straight between corners, as with a sticking valve",
             Decision::DoesNotStick => "bends like a sinusoid",
             _ => "bends neither like a sinusoid nor in corners",
         };

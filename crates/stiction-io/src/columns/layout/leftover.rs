@@ -122,7 +122,7 @@ pub fn note_lone(loops: &mut [LoopPlan], signal: Signal, lone: &[&str], wording:
         let own: Vec<&str> = lone.iter().zip(&tags).filter(may_be).map(|(name, _)| *name).collect();
         let Some(first) = own.first() else { continue };
         let note = format!(
-            "the loop has no {0}, while {1} {2} not used, because no OP has that name; if one is its {0}, give {3}",
+            "the loop has no {0}, while {1} {2} not used, because no OP has that name; if one of them is the {0} of the loop, give {3}",
             signal.name(),
             list(&own),
             if own.len() == 1 { "is" } else { "are" },

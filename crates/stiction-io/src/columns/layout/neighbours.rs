@@ -69,8 +69,8 @@ pub fn take_qualities(
     let (first, last) = (names[several[0]], names[several[several.len() - 1]]);
     if is_front {
         notes.push(format!(
-            "\"{first}\" to \"{last}\" are interpreted as the qualities of the signals on their right, because the first has \
-             no signal on its left; if they are not, give {}",
+            "\"{first}\" to \"{last}\" are interpreted as the qualities of the signals on their right, because the first column \
+             has no signal on its left; if they are not qualities, give {}",
             wording.of(Remedy::map("pv_quality", first))
         ));
     }
@@ -86,7 +86,7 @@ pub fn take_qualities(
         };
         if role == Role::Ignored {
             notes.push(format!(
-                "\"{}\" is not used, because \"{name}\" on its left is no signal; if it is the quality of one, give {}",
+                "\"{}\" is not used, because \"{name}\" on its left is not a signal; if it is the quality of a signal, give {}",
                 names[i],
                 wording.of(Remedy::map("pv_quality", names[i]))
             ));
