@@ -66,8 +66,8 @@ pub fn page(fmu: &Fmu, fmi: Fmi, icon: &str) -> Result<String, Error> {
 fn semantics(fmu: &Fmu) -> &'static str {
     match fmu.model() {
         "valve" => {
-            "The valve takes one sample in each communication step: OP is held over the step, and VP at its end is the \
-             response to it. S and J may be changed while the simulation runs. The valve starts at rest at VP_start. \
+            "The valve takes one sample in each communication step: OP is held over the step, and VP at the end of the \
+             step is the response to this OP. S and J may be changed while the simulation runs. The valve starts at rest at VP_start. \
              Let the OP start there too, or set VP_start."
         }
         "stem" => {
@@ -75,8 +75,8 @@ fn semantics(fmu: &Fmu) -> &'static str {
              events. Nothing else depends on the step. The stem starts at rest at VP_start."
         }
         _ => {
-            "The loop runs all of its own samples within the communication step, including its start but not its \
-             end."
+            "The loop runs all of its own samples within the communication step, including the start but not the \
+             end of the step."
         }
     }
 }

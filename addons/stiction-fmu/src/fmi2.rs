@@ -209,7 +209,7 @@ refused! {
         _order: *const c_int,
         _value: *mut f64
     ): "derivatives of outputs are not provided";
-    fmi2CancelStep(): "steps are not asynchronous, so there is none to cancel";
+    fmi2CancelStep(): "steps are not asynchronous, so there is no step to cancel";
 }
 
 // Model exchange.

@@ -20,12 +20,12 @@
 //!
 //! # Time
 //!
-//! * A data-driven valve takes one sample in each step: the OP is held over the step, and the VP at its end is the
-//!   response to it. The step is the sample time, and may change.
+//! * A data-driven valve takes one sample in each step: the OP is held over the step, and the VP at the end of the
+//!   step is the response to this OP. The step is the sample time, and may change.
 //! * A physical stem is integrated over the step with the OP held, and its events are located. The step only
 //!   matters for the hold itself. In model exchange the importer integrates, and finds the events by their
 //!   indicators; the OP may then vary freely.
-//! * A loop runs all of its own samples within the step, including its start but not its end. Its outputs are those
+//! * A loop runs all of its own samples within the step, including the start but not the end of the step. Its outputs are those
 //!   of the last sample.
 //!
 //! # Structure

@@ -114,7 +114,7 @@ pub(crate) fn variables(stem: &StemParameters, law: &FrictionLaw) -> Vec<Variabl
             "supply",
             "Pa",
             enough_pa(stem.pressure_max_pa),
-            "Pressure of the air supply, which limits the demanded one",
+            "Pressure of the air supply, which limits the demanded pressure",
         )
         .tunable(),
         Variable::output("VP", "%", "Valve position").depends_on(&[POSITION as u32]),
@@ -172,8 +172,7 @@ pub(crate) fn variables(stem: &StemParameters, law: &FrictionLaw) -> Vec<Variabl
     table.push(Variable::local(PRESSURE_RATE, "Pa/s", "Rate of change of the acting pressure"));
     if is_continuous(law.name()) {
         table.extend(INDICATORS.map(|name| {
-            Variable::local(name, "", "Its change of sign is an event in model exchange")
-                .indicator()
+            Variable::local(name, "", "A change of sign is an event in model exchange").indicator()
         }));
     }
     mark_pressure(&mut table);

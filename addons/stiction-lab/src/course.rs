@@ -486,7 +486,7 @@ pub fn check(_: &Lab, asked: Answered) -> Answer<Checked> {
     let lesson = Lesson::of(asked.lesson)?;
     let name = asked.name.split_whitespace().collect::<Vec<_>>().join(" ");
     if name.is_empty() || name.chars().count() > 80 {
-        return Err(Wrong::request("enter a name of 1 to 80 letters; the code needs it"));
+        return Err(Wrong::request("enter a name of 1 to 80 letters; the code needs the name"));
     }
     if asked.answers.len() != lesson.kinds.len() {
         return Err(Wrong::request(format!(

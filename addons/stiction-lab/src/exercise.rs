@@ -250,21 +250,25 @@ impl Exercise {
     fn check(&self) -> Answer<()> {
         let refuse = |why: String| Err(Wrong::request(why));
         if !(0.0..=LONGEST_S).contains(&self.until_s) {
-            return refuse(format!("an exercise runs for 0 to {LONGEST_S} s; restart it"));
+            return refuse(format!(
+                "an exercise runs for 0 to {LONGEST_S} s; restart the exercise"
+            ));
         }
         if self.sets.len() > SETS {
-            return refuse(format!("an exercise has at most {SETS} sets of the OP; restart it"));
+            return refuse(format!(
+                "an exercise has at most {SETS} settings of the OP; restart the exercise"
+            ));
         }
         let mut last = OPERATION_S;
         for Hand { at_s, op } in self.sets.iter().copied() {
             if at_s < OPERATION_S {
                 return refuse(format!(
-                    "the OP was set at {at_s} s, but the loop is in automatic until {OPERATION_S} s; set it later"
+                    "the OP was set at {at_s} s, but the loop is in automatic until {OPERATION_S} s; set the OP later"
                 ));
             }
             if !(last..=self.until_s).contains(&at_s) {
                 return refuse(format!(
-                    "the OP was set at {at_s} s; each set must be after the previous one and before the end at {} s",
+                    "the OP was set at {at_s} s; each setting must be after the previous setting and before the end at {} s",
                     self.until_s
                 ));
             }
@@ -272,7 +276,7 @@ impl Exercise {
                 && !(0.0..=100.0).contains(&op)
             {
                 return refuse(format!(
-                    "the OP was set to {op} %; it must be from 0 to 100 % of span"
+                    "the OP was set to {op} %, but must be from 0 to 100 % of span"
                 ));
             }
             last = at_s;

@@ -70,7 +70,7 @@ impl Room {
     }
 
     fn folder(&self) -> Answer<&Path> {
-        let none = || Wrong::gone("no plant is open; open one with stiction lab --plant DIR");
+        let none = || Wrong::gone("no plant is open; open a plant with stiction lab --plant DIR");
         self.folder.as_deref().ok_or_else(none)
     }
 }

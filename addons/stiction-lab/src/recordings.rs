@@ -254,7 +254,7 @@ fn found(lab: &Lab, asked: &Stretch) -> Answer<Found> {
         (from, to) => {
             let (from, to) = (from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
             whole.part(from, to, f64::INFINITY).ok_or_else(|| {
-                Wrong::request("this stretch has no OP sample; select a longer one")
+                Wrong::request("this stretch has no OP sample; select a longer stretch")
             })?
         }
     };
@@ -440,7 +440,7 @@ pub fn conclude(lab: &Lab, asked: Conclude) -> Answer<Concluded> {
     };
     let text = |text: &str| Some(text.trim().to_owned()).filter(|text| !text.is_empty());
     let reason = text(&asked.reason).ok_or_else(|| {
-        Wrong::request("an override needs its reason; enter in a few words how you know")
+        Wrong::request("an override needs a reason; enter in a few words how you know")
     })?;
     let date = |day: &String| {
         day.parse::<Date>()

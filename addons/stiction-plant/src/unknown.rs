@@ -96,7 +96,7 @@ pub fn of_windows<'a>(
         let last = rows.iter().max_by_key(|row| row.window_start)?;
         let date = day::date(day::of(last.window_start as f64, &plant.zone));
         let why = last.error.as_ref().or(last.unfit_reasons.as_ref());
-        let why = why.map_or("no stretch of it can be judged", String::as_str);
+        let why = why.map_or("no part of the recording can be judged", String::as_str);
         let reason = match rows.len() {
             1 => format!("{date}: {why}"),
             count => format!("{count} windows, the last on {date}: {why}"),

@@ -168,7 +168,7 @@ fn files_of_one_tag_each_are_not_joined_and_the_remedy_is_one_file() {
         format!("time,{name}\n{rows}")
     };
     plant_of(&folder, &[("FIC1.PV.csv", rows("FIC1.PV", 1)), ("FIC1.OP.csv", rows("FIC1.OP", 2))]);
-    let remedy = "export all tags of a loop to one file, because a plant does not join them";
+    let remedy = "export all tags of a loop to one file, because a plant does not join files";
     let done = go(&folder);
     assert!(done.problems.len() == 1 && done.problems[0].message.ends_with(remedy), "{done:?}");
     let no_pv = done.unknown.iter().find(|each| each.name == "FIC1").unwrap();

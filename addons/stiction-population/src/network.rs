@@ -205,7 +205,7 @@ impl Network {
         let n = plan.loops;
         if n == 0 || n > MOST_LOOPS || plan.sticking.iter().any(|k| *k >= n) {
             let rule = format!(
-                "a network has 1 to {MOST_LOOPS} loops, and sticking ones must be among them"
+                "a network has 1 to {MOST_LOOPS} loops, and the sticking loops must be among them"
             );
             return Err(Error::Inconsistent(rule));
         }

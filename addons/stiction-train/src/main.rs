@@ -166,7 +166,9 @@ fn main() -> Result<()> {
                         .with_context(|| format!("cannot read {}", net.display()))?;
                     Net::from_bytes(&bytes)?
                 }
-                _ => raw::shipped().context("model/net.bin is not a net; train it first")?.clone(),
+                _ => raw::shipped()
+                    .context("model/net.bin is not a net; train the net first")?
+                    .clone(),
             };
             let signals = |seed, members| folder.join(format!("signals-{seed}-{members}.bin"));
             hear::hear(&mut test.full, &signals(fresh, members), &net, 0)?;

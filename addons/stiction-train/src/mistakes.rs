@@ -133,7 +133,7 @@ pub fn table(
     loops: (&Dataset, &[Weighed]),
 ) -> Result<String, std::fmt::Error> {
     let mut out = String::from(
-        "\nThe next tables have recordings with a mistake in their columns, and correct ones. \"Confident\" means a \
+        "\nThe next tables have recordings with a mistake in their columns, and correct recordings. \"Confident\" means a \
          probability of at most 0.2 or at least 0.9 in a recording that is not unlike all training loops, \
          without any further check.\n\n\
          | mistake | caught | confident and not caught |\n|---|---|---|\n",

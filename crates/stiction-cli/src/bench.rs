@@ -114,7 +114,7 @@ enum Task {
         /// Index of the recordings
         #[arg(value_name = "INDEX.csv")]
         index: In,
-        /// Let the index name recordings outside its folder
+        /// Allow recordings outside the folder of the index
         #[arg(long)]
         allow_outside: bool,
         #[command(flatten)]
@@ -269,7 +269,7 @@ struct DetectorArgs {
     /// Index of labelled recordings, as for `stiction bench labels`
     #[arg(long, value_name = "INDEX.csv")]
     labels: Option<In>,
-    /// Let the index name recordings outside its folder
+    /// Allow recordings outside the folder of the index
     #[arg(long, requires = "labels")]
     allow_outside: bool,
     /// Name of your detector, shown in the results [default: its command]

@@ -48,7 +48,7 @@ pub struct Args {
     /// Print the results as JSON
     #[arg(long)]
     json: bool,
-    /// Draw to this .svg or .png file: for one method the run before and after, otherwise error and travel of all
+    /// Draw to this .svg or .png file: for one method, the run before and after; otherwise, error and travel of all methods
     #[arg(long, value_name = "FILE")]
     plot: Option<Out>,
     /// Write every method and case to this CSV file; - is standard output
@@ -80,7 +80,7 @@ struct Compensated {
     action: &'static str,
     #[serde(flatten)]
     row: Row,
-    /// Factor by which the standard deviation of the PV falls; null if nothing is left of it.
+    /// Factor by which the standard deviation of the PV falls; null if the standard deviation becomes 0.
     #[serde(with = "stiction::finite::Finite")]
     pv_std_divided_by: f64,
 }

@@ -203,7 +203,7 @@ fn repair_time(text: &str, dated: bool, zone: Option<&Zone>) -> Result<f64> {
         return instant(text, zone).map_err(|e| anyhow!("--repair: {e}"));
     }
     text.parse::<f64>().ok().filter(|t| t.is_finite()).ok_or_else(|| {
-        anyhow!("--repair {text}: the recording has no dates; give the time in s on its clock")
+        anyhow!("--repair {text}: the recording has no dates; give the time in s on the clock of the recording")
     })
 }
 

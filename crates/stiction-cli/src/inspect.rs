@@ -112,7 +112,7 @@ fn written(file: &In, options: &ReadOptions, path: &Out) -> Result<Reading> {
     let (reading, mapping) = input::with_mapping(file, options)?;
     output::write(Some(path), mapping.as_bytes())?;
     if !path.is_standard() {
-        output::note(format!("wrote {}; use it with --mapping", path.display()));
+        output::note(format!("wrote {}; give this file to --mapping", path.display()));
     }
     Ok(reading)
 }

@@ -212,7 +212,7 @@ impl<'a> Choice<'a> {
             .retain(|name| !known.iter().any(|read| read.to_lowercase() == name.to_lowercase()));
         for name in elsewhere {
             failures.push(anyhow!(
-            "loop {name}: the mapping names its columns or tags, but no file that could be read has them"
+            "loop {name}: the mapping names columns or tags of this loop, but no readable file has them"
         ));
         }
         for tag in loops {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use stiction::diagnose::VerdictClass;
 use stiction_plant::overrides::{self, Date, FILE_NAME, Override, Overrides, Scope};
 
-/// Store a person's verdict on a valve, to show it beside the computed one.
+/// Store a person's verdict on a valve, to show beside the computed verdict.
 ///
 /// The override is kept in stiction-overrides.toml in the folder of the recording, which you can edit by hand. By
 /// default an override holds only for this loop in this file, while the file is unchanged. With --all-recordings the override holds
@@ -73,7 +73,7 @@ fn not_empty(text: &str) -> Result<String, String> {
 pub fn run(args: Args) -> Result<()> {
     if args.file.is_standard() {
         bail!(
-            "an override is kept beside a file, so standard input cannot have one; name the file"
+            "an override is kept beside a file, so standard input cannot have an override; name the file"
         );
     }
     let path = Overrides::path_for(&args.file);
@@ -92,7 +92,7 @@ pub fn run(args: Args) -> Result<()> {
     let file_name = args.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     if args.remove {
         let Some(tag) = &args.tag else {
-            bail!("--remove needs --loop, the tag as --list shows it");
+            bail!("--remove needs --loop with the tag that --list shows");
         };
         let removed =
             overrides::remove(&path, |each| each.is_of(tag, &file_name, args.all_recordings))?;

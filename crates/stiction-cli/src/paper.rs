@@ -414,7 +414,7 @@ fn figure_14() -> Result<Drawn> {
         .with(Series::line("VP", settled(&done.op), settled(&done.vp)).colour(colour::VP))
         .equal_aspect();
     let figure = Figure::new("Controller output against valve position")
-        .caption("The map shows the valve alone, with flats while it sticks and jumps of J.")
+        .caption("The map shows only the valve, with flats while the stem sticks, and jumps of J.")
         .width(640.0)
         .panel_height(460.0)
         .with(panel);

@@ -39,7 +39,7 @@ use stiction_plant::{ScanOptions, day, demo, propose, scan, summary};
   stiction plant -C refinery init export
   stiction plant -C refinery init opc.tcp://server:4840")]
 pub struct Args {
-    /// The folder of the plant; all paths are relative to it
+    /// The folder of the plant; all paths are relative to this folder
     #[arg(short = 'C', long = "folder", value_name = "PLANT", default_value = ".", global = true)]
     // Read and written under the guard of the store, so not a file of a run.
     folder: String,
@@ -71,7 +71,7 @@ enum Task {
     Report(Report),
     /// Print the work orders of a week
     Orders(Orders),
-    /// Enter a person's verdict on a valve, which is shown beside the computed one and decides the action
+    /// Enter a person's verdict on a valve, which is shown beside the computed verdict and decides the action
     Override(Override),
     /// Enter a note about a loop, a repair of its valve, or a placed work order
     Note(Note),

@@ -52,7 +52,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     let bundle = fusion::shipped()?;
     let Some(simulated) = &bundle.full.reference else {
-        bail!("the model of the verdict has no data on its training loops; train it again");
+        bail!("the model of the verdict has no data on the training loops; train the model again");
     };
     let found = shifts(simulated, &recorded);
     if output::given(&args.csv, || csv(&found))? {

@@ -105,7 +105,7 @@ fn join<T: Kept>(
         } else if let Some(Err(error)) = &readings[k] {
             let name = file.file_name().unwrap_or_default().to_string_lossy();
             readings[k] = Some(Err(anyhow!(
-                "{error:#}. If each file holds one signal of a loop, state which, as in --map \"op={name}\""
+                "{error:#}. If each file holds one signal of a loop, state the signal, as in --map \"op={name}\""
             )));
         }
     }

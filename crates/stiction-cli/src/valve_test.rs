@@ -157,7 +157,7 @@ struct Read {
     /// The completed sheet: a CSV file with the columns time and op
     #[arg(long, value_name = "DONE.csv")]
     done: Option<In>,
-    /// The recording of the test before the repair, to compare with this one
+    /// The recording of the test before the repair, for a comparison
     #[arg(long, value_name = "BEFORE")]
     before: Option<In>,
     /// The plan of the test before the repair
@@ -256,9 +256,9 @@ fn planned(args: &Plan) -> Result<()> {
     let tested = by_hand.is_some();
     let next = first.again(&recording, by_hand);
     let head = match next {
-        Some(_) => "next test of the valve, because the recorded one cannot tell",
+        Some(_) => "next test of the valve, because the recorded test is inconclusive",
         None if tested => {
-            "new test of the valve; the recorded one is conclusive, see stiction test read"
+            "new test of the valve; the recorded test is conclusive, see stiction test read"
         }
         None => "test of the valve",
     };
@@ -355,7 +355,7 @@ fn in_order(before: (&Recording, f64), after: (&Recording, f64)) -> Result<()> {
         && new <= old
     {
         bail!(
-            "the test of --before began on {}, which is not before the other test, on {}; exchange the two files",
+            "the test of --before began on {}, but the other test began no later, on {}; exchange the two files",
             valve_test_page::moment(before.0, before.1),
             valve_test_page::moment(after.0, after.1)
         );

@@ -9,8 +9,8 @@ use std::process::{Command, ExitCode, Stdio};
 
 /// Collect a plant's values from an OPC UA server, read-only, and judge the loops hour by hour.
 ///
-/// The command prints events as lines of JSON on standard output, and its log on standard error. It needs Python with
-/// the package stiction[live]. "python -m stiction.live watch --help" lists all options.
+/// The command prints events as lines of JSON on standard output, and its log on standard error. The collector needs
+/// Python with the package stiction[live]. "python -m stiction.live watch --help" lists all options.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction watch --make-certificate -C north
@@ -75,11 +75,11 @@ pub fn collector(task: &str) -> Result<Command> {
     }
     match named {
         Some(python) => bail!(
-            "STICTION_PYTHON is {}, which does not run, or lacks the package; install it there with: pip install \"stiction[live]\"",
+            "STICTION_PYTHON is {}, which does not run, or lacks the package; install the package with: pip install \"stiction[live]\"",
             python.display()
         ),
         None => bail!(
-            "live data need Python with the package stiction; install it with: pip install \"stiction[live]\", or name its Python in \
+            "live data need Python with the package stiction; install the package with: pip install \"stiction[live]\", or name its Python in \
              STICTION_PYTHON"
         ),
     }

@@ -218,7 +218,7 @@ fn what_could_be_two_things_is_not_taken() {
     let reading = parse("t,Flow,Level,Out\n0,1,5,50\n1,3,6,51\n", "").unwrap();
     assert_eq!(shown(&reading.recordings[0]), "f: OP 50");
     let note = "\"Flow\", \"Level\" hold numbers and are not used, while the loop has no PV, no SP, \
-                no VP, no mode; if one is such a signal, assign it, as in map pv=Flow";
+                no VP, no mode; if one of them is such a signal, assign the signal, as in map pv=Flow";
     assert!(said(&reading).contains(note), "{}", said(&reading));
     let reading = parse("t,Flow,Flow 2,Out\n0,1,5,50\n1,3,6,51\n", "").unwrap();
     assert_eq!(shown(&reading.recordings[0]), "f: OP 50");
@@ -294,8 +294,8 @@ fn the_transmitter_of_a_loop_is_offered() {
     let text = "t,10FT101.DACA.PV,10FT102.DACA.PV,10FC101.PIDA.OP,10FC101.PIDA.SP\n0,1,2,50,3\n";
     let reading = parse(text, "").unwrap();
     assert_eq!(shown(&reading.recordings[0]), "10FC101.PIDA: SP 3 OP 50");
-    let note = "by its tag, \"10FT101.DACA.PV\" can be the PV of 10FC101.PIDA, which has none; if it is, \
-                give map 10FC101.PIDA.pv=10FT101.DACA.PV";
+    let note = "by its tag, \"10FT101.DACA.PV\" can be the PV of 10FC101.PIDA, which has none; if this is \
+                right, give map 10FC101.PIDA.pv=10FT101.DACA.PV";
     assert!(said(&reading).contains(note), "{}", said(&reading));
     assert!(!said(&reading).contains("10FT102.DACA.PV\" can"), "{}", said(&reading));
     // What is offered can be taken as it is written there.

@@ -63,7 +63,7 @@ fn runs_below_each_other_stay_in_order_and_the_note_names_each() {
         let values: Vec<f64> = rows.iter().map(|(_, v)| *v).collect();
         assert!(in_order(pv, &values), "{starts:?}");
         assert_eq!(reading.recordings[0].op.time, pv.time, "{starts:?}");
-        let note = said(&reading, "the clock starts again in row 202 (")
+        let note = said(&reading, "the clock jumps back in row 202 (")
             .unwrap_or_else(|| panic!("{starts:?}"));
         assert!(starts.len() < 3 || note.contains("row 402 ("), "{note}");
         assert!(note.contains("do not continue there"), "{note}");

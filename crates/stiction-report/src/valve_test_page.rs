@@ -320,7 +320,7 @@ fn headline(test: &TestReading) -> String {
         }
         Class::DoesNotRespond => "The valve does not respond to the OP.".to_owned(),
         Class::CannotTell if test.is_elsewhere() => format!(
-            "The test is inconclusive. A dead band downstream of the valve explains the answers better than one in the valve, whose probability is {p}."
+            "The test is inconclusive. A dead band downstream of the valve explains the answers better than a dead band of the valve, whose probability is {p}."
         ),
         Class::CannotTell => {
             format!("The test is inconclusive. The probability that the valve sticks is {p}.")

@@ -137,8 +137,8 @@ fn by_test(diagnosis: &Diagnosis, class: VerdictClass) -> String {
             join([format!("{shows} sticks{likely}."), band(diagnosis)])
         }
         VerdictClass::DoesNotRespond => {
-            "The valve did not respond to the turns of the test in this recording. It may be stuck fast, shut off, or without \
-             power or air."
+            "The valve did not respond to the turns of the test in this recording. The valve may be stuck fast, shut off, or \
+             without power or air."
                 .to_owned()
         }
         VerdictClass::DoesNotStick | VerdictClass::CannotTell => {

@@ -201,7 +201,7 @@ impl File {
         let text = match bytes::read(&path).and_then(|read| bytes::text(read, &shown)) {
             Ok(text) => text,
             Err(error) => {
-                return wrong(format!("{error}; the lab now recognises the columns by itself"));
+                return wrong(format!("{error}; the lab now recognises the columns automatically"));
             }
         };
         match (ReadOptions::parse(&text, &shown), mapping::of_text(&text)) {
@@ -218,7 +218,7 @@ impl File {
                 ..Own::default()
             },
             (Err(error), _) => wrong(format!(
-                "{error}; until the file is corrected, the lab recognises the columns by itself"
+                "{error}; until the file is corrected, the lab recognises the columns automatically"
             )),
         }
     }

@@ -56,7 +56,7 @@ impl Reports {
         let found = kept.iter().find(|report| guard::is_same(&report.secret, secret)).cloned();
         drop(kept);
         let Some(Report { name, html, .. }) = found else {
-            let words = "The lab no longer keeps this report. Open it again from its loop.\n";
+            let words = "The lab no longer keeps this report. Open the report again from the page of the loop.\n";
             return (StatusCode::NOT_FOUND, words).into_response();
         };
         let how = if save { "attachment" } else { "inline" };

@@ -327,7 +327,7 @@ fn an_override_is_kept_where_the_command_keeps_it() {
     let file = path.display().to_string();
     let mut ask =
         json!({ "file": file, "loop": "FIC101", "verdict": "does not stick", "reason": " " });
-    assert!(lab.refused("recordings/override", &ask).1.contains("needs its reason"));
+    assert!(lab.refused("recordings/override", &ask).1.contains("needs a reason"));
     ask["reason"] = "new packing".into();
     ask["by"] = "J. Miller".into();
     ask["all_recordings"] = true.into();

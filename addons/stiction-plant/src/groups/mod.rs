@@ -297,7 +297,8 @@ impl Context<'_> {
             let reaches = names.iter().filter(|other| above(other).contains(name)).count();
             if reaches > 0 && own.is_empty() {
                 score += VOTE;
-                reasons.push(format!("It is upstream of {}.", counted(reaches, "other loop")));
+                reasons
+                    .push(format!("This loop is upstream of {}.", counted(reaches, "other loop")));
             }
             let coherence = *shared;
             let name = name.clone();

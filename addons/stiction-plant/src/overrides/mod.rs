@@ -118,8 +118,8 @@ impl Overrides {
                 continue;
             };
             let message = format!(
-                "[override]: contradicts the override in line {other} on loop {}, for {}; remove one, or give \
-                 them days that do not overlap",
+                "[override]: contradicts the override in line {other} on loop {}, for {}; remove one override, \
+                 or give days that do not overlap",
                 one.loop_name,
                 one.scope_in_words()
             );
@@ -148,7 +148,7 @@ impl Overrides {
 
     fn complaint(&self, of: &Damaged) -> String {
         format!(
-            "{}, line {}: {}; this override does not apply until you correct or remove it, but the others do",
+            "{}, line {}: {}; this override does not apply until you correct or remove it, but the other overrides apply",
             self.origin, of.line, of.message
         )
     }
@@ -301,7 +301,7 @@ mod tests {
             assert_eq!(found.damaged[0].loop_name.as_deref(), loop_name);
             let named = found.complaints().next().unwrap();
             assert!(
-                named.starts_with("o.toml, line ") && named.contains("the others do"),
+                named.starts_with("o.toml, line ") && named.contains("the other overrides apply"),
                 "{named}"
             );
             let notes = |tag| found.of(&recorded(tag, "a.csv", SHA)).1;

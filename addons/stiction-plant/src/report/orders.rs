@@ -236,7 +236,7 @@ pub fn impossible(why: &str) -> String {
 }
 
 /// The test of a loop whose data could not be read again.
-const UNSIZED: &str = "in manual, turn the OP up and down by growing amounts until the PV responds, then by shrinking ones \
+const UNSIZED: &str = "in manual, turn the OP up and down by growing amounts until the PV responds, then by shrinking amounts \
                        (stiction test plan sizes the turns)";
 
 #[cfg(test)]

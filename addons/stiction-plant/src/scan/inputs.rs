@@ -448,7 +448,7 @@ fn of_parts(file: &PartedFile, path: &Path, zone: &Zone) -> stiction_io::Result<
 }
 
 /// The additional remedy for a loop whose tags are in files with one tag each.
-pub(crate) const APART: &str = "or, if each tag has a file of its own, export all tags of a loop to one file, because a plant does not join them";
+pub(crate) const APART: &str = "or, if each tag has a file of its own, export all tags of a loop to one file, because a plant does not join files";
 
 /// The remedy for a loop without a PV.
 fn without_pv() -> String {

@@ -26,7 +26,7 @@ pub fn markdown(suite: &Suite, asked: &[KnownLoop], tool: &str) -> String {
          the PV) and `vp` (valve position, percent). Signals that are not recorded are absent, and missing samples are \
          null. Neither names nor order indicate the kind of a loop.\n\
          * `truth/{TRUTH}`: one row per loop with its kind, whether its valve sticks, whether the record can show this, \
-         S and J. Do not give it to a detector.\n\
+         S and J. Do not give this file to a detector.\n\
          * `SHA256SUMS`: the SHA-256 of each file, as `sha256sum -c` reads it.\n\n\
          No recording of a real plant is included. The loops may be used for any purpose under the licences of the \
          program, MIT or Apache 2.0. Their distributions were chosen by judgement, not from statistics of plants. \

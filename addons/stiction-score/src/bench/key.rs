@@ -12,7 +12,7 @@ const LEAST: usize = 16;
 pub fn key(passphrase: &str) -> Result<[u64; 4], String> {
     if passphrase.chars().count() < LEAST {
         return Err(format!(
-            "the passphrase has fewer than {LEAST} characters; choose a longer one"
+            "the passphrase has fewer than {LEAST} characters; choose a longer passphrase"
         ));
     }
     let hash = Sha256::digest(passphrase);

@@ -205,7 +205,7 @@ pub fn kinds(results: &Results) -> Option<Table> {
     let table = Table::new(of_drawn(
         results,
         "Share of each kind of loop that a detector calls sticking: recall of sticking valves, false alarms of healthy \
-         ones.",
+         valves.",
     ))
     .columns("kind | valve | #loops");
     let shown = drawn(results);

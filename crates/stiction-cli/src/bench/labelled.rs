@@ -83,7 +83,7 @@ pub fn entries(index: &In, allow_outside: bool) -> Result<(Vec<Entry>, usize)> {
             ),
         };
         if name.is_empty() {
-            bail!("{place}: the loop has no name; write one in the column loop");
+            bail!("{place}: the loop has no name; write the name in the column loop");
         }
         let cell = |column: &Option<Vec<String>>| {
             column.as_ref().map(|cells| cells[k].clone()).filter(|cell| !cell.is_empty())

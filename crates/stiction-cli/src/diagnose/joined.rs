@@ -99,7 +99,7 @@ pub fn by_tag(found: Vec<Found>) -> Vec<(Source, Recording)> {
             };
             if group.iter().all(|each| each.recording.start.is_none()) {
                 apart(format!(
-                    "they have no dates; if they follow each other, give --join --loop \"{tag}\""
+                    "the files have no dates; if they follow each other in time, give --join --loop \"{tag}\""
                 ));
             } else {
                 match one(&group) {

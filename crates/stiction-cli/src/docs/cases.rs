@@ -111,7 +111,7 @@ pub const CASES: [Case; 12] = [
         title: "The inner loop of a cascade",
         look: "The set point never rests, because a temperature controller moves it. PV and OP follow the slow \
             set point, and superimposed is the fast cycle of a sticking valve.",
-        learn: "A moving set point masks nothing as long as it is recorded. Look at the control error, not at the \
+        learn: "A moving set point masks nothing if the set point is recorded. Look at the control error, not at the \
             PV. The outer loop cycles too, but this valve is the cause.",
         made: Made::Scenario { name: "samples/cascade-slave", set: &[], columns: USUAL },
         loop_type: "flow",
@@ -142,7 +142,7 @@ pub const CASES: [Case; 12] = [
         look: "The OP noise is constant and about as large as the stick band, so the stem never waits long and no \
             cycle builds up. The valve sticks, but this record does not show it.",
         learn: "The verdict \"fine\" covers only what this record can show. The report therefore adds a detection limit: an S \
-            above it would have been detected, and the true S is below it. A quieter day, or small steps in manual, \
+            above the limit would have been detected, and the true S is below the limit. A quieter day, or small steps in manual, \
             would lower the limit.",
         made: Made::Population { kind: "sticky valve", seed: 5 },
         loop_type: "self-regulating",

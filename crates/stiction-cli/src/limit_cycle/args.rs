@@ -95,7 +95,7 @@ pub struct Flags {
     /// Integral time, s [default: no integral action]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     ti: Option<f64>,
-    /// Derivative time, s; the time constant of its filter is a tenth of this
+    /// Derivative time, s; the time constant of the filter is a tenth of the derivative time
     #[arg(long, value_name = "S", requires = "ti", allow_negative_numbers = true)]
     td: Option<f64>,
     /// Name of the valve model [default: two-phase]

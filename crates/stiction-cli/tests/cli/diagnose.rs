@@ -387,7 +387,7 @@ fn a_recorded_valve_position_is_measured() {
     let found = found("aggressive-flow");
     assert_eq!(found["verdict"]["basis"], "evidence in OP and PV");
     let why = &found["verdict"]["contradictions"][0];
-    assert!(why.as_str().unwrap().contains("is a copy and no measurement"), "{why}");
+    assert!(why.as_str().unwrap().contains("is a copy and not a measurement"), "{why}");
 }
 
 /// Reports are kept and mailed by the hundred.

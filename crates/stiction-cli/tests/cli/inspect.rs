@@ -34,8 +34,8 @@ columns
   FIC1.OP         OP of FIC1    it ends with OP, a word for OP
   FIC1.MODE       mode of FIC1  it ends with MODE, a word for mode
   Room            not used      it is not the name of a signal of a loop
-note: \"Room\" holds numbers and is not used, while loop FIC1 has no SP, no VP; if one is such a signal, assign it, \
-as in --map \"sp=Room\"
+note: \"Room\" holds numbers and is not used, while loop FIC1 has no SP, no VP; if one of them is such a signal, \
+assign the signal, as in --map \"sp=Room\"
 note: from row 2 on, Europe/Berlin has an hour twice in autumn; by the order of the rows, 2 rows count \
 as its first pass and 1 as its second
 ";
@@ -235,7 +235,10 @@ fn what_was_found_is_written_and_read_again() {
     let folder = folder("inspect-write-map");
     write(&folder, "wide.csv", WIDE);
     let wrote = run(&folder, &["inspect", "wide.csv", "--write-map", "map.toml"]);
-    assert_eq!((wrote.code, &*wrote.err), (0, "note: wrote map.toml; use it with --mapping\n"));
+    assert_eq!(
+        (wrote.code, &*wrote.err),
+        (0, "note: wrote map.toml; give this file to --mapping\n")
+    );
     let mapping = crate::read(&folder, "map.toml");
     assert!(mapping.contains("op_range = [0, 100]  # taken as percent"), "{mapping}");
     let read = run(&folder, &["inspect", "wide.csv", "--mapping", "map.toml"]).quiet_success();

@@ -79,7 +79,10 @@ fn files_of_one_tag_that_contradict_stay_apart() {
     write(&folder, "d.csv", recorded(TAGGED, 0, 360, false));
     let (found, err) = table(&folder, &["c.csv", "d.csv"]);
     assert_eq!(found.len(), 2, "{found:?}");
-    assert!(err.contains("they have no dates; if they follow each other, give --join"), "{err}");
+    assert!(
+        err.contains("the files have no dates; if they follow each other in time, give --join"),
+        "{err}"
+    );
 }
 
 #[test]
@@ -138,8 +141,7 @@ fn a_mapping_concerns_the_loops_that_it_names() {
     let (_, found) = rows(&done.out);
     assert_eq!(found.len(), 2, "{}", done.out);
     let b = "half.csv, loop B: the file has no column \"x2\", which is given as PV (in map.toml); its columns are";
-    let c =
-        "loop C: the mapping names its columns or tags, but no file that could be read has them";
+    let c = "loop C: the mapping names columns or tags of this loop, but no readable file has them";
     assert!(done.err.contains(b) && done.err.contains(c), "{}", done.err);
     // What is not asked for is not missed.
     let (found, err) = table(&folder, &["--mapping", "map.toml", "--loop", "A", "whole.csv"]);

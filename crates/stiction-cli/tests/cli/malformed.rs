@@ -236,8 +236,8 @@ fn malformed_scenarios() {
         ("[process]\ngain = 1.5\ntau = 5.93\ndelay = 1.07\n", "", 1, "process: is missing; add"),
         ("[valve]\nS = 5\nJ = 2\n", "", 1, "valve: is missing; add a table [valve]"),
         // Out of range.
-        ("sample_time = 0.1", "sample_time = 0", 2, "sample_time: is 0 s, not above 0"),
-        ("sample_time = 0.1", "sample_time = -1", 2, "sample_time: is -1 s, not above 0"),
+        ("sample_time = 0.1", "sample_time = 0", 2, "sample_time: is 0 s, but must be above 0"),
+        ("sample_time = 0.1", "sample_time = -1", 2, "sample_time: is -1 s, but must be above 0"),
         ("sample_time = 0.1", "sample_time = nan", 2, "sample_time: must be a finite number"),
         ("duration = 10", "duration = 1e12", 3, "duration: gives 10000000000000 samples"),
         ("duration = 10", "duration = 1e308", 3, "samples, but must give between 2 and 100000000"),

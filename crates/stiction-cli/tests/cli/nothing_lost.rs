@@ -427,7 +427,11 @@ fn a_damaged_override_is_named_and_the_others_hold() {
     let done = run(&folder, &["diagnose", FILE, "FIC102-disturbed.csv", "--json"]);
     assert_eq!(done.code, 0);
     let named = "stiction-overrides.toml, line 17: invalid basic string";
-    assert!(done.err.contains(named) && done.err.contains("the others do"), "{}", done.err);
+    assert!(
+        done.err.contains(named) && done.err.contains("the other overrides apply"),
+        "{}",
+        done.err
+    );
     let found: serde_json::Value = serde_json::from_str(&done.out).expect("JSON");
     assert_eq!(found["loops"][0]["verdict"]["override"]["reason"], "stroked");
     let notes = |k: usize| found["loops"][k]["notes"].to_string();

@@ -118,7 +118,7 @@ fn a_dash_is_standard_input() {
     assert!(refused.contains("standard input can be read only once"), "{refused}");
     let arguments = ["override", "-", "--verdict", "sticks", "--reason", "x"];
     let refused = fed(&folder, &arguments, &csv).refusal();
-    assert!(refused.contains("standard input cannot have one; name the file"), "{refused}");
+    assert!(refused.contains("standard input cannot have an override; name the file"), "{refused}");
     #[cfg(unix)]
     {
         let done = command(&folder)

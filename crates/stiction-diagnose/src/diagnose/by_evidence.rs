@@ -208,7 +208,7 @@ impl Ruling {
                 100.0 * LIMIT
             ),
             Self::Mistaken => {
-                "OP and PV do not look like those of one loop, so check the columns".to_owned()
+                "OP and PV do not look like signals of one loop, so check the columns".to_owned()
             }
             Self::Strange => match &weighing.strangest[..] {
                 [] => {

@@ -134,7 +134,7 @@ impl Kpis {
             "OP travel",
             op.windows(2).map(|w| (w[1] - w[0]).abs()).sum::<f64>() / hours,
             "%/h",
-            "OP travel per hour, up and down; it wears the valve",
+            "OP travel per hour, up and down; the travel wears the valve",
         );
         self.value(
             "OP reversals",

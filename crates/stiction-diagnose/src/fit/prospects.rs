@@ -534,7 +534,7 @@ fn disturbance(fit: &Fit, draw: &Draw, seconds: f64) -> Option<Signal> {
 }
 
 /// What comes before a repair.
-const FIRST: &str = "First do a valve test, unless one has shown that the valve sticks.";
+const FIRST: &str = "First do a valve test, unless a test has already shown that the valve sticks.";
 
 fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
     let find = |remedy: Remedy| actions.iter().find(|row| row.action == remedy);

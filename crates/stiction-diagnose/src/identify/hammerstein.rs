@@ -128,8 +128,8 @@ impl HammersteinOptions {
         }
         if !(ok(s, 1e-3, 1e3) && ok(j, 0.0, 1.0) && ok(&self.delays, 0.0, 1.0)) {
             return Err(Abstention(
-                "candidates of S must lie between 0.001 and 1000 spans, those of J between 0 and 1 S, \
-                 delays between 0 and 1 periods"
+                "candidates of S must lie between 0.001 and 1000 spans, candidates of J between 0 and \
+                 1 S, delays between 0 and 1 periods"
                     .to_owned(),
             ));
         }

@@ -201,7 +201,7 @@ pub fn fit(
     if slips < FEWEST_SLIPS {
         return Err(Abstention(format!(
             "a stem fit needs at least {FEWEST_SLIPS} reversals of the valve; there are {slips}. Use a longer \
-             recording, or one with larger movements of the OP"
+             recording, or a recording with larger movements of the OP"
         )));
     }
     let [fs, fc, lag_s] = trial.estimates(&best, &x, &line);

@@ -70,7 +70,7 @@ impl<'a> Subject<'a> {
             }
             (Applies::Integrating, Dynamics::Unknown) => {
                 return abstain(
-                    "made for integrating loops; specify the type of this loop, which is not known"
+                    "made for integrating loops, but the type of this loop is not known; specify the type"
                         .to_owned(),
                 );
             }

@@ -240,7 +240,9 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
     let refuse = |why: &str| Err(Abstention(why.to_owned()));
     let segment = known.segment;
     let Some(pv) = segment.pv.as_deref() else {
-        return refuse("the turns of a test are sized by the PV, which is not recorded; record it");
+        return refuse(
+            "the turns of a test are sized by the PV, which is not recorded; record the PV",
+        );
     };
     let (op, dt) = (&segment.op, segment.sample_time);
     let travel = quantile(op, 0.95) - quantile(op, 0.05);
@@ -545,7 +547,7 @@ fn instructions(plan: &TestPlan, long: &str) -> Vec<String> {
             rough(2.0 * first.op.abs()),
         ),
         format!(
-            "Make {} of each size in the table. Hold each for {:.0} % of its longest hold at least. If the valve is healthy, the PV follows as soon as the answers exceed the noise. \
+            "Make {} of each size in the table. Hold each turn for at least {:.0} % of its longest hold. If the valve is healthy, the PV follows as soon as the answers exceed the noise. \
              If the valve sticks, the PV rests until the turns are larger than S. If the PV answers all turns of a size, make as many \
              more of that size, and note them in the empty rows. If the PV also follows these turns, note the time of the slowest answer and go to part 2.",
             counted(plan.each, "turn"),

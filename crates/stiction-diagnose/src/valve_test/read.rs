@@ -117,7 +117,7 @@ named! {
         ThereAndBack = "The OP went in one direction only, which shows no dead band. Repeat the test, and then go back in the \
                         same steps.",
         /// The PV was still moving when the holds ended.
-        LongerHolds = "The holds were too short: the PV was still moving when they ended. Repeat the test, and hold each step \
+        LongerHolds = "The holds were too short: the PV was still moving at the end of the holds. Repeat the test, and hold each step \
                        until the PV has settled.",
         /// The dead band may be downstream of the valve.
         WithPosition = "Watch the stem during the test, or record its position. If the stem follows the OP, check the \
@@ -277,7 +277,7 @@ fn read_as_one(
     operation.silent &= same_valve;
     if spells.is_empty() {
         return Err(Abstention(
-            "the test is outside the recording or in a gap of it; give a recording that contains it"
+            "the test is outside the recording or in a gap of the recording; give a recording that contains the test"
                 .to_owned(),
         ));
     }
@@ -407,7 +407,7 @@ fn check(by_hand: &ByHand) -> Result<(), Abstention> {
     }
     match by_hand.sets.windows(2).find(|two| two[1].at_s < two[0].at_s) {
         Some(two) => refuse(format!(
-            "the OP setting at {} s follows the one at {} s; sort the settings by time",
+            "the OP setting at {} s follows the setting at {} s; sort the settings by time",
             two[1].at_s, two[0].at_s
         )),
         None => Ok(()),
@@ -428,8 +428,8 @@ pub(super) fn around(grid: &Grid, from_s: f64, to_s: f64) -> Vec<Segment> {
 /// Valid range of an OP, percent.
 const OP: std::ops::RangeInclusive<f64> = -10.0..=110.0;
 
-const NO_TEST: &str = "the recording has no test. With a mode, the OP must be set twice in manual; without one, it must \
-                       alternate between held levels, or go up and down in equal steps. Give the completed sheet, or a recording with the mode";
+const NO_TEST: &str = "the recording has no test. With a mode, the OP must be set twice in manual; without a mode, the \
+                       OP must alternate between held levels, or go up and down in equal steps. Give the completed sheet, or a recording with the mode";
 const TOO_FEW: &str = "the test is too short, because it needs two turns in one time in manual and twelve samples \
                        of a moving PV; make more turns, or record more often";
 

@@ -53,7 +53,7 @@ fn against(row: &Row, present: &Row) -> Vec<String> {
     let both =
         |row: &Row| row.played.worst(|outcome| outcome.measures.iae_per_s + outcome.load_iae_per_s);
     if worst * WORTH <= now && both(row) * WORTH > both(present) {
-        said.push("a load step cancels its gain".to_owned());
+        said.push("a load step cancels the benefit".to_owned());
     }
     let settles = |after: fn(&crate::compensate::CompensatorOutcome) -> Option<f64>| {
         row.played.quiet().all(|outcome| after(outcome).is_some())
@@ -130,7 +130,7 @@ pub(super) fn recommendation(
             )
         });
         said.push(format!(
-            "The loop is unstable even with a valve that does not stick. Slow down its controller first{}, before any \
+            "The loop is unstable even with a valve that does not stick. First slow down the controller{}, before any \
              action on the valve.",
             tuning.unwrap_or_default()
         ));
@@ -156,7 +156,10 @@ pub(super) fn recommendation(
             format!("The limit cycle of the present loop could not be predicted ({reason})")
         }
     };
-    said.push(format!("{state}. In the simulation its mean error is {}.", set(present.error())));
+    said.push(format!(
+        "{state}. In the simulation the mean error of this loop is {}.",
+        set(present.error())
+    ));
     said.push(repair(rows, present, options, bands));
     if unstable {
         return said;
@@ -259,7 +262,7 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
             });
             let moves = match travel(row, present) {
                 still if still < 0.01 => "the stem then rests".to_owned(),
-                times => format!("the stem travel is at most {} times the present one", factor(times)),
+                times => format!("the stem travel is at most {} times the present travel", factor(times)),
             };
             said.push(format!(
                 "Until then, {what} ({name} with {}). The mean error falls from {} to {}, or to {} in the worst case if S \

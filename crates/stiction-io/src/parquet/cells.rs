@@ -155,7 +155,7 @@ fn read<T: DataType>(
         if count == 0 {
             let found = rows - left;
             return Err(ParquetError::General(format!(
-                "it has {found} of the {rows} cells it should have; the file is cut short"
+                "it has {found} of {rows} cells; the file is cut short"
             )));
         }
         left -= count;

@@ -19,7 +19,7 @@ pub fn footer_length(head: &[u8], tail: &[u8], bytes: usize) -> Result<usize, St
     if bytes == 0 {
         return Err("is empty; a Parquet file is needed".to_owned());
     }
-    let encrypted = "is encrypted, which is not read; write it without encryption";
+    let encrypted = "is encrypted and cannot be read; write it without encryption";
     if head.starts_with(MAGIC_ENCRYPTED) {
         return Err(encrypted.to_owned());
     }
@@ -46,7 +46,7 @@ pub fn check_footer(footer: &[u8]) -> Result<(), String> {
     let damaged = || "its footer is damaged; write the file again".to_owned();
     let (fields, _) = thrift::Fields::read(footer).ok_or_else(damaged)?;
     if fields.fields(8).is_some() {
-        return Err("is encrypted, which is not read; write it without encryption".to_owned());
+        return Err("is encrypted and cannot be read; write it without encryption".to_owned());
     }
     for schema in fields.all(2) {
         let mut elements = schema.as_list().iter();
@@ -80,7 +80,8 @@ pub fn check_footer(footer: &[u8]) -> Result<(), String> {
         let encrypted = chunk.as_fields().is_some_and(|c| c.fields(8).is_some());
         if encrypted {
             return Err(
-                "has encrypted columns, which are not read; write it without encryption".to_owned()
+                "has encrypted columns, which cannot be read; write the file without encryption"
+                    .to_owned(),
             );
         }
     }

@@ -26,7 +26,7 @@ pub fn join(parts: &[Part<'_>]) -> Result<Recording> {
     ) {
         let message = format!(
             "has no dates, but {with} has, so they cannot be put in order; give only files with dates, or only files \
-             without"
+             without dates"
         );
         return Err(refused(without, message));
     }
@@ -168,7 +168,7 @@ fn alike((first, a): Part<'_>, (origin, b): Part<'_>) -> Result<()> {
             return Err(refused(
                 origin,
                 format!(
-                    "has its {name} in the range {}, but {first} in {}; give its range for both",
+                    "has its {name} in the range {}, but {first} in {}; give the range for both",
                     ends(b),
                     ends(a)
                 ),

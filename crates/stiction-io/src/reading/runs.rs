@@ -73,7 +73,7 @@ impl Builder<'_> {
                 "The signals do not continue there, so a gap is left between the runs".to_owned()
             }
             (all, apart) => format!(
-                "The runs are one sample time apart at {} rows, where the signals continue; a gap is left at the others",
+                "The runs are one sample time apart at {} rows, where the signals continue; a gap is left at the other rows",
                 all - apart
             ),
         };
@@ -90,7 +90,7 @@ impl Builder<'_> {
             false => "",
         };
         Some(format!(
-            "the clock starts again in {places}; all rows stay in the order of the file. {done}{half}"
+            "the clock jumps back in {places}; all rows stay in the order of the file. {done}{half}"
         ))
     }
 }

@@ -288,7 +288,7 @@ impl Draft {
             let said = mode::of_cell(&cell, &options.modes, mode::Codes::Common, mark);
             if let Some(mode::ModeCell::Code(_)) | None = said {
                 let value = quoted(name_of(&mode::NAMES, *mode));
-                self.set(Table::Modes, &cell, value, "a common code or switch");
+                self.set(Table::Modes, &cell, value, "a common mode code or switch");
             }
         }
     }

@@ -420,7 +420,7 @@ impl Context<'_> {
                 let (this, others) = if has_offset { ("no", "an") } else { ("an", "no") };
                 let message = format!(
                     "has {this} offset from UTC, but the rows above have {others} offset; give the zone of times \
-                     without one, as in {}, or write all alike",
+                     without an offset, as in {}, or write all times alike",
                     self.wording.of(Remedy::Zone(Some("Europe/Berlin".to_owned())))
                 );
                 return Err(self.wrong(column, i, message));
@@ -496,8 +496,8 @@ impl Context<'_> {
                     }
                     AmbiguousOffset::Gap { before, .. } => {
                         let message = format!(
-                            "{} does not exist in {}, because clocks were put forward; if this clock was not, give \
-                             its offset, as in {}",
+                            "{} does not exist in {}, because clocks were put forward; if this clock was not put \
+                             forward, give its offset, as in {}",
                             written[row].0,
                             zone.name(),
                             self.wording.of(Remedy::Zone(Some(before.to_string())))

@@ -203,7 +203,7 @@ fn figure(recorded: &Swing, predicted: &Predicted) -> Figure {
     Figure::new("The limit cycle of the fitted loop beside the recorded swing")
         .caption(
             "If the bars reach the line, the fitted loop cycles by itself as recorded. Noise and loads make a stem \
-             slip sooner than it would by itself.",
+             slip sooner than it would without them.",
         )
         .with(panel)
         .width(WIDTH)

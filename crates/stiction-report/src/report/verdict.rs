@@ -44,7 +44,7 @@ pub(super) fn sides(diagnosis: &Diagnosis) -> Vec<(&'static str, &[String])> {
             VerdictClass::Sticks => "Evidence for sticking",
             VerdictClass::DoesNotStick => "Evidence against sticking",
             VerdictClass::DoesNotRespond => "Evidence for no response",
-            VerdictClass::CannotTell => "Why the answer is open",
+            VerdictClass::CannotTell => "Reasons for the open answer",
         };
         sides.push((heading, &verdict.reasons));
     }

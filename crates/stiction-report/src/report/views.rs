@@ -376,7 +376,8 @@ pub fn op_pv_correlation(segment: &Segment, context: &Context<'_>) -> Option<Fig
         .with(Series::line("correlation", x, &correlation.values[..]).colour(colour::BLUE))
         .note(Annotation::horizontal_line(0.0, ""))
         .note(Annotation::vertical_line(0.0, format!("{} at lag 0", number(zero))));
-    let mut caption = format!("Cross-correlation of OP and PV; it is {} at lag zero", number(zero));
+    let mut caption =
+        format!("Cross-correlation of OP and PV; the correlation is {} at lag zero", number(zero));
     if let Some(lag) = extreme {
         let (value, at) = (correlation.at(lag), axis.at(seconds(lag as f64)));
         panel = panel.with(Series::points("largest", [at], [value]).colour(colour::VERMILION));

@@ -267,7 +267,7 @@ pub fn judge(op: &[f64], vp: &[f64], moves: Moves) -> Result<Judgement, Abstenti
             0 => "in every sample".to_owned(),
             delay => format!("of {} before", counted(delay, "sample")),
         };
-        return refuse(format!("it equals the OP {of}, so it is a copy and no measurement"));
+        return refuse(format!("it equals the OP {of}, so it is a copy and not a measurement"));
     }
     let (noise, quantum) = (recorded::noise(vp), recorded::quantum(vp));
     let most = |x: &[f64]| quantile(x, 0.99) - quantile(x, 0.01);

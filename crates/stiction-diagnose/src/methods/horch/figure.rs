@@ -45,7 +45,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &HorchResult) -> Option
         ));
     let caption = format!(
         "Cross-correlation of OP and PV. An odd correlation, zero near lag 0, is evidence for stiction. An even \
-         one, with its peak near lag 0, is evidence against it. The asymmetry Δτ of τ left and τ right is {}, the \
+         correlation, with the peak near lag 0, is evidence against stiction. The asymmetry Δτ of τ left and τ right is {}, the \
          distance Δρ of r0 from r opt is {}, both from 0 to 1.",
         number(found.delta_tau),
         number(found.delta_rho)

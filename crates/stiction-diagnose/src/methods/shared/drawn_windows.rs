@@ -31,7 +31,7 @@ pub fn marked(scene: &Scene<'_>, lead: &str, marked: &[bool], window: usize) -> 
     }
     let count = marked.iter().filter(|m| **m).count();
     let caption = format!(
-        "{lead}. They are {count} of {} windows. The figure shows the {shown} consecutive windows with the most shaded ones.",
+        "{lead}. {count} of {} windows are shaded. The figure shows the {shown} consecutive windows that contain the most shaded windows.",
         marked.len()
     );
     let [op, pv] = panels;

@@ -27,7 +27,7 @@ pub(in crate::methods) fn draw(scene: &Scene<'_>, found: &MeasuredValve) -> Opti
     }
     let mut caption =
         "Valve position over time and over the OP, at the end of the segment. During a rest the OP travels and the \
-         valve does not; a slip ends it."
+         valve does not; a slip ends the rest."
             .to_owned();
     if let (Ok(band), Ok(offset)) = (&found.dead_band, &found.offset) {
         // VP = OP - offset -+ half of the dead band, while it moves.

@@ -88,7 +88,7 @@ pub fn offer_relatives(
             for relative in all.filter(|relative| relative.may_be(*signal, &controller)) {
                 let candidate = names[relative.name];
                 let note = format!(
-                    "by its tag, \"{candidate}\" can be the {} of {name}, which has none; if it is, give {}",
+                    "by its tag, \"{candidate}\" can be the {} of {name}, which has none; if this is right, give {}",
                     signal.name(),
                     wording.of(Remedy::map(role(each, *signal, false), candidate))
                 );
@@ -154,7 +154,7 @@ pub fn quality_role(loops: &[LoopPlan], name: &str) -> Option<String> {
 /// The note on unused columns or tags of qualities.
 pub fn note_qualities(unused: &[&str], role: String, wording: Wording) -> String {
     format!(
-        "{} {} words of qualities, or true and false, and {} not used; if one is the quality of a signal, give {}",
+        "{} {} words of qualities, or true and false, and {} not used; if one of them is the quality of a signal, give {}",
         list(unused),
         if unused.len() == 1 { "holds" } else { "hold" },
         if unused.len() == 1 { "is" } else { "are" },
@@ -216,7 +216,7 @@ pub fn note(
     let missing: Vec<String> =
         missing.iter().map(|(signal, _)| format!("no {}", signal.name())).collect();
     Some(format!(
-        "{all} {holds}, while {whose} {}; if one is such a signal, assign it, as in {}",
+        "{all} {holds}, while {whose} {}; if one of them is such a signal, assign the signal, as in {}",
         missing.join(", "),
         wording.of(Remedy::map(role(poor, signal, loops.len() == 1), name))
     ))

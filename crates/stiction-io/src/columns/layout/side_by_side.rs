@@ -153,7 +153,7 @@ impl Unfolded {
         };
         plan.recognised.splice(..columns, self.clocks.iter().map(clock));
         plan.notes.push(format!(
-            "the file has {} columns of times; each signal is read with the one that is beside it or has its name",
+            "the file has {} columns of times; each signal is read with the times beside the signal or with the same name",
             self.clocks.len()
         ));
     }

@@ -192,7 +192,7 @@ impl fmt::Display for NoCycle {
             Self::NoFriction => f.write_str("the valve does not stick: the loop is linear"),
             Self::Decays { ratio } => write!(
                 f,
-                "decays: with dead band alone each stroke is {ratio:.3} of the one before"
+                "decays: with dead band alone each stroke is {ratio:.3} of the stroke before"
             ),
             Self::Rests { moving: true } => f.write_str(
                 "comes to rest: the OP approaches its final value without turning, so that the \

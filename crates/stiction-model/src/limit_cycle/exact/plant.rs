@@ -55,8 +55,8 @@ impl Plant {
         let filter_s = l.controller.filter_s();
         if kd != 0.0 && filter_s == 0.0 && num[1] != 0.0 {
             return Err(Error::Inconsistent(
-                "the derivative needs a filter time: without one, the OP jumps whenever a slip reaches a process \
-                 whose numerator is only one degree below the denominator"
+                "the derivative needs a filter time: without a filter time, the OP jumps whenever a slip reaches \
+                 a process whose numerator is only one degree below the denominator"
                     .to_owned(),
             ));
         }

@@ -69,7 +69,7 @@ impl Log {
         let repair = |((kind, signal), (count, first_s)): ((RepairKind, &'static str), _)| {
             let done = match kind {
                 RepairKind::Irregular if signal == "OP" => {
-                    "points of the grid between samples keep the last sample's value".to_owned()
+                    "points of the grid between samples keep the value of the last sample".to_owned()
                 }
                 RepairKind::Irregular => {
                     "points of the grid between samples are interpolated, or held if stored on change"
@@ -79,7 +79,7 @@ impl Log {
                     format!("runs of up to {LONGEST_BRIDGE} missing samples were bridged")
                 }
                 RepairKind::Gap if signal == "VP" => format!(
-                    "VP is left out of segments in which less than {:.0} % of it is known",
+                    "VP is left out of segments in which less than {:.0} % of VP is known",
                     100.0 * LEAST_KNOWN_VP
                 ),
                 RepairKind::Gap => format!("the recording is cut at each gap{}", few(signal)),

@@ -91,7 +91,7 @@ impl Track {
             RepairKind::Duplicate,
             different,
             first_different,
-            "where values at one time differ, the last in the file was used",
+            "where values at the same time differ, the last value in the file was used",
         );
         if let Some(rhythm) = Rhythm::of(&track.time, &track.value) {
             (track.step, track.on_change) = (Some(rhythm.step), rhythm.on_change);
