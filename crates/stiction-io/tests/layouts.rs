@@ -64,7 +64,7 @@ fn every_signal_may_have_a_clock() {
         assert_eq!(reading.recordings.iter().map(shown).collect::<String>(), expected, "{text}");
         assert_eq!(reading.layout, Layout::SideBySide);
         assert!(
-            said(&reading).contains("columns of times; each signal is read with the one"),
+            said(&reading).contains("columns of times; each signal is read with the times"),
             "{}",
             said(&reading)
         );

@@ -168,7 +168,7 @@ fn disorder_is_no_restart() {
         let reading = read(&text(&rows));
         let time: Vec<f64> = rows.iter().map(|(t, _)| *t).collect();
         assert_eq!(reading.recordings[0].op.time, time, "{name}");
-        assert!(said(&reading, "starts again").is_none(), "{name}");
+        assert!(said(&reading, "jumps back in").is_none(), "{name}");
     }
 }
 
@@ -429,7 +429,7 @@ fn times_of_day_run_on_over_midnight() {
         let time = &reading.recordings[0].op.time;
         let first = time[0];
         assert!(time.iter().enumerate().all(|(k, t)| *t - first == k as f64), "{}", write(86_200));
-        assert!(said(&reading, "starts again").is_none(), "{}", write(86_200));
+        assert!(said(&reading, "jumps back in").is_none(), "{}", write(86_200));
     }
     let text = text_of(&|s| {
         let (h, m, s) = clock(s);

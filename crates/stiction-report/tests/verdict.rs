@@ -314,7 +314,10 @@ fn advice_fits_what_is_missing() {
         words: "looks stuck, with 2 slips of the 8 needed".to_owned(),
     });
     let advice = words::what_would_answer(&diagnosis).unwrap();
-    assert!(advice.contains("test of the valve") && advice.contains("4.5 %, seldom"), "{advice}");
+    assert!(
+        advice.contains("test of the valve") && advice.contains("4.5 %, are seldom"),
+        "{advice}"
+    );
     let json = serde_json::to_value(&diagnosis).unwrap();
     assert_eq!((&json["few_slips"]["seen"], &json["few_slips"]["step"]), (&2.into(), &4.5.into()));
     // A position that was read is not asked for.

@@ -167,7 +167,7 @@ fn what_was_not_opened_cannot_be_requested() {
     assert!(status == 404 && error.contains("its loops are FIC101-sticky"), "{error}");
     let ask = json!({ "file": own, "loop": "FIC101-sticky", "from": 1e9, "to": 2e9 });
     let (status, error) = lab.refused("recordings/diagnose", &ask);
-    assert!(status == 400 && error.contains("select a longer one"), "{error}");
+    assert!(status == 400 && error.contains("select a longer stretch"), "{error}");
 }
 
 #[cfg(unix)]

@@ -668,7 +668,7 @@ mod tests {
             assert!(turns(plan) <= plan.total_s && plan.expected_s <= plan.total_s, "{plan:?}");
         }
         assert!(short.grow.len() < usual.grow.len() && usual.grow.len() < long.grow.len());
-        assert!(short.instructions[8].contains("seldom decide"), "{:?}", short.instructions[8]);
+        assert!(short.instructions[8].contains("seldom conclusive"), "{:?}", short.instructions[8]);
         // A short time does not make the loop slow.
         for plan in [&short, &long] {
             assert!(!plan.instructions[8].contains("slow"), "{:?}", plan.instructions[8]);
