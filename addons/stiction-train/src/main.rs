@@ -52,11 +52,11 @@ const MISTAKEN: u64 = 8;
 
 /// Train the model of the verdict on simulated loops.
 ///
-/// Simulates members of the population and gathers their evidence. The command learns from four fifths of the
-/// members, calibrates on the rest, leaves out every family of loops in turn to find the confidence of the verdict, and measures on
-/// members of another seed. The command writes verdict.bin and the model card README.md. The same arguments and the same
-/// nets give the same bytes on any number of threads. The output of nets on their own training loops must
-/// not serve as evidence, so first run gather, train the nets, and run hear.
+/// Simulates members of the population and gathers their evidence. The command learns from four fifths of the members,
+/// calibrates on the rest, leaves out every family of loops in turn to find the confidence of the verdict, and measures
+/// on members of another seed. The command writes verdict.bin and the model card README.md. The same arguments and the
+/// same nets give the same bytes on any number of threads. The output of nets on their own training loops must not serve
+/// as evidence, so first run gather, train the nets, and run hear.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction-train --n 40000 --cache matrices gather

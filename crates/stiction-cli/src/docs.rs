@@ -16,9 +16,9 @@ use stiction_docs::{Page, Site, contents};
 
 /// Write the documentation as a site of pages that need no network, and print the path of its first page.
 ///
-/// The site has a gallery of twelve loops with known truth, which are simulated and diagnosed while the site is written. The
-/// pages explain every command, key and column, state how often the verdict is right, and show the paper's figures. All
-/// pages can be searched. The same version writes the same bytes.
+/// The site has a gallery of twelve loops with known truth, which are simulated and diagnosed while the site is written.
+/// The pages explain every command, key and column, state how often the verdict is right, and show the paper's figures.
+/// All pages can be searched. The same version writes the same bytes.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction docs --open

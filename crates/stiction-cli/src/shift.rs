@@ -16,8 +16,8 @@ use stiction::spoken;
 /// Compare recordings, without labels, with the simulated loops on which the verdict was trained.
 ///
 /// For every feature of the evidence, the table shows the rank of the recorded values among the simulated values. A rank
-/// of 0.5 means no difference. At ranks near 0 or 1 the recordings are unlike all simulated loops, and verdicts on them are less reliable
-/// than stated. The largest differences come first.
+/// of 0.5 means no difference. At ranks near 0 or 1 the recordings are unlike all simulated loops, and verdicts on them
+/// are less reliable than stated. The largest differences come first.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction shift plant/*.csv

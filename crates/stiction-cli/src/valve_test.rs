@@ -48,8 +48,8 @@ enum Task {
     /// The sheet shows how far to turn the OP, how long to hold it, which PV change is an answer, and when to stop.
     /// Without limits for the PV, the test stays within the recorded PV range, widened by a quarter on either side. If
     /// the recording contains an inconclusive test, the plan is for the next test. The next test begins at 0.6 times the
-    /// size that the PV answered, and has more turns of each size. With --signature, the plan is a slow ramp of the OP over the stroke
-    /// and back. The ramp needs a recorded valve position (VP) and a process that tolerates the ramp.
+    /// size that the PV answered, and has more turns of each size. With --signature, the plan is a slow ramp of the OP
+    /// over the stroke and back. The ramp needs a recorded valve position (VP) and a process that tolerates the ramp.
     #[command(after_help = "Examples:
   stiction test plan FIC101.csv --sheet sheet.html
   stiction test plan FIC101.csv --signature --op-low 20 --op-high 80 --sheet sheet.html
@@ -57,9 +57,9 @@ enum Task {
     Plan(Plan),
     /// Find the test in a recording and judge the valve
     ///
-    /// The turns come from the completed sheet, or else from the mode column, or else from an OP that alternates
-    /// between held levels. The recording before the test is also evaluated. A recording with a valve position and slow ramps
-    /// of the OP, up and down, is read as a signature. With --before, the test is compared with a test before a repair.
+    /// The turns come from the completed sheet, or else from the mode column, or else from an OP that alternates between
+    /// held levels. The recording before the test is also evaluated. A recording with a valve position and slow ramps of
+    /// the OP, up and down, is read as a signature. With --before, the test is compared with a test before a repair.
     #[command(after_help = "Examples:
   stiction test read FIC101-test.csv
   stiction test read FIC101-test.csv --done done.csv --plot answers.svg
