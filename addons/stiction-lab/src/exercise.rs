@@ -250,14 +250,10 @@ impl Exercise {
     fn check(&self) -> Answer<()> {
         let refuse = |why: String| Err(Wrong::request(why));
         if !(0.0..=LONGEST_S).contains(&self.until_s) {
-            return refuse(format!(
-                "an exercise runs for 0 to {LONGEST_S} s; restart the exercise"
-            ));
+            return refuse(format!("an exercise runs for 0 to {LONGEST_S} s; restart it"));
         }
         if self.sets.len() > SETS {
-            return refuse(format!(
-                "an exercise has at most {SETS} settings of the OP; restart the exercise"
-            ));
+            return refuse(format!("an exercise has at most {SETS} OP settings; restart it"));
         }
         let mut last = OPERATION_S;
         for Hand { at_s, op } in self.sets.iter().copied() {

@@ -158,10 +158,8 @@ pub fn begin(lab: &Lab, knobs: Knobs) -> Answer<Begun> {
 /// # Errors
 /// If the loop has ended or is at a different sample, or the settings make no loop.
 pub fn go(lab: &Lab, asked: Go) -> Answer<Samples> {
-    let live = lab
-        .lives
-        .of(asked.id)
-        .ok_or_else(|| Wrong::gone("this loop has ended; restart the loop"))?;
+    let live =
+        lab.lives.of(asked.id).ok_or_else(|| Wrong::gone("this loop has ended; restart it"))?;
     let mut live = locked(&live);
     if asked.samples == 0 || asked.samples > SAMPLES {
         return Err(Wrong::request(format!("ask for 1 to {SAMPLES} samples at a time")));

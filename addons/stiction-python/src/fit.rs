@@ -80,11 +80,9 @@ impl Fitted {
     ) -> PyResult<Bound<'py, PyAny>> {
         let action = Remedy::by_name(action).map_err(refused)?;
         let after = diagnosed(py, &after, told)?;
-        let segment = after.segment().ok_or_else(|| {
-            self.because(
-                "in the recording after the action, no segment in automatic is long enough",
-            )
-        })?;
+        let segment = after
+            .segment()
+            .ok_or_else(|| self.because("no later segment in automatic is long enough"))?;
         let found = fit::ring::ring(self.foreseen(py)?, action, &self.fit, segment)
             .map_err(|why| self.because(&why))?;
         let said = plain(py, &found)?;

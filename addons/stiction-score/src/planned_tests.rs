@@ -42,7 +42,7 @@ pub struct TestTrial {
     pub found: Share,
     /// Tests of healthy valves that wrongly accused the valve.
     pub accused: Share,
-    /// Estimates of S within 15 % of the true S.
+    /// Estimates of S within 15 % of the true one.
     pub s_within: Share,
     /// 90 % intervals of S that contain the true one.
     pub s_covered: Share,

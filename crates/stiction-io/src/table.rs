@@ -84,8 +84,7 @@ impl Table {
         }
         if rows.is_empty() {
             return Err(wrong(
-                "has no row below its header; a signal needs at least two rows, an index one row"
-                    .to_owned(),
+                "has no row below its header; add at least two rows (one for an index)".to_owned(),
             ));
         }
         let table = Self { origin: origin.to_owned(), delimiter, header, rows, lines };
@@ -139,8 +138,7 @@ impl Table {
     pub fn column(&self, name: &str) -> Result<Vec<f64>> {
         let index = self.index(name)?;
         if self.rows.len() < 2 {
-            let message =
-                "has one row below its header; a signal needs at least two rows".to_owned();
+            let message = "has one row below its header; add at least one row".to_owned();
             return Err(Error::Table { origin: self.origin.clone(), message });
         }
         let number = |(i, row): (usize, &csv::StringRecord)| {

@@ -749,5 +749,10 @@ fn the_proposed_sample_time_is_that_of_the_times() {
         rows(":00").enumerate().map(|(k, row)| if k < 89 { row } else { ",50.5".to_owned() }),
     );
     let message = parse(&text, &ReadOptions::default()).unwrap_err();
-    assert!(message.ends_with("row 91, column \"time\": is empty; every row needs a time, so give a time or remove the row"), "{message}");
+    assert!(
+        message.ends_with(
+            "row 91, column \"time\": is empty; every row needs a time; give one or remove the row"
+        ),
+        "{message}"
+    );
 }

@@ -111,7 +111,7 @@ fn what_cannot_be_is_refused_in_a_sentence() {
         (vec![set(20.0, 50.0)], 400.0, "in automatic until 300 s"),
         (vec![set(320.0, 50.0), set(310.0, 40.0)], 400.0, "after the previous setting"),
         (vec![set(500.0, 50.0)], 400.0, "before the end at 400 s"),
-        (vec![set(310.0, 50.0); 501], 400.0, "at most 500 settings"),
+        (vec![set(310.0, 50.0); 501], 400.0, "at most 500 OP settings"),
         (vec![], 1e9, "0 to 7200 s"),
         (vec![], -1.0, "0 to 7200 s"),
         (vec![set(310.0, 50.0)], 400.0, "needs two turns or more"),

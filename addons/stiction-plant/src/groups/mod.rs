@@ -281,8 +281,7 @@ impl Context<'_> {
             let mut score = logit(probability.unwrap_or(UNKNOWN));
             if sharpest > SHARP && *shape == sharpest {
                 score += VOTE;
-                reasons
-                    .push("Of the group, this loop's swing is the least like a sine.".to_owned());
+                reasons.push("This swing is the least like a sine.".to_owned());
             }
             let above = |of: &str| {
                 let list = self.upstream.get(of).map_or(&[][..], Vec::as_slice);
@@ -291,14 +290,13 @@ impl Context<'_> {
             let own = above(name);
             if !own.is_empty() {
                 score -= VOTE;
-                reasons
-                    .push(format!("Loops of the group upstream of this loop: {}.", own.join(", ")));
+                reasons.push(format!("Upstream in the group: {}.", own.join(", ")));
             }
             let reaches = names.iter().filter(|other| above(other).contains(name)).count();
             if reaches > 0 && own.is_empty() {
                 score += VOTE;
                 reasons
-                    .push(format!("This loop is upstream of {}.", counted(reaches, "other loop")));
+                    .push(format!("The loop is upstream of {}.", counted(reaches, "other loop")));
             }
             let coherence = *shared;
             let name = name.clone();

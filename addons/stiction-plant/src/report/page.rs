@@ -338,12 +338,7 @@ const HEADS: [Head; 17] = [
     head("OP at limit, %", true, 50, "Share of the time with the OP at a limit."),
     head("OP travel, %/h", true, 56, "OP travel, up and down, an hour."),
     head("Reversals, 1/h", true, 76, "OP reversals an hour."),
-    head(
-        "Other cause",
-        false,
-        112,
-        "The likeliest other cause, if its likelihood is at least 10 %.",
-    ),
+    head("Other cause", false, 112, "The likeliest other cause (likelihood 10 % or more)."),
     head("Period", false, 78, "Period of the oscillation."),
     head(
         "Notes",

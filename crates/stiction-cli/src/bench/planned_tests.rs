@@ -72,12 +72,8 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     let table = row(table, "these", "that still decide", trial.given_up_decided);
     let table = row(table, "these", "that are right", trial.given_up_right);
     let table = row(table, "tests", "in which the PV left the tolerated range", trial.beyond);
-    let table = row(
-        table,
-        "the same loops",
-        "whose PV leaves the range without a test",
-        trial.beyond_anyway,
-    );
+    let table =
+        row(table, "the same loops", "with the PV out of range anyway", trial.beyond_anyway);
     let table = row(table, "tests", "found without a sheet and modes", trial.noticed);
     let table = row(table, "recordings of operation", "mistaken for a test", trial.imagined);
     let bands = trial.sticking_by_probability.iter().zip(BANDS.windows(2));
@@ -114,7 +110,6 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     let times = [trial.manual_s, trial.manual_of_all_s, trial.responses];
     let [Some(first), Some(all), Some(responses)] = times else { return table };
     let table = two(table, "time in manual of the first test", first, &words::spoken);
-    let table =
-        two(table, "first test, in response times of the process", responses, &words::rough);
+    let table = two(table, "first test, in process response times", responses, &words::rough);
     two(table, "time in manual of all tests of a loop", all, &words::spoken)
 }

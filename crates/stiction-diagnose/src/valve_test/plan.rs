@@ -240,9 +240,7 @@ pub(crate) fn size(known: &KnownLoop<'_>, options: &PlanOptions) -> Result<TestP
     let refuse = |why: &str| Err(Abstention(why.to_owned()));
     let segment = known.segment;
     let Some(pv) = segment.pv.as_deref() else {
-        return refuse(
-            "the turns of a test are sized by the PV, which is not recorded; record the PV",
-        );
+        return refuse("the turns of a test are sized by the PV, which must be recorded");
     };
     let (op, dt) = (&segment.op, segment.sample_time);
     let travel = quantile(op, 0.95) - quantile(op, 0.05);

@@ -156,10 +156,7 @@ pub(super) fn recommendation(
             format!("The limit cycle of the present loop could not be predicted ({reason})")
         }
     };
-    said.push(format!(
-        "{state}. In the simulation the mean error of this loop is {}.",
-        set(present.error())
-    ));
+    said.push(format!("{state}. The simulated mean error is {}.", set(present.error())));
     said.push(repair(rows, present, options, bands));
     if unstable {
         return said;

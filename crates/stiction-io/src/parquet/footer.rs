@@ -80,8 +80,7 @@ pub fn check_footer(footer: &[u8]) -> Result<(), String> {
         let encrypted = chunk.as_fields().is_some_and(|c| c.fields(8).is_some());
         if encrypted {
             return Err(
-                "has encrypted columns, which cannot be read; write the file without encryption"
-                    .to_owned(),
+                "has encrypted columns and cannot be read; write it without encryption".to_owned()
             );
         }
     }

@@ -16,9 +16,7 @@ impl Clock {
     pub fn of(top: &Fields<'_, '_>) -> Result<Self, Wrong> {
         let sample_time = top.required_number("sample_time")?;
         if !(sample_time > 0.0) {
-            return Err(
-                top.wrong("sample_time", format!("is {sample_time} s, but must be above 0"))
-            );
+            return Err(top.wrong("sample_time", format!("is {sample_time} s; it must be above 0")));
         }
         let duration = top.required_number("duration")?;
         let samples = (duration / sample_time).round();

@@ -149,9 +149,8 @@ impl Context<'_> {
             // Beside other times, the row is rather a total than a sample.
             let is_rare = 2 * cells.iter().filter(|cell| cell.is_empty()).count() < cells.len();
             let other = if is_rare { String::new() } else { plausible::sample_time(self) };
-            let message = format!(
-                "is empty; every row needs a time, so give a time or remove the row{other}"
-            );
+            let message =
+                format!("is empty; every row needs a time; give one or remove the row{other}");
             return Err(self.wrong(column, i, message));
         }
         match self.format {

@@ -376,8 +376,7 @@ pub fn op_pv_correlation(segment: &Segment, context: &Context<'_>) -> Option<Fig
         .with(Series::line("correlation", x, &correlation.values[..]).colour(colour::BLUE))
         .note(Annotation::horizontal_line(0.0, ""))
         .note(Annotation::vertical_line(0.0, format!("{} at lag 0", number(zero))));
-    let mut caption =
-        format!("Cross-correlation of OP and PV; the correlation is {} at lag zero", number(zero));
+    let mut caption = format!("Cross-correlation of OP and PV: {} at lag zero", number(zero));
     if let Some(lag) = extreme {
         let (value, at) = (correlation.at(lag), axis.at(seconds(lag as f64)));
         panel = panel.with(Series::points("largest", [at], [value]).colour(colour::VERMILION));
@@ -431,10 +430,7 @@ pub fn autocorrelations(segment: &Segment, context: &Context<'_>) -> Option<Figu
         regularly."
             .to_owned();
     if !found.is_empty() {
-        caption.push_str(&format!(
-            " Twice the mean distance of the crossings is {}.",
-            found.join(", ")
-        ));
+        caption.push_str(&format!(" Twice the mean spacing is {}.", found.join(", ")));
     }
     Some(Figure::new("").caption(caption).width(WIDTH).panel_height(240.0).with(panel))
 }

@@ -321,9 +321,7 @@ impl<'a> Search<'a> {
         for _ in 0..lag {
             flow.slip();
             if flow.run_to_slip() != Event::Slips {
-                return End::Unknown(
-                    "a motion that repeated itself no longer repeats itself".to_owned(),
-                );
+                return End::Unknown("a repeated motion no longer repeats itself".to_owned());
             }
         }
         let cycle = measure(self.plant, &flow, flow.time - begin.time, mirrored, self.op_unit);
