@@ -266,7 +266,7 @@ AXES = {"x": ("J", [1]), "y": ("Kc", [1])}
         (lambda: stiction.cycles.describing_function([0.0], 5, 3), ValueError, "amplitude of the OP is 0"),
         (lambda: stiction.cycles.describing_function([np.nan], 5, 3), ValueError, "amplitude of the OP is NaN"),
         (lambda: stiction.cycles.describing_function(["a"], 5, 3), TypeError, "amplitude must hold real numbers"),
-        (lambda: stiction.cycles.describing_function([9], 5, 1, model="he", slips=1), ValueError, "with 1 slips a stroke"),
+        (lambda: stiction.cycles.describing_function([9], 5, 1, model="he", slips=1), ValueError, "with 1 slips per stroke"),
         (lambda: stiction.cycles.describing_function([9], 5, 1, slips=0), ValueError, "slips is 0, but must be at least 1"),
         (lambda: stiction.cycles.describing_function([1], -5, 3), ValueError, "S is -5"),
         (lambda: stiction.cycles.describing_function([1], 5, 3, model="x"), ValueError, "no valve model named"),

@@ -101,7 +101,7 @@ fn of_page(ranked: &Ranked<'_>, page: &str, wrong: &mut impl FnMut(&str)) {
     if orders_work != (row.action == Action::Repair) && !is_open {
         wrong(&format!("the list says {}, the page {actions}", row.action.name()));
     }
-    if actions.contains("Leave the valve alone") && row.action != Action::Leave {
+    if actions.contains("Leave the valve as it is") && row.action != Action::Leave {
         wrong("the page leaves the valve alone");
     }
 }

@@ -96,7 +96,7 @@ enum Experiment {
     Families,
     /// Print the benefit of more loops for learning, and the limit of an observer who knows the stem
     Curve,
-    /// Print the benefit of a net that was trained on every second loop, except some families
+    /// Print the benefit of a net that was trained on every second loop, without some families
     Signals {
         /// The net, of `train.py --half`
         net: PathBuf,

@@ -42,10 +42,10 @@ pub struct Args {
     /// Draw the recording and the fitted loop to this .svg or .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<Out>,
-    /// Number of loops to draw from all possible loops
+    /// Number of loops to draw at random from the possible loops
     #[arg(long, default_value_t = FitOptions::default().draws, value_name = "N")]
     draws: usize,
-    /// Seed of the drawn loops
+    /// Seed of the random draw
     #[arg(long, default_value_t = FitOptions::default().seed, value_name = "N")]
     seed: u64,
     /// Print the results as JSON

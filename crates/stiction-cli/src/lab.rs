@@ -13,7 +13,7 @@ use stiction_lab::{Options, bind};
 
 /// Open the lab in the browser, to try out valves and loops, open recordings, or monitor a plant.
 ///
-/// The command serves the page only to browsers on this machine, until Ctrl-C. Nothing leaves the machine. The
+/// The command serves the page only to browsers on this machine, until Ctrl-C. No data leave the machine. The
 /// first line of the output is the address, with the token that gives access. Recordings are never changed. The lab writes
 /// mappings, overrides and the notes of a plant to the same files as the other commands.
 #[derive(Parser)]

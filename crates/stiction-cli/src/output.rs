@@ -166,8 +166,8 @@ fn remedy(cause: &(dyn std::error::Error + 'static)) -> &'static str {
         }
         ErrorKind::IsADirectory => "; name a file in this folder",
         ErrorKind::PermissionDenied => "; give this user access to it, or name another place",
-        ErrorKind::ReadOnlyFilesystem => "; name a place that can be written to",
-        ErrorKind::StorageFull => "; make room on the disk, or name another place",
+        ErrorKind::ReadOnlyFilesystem => "; name a place with write permission",
+        ErrorKind::StorageFull => "; free space on the disk, or name another place",
         ErrorKind::InvalidFilename => "; choose another name",
         _ => "",
     }

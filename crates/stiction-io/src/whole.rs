@@ -62,7 +62,7 @@ impl WholeFile {
         }
         let permissions = there.map(|there| there.permissions());
         if permissions.as_ref().is_some_and(Permissions::readonly) {
-            let message = "is read-only; permit writing it, or name another file";
+            let message = "is read-only; allow writing to it, or name another file";
             return Err(Error::new(ErrorKind::PermissionDenied, message));
         }
         let target = end_of_links(path);
@@ -124,7 +124,7 @@ fn temporary(folder: &Path) -> io::Result<(File, TempPath)> {
         ErrorKind::PermissionDenied => Error::new(
             error.kind(),
             format!(
-                "its folder, {}, does not permit a new file; permit that, or name another",
+                "its folder, {}, does not permit new files; change the permission, or name another folder",
                 folder.display()
             ),
         ),

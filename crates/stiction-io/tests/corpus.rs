@@ -528,7 +528,7 @@ pub const CASES: &[Case] = &[
     ),
     read!("time-doubled.csv", "f op 0:50 0:50 1:51 1:51"),
     refused!("time-equal.csv", "row 3, column \"t\": has the same time \"7\" as all rows before"),
-    refused!("time-tiny.csv", "column \"t\": steps by 1e-308 s", "which no recording does"),
+    refused!("time-tiny.csv", "column \"t\": steps by 1e-308 s", "which is not plausible"),
     refused!("time-digits.csv", "row 2, column \"t\"", "is not a time of a recording"),
     refused!(
         "time-far.csv",
@@ -541,7 +541,7 @@ pub const CASES: &[Case] = &[
         "is unusual; give sample_time 1 if it means 1 s (in days), or sample_time"
     ),
     case!("sample-time-in-days.csv", "sample_time = 1", Ok("f op 0:50 1:51"), &[]),
-    refused!("sample-time-tiny.csv", "given as 1e-308 s, which no recording has"),
+    refused!("sample-time-tiny.csv", "given as 1e-308 s, which is not plausible"),
 ];
 
 #[test]

@@ -223,7 +223,11 @@ fn matlab_cases() -> Vec<Case> {
             file(w.array(6, &[2, 3], "PV", &[w.element(16, b"text")])),
             "is damaged: an array has no numbers",
         ),
-        ("letters.mat", file(w.array(4, &[1, 1], "s", &[doubles(1)])), "numbers as text"),
+        (
+            "letters.mat",
+            file(w.array(4, &[1, 1], "s", &[doubles(1)])),
+            "its numbers are stored as text",
+        ),
         (
             "dimensions.mat",
             file(w.array(6, &[u32::MAX >> 1; 9], "PV", &[doubles(1)])),

@@ -127,7 +127,7 @@ mod manual {
         refused(|it| it.manual[0].from_s = f64::NAN, "begin of manual");
         refused(|it| it.manual[0].change = f64::NAN.into(), "signal value");
         let error = sweep(&[by_hand()]).unwrap_err().to_string();
-        assert!(error.contains("number of spells in manual is 2, but must be 0 here"), "{error}");
+        assert!(error.contains("number of periods in manual is 2, but must be 0 here"), "{error}");
     }
 }
 

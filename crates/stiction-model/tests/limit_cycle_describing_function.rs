@@ -434,7 +434,7 @@ fn every_cycle_balances() {
         let continuous = drawn(&mut draws);
         let response = FrequencyResponse::of(&continuous).unwrap();
         let Ok(balance) = harmonic_balance(&continuous) else {
-            // At the very limit of stability thousands of slips a stroke balance.
+            // At the very limit of stability thousands of slips per stroke balance.
             assert!(response.margins().peak_sensitivity > 50.0, "{continuous:?}");
             refused += 1;
             continue;

@@ -94,8 +94,8 @@ fn verdict_alone(diagnosis: &Diagnosis) -> String {
             join([follows.to_owned(), limit(diagnosis)])
         }
         (VerdictClass::DoesNotRespond, Basis::ValvePosition) => {
-            "The valve does not respond: the OP moves, but the measured position does not. The valve may be stuck \
-             fast, shut off, or without power or air, or the position transmitter may be dead."
+            "The valve does not respond: the OP moves, but the measured position does not. The valve may be seized, \
+             shut off, or without power or air, or the position transmitter may be dead."
                 .to_owned()
         }
         (class, Basis::ValveTest) => by_test(diagnosis, class),
@@ -137,7 +137,7 @@ fn by_test(diagnosis: &Diagnosis, class: VerdictClass) -> String {
             join([format!("{shows} sticks{likely}."), band(diagnosis)])
         }
         VerdictClass::DoesNotRespond => {
-            "The valve did not respond to the turns of the test in this recording. The valve may be stuck fast, shut off, or \
+            "The valve did not respond to the turns of the test in this recording. The valve may be seized, shut off, or \
              without power or air."
                 .to_owned()
         }

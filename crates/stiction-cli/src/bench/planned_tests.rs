@@ -58,7 +58,7 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     let table = row(table, "tests", "that decide whether the valve sticks", trial.decided);
     let table = row(table, "these", "that are right", trial.right);
     let table =
-        row(table, "tests of loops that operation left undecided", "that decide", trial.undecided);
+        row(table, "tests of loops undecided in normal operation", "that decide", trial.undecided);
     let table = row(table, "these", "that are right", trial.undecided_right);
     let table = row(table, "tests that were never stopped", "that decide", trial.calm);
     let table = row(table, "tests of faulty valves", "that found them", trial.found);

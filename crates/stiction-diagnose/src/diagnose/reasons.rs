@@ -158,7 +158,7 @@ fn because(cause: Cause, evidence: &Evidence) -> String {
                 .to_owned()
         }
         Cause::ExternalOscillation => {
-            "an external oscillation continues in manual; find a loop nearby with the same period"
+            "an external oscillation continues in manual; find a neighbouring loop with the same period"
                 .to_owned()
         }
         Cause::ExternalWave => {
@@ -197,7 +197,7 @@ fn because(cause: Cause, evidence: &Evidence) -> String {
                 .to_owned()
         }
         Cause::NormalOperation => {
-            "the controller may simply reject ordinary disturbances".to_owned()
+            "the controller may only be rejecting ordinary disturbances".to_owned()
         }
     }
 }

@@ -544,7 +544,7 @@ fn advice(fit: &Fit, actions: &[Prospect]) -> Vec<String> {
         && cycle.explained == Some(false)
     {
         all.push(
-            "The fitted valve does not explain the swing. Look upstream for the cause before any work on the valve."
+            "The fitted valve does not explain the swing. First look upstream for the cause, before any work on the valve."
                 .to_owned(),
         );
     }

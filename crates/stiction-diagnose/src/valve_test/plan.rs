@@ -571,7 +571,7 @@ fn instructions(plan: &TestPlan, long: &str) -> Vec<String> {
         ),
         format!(
             "Put the controller in automatic if the PV leaves {}{unit} or nears an alarm. Wait until the PV is steady, \
-             then continue with the next size. End the test after six such stops.",
+             then continue with the next size. After six such stops, end the test.",
             range(plan.pv_low, plan.pv_high)
         ),
         format!(
@@ -602,7 +602,7 @@ fn short_of_time(plan: &TestPlan, long: &str) -> String {
             time(needed)
         ),
         () if plan.total_s > 1.1 * TIME && plan.total_s < 1.1 * needed => {
-            format!("{long}, so this is longer than the usual {}. ", time(TIME))
+            format!("{long}, so this test is longer than the usual {}. ", time(TIME))
         }
         () => String::new(),
     }
@@ -659,7 +659,7 @@ mod tests {
         assert!((usual.total_s - HOLDS * usual.grow[0].hold_s).abs() < 40.0, "{}", usual.total_s);
         assert!(
             usual.instructions[8]
-                .contains("The loop is slow, so this is longer than the usual 20 min")
+                .contains("The loop is slow, so this test is longer than the usual 20 min")
         );
         let (short, long) = (of(Some(900.0)), of(Some(7200.0)));
         for plan in [&usual, &short, &long] {

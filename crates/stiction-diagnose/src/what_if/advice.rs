@@ -16,7 +16,7 @@ pub(super) fn object(rows: &mut [Row], window_s: f64, unstable: bool) {
         row.against = against(row, &present);
         if let Some(cycle) = row.cycle.cycle().filter(|cycle| 3.0 * cycle.period_s > window_s) {
             row.against.push(format!(
-                "cycles every {} s, too slowly for a measurement of {} s",
+                "cycles every {} s, which is too slow for a simulation window of {} s",
                 set(cycle.period_s),
                 set(window_s)
             ));
@@ -361,7 +361,7 @@ pub(super) fn assumptions(
             set(options.most_sensitive)
         ),
         format!(
-            "The positioner is proportional with a gain of {} and faster than a slip. If the valve already has a positioner, \
+            "The positioner is proportional, with a gain of {}, and faster than a slip. If the valve already has a positioner, \
              S and J include its effect, and the row of the positioner does not apply.",
             set(options.positioner_gain)
         ),

@@ -232,7 +232,8 @@ fn matrix(
         3 => Value::object(&input.element()?.name()),
         4 => {
             let element = if count == 0 { None } else { Some(input.element()?) };
-            let characters = element.map(|e| e.characters().ok_or("is damaged: numbers as text"));
+            let characters =
+                element.map(|e| e.characters().ok_or("is damaged: its numbers are stored as text"));
             Value::characters(rows, &characters.transpose()?.unwrap_or_default())
         }
         5 => Value::Other("a sparse array".to_owned()),

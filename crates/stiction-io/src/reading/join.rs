@@ -65,11 +65,8 @@ pub fn join(parts: &[Part<'_>]) -> Result<Recording> {
     }
     if parts.len() > 1 {
         let files: Vec<&str> = parts.iter().map(|(origin, _)| *origin).collect();
-        let follow = if clock.began_again {
-            "; they have no dates, and follow each other without gaps"
-        } else {
-            ""
-        };
+        let follow =
+            if clock.began_again { "; they have no dates and are joined without gaps" } else { "" };
         whole
             .notes
             .insert(0, format!("joined from {} files, {}{follow}", files.len(), list(&files)));
@@ -333,7 +330,7 @@ mod tests {
         let whole = joined(&[part(None, 1.0, 2), part(None, 5.0, 2), later]).unwrap();
         // The second clock begins again; the third goes on from the second's.
         assert_eq!(whole.op.time, [0.0, 1.0, 2.0, 3.0, 7.0, 8.0]);
-        assert!(whole.notes[0].ends_with("follow each other without gaps"), "{:?}", whole.notes);
+        assert!(whole.notes[0].ends_with("joined without gaps"), "{:?}", whole.notes);
     }
 
     #[test]

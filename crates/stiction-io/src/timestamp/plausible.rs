@@ -94,7 +94,7 @@ pub fn check(times: &Times, column: &Column, context: &Context<'_>) -> Result<()
     }
     if !POSSIBLE.contains(&step) {
         let message = format!(
-            "steps by {}, interpreted as {}, which no recording does; correct the times{remedy}",
+            "steps by {}, interpreted as {}, which is not plausible; correct the times{remedy}",
             span(step),
             times.format
         );
@@ -455,7 +455,7 @@ pub fn check_sample_time(
     let wrong = |message: String| Err(Error::Table { origin: origin.to_owned(), message });
     if !POSSIBLE.contains(&seconds) {
         return wrong(format!(
-            "the sample time is given as {seconds:e} s, which no recording has; give one from 1 µs to a year, as in \
+            "the sample time is given as {seconds:e} s, which is not plausible; give a time from 1 µs to a year, as in \
              {}",
             wording.of(Remedy::SampleTime(1.0))
         ));

@@ -111,9 +111,10 @@ impl ClosedLoop {
         match self.manual.len() {
             0 => self.prepare_automatic(),
             spells => Err(Error::Parameter {
-                name: "number of spells in manual",
+                name: "number of periods in manual",
                 value: spells as f64,
-                allowed: "0 here; only the simulation of a single loop has manual".to_owned(),
+                allowed: "0 here; only the simulation of a single loop has periods in manual"
+                    .to_owned(),
             }),
         }
     }

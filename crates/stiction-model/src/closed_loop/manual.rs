@@ -26,7 +26,7 @@ impl ClosedLoop {
             finite("begin of manual", spell.from_s)?;
             let (value, name) = (spell.from_s, "manual from");
             if spell.from_s < end {
-                let allowed = format!("at least {end} s, where the spell before it ends");
+                let allowed = format!("at least {end} s, where the period before it ends");
                 return Err(Error::Parameter { name, value, allowed });
             }
             if spell.until_s <= spell.from_s || spell.until_s.is_nan() {

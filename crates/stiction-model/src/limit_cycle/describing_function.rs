@@ -22,7 +22,7 @@
 //! `R = S` for the two-phase model, for Kano's, Chen's and play (`J = 0`), and Choudhury's with `J <= S`; `R = J`
 //! for Choudhury's with `J > S`, whose flow chart uses `J` at a reversal.
 //!
-//! A valve that climbs **stairs** of height `J` is a sum of relays with hysteresis. With `n` slips a stroke,
+//! A valve that climbs **stairs** of height `J` is a sum of relays with hysteresis. With `n` slips per stroke,
 //! the `k`-th at `h = (S - (n-1) J) / 2 + k J`, for `(S + (n-1) J) / 2 < X <= (S + (n+1) J) / 2`:
 //! ```text
 //! N = 2 J / (pi X) * sum over k = 0 .. n-1 of [sqrt(1 - (h/X)^2) - j h/X],    Im N = -n J S / (pi X^2)
@@ -111,7 +111,7 @@ enum Motion {
 }
 
 impl DescribingFunction {
-    /// The most slips a stroke in the sum.
+    /// The most slips per stroke in the sum.
     pub const MAX_SLIPS: usize = 1_000_000;
 
     /// The describing function of `model` with these bands.
@@ -176,7 +176,7 @@ impl DescribingFunction {
         Ok(Response::Moves { n: self.on_branch(slips, x).0, slips })
     }
 
-    /// The response to a sine of amplitude `x`, percent, with exactly this many slips a stroke.
+    /// The response to a sine of amplitude `x`, percent, with exactly this many slips per stroke.
     ///
     /// # Errors
     /// If the valve does not slip this often under this sine. The message states the range of amplitudes in which it
@@ -188,11 +188,11 @@ impl DescribingFunction {
                 Ok(self.on_branch(slips, x).0)
             }
             Some(Branch { from, to, .. }) => Err(Error::Inconsistent(format!(
-                "with {slips} slips a stroke the amplitude of the OP is above {from} % and at most {to} %, \
+                "with {slips} slips per stroke the amplitude of the OP is above {from} % and at most {to} %, \
                  but it is {x} %"
             ))),
             None => {
-                Err(Error::Inconsistent(format!("the valve never makes {slips} slips a stroke")))
+                Err(Error::Inconsistent(format!("the valve never makes {slips} slips per stroke")))
             }
         }
     }
@@ -220,8 +220,8 @@ impl DescribingFunction {
             Ok(slips as usize)
         } else {
             Err(Error::Inconsistent(format!(
-                "slips of {step} % under an OP of amplitude {x} % are more than {} a stroke; without slip jump the \
-                 valve is a play",
+                "slips of {step} % under an OP of amplitude {x} % are more than {} a stroke; without a slip jump \
+                 the valve has only backlash",
                 Self::MAX_SLIPS
             )))
         }

@@ -135,7 +135,7 @@ type Vertex = [f64; 3];
 /// If the loop gain is zero or improper, the model does not allow its bands, the loop has no operating point, He's
 /// slips are so small that a cycle would have thousands a stroke, or a crossing cannot be refined.
 pub fn harmonic_balance(continuous: &ContinuousLoop) -> Result<Balance> {
-    /// The most slips a stroke.
+    /// The most slips per stroke.
     const SLIPS: usize = 1_000;
     let response = FrequencyResponse::of(continuous)?;
     let middle = continuous.operating_point()?;
@@ -147,8 +147,8 @@ pub fn harmonic_balance(continuous: &ContinuousLoop) -> Result<Balance> {
     while let Some(branch) = valve.branch(slips) {
         if slips > SLIPS {
             return Err(Error::Inconsistent(format!(
-                "a cycle of this loop may have more than {SLIPS} slips a stroke, because it is near its stability \
-                 limit or its slips are small; without slip jump the valve is a play"
+                "a cycle of this loop may have more than {SLIPS} slips per stroke, because it is near its stability \
+                 limit or its slips are small; without a slip jump the valve has only backlash"
             )));
         }
         let amplitudes = Amplitudes::of(&valve, branch);

@@ -74,7 +74,7 @@ pub fn lambda(process: &Process, lambda: f64) -> Result<Controller> {
             Controller::pi(tau / (gain * sum), tau)
         }
         Plain::Integrator { .. } => Err(Error::Inconsistent(
-            "an integrator has no time constant for the lambda rule to cancel; SIMC has a rule for it"
+            "an integrator has no time constant for the lambda rule to cancel; use the SIMC rule"
                 .to_owned(),
         )),
     }

@@ -188,15 +188,15 @@ pub(super) fn actions(diagnosis: &Diagnosis, fitted: Option<&Fitted>) -> Vec<Str
         Grade::ProbablyFine | Grade::NoneVisible | Grade::TooLittle | Grade::Fine => {
             let leave = || match verdict.s_below.filter(|_| verdict.grade == Grade::NoneVisible) {
                 Some(limit) => format!(
-                    "Leave the valve alone, or test it if an S of up to {} % would matter.",
+                    "Leave the valve as it is, or test it if an S of up to {} % would matter.",
                     rough(limit.value)
                 ),
-                None => "Leave the valve alone.".to_owned(),
+                None => "Leave the valve as it is.".to_owned(),
             };
             let large = || {
                 let plan = verdict.confirm.as_ref()?;
                 Some(format!(
-                    "If a large S would matter, test the valve in manual, {} at most.",
+                    "If a large S would matter, test the valve in manual for at most {}.",
                     spoken(plan.total_s)
                 ))
             };
