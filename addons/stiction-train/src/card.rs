@@ -30,10 +30,10 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
     writeln!(
         out,
         "# The model of the verdict\n\n\
-         `verdict.bin` holds the frozen model that turns evidence into probabilities and intervals. It has sums \
-         of boosted trees, their calibration, the shifts of their intervals, the detection limit, and a \
+         `verdict.bin` holds the frozen model that turns evidence into probabilities and intervals. The model \
+         has sums of boosted trees, their calibration, the shifts of their intervals, the detection limit, and a \
          description of the training loops. `net.bin` holds the nets that read the raw signals; their output is \
-         part of the evidence. Both were trained only on simulated loops and have seen no real recording. \
+         part of the evidence. Model and nets were trained only on simulated loops, never on a real recording. \
          `addons/stiction-train/train.sh` runs the training, and its last step writes this card.\n"
     )?;
     writeln!(out, "| | |\n|---|---|")?;

@@ -496,7 +496,7 @@ impl Families {
         let _ = writeln!(
             out,
             "\nThe verdict reports {:.0} % confidence only beyond calibrated log-odds of {:.2} against a fault{} and \
-             {:.2} for one{}. There {above} of {} families are wrong in more than {:.0} % of at least {COUNTED} such \
+             {:.2} for one{}. Beyond these bounds, {above} of {} families are wrong in more than {:.0} % of at least {COUNTED} such \
              decisions. Over all families, decisions against a fault are wrong in {}. Decisions for a fault are wrong \
              in {}. Intervals of S are stretched by {:.2}.",
             100.0 * SURE,

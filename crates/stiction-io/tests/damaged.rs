@@ -226,7 +226,7 @@ fn matlab_cases() -> Vec<Case> {
         (
             "letters.mat",
             file(w.array(4, &[1, 1], "s", &[doubles(1)])),
-            "its numbers are stored as text",
+            "a text is stored as numbers",
         ),
         (
             "dimensions.mat",

@@ -436,7 +436,7 @@ impl Better {
         match self {
             Self::Uncompressed => "without compression by the historian",
             Self::Finer => "with more digits",
-            Self::OffLimits => "at a load where OP and PV stay off their limits",
+            Self::OffLimits => "at a load at which OP and PV are within their limits",
             Self::AtRest => "with the set point at rest",
         }
     }

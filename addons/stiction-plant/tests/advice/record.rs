@@ -117,12 +117,12 @@ fn spoilt(
         MeasureId::OpAtLimit => {
             let [low, high] = [0.2, 0.8].map(|share| quantile(&of.op.values, share));
             of.op.values.iter_mut().for_each(|v| *v = v.clamp(low, high));
-            "off their limits"
+            "within their limits"
         }
         MeasureId::ClippedPv => {
             let [low, high] = [0.2, 0.8].map(|share| quantile(pv, share));
             pv.iter_mut().for_each(|v| *v = v.clamp(low, high));
-            "off their limits"
+            "within their limits"
         }
         MeasureId::CompressionFactor => {
             *pv = swinging_door(pv, 0.2 * span(pv));

@@ -42,7 +42,7 @@ pub(super) fn by_evidence(weighing: &Weighing, votes: Votes) -> Verdict {
     }
     reasons.extend(ruling.sentence(weighing));
     if reasons.is_empty() {
-        reasons.push("the lines of evidence decide only together".to_owned());
+        reasons.push("the lines of evidence are decisive only together".to_owned());
     }
     let concluded = match class {
         VerdictClass::DoesNotStick => None,

@@ -214,7 +214,7 @@ fn sentence(cycle: &Cycle) -> String {
     let left = cycle.pv_swing_left.map_or(String::new(), |left| {
         let so = match (left.high < 0.995, left.low < 0.995) {
             (true, _) => "would be smaller",
-            (false, true) => "might be smaller or not",
+            (false, true) => "may or may not be smaller",
             (false, false) => "would not be smaller",
         };
         format!("; with a valve that follows its OP, the PV swing {so}")

@@ -233,7 +233,7 @@ fn matrix(
         4 => {
             let element = if count == 0 { None } else { Some(input.element()?) };
             let characters =
-                element.map(|e| e.characters().ok_or("is damaged: its numbers are stored as text"));
+                element.map(|e| e.characters().ok_or("is damaged: a text is stored as numbers"));
             Value::characters(rows, &characters.transpose()?.unwrap_or_default())
         }
         5 => Value::Other("a sparse array".to_owned()),

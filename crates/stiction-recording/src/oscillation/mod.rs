@@ -189,7 +189,7 @@ pub fn analyse(signal: &[f64], sample_time: f64) -> Oscillation {
             found.supervised = Some(supervised);
         } else if period < 4.0 {
             found.reasons.push(format!(
-                "a period has {period:.1} samples: the oscillation may be an alias of a faster one"
+                "a period has {period:.1} samples: the oscillation may be an alias of a faster oscillation"
             ));
         }
     }

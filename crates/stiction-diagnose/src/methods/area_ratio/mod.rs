@@ -121,7 +121,7 @@ impl AreaRatio {
         source: "Singhal, Salsbury, J. Process Control 15 (2005) 371-382; first page read, \
                  formula recalled; margin ours",
         statistic: "mean area before the peak over area after it",
-        rule: "sticks if the ratio exceeds 1.18, does not if it is within 0.18 of 1",
+        rule: "sticks if the ratio exceeds 1.18, does not stick if it is within 0.18 of 1",
         applies: Applies::SelfRegulating,
         decides: Decides::Stiction,
         needs: Needs::Error,

@@ -99,8 +99,8 @@ static METHOD: Method = Method {
     source: "Choudhury, Shah, Thornhill, Automatica 40 (2004) 1719-1728, and Control Eng. Practice 14 \
              (2006) 1395-1412; formulas and limits recalled, not read",
     statistic: "apparent stiction, %",
-    rule: "sticks if the loop is nonlinear and an ellipse fits PV and OP with an apparent stiction above noise, \
-           does not if the loop is linear. Nonlinear means significant cubic coupling, or NGI above 0.001 and NLI \
+    rule: "sticks if the loop is nonlinear and an ellipse fits PV and OP with an apparent stiction above the \
+           noise, does not stick if the loop is linear. Nonlinear means significant cubic coupling, or NGI above 0.001 and NLI \
            at least 0.01",
     applies: Applies::AnyLoop,
     decides: Decides::Stiction,

@@ -124,7 +124,7 @@ impl CurveFit {
         source: "He, Wang, Pottmann, Qin, Ind. Eng. Chem. Res. 46 (2007) 4549-4560; abstract read, \
                  formulas and thresholds from public programs",
         statistic: "stiction index SI",
-        rule: "sticks if SI is at least 0.6, does not if it is at most 0.4",
+        rule: "sticks if SI is at least 0.6, does not stick if it is at most 0.4",
         applies: Applies::AnyLoop,
         decides: Decides::Stiction,
         needs: Needs::Op,

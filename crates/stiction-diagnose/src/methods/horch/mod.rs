@@ -114,7 +114,7 @@ impl Horch {
         title: "Horch's cross-correlation",
         source: "Horch, Control Eng. Practice 7 (1999) 1221-1231; first page read, formulas recalled",
         statistic: "smaller of delta tau and delta rho",
-        rule: "sticks if delta tau and delta rho exceed 2/3, does not if both are below 1/3",
+        rule: "sticks if delta tau and delta rho exceed 2/3, does not stick if both are below 1/3",
         applies: Applies::SelfRegulating,
         decides: Decides::Stiction,
         needs: Needs::OpAndPv,
@@ -214,8 +214,8 @@ impl Detector for Horch {
             _ => "the correlation of OP and PV is neither odd nor even",
         };
         let reason = format!(
-            "{what}: delta tau is {:.3}, delta rho {:.3} (sticks if both are above {:.3}, does not if both are \
-             below {:.3})",
+            "{what}: delta tau is {:.3}, delta rho {:.3} (sticks if both are above {:.3}, does not stick if both \
+             are below {:.3})",
             r.delta_tau, r.delta_rho, self.upper, self.lower
         );
         let numbers = vec![

@@ -127,8 +127,8 @@ impl HorchDensity {
         source: "Horch, Isaksson, European Control Conference (2001), not read; idea as in the \
                  claims of US patent 7,047,152; filter, index and margin ours",
         statistic: "index of the densities' misfits",
-        rule: "sticks if one hump fits the density better than two by the margin of 0.2, does not if \
-               two fit better than one",
+        rule: "sticks if one hump fits the density better than two humps by a margin of 0.2, does not \
+               stick if two humps fit better than one",
         applies: Applies::Integrating,
         decides: Decides::Stiction,
         needs: Needs::OpAndPv,

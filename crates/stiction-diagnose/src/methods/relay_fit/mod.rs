@@ -105,7 +105,7 @@ impl RelayFit {
         title: "Rossi and Scali's fit of relay responses",
         source: "Rossi, Scali, J. Process Control 15 (2005) 505-514; recalled, not read",
         statistic: "index S",
-        rule: "sticks if S exceeds 0.21, does not if it is below 0",
+        rule: "sticks if S exceeds 0.21, does not stick if it is below 0",
         applies: Applies::SelfRegulating,
         decides: Decides::Stiction,
         needs: Needs::OpAndPv,

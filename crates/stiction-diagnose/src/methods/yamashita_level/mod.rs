@@ -85,7 +85,7 @@ impl YamashitaLevel {
         title: "Yamashita's excess kurtosis for levels",
         source: "Yamashita 2006; idea recalled, not read; lag and thresholds ours",
         statistic: "excess kurtosis of the PV's second difference",
-        rule: "sticks if the excess kurtosis exceeds 0, does not if it is below -0.75",
+        rule: "sticks if the excess kurtosis exceeds 0, does not stick if it is below -0.75",
         applies: Applies::Integrating,
         decides: Decides::Stiction,
         needs: Needs::OpAndPv,
