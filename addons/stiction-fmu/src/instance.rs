@@ -152,7 +152,7 @@ impl Instance {
         if token != own {
             return Err(format!(
                 "the description belongs to another model or another version of the library: its token is \
-                 {token}, but that of {} {} is {own}",
+                 {token}, but the token of {} {} is {own}",
                 fmu.model(),
                 fmu.law()
             ));

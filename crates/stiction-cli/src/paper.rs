@@ -431,7 +431,7 @@ fn figure_15() -> Result<Drawn> {
 
 fn figure_16() -> Result<Drawn> {
     let (scenario, done) = cascade()?;
-    let title = "Step response of a flow loop with stiction, slave of a temperature";
+    let title = "Step response of a flow loop with stiction, the slave of a temperature loop";
     let mut figure = run::cascade(title, &done).caption(
         "A simulated laboratory flow loop with 1,100 samples of 0.01 s. The temperature set point steps at 1 s, and \
          the flow follows and cycles.",

@@ -34,7 +34,7 @@ impl Share {
         self.own += bytes;
         if self.of.fetch_add(bytes, Ordering::Relaxed) + bytes > ARRIVING {
             return Err(Wrong::own(
-                "other files are arriving, and there is no memory for more; drop it again when they have arrived",
+                "other files are arriving, and there is no memory for another; drop this file again when the others have arrived",
             ));
         }
         Ok(())

@@ -26,7 +26,7 @@ pub fn heading(row: &LoopRow, week: Week, day: &str, alone: &Verdict) -> Heading
         actions: if continues { vec![] } else { vec![action(row)] },
         continues,
         shows: format!(
-            "This is the verdict of week {week}. Trend, swing, causes and evidence are those of {day}, whose verdict is: {}{own}.",
+            "This is the verdict of week {week}. Trend, swing, causes and evidence are from {day}, whose verdict is: {}{own}.",
             alone.grade
         ),
         sheet: None,

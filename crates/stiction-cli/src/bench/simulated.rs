@@ -36,7 +36,7 @@ pub fn measure(
     measured.add(&more, load, plan)?;
     let added = match more.len() {
         0 => String::new(),
-        more => format!(" {more} were added, so that each kind has at least {per_kind}."),
+        more => format!(" {more} loops were added, so that each kind has at least {per_kind}."),
     };
     let about = About {
         title: format!("{} simulated loops", measured.loops.len()),

@@ -196,7 +196,7 @@ impl Shown {
         }
         let _ = write!(
             text,
-            "> {verdict_told}\n\n## What to learn from it\n\n{}\n\n## Do it yourself\n\n```sh\n{}\n```\n\n\
+            "> {verdict_told}\n\n## What this loop shows\n\n{}\n\n## Do it yourself\n\n```sh\n{}\n```\n\n\
              The [recording]({tag}.csv) and the [whole report]({tag}-report.html) are in this folder.\n",
             case.learn,
             self.commands(),

@@ -201,7 +201,7 @@ fn cases_are_what_their_files_and_commands_say() {
         let json = run(&gallery, &["diagnose", &file, "--type", kind, "--json"]).json();
         let found = &json["loops"][0];
         let shown = plain(page.split_once("<dl class=\"facts\">").expect("facts").1);
-        let shown = shown.split("What to learn").next().expect("facts");
+        let shown = shown.split("What this loop shows").next().expect("facts");
         let grade = found["verdict"]["grade"].as_str().expect("a grade");
         assert!(shown.contains(&format!("Verdict{}", symbol(grade))), "{tag}: {grade}\n{shown}");
         if let Some(s) = found["stiction"]["S"]["value"].as_f64() {

@@ -46,10 +46,9 @@ pub fn ring(
         .ok_or_else(|| format!("there is no prediction for \"{}\"", action.name()))?;
     let Swing { period_s, pv: was, .. } = recorded_cycle(fit)
         .ok_or("the loop did not oscillate before, so there is no swing to compare")?;
-    let is = after
-        .deviation()
-        .and_then(|pv| swing(&pv, period_s / after.sample_time))
-        .ok_or("the PV after the action is missing or shorter than a period before it")?;
+    let is = after.deviation().and_then(|pv| swing(&pv, period_s / after.sample_time)).ok_or(
+        "the PV after the action is missing or shorter than one period of the earlier swing",
+    )?;
     let predicted = row.pv_swing;
     let as_predicted = is <= predicted.high;
     let sentence = format!(

@@ -368,7 +368,7 @@ fn read_as_one(
     let used: usize = spells.iter().map(|(times, _)| times.len()).sum();
     if used < by_hand.turns() {
         reading.reasons.push(format!(
-            "the result leaves out {} of the OP, in a gap of the recording or alone in a time in manual",
+            "the result leaves out {} of the OP, each in a gap of the recording or alone in a period in manual",
             counted(by_hand.turns() - used, "setting")
         ));
     }

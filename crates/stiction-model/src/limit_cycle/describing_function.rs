@@ -304,7 +304,7 @@ pub fn by_integration<V: Valve + Clone>(valve: &V, x: f64) -> Result<Response> {
         }
     }
     Err(Error::Inconsistent(format!(
-        "the response to an OP of amplitude {x} % still depends on the number of steps at {} a period",
+        "the response to an OP of amplitude {x} % still depends on the number of steps at {} per period",
         STEPS[STEPS.len() - 1]
     )))
 }

@@ -299,7 +299,8 @@ fn oscillations(mut section: Section, diagnosis: &Diagnosis) -> Section {
                 measured(Some(peak.amplitude), &unit),
                 number(100.0 * peak.share),
                 optional(peak.regularity),
-                peak.harmonic.map_or(String::new(), |n| format!("harmonic {n} of a stronger one")),
+                peak.harmonic
+                    .map_or(String::new(), |n| format!("harmonic {n} of a stronger oscillation")),
             ]);
         }
         for episode in &found.episodes {
