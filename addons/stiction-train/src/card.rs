@@ -240,7 +240,7 @@ fn extent(out: &mut String, test: &Dataset, weighed: &[Weighed]) -> std::fmt::Re
         .filter(|(.., weighed)| called(weighed) && quantified(weighed))
         .map(|(s, truth, _)| (*s, *truth))
         .collect();
-    line("the same, of all sticking valves", met, any.len(), true)?;
+    line("S, of all sticking valves", met, any.len(), true)?;
     let ratio = estimates(&test.truth, weighed, j_over_s, |weighed| weighed.j_over_s);
     let ratio: Vec<_> = ratio.iter().map(|(j, truth, _)| (*j, *truth)).collect();
     let n = ratio.len();

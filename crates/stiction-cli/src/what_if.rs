@@ -41,7 +41,7 @@ pub struct Args {
     /// Recording of the same loop after an action; SCENARIO|FILE must be a recording, too
     #[arg(long, value_name = "FILE")]
     after: Option<In>,
-    /// The action before the recording of --after, one of nothing, repair, retune, repair-and-retune, positioner, or
+    /// The action that preceded the recording of --after, either nothing, repair, retune, repair-and-retune, positioner, or
     /// the name of a compensator [default: repair]
     #[arg(long, value_name = "ACTION", requires = "after", value_parser = Remedy::by_name)]
     action: Option<Remedy>,

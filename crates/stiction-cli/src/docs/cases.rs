@@ -110,7 +110,7 @@ pub const CASES: [Case; 12] = [
         tag: "FIC207",
         title: "The inner loop of a cascade",
         look: "The set point never rests, because a temperature controller moves it. PV and OP follow the slow \
-            set point, and superimposed is the fast cycle of a sticking valve.",
+            set point, and the fast cycle of a sticking valve is superimposed.",
         learn: "A moving set point masks nothing if the set point is recorded. Look at the control error, not at the \
             PV. The outer loop cycles too, but this valve is the cause.",
         made: Made::Scenario { name: "samples/cascade-slave", set: &[], columns: USUAL },

@@ -57,7 +57,7 @@ pub fn controller(fields: Fields<'_, '_>) -> Result<Controller, Wrong> {
     if let Some((low, high)) = limits {
         controller = controller.with_limits(low, high, anti_windup).map_err(refused)?;
     } else if fields.has("anti_windup") || fields.has("tracking_time") {
-        return Err(fields.wrong("limits", "is missing; without limits there is no windup"));
+        return Err(fields.wrong("limits", "is missing; anti-windup needs limits"));
     }
     fields.finish()?;
     Ok(controller)

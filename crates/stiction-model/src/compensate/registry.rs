@@ -72,22 +72,22 @@ impl Method {
             ),
             Self::TwoMove => (
                 "two-move",
-                "away from the stuck position, then to the steady one, and hold",
+                "moves away from the stuck position, then to the steady position, and holds",
                 "Srinivasan, Rengaswamy, Comput. Chem. Eng. (2008)",
             ),
             Self::ModifiedTwoMove => (
                 "modified-two-move",
-                "repeated two moves, the target corrected by the control error",
+                "repeats the two moves, with a target corrected by the control error",
                 "Farenzena, Trierweiler (2010); the form is ours",
             ),
             Self::ThreeMove => (
                 "three-move",
-                "past the steady position on both sides, then onto it, and hold",
+                "moves past the steady position on both sides, then to this position, and holds",
                 "Wang (2013); the form is ours",
             ),
             Self::SixMove => (
                 "six-move",
-                "three moves, a check of the offset, three more, and hold",
+                "three moves, a check of the offset, three more moves, and a hold",
                 "Wang (2013), Arifin (2018); the form is ours",
             ),
             Self::IntegralDeadZone => (

@@ -78,7 +78,7 @@ impl Published for Chen {
     const DESCRIPTION: Description = Description {
         name: "chen",
         aliases: &["xch"],
-        summary: "two-layer binary tree; reversals one sample late (recalled)",
+        summary: "two-layer binary tree; each reversal is one sample late (recalled)",
         citation: "Chen, Tan, Huang, Ind. Eng. Chem. Res. 47 (2008) 2842-2848",
         motion: Motion::Slides,
         uses_s: true,
