@@ -66,7 +66,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["json", "schema"])]
     csv: Option<Out>,
     /// End with exit code 1 if a loop is of this class: sticks, does-not-stick, does-not-respond or cannot-tell;
-    /// separate several with commas or give the option several times. Overrides take precedence over the verdict
+    /// separate several classes with commas or give the option several times. Overrides take precedence over the verdict
     #[arg(long, value_name = "CLASS", value_delimiter = ',', value_parser = VerdictClass::by_name)]
     fail_on: Vec<VerdictClass>,
     /// Print only one line per loop

@@ -28,7 +28,7 @@ use stiction_io::{ReadOptions, Reading};
   stiction inspect export.csv --write-map export.toml
   stiction inspect week.csv --mapping plant.toml --json
 
-A mapping file. --map can give each of its lines too, as in --map zone=Europe/Berlin --map FIC101.pv_range=0,120:
+Example of a mapping file; each line can also be an option, as in --map zone=Europe/Berlin --map FIC101.pv_range=0,120:
   zone = \"Europe/Berlin\"
   pattern = \"{loop}.{signal}\"       # how tags are built
   bad_text = [\"Kaputt\"]

@@ -74,7 +74,7 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     let table = row(table, "tests", "in which the PV left the tolerated range", trial.beyond);
     let table =
         row(table, "the same loops", "with the PV out of range anyway", trial.beyond_anyway);
-    let table = row(table, "tests", "found without a sheet and modes", trial.noticed);
+    let table = row(table, "tests", "found without sheet or mode", trial.noticed);
     let table = row(table, "recordings of operation", "mistaken for a test", trial.imagined);
     let bands = trial.sticking_by_probability.iter().zip(BANDS.windows(2));
     let table = bands.fold(table, |table, (share, ends)| {

@@ -41,7 +41,7 @@ pub fn definitions(subject: &Subject<'_>, findings: &[Finding], s: Option<f64>) 
             value: ellipse.as_ref().map(|(in_units, _)| in_units.op_width()),
             unit: "%",
             meaning: "width of the ellipse of OP and PV around the dominant period, along the OP through its centre \
-                      (Choudhury, Shah and Thornhill 2004). Dead time and lag widen it",
+                      (Choudhury, Shah and Thornhill 2004). Dead time and lag widen the ellipse",
         },
         Definition {
             name: "ellipse width",
@@ -57,8 +57,8 @@ pub fn definitions(subject: &Subject<'_>, findings: &[Finding], s: Option<f64>) 
                 short / long
             }),
             unit: "",
-            meaning: "shorter over longer axis of the ellipse of OP and PV, each in standard deviations. It is a \
-                      ratio, not OP travel",
+            meaning: "shorter over longer axis of the ellipse of OP and PV, each in standard deviations. This \
+                      ratio is not OP travel",
         },
         Definition {
             name: "knee to knee",

@@ -81,7 +81,7 @@ fn patterns(evidence: &Evidence, probability: f64) -> String {
     let mut parts = vec![];
     if let Some(rho) = value("rho1") {
         let text = format!(
-            "the OP moves and the PV does not in {:.0} % of the steps with movement, by chance in 25 %",
+            "the OP moves and the PV does not in {:.0} % of the steps with movement; 25 % is expected by chance",
             100.0 * rho
         );
         parts.push((rho > 0.25, text));

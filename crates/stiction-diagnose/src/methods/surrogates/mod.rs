@@ -188,7 +188,7 @@ impl Surrogates {
             return abstain("the control error does not move, or its values are extreme");
         };
         if x.len() < 4 * embedding + self.neighbours {
-            return abstain("the segment is too short for its period");
+            return abstain("the segment is too short for the period of the oscillation");
         }
         let mut predictor = Predictor::new(x.len(), embedding, self.neighbours.max(1));
         let gamma = predictor.error(&x);
