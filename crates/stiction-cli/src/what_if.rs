@@ -41,8 +41,8 @@ pub struct Args {
     /// Recording of the same loop after an action; SCENARIO|FILE must be a recording, too
     #[arg(long, value_name = "FILE")]
     after: Option<In>,
-    /// The action that preceded the recording of --after, either nothing, repair, retune, repair-and-retune, positioner, or
-    /// the name of a compensator [default: repair]
+    /// The action before the recording of --after. Possible actions are nothing, repair, retune, repair-and-retune, positioner,
+    /// and the names of compensators [default: repair]
     #[arg(long, value_name = "ACTION", requires = "after", value_parser = Remedy::by_name)]
     action: Option<Remedy>,
     /// Change a key of the scenario, such as valve.S=4; may be given several times

@@ -334,7 +334,7 @@ fn misplaced(op: &[f64], pv: &[f64], sp: &[f64]) -> Option<(Mismatch, String)> {
     let steps = share(pv);
     if steps < 0.05 && share(sp) > 0.5 && share(op) > 0.5 && is_at(sp, pv) {
         let because = format!(
-            "the column of the PV changes in {:.1} % of the samples, while the column of the SP fluctuates around it in {:.0} %",
+            "the column of the PV changes in {:.1} % of the samples, but the column of the SP changes in {:.0} %, around the PV",
             100.0 * steps,
             100.0 * share(sp)
         );

@@ -278,8 +278,8 @@ pub fn prospects(fit: &Fit) -> Result<Prospects, String> {
     let mut draws: Vec<&Draw> = fit.draws.iter().filter(sticks).collect();
     if 2 * draws.len() < fit.draws.len() || draws.is_empty() {
         return Err(format!(
-            "in {} of {} possible loops the valve follows its OP, so the benefit of a repair is unknown; look \
-             upstream, and at the tuning",
+            "in {} of {} possible loops the valve follows its OP, so the benefit of a repair is unknown; check \
+             the loops upstream, and the tuning",
             fit.draws.len() - draws.len(),
             fit.draws.len()
         ));

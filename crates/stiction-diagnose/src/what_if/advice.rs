@@ -171,7 +171,7 @@ pub(super) fn recommendation(
         };
         said.push(format!(
             "Retuning alone ({}) leaves {left}. With a valve that does not stick, the IAE of a load step would be {} times \
-             that of the present tuning.",
+             the IAE with the present tuning.",
             tuning(retuning),
             factor(iae)
         ));

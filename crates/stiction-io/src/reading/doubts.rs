@@ -73,7 +73,7 @@ impl Builder<'_> {
             let [column, place] = self.place(plan, Signal::Op, op, places[at]);
             (continues && low < high && count >= FEWEST).then(|| {
                 format!(
-                    "{column} is between 0 and 1 on one side of {place} and in percent on the other, so its scale \
+                    "{column} is between 0 and 1 on one side of {place} and in percent on the other side, so its scale \
                      probably changes there; convert one part, or diagnose the parts as two files"
                 )
             })

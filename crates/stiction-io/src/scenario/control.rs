@@ -52,7 +52,7 @@ pub fn controller(fields: Fields<'_, '_>) -> Result<Controller, Wrong> {
         ("none", Some(AntiWindup::None)),
     ];
     let anti_windup = fields.choice("anti_windup", &ways)?.ok_or_else(|| {
-        fields.wrong("tracking_time", "is missing, but back-calculation needs it")
+        fields.wrong("tracking_time", "is missing, but back-calculation needs a tracking time")
     })?;
     if let Some((low, high)) = limits {
         controller = controller.with_limits(low, high, anti_windup).map_err(refused)?;

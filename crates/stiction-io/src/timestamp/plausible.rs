@@ -82,7 +82,7 @@ pub fn check(times: &Times, column: &Column, context: &Context<'_>) -> Result<()
                  recorded and give {}, or export times in UTC",
                 context.wording.of(Remedy::Zone(Some("Europe/Berlin".to_owned())))
             ),
-            false => format!("because the times have too few digits; write them with more{remedy}"),
+            false => format!("because the times have too few digits; write more digits{remedy}"),
         };
         let message = format!(
             "has the time \"{}\" of the row before but other values, like {} of {} rows, {why}",

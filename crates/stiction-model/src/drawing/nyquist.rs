@@ -73,8 +73,8 @@ pub fn nyquist(title: &str, continuous: &ContinuousLoop, ratios: &[f64]) -> Resu
     }
     let caption = format!(
         "Frequency response of the loop, and -1/N of its valve ({}, S = {s} %), where N is the describing function. \
-         The amplitude X of the OP grows from the value at which the valve begins to move, towards -1. At an \
-         intersection a sine sustains itself.",
+         The amplitude X of the OP grows from the value at which the valve begins to move, towards -1. An \
+         intersection predicts a limit cycle.",
         continuous.model.describe().name
     );
     Ok(Figure::new(title).caption(caption).panel_height(480.0).with(panel))

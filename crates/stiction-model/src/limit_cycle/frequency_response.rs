@@ -126,7 +126,7 @@ impl FrequencyResponse {
         }
         if num.len() > den.len() {
             return Err(Error::Inconsistent(
-                "the gain of the loop grows without bound with frequency; the derivative needs a filter"
+                "the gain of the loop grows without bound with frequency; give the derivative a filter"
                     .to_owned(),
             ));
         }

@@ -373,7 +373,7 @@ pub fn member(l: &ContinuousLoop, offset: f64) -> Result<CycleOutcome> {
             None if stride < 1e-3 => {
                 return Ok(CycleOutcome::NotFound {
                     reason: format!(
-                        "the family could be followed to an offset of {} %, no further: beyond it, the stem slips \
+                        "the family could be followed to an offset of {} %, no further: beyond this offset, the stem slips \
                          more often, or rests for less than the dead time",
                         done * offset
                     ),
