@@ -41,9 +41,9 @@ PLAIN = {
 }
 HEAD = """# Python API
 
-The names of every module, each with its parameters, what it returns, and the first sentence of its documentation. Parameters in
-brackets are optional, and those after `*` are given by name. The docstrings describe parameters, equations, results and errors, with
-examples. `help` prints them, as in `help(stiction.cycles.limit_cycle)`.
+This page lists the names of every module, with parameters, result and the first sentence of the documentation. Parameters in
+brackets are optional, and parameters after `*` are given by name. The docstrings describe parameters, equations, results and errors,
+with examples. `help` prints a docstring, as in `help(stiction.cycles.limit_cycle)`.
 
 {top}
 

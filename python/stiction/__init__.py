@@ -4,7 +4,7 @@ Controller output (OP), valve position (VP), S (stick band plus dead band) and J
 seconds, and the process value (PV) is in its own units. The Rust library of the same name does all computations. The same input
 gives the same numbers in Rust, in Python and on the command line.
 
-The most used functions are in ``stiction`` itself. All others are in the modules, as ``stiction.cycles.describing_function``.
+The most used functions are in ``stiction`` itself. All other names are in the modules, as ``stiction.cycles.describing_function``.
 ``help(stiction.diagnose)`` and ``help(stiction.cycles)`` describe parameters, results and errors.
 
 Functions and classes

@@ -16,7 +16,7 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 Samples: TypeAlias = Any
 """The type of array arguments: a NumPy array of any real dtype and stride, a sequence of numbers, or a column of a table.
-Tables have the Arrow capsule interface, as those of pandas, polars and pyarrow do. Masked values and Arrow nulls are missing."""
+Tables have the Arrow capsule interface, as tables of pandas, polars and pyarrow have. Masked values and Arrow nulls are missing."""
 
 
 def unmasked(values: Any) -> npt.NDArray[Any]:
@@ -38,7 +38,7 @@ def unmasked(values: Any) -> npt.NDArray[Any]:
 def samples(name: str, values: Samples) -> Array:
     """Return `values` as a contiguous float64 array, copied only if necessary.
 
-    Nulls of Arrow columns, masked values and NaN become NaN. The caller decides whether they are allowed.
+    Nulls of Arrow columns, masked values and NaN become NaN. The caller decides whether NaN is allowed.
     """
     if not isinstance(values, np.ndarray) and (
         hasattr(values, "__arrow_c_stream__") or hasattr(values, "__arrow_c_array__")

@@ -1,4 +1,4 @@
-"""Data frames. Pandas is imported only when one is requested."""
+"""Data frames. Pandas is imported only when a data frame is requested."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class Result:
         return (value for _, value in _items(self))
 
     def _summary(self) -> list[str]:
-        """Return at most five lines for a large result at a prompt. If there are none, the prompt shows the attributes."""
+        """Return at most five lines for a large result at a prompt. Without such lines, the prompt shows the attributes."""
         return []
 
     def __repr__(self) -> str:
@@ -71,15 +71,16 @@ class Result:
 
 
 def about(words: str, *, kind: str = "", default: Any = dataclasses.MISSING) -> Any:
-    """Describe an attribute. An attribute without a description shares the description of the next attribute. By default its kind
-    follows from its type.
+    """Describe an attribute. An attribute without a description shares the description of the next attribute. By default the kind
+    follows from the type of the attribute.
     """
     return dataclasses.field(default=default, metadata={"words": words, "kind": kind})
 
 
 @dataclass_transform(frozen_default=True, eq_default=False, kw_only_default=True, field_specifiers=(about,))
 def result(cls: type[T]) -> type[T]:
-    """Make a frozen dataclass with keyword arguments. It has no comparison, because comparing arrays gives no truth value."""
+    """Make a frozen dataclass with keyword arguments. The class has no comparison, because comparing arrays gives no truth
+    value."""
     made: Any = dataclasses.dataclass(frozen=True, eq=False, repr=False, kw_only=True)(cls)
     fields = [(each.name, str(each.type), each.metadata) for each in dataclasses.fields(made)]
     told = [(name, of, more.get("words", ""), more.get("kind", "")) for name, of, more in fields]
@@ -146,7 +147,7 @@ def _plain(value: Any) -> Any:
 
 
 def _within(most: int, begin: str, items: list[str], end: str) -> str:
-    """Join items, and leave out the last ones if the text would be too long."""
+    """Join items, and leave out the last items if the text would be too long."""
     kept = list(items)
     while kept and len(begin) + len(end) + sum(len(item) + 2 for item in kept) > most:
         kept.pop()

@@ -22,7 +22,7 @@ PARAMETERS = {
     "model": ('str, default "two-phase"', "Name of a valve model, see `stiction.valves.valve_models`."),
     "name": ("str", "Name of the sample recording, see `names`."),
     "op": ("array_like", "Controller output, percent of span."),
-    "period_s": ("float, optional", "Period of the oscillation, s; by default that of the dominant oscillation."),
+    "period_s": ("float, optional", "Period of the oscillation, s; by default the period of the dominant oscillation."),
     "progress": ("callable, optional", "Called from time to time with the number of finished loops."),
     "pv": ("array_like", "Process value, of the same length."),
     "recording": ("Recording or table", "The recording, or a table with the columns of one loop."),
@@ -32,7 +32,7 @@ PARAMETERS = {
     "settings": ("mapping, optional", "Changes to the scenario, by dotted key."),
     "since": ("str, optional", 'Judge windows from this day on, such as ``"2026-03-01"``.'),
     "vp": ("array_like", "Measured valve position, percent of span, of the same length."),
-    "week": ("str, optional", 'The week, such as ``"2026-W10"``; by default the last one with windows.'),
+    "week": ("str, optional", 'The week, such as ``"2026-W10"``; by default the last week with windows.'),
     "X": ("iterable of Recording or table, or array_like", "The cases."),
     "x": ("array_like", "The series."),
 }
@@ -59,7 +59,7 @@ def drawn(count: int) -> Callable[[F], F]:
 
 
 def completed(text: str, names: Iterable[str]) -> str:
-    """Return a docstring completed with the parameters that it leaves to `PARAMETERS`, in the order of the signature."""
+    """Return a docstring completed with the parameters that the docstring leaves to `PARAMETERS`, in the order of the signature."""
     places = {name: place for place, name in enumerate(names)}
     head, *parts = _SECTION.split(inspect.cleandoc(text))
     sections = dict(zip(parts[::2], parts[1::2]))
@@ -77,7 +77,7 @@ def plotting(text: str, count: int) -> str:
     one = count == 1
     kind = "matplotlib axes, optional" if one else f"sequence of {_COUNTS[count]} matplotlib axes, optional"
     sections = {
-        "Parameters": _entry("ax", kind, "Where to draw; by default new ones."),
+        "Parameters": _entry("ax", kind, "Axes to draw on; by default new axes."),
         "Returns": "matplotlib axes" if one else "list of matplotlib axes",
     }
     return _joined(head, {**sections, **dict(zip(parts[::2], parts[1::2]))})
@@ -86,7 +86,7 @@ def plotting(text: str, count: int) -> str:
 def with_attributes(text: str, fields: Iterable[tuple[str, str, str, str]]) -> str:
     """Return the docstring of a class, completed with its attributes: name, type, words and kind of each.
 
-    An attribute without words shares those of the next one. An empty kind is made from the type.
+    An attribute without words shares the words of the next attribute. An empty kind is made from the type.
     """
     head, *parts = _SECTION.split(inspect.cleandoc(text))
     entries, names = [], []

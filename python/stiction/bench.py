@@ -1,8 +1,8 @@
 """The benchmark of detectors: any function, estimator or program measured on frozen suites of simulated loops.
 
-A detector is a function of a recording. It returns one of these:
+A detector is a function of a recording. The function returns one of these answers:
 
-* a number that is larger the stronger the evidence for a sticking valve;
+* a number that increases with the evidence for a sticking valve;
 * ``"sticks"``, ``"does not stick"`` or ``"abstain"``, or a truth value;
 * a mapping with the keys ``score``, ``probability``, ``decision``, ``S`` and ``J``, all optional. S and J are numbers, or
   mappings with ``value``, ``low`` and ``high``.
@@ -41,7 +41,7 @@ __all__ = ["Results", "Suite", "answer", "labelled", "method", "read", "run", "s
 Detector = Callable[[Recording], Any]
 
 BATCH = 64
-"""Number of loops that are simulated together while the detector answers the previous ones."""
+"""Number of loops that are simulated together while the detector answers the previous loops."""
 STARTUP = 60.0
 """Additional time for the first answer of a process, s."""
 STARTS = 10
@@ -102,7 +102,7 @@ class Results:
         Returns
         -------
         Table
-            One row per detector, with 95 % intervals. ``to_pandas()`` makes it a DataFrame.
+            One row per detector, with 95 % intervals. ``to_pandas()`` converts the table to a DataFrame.
         """
         return self._handle.table()
 
@@ -144,7 +144,7 @@ class Results:
         Raises
         ------
         ValueError
-            If the name has another ending.
+            If the name has a different ending.
         """
         made = {".json": self.to_json, ".md": self.to_markdown, ".html": self.to_html}
         ending = Path(path).suffix
@@ -183,7 +183,8 @@ def suite(name: str = "v1", *, passphrase: str | None = None) -> Suite:
     name : str, default "v1"
         Name, one of `suites`.
     passphrase : str, optional
-        Passphrase of the hidden half of the suite, which is then returned. Its seeds are derived from the passphrase.
+        Passphrase of the hidden half of the suite, which is then returned. The seeds of the hidden half are derived from the
+        passphrase.
 
     Raises
     ------
@@ -220,7 +221,7 @@ def labelled(
     sticks : array_like
         Whether their valves stick, by your labels.
     valves, sources, licences : sequence of str, optional
-        Valve, source and licence of each. By default each recording has a valve of its own.
+        Valve, source and licence of each recording. By default each recording has a separate valve.
 
     Raises
     ------
@@ -362,14 +363,14 @@ def run(
         A function of a recording, an estimator with ``fit`` and ``predict``, or several of them by name, to compare. An estimator
         is first fitted on `training`.
     suite : str or Suite, default "v1"
-        The suite, one of `suites`, or recordings from `labelled`. On these an estimator is cross-validated in five parts, by
-        valve.
+        The suite, one of `suites`, or recordings from `labelled`. On labelled recordings an estimator is cross-validated in five
+        parts, by valve.
     name : str, optional
-        Name of the detector, shown in the results; by default that of the function or class.
+        Name of the detector, shown in the results; by default the name of the function or class.
     version : str, optional
         Version of the detector, shown in the results.
     limit : float, default 10
-        Time limit for an answer, s. A later one counts as no answer. Without processes, Python code is interrupted on Unix, but
+        Time limit for an answer, s. A later answer counts as no answer. Without processes, Python code is interrupted on Unix, but
         compiled code runs to its end.
     processes : int, default 0
         Number of processes that run the detector, which must then be importable, as for `multiprocessing`. A process is ended
@@ -497,7 +498,7 @@ def answer(recording: Recording, said: Any) -> str:
     Raises
     ------
     TypeError
-        If `said` is none of these.
+        If `said` is not such an answer.
 
     Examples
     --------
@@ -526,7 +527,7 @@ def answer(recording: Recording, said: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return a NumPy number as one of Python."""
+    """Return a NumPy number as a Python number."""
     if isinstance(value, np.generic):
         return value.item()
     raise TypeError(f"the answer holds a value of type {type(value).__name__}, which JSON cannot represent")
@@ -565,7 +566,7 @@ def _fits(detector: Any) -> bool:
 
 
 def _batches(handle: _core.BenchSuite) -> Iterator[list[_core.BenchLoop]]:
-    """Yield the loops, and simulate the next ones meanwhile."""
+    """Yield the loops, and meanwhile simulate the next loops."""
     with ThreadPoolExecutor(1) as ahead:
         starts = range(0, len(handle), BATCH)
 
@@ -764,7 +765,7 @@ class _Process:
 
 
 def _serve(detector: Any, pipe: Any) -> None:
-    """Answer about recordings until there are no more."""
+    """Answer about recordings until none remains."""
     try:
         while True:
             recording = pipe.recv()

@@ -36,7 +36,7 @@ __all__ = [
 ]
 
 ScenarioLike: TypeAlias = Scenario | str | PathLike[str] | Mapping[str, Any]
-"""A scenario, the name of a built-in one, the path of a TOML file, or its tables as a mapping."""
+"""A scenario, the name of a built-in scenario, the path of a TOML file, or the tables of such a file as a mapping."""
 
 
 def scenario(source: ScenarioLike, settings: Mapping[str, Any] | None = None) -> Scenario:
@@ -100,7 +100,7 @@ class Signals(Result):
         Returns
         -------
         Table
-            Those of the columns ``time_s``, ``sp``, ``pv``, ``op`` and ``vp`` that exist. A cascade has the columns of the slave,
+            The existing columns among ``time_s``, ``sp``, ``pv``, ``op`` and ``vp``. A cascade has the columns of the slave,
             ``master_sp`` and ``master_pv``.
         """
         return _core.table_of(self._signals())
@@ -137,7 +137,7 @@ class Run(Signals):
         "Half of the peak-to-peak range in the second half of the run: OP and VP in percent of span, PV in PV units."
     )
     growth: float | None = about(
-        "Ratio of the range of the PV in the last quarter of the run to that in the third; None if the latter is 0."
+        "Range of the PV in the last quarter of the run, divided by its range in the third quarter; None if the divisor is 0."
     )
 
     @drawn(2)
@@ -194,7 +194,7 @@ class OpenLoopRun(Signals):
         Parameters
         ----------
         ax : sequence of matplotlib Axes, optional
-            Two axes to draw on, with separate x axes; by default new ones.
+            Two axes to draw on, with separate x axes; by default new axes.
 
         Returns
         -------
@@ -209,7 +209,7 @@ class OpenLoopRun(Signals):
 
 
 def _simulated(scenario: ScenarioLike, settings: Mapping[str, Any] | None, kind: str) -> dict[str, Any]:
-    """Simulate a scenario of this kind. For another kind, name the function in the error."""
+    """Simulate a scenario of this kind. For a different kind, name the right function in the error."""
     parsed = _scenario(scenario, settings)
     if parsed.kind != kind:
         known = {"closed loop": "simulate", "cascade": "simulate_cascade", "open loop": "simulate_open_loop"}
@@ -240,11 +240,11 @@ def simulate(
     scenario : Scenario, str, path or mapping
         The scenario, see `stiction.scenario`.
     controller : OwnController, optional
-        A controller that replaces the scenario's.
+        A controller that replaces the controller of the scenario.
     valve : OwnValve, Valve or Stem, optional
-        A valve that replaces the scenario's. It begins at rest at the operating point.
+        A valve that replaces the valve of the scenario. The valve begins at rest at the operating point.
     process : OwnProcess, optional
-        A process that replaces the scenario's process with its dead time.
+        A process that replaces process and dead time of the scenario.
 
     Returns
     -------
@@ -254,7 +254,7 @@ def simulate(
     Raises
     ------
     ValueError
-        If the scenario is not well formed or of another kind, or the solver of a stem cannot continue.
+        If the scenario is not well formed or has a different kind, or the solver of a stem cannot continue.
     TypeError
         If one of your own parts has the wrong type or returns no number. Other exceptions of a part also end the simulation.
 
@@ -299,7 +299,7 @@ def simulate_cascade(scenario: ScenarioLike, settings: Mapping[str, Any] | None 
     Raises
     ------
     ValueError
-        If the scenario is not well formed, or of another kind.
+        If the scenario is not well formed, or has a different kind.
 
     Examples
     --------
@@ -328,7 +328,7 @@ def simulate_open_loop(scenario: ScenarioLike, settings: Mapping[str, Any] | Non
     Raises
     ------
     ValueError
-        If the scenario is not well formed, or of another kind.
+        If the scenario is not well formed, or has a different kind.
 
     Examples
     --------

@@ -1,6 +1,6 @@
 """Compensators between a controller and a sticking valve, for the time until the valve is repaired.
 
-Compensation treats a symptom. It usually reduces the swing of the PV at the cost of more stem travel and wear.
+Compensation treats a symptom. A compensator usually reduces the swing of the PV, at the cost of more stem travel and wear.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ def compensate(
         Parameters by their names in the result, such as ``{"amplitude": 2}``. Other parameters are chosen from the properties of
         valve and loop.
     S, J : float, optional
-        S and J assumed for choosing parameters, percent of span; by default those of the valve.
+        S and J assumed for choosing parameters, percent of span; by default S and J of the valve.
     at_s : float, optional
         Time at which the compensator is switched on, s; by default after ten cycles, or ten settling times of the
         process if that is longer.
@@ -320,7 +320,7 @@ def compare_compensators(
     methods : sequence of str, optional
         Names of compensators, see `compensators`; by default all.
     S, J : float, optional
-        S and J assumed for the valve, percent of span; by default those of the valve.
+        S and J assumed for the valve, percent of span; by default S and J of the valve.
     at_s : float, optional
         Time at which compensators are switched on, s; by default after ten cycles, or ten settling times of the
         process if that is longer.

@@ -31,8 +31,8 @@ def process_of(system: Any, dead_time: float = 0.0) -> dict[str, Any]:
     Parameters
     ----------
     system : control.TransferFunction or control.StateSpace
-        A continuous-time system with one input (valve position, percent) and one output (PV, in PV units). It has at most as many
-        zeros as poles, and an order of at most 8.
+        A continuous-time system with one input (valve position, percent) and one output (PV, in PV units). The system has at most
+        as many zeros as poles, and an order of at most 8.
     dead_time : float, default 0
         Dead time in series, s.
 
@@ -44,7 +44,7 @@ def process_of(system: Any, dead_time: float = 0.0) -> dict[str, Any]:
     Raises
     ------
     TypeError
-        If `system` is something else.
+        If `system` is not such a system.
     ValueError
         If `system` has several inputs or outputs, is discrete in time or improper, or `dead_time` is negative.
 
@@ -92,15 +92,15 @@ def valve_system(
 ) -> Any:
     """Return a sticking valve as a discrete-time system.
 
-    Its response to a series of OP values equals the response of `stiction.valve` to the last bit. The state is the position, the OP
-    of the sample before, and the motion (1 upward, -1 downward, 0 stuck). The state ``[0, 0, 0]`` is a valve at rest at 0; pass
-    ``[x, x, 0]`` as initial state of a valve at rest at x.
+    The response of this system to a series of OP values equals the response of `stiction.valve` to the last bit. The state is the
+    position, the OP of the sample before, and the motion (1 upward, -1 downward, 0 stuck). The state ``[0, 0, 0]`` is a valve at
+    rest at 0; pass ``[x, x, 0]`` as initial state of a valve at rest at x.
 
     Parameters
     ----------
     model : str, default "two-phase"
         Name of a valve model. Kano's and Choudhury's models have more memory than this state and are refused. For J up to S,
-        "two-phase" responds like them.
+        "two-phase" responds like these two models.
     dt : float or True, default True
         Time between samples, s; True leaves it unspecified.
     name : str, optional

@@ -63,8 +63,8 @@ class Cycle(Result):
     half_pp_op: float
     half_pp_vp: float
     half_pp_pv: float = about(
-        "Half of the peak-to-peak range: OP and VP in percent of span, PV in PV units. By the describing function, it is the "
-        "amplitude of the fundamental for the VP."
+        "Half of the peak-to-peak range: OP and VP in percent of span, PV in PV units. By the describing function, the "
+        "value for the VP is the amplitude of the fundamental."
     )
     middle_op: float
     middle_vp: float
@@ -265,8 +265,8 @@ def describing_function(
 ) -> ComplexArray:
     """Return the describing function N(X) of a sticking valve.
 
-    It is the complex gain from the OP, a sine of amplitude X, to the fundamental of the VP, in closed form. The motion is steady,
-    and its middle is that of the OP.
+    N(X) is the complex gain from the OP, a sine of amplitude X, to the fundamental of the VP, in closed form. The motion is steady,
+    and the VP has the same middle as the OP.
 
     Parameters
     ----------
@@ -334,7 +334,7 @@ class FrequencyResponse(Result):
     loop_gain: ComplexArray = about(
         "L(jw) of controller and process, with the sign for which ``L N = -1`` is the condition of a cycle."
     )
-    process_gain: ComplexArray = about("G(jw), from VP to PV, PV units per percent.")
+    process_gain: ComplexArray = about("G(jw), the response from VP to PV, PV units per percent.")
     stability: str = about(
         'Whether the loop would be ``"stable"``, ``"marginal"`` or ``"unstable"`` if the valve followed the OP.'
     )
@@ -480,7 +480,7 @@ class LimitCycleMap(Result):
         Parameters
         ----------
         ax : matplotlib axes, optional
-            Axes to draw on; by default new ones.
+            Axes to draw on; by default new axes.
         show : {"pv", "op", "vp", "period"}, default "pv"
             Half of the peak-to-peak range of a signal, or the period.
 
@@ -562,7 +562,7 @@ def limit_cycle_map(
     TypeError
         If `x` or `y` is not such a pair.
     ValueError
-        If both vary the same quantity, the loop has no such parameter, or the scenario is not a closed loop.
+        If `x` and `y` vary the same quantity, the loop has no such parameter, or the scenario is not a closed loop.
 
     Examples
     --------
@@ -604,7 +604,7 @@ def sensitivities(
     Returns
     -------
     list of Sensitivity
-        One for every parameter of the loop that is not 0; none without a cycle.
+        One sensitivity for every parameter of the loop that is not 0; none without a cycle.
 
     Raises
     ------
@@ -629,7 +629,7 @@ def simc(
     Parameters
     ----------
     scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`. Its controller and valve are ignored.
+        A control loop, see `stiction.scenario`. The function ignores controller and valve.
     tc : float, optional
         Time constant of the closed loop, s; by default the dead time, which is Skogestad's choice.
 
@@ -662,7 +662,7 @@ def lambda_tuning(
     Parameters
     ----------
     scenario : Scenario, str, path or mapping
-        A control loop, see `stiction.scenario`. Its controller and valve are ignored.
+        A control loop, see `stiction.scenario`. The function ignores controller and valve.
     time_constant_s : float
         Lambda, the time constant of the closed loop, s.
 
@@ -722,19 +722,19 @@ class Assessment(Result):
 
 @result
 class Retuning(Result):
-    """The robust PI tuning with the smallest swing of the PV, and the present one."""
+    """The robust PI tuning with the smallest swing of the PV, and the present tuning."""
 
     present: Assessment
-    best: Assessment = about("The present tuning, and the best one within the bound.")
+    best: Assessment = about("The present tuning, and the best tuning within the bound.")
     ms_bound: float = about("The bound on Ms.")
     pv_ratio: float | None = about(
-        "Ratio of the PV swing with the best tuning to that with the present one; None if the latter is 0."
+        "PV swing with the best tuning, divided by the PV swing with the present tuning; None if the divisor is 0."
     )
     iae_ratio: float | None = about(
-        "Ratio of the IAE of a load step with the best tuning to that with the present one: the cost of retuning."
+        "Cost of retuning: IAE of a load step with the best tuning, divided by the IAE with the present tuning."
     )
     robust_tunings: int = about("Number of tunings within the bound.")
-    unjudged_tunings: int = about("Number of these whose cycle could not be determined.")
+    unjudged_tunings: int = about("Number of these tunings whose cycle could not be determined.")
     at_edge: bool = about("Whether the best tuning lies at the edge of the search range, so that a better one may lie beyond.")
 
 

@@ -1,6 +1,6 @@
 """The sample recordings of the package: simulated loops with known truth, in the form of a historian's export.
 
-They are under the licence of the package.
+The recordings are under the licence of the package.
 """
 
 from __future__ import annotations

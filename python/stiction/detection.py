@@ -31,16 +31,16 @@ _DRAWN = {"line": "-", "steps": "-", "dashed": "--", "dotted": ":", "points": "o
 class Detector(Result):
     """A method that detects stiction."""
 
-    name: str = about('Its name, such as ``"horch"``.')
+    name: str = about('Name of the method, such as ``"horch"``.')
     title: str = about("Its title.")
     source: str = about("Authors, year and journal, with a note on parts that were recalled, not read.")
     statistic: str = about("Its statistic. Larger values support a positive decision.")
     rule: str = about("The decision rule with its thresholds.")
     family: str = about("Kind of evidence. Methods of one family share one vote.")
-    applies: str = about("The loops for which it was made.")
+    applies: str = about("The loops for which the method was made.")
     decides: str = about("The meaning of a positive decision.", kind='{"stiction", "nonlinearity"}')
-    needs: str = about("The signals that it needs.")
-    explains_oscillation: bool = about("Whether it explains the cause of an oscillation that was found before.")
+    needs: str = about("The signals that the method needs.")
+    explains_oscillation: bool = about("Whether the method explains the cause of an oscillation that was found before.")
     parameters: dict[str, tuple[float, str]] = about("Parameters by name, each with its value and its unit.")
 
 
@@ -54,17 +54,17 @@ class Finding(Result):
         '``"sticks"``, ``"does not stick"``, ``"nonlinear"``, ``"linear"``, ``"undecided"`` or ``"abstains"``.'
     )
     statistic: float | None = about("The number that decides; None for an abstention.")
-    statistic_name: str = about("The name of that number.")
+    statistic_name: str = about("The name of the statistic.")
     threshold: float | None = about("Value of the statistic from which the decision is positive.")
     reason: str = about("Explanation of the numbers, or the reason for abstaining.")
-    numbers: dict[str, float | None] = about("All numbers of the method by name; None where one is not finite.")
-    units: dict[str, str] = about("Their units by name; empty for a ratio or a count.")
+    numbers: dict[str, float | None] = about("All numbers of the method by name; None for a number that is not finite.")
+    units: dict[str, str] = about("Units of the numbers by name; empty for a ratio or a count.")
     caveats: list[str] = about("Caveats on the decision.")
     parameters: dict[str, tuple[float, str]] = about(
         "The parameters of the method by name, each with its value and its unit."
     )
     family: str = about("Kind of evidence.")
-    votes: bool = about("Whether its decision is counted in the vote of its family.")
+    votes: bool = about("Whether the decision counts in the vote of the family.")
     reference: str = about("Authors, year, journal.")
 
     @classmethod
@@ -115,7 +115,7 @@ class MethodEvidence(Result):
         Parameters
         ----------
         ax : axes or sequence of axes, optional
-            Axes to draw on, one per panel; by default new ones.
+            Axes to draw on, one per panel; by default new axes.
 
         Returns
         -------
@@ -173,8 +173,8 @@ def detect(
     vp : array_like, optional
         Measured valve position, percent of span.
     period_s : float, optional
-        Period of the oscillation, s; by default that of the dominant oscillation, as in a diagnosis. Without an oscillation,
-        methods that explain its cause abstain.
+        Period of the oscillation, s; by default the period of the dominant oscillation, as in a diagnosis. Without an oscillation,
+        methods that explain the cause of an oscillation abstain.
 
     Returns
     -------
@@ -246,7 +246,7 @@ def method_evidence(
     period_s: float | None = None,
     loop_type: str = "unknown",
 ) -> MethodEvidence | None:
-    """Return the arrays behind a method's decision, such as the correlation, the fitted wave, or the analysed path.
+    """Return the arrays from which a method decides, such as the correlation, the fitted wave, or the analysed path.
 
     Parameters
     ----------

@@ -46,18 +46,18 @@ class Weighing(Result):
     probability: float = about("The probability that the valve is at fault (it sticks or does not respond).")
     lines: dict[str, float] = about("The probability from each line of evidence alone.")
     causes: dict[str, float] = about("The probability of every cause. The probabilities add up to one.")
-    S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval, even a wide one.")
-    J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval, even a wide one.")
+    S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval, also if the interval is wide.")
+    J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval, also if the interval is wide.")
     limit: float | None = about(
         "Detection limit of S, percent of span (95 %); None if stiction of any size could have been missed."
     )
     z: float = about(
-        "Advantage of a sticking valve over a following one in predicting the PV, in standard errors; from 3 on a valve "
-        "is not cleared."
+        "Advantage of a sticking valve over a valve that follows the OP, in predicting the PV, in standard errors; from 3 "
+        "on a valve is not cleared."
     )
     op_range: float = about("Range of the OP in the window where it is widest, percent of span.")
     distance: float = about(
-        "Distance of the recording from the training loops; above 1 it is unlike all of them and not judged."
+        "Distance of the recording from the training loops; above 1 the recording is not judged."
     )
     strangest: list[str] = about("The features that lie farthest outside the range of the training loops.")
     changes: list[ValveChange] = about(
@@ -72,8 +72,8 @@ class Weighing(Result):
 class Diagnosis(Found):
     """The complete diagnosis of one loop."""
 
-    evidence: Weighing | None = about("The weighed evidence; None if there is none.")
-    oscillating_signal: str | None = about("The signal in which its oscillation was found.", kind='{"error", "OP"} or None')
+    evidence: Weighing | None = about("The weighed evidence; None without evidence.")
+    oscillating_signal: str | None = about("The signal in which the oscillation was found.", kind='{"error", "OP"} or None')
     rank: float = about("The rank of the loop in a list, lowest for the worst loop.")
 
     @property
@@ -84,19 +84,19 @@ class Diagnosis(Found):
 
     @property
     def start_time(self) -> datetime | None:
-        """Time zero of its recording's clock in UTC; None if unknown."""
+        """Time zero of the recording's clock in UTC; None if unknown."""
         start_time: datetime | None = self.__dict__["_made_of"][0].start_time
         return start_time
 
     @property
     def observation(self) -> Observation | None:
-        """The observation of its valve at the middle of the segment, with its time in s since 1970 if the start is known."""
+        """The observation of the valve at the middle of the segment; the time is in s since 1970 if the start is known."""
         seen = _kept(self).observation()
         return None if seen is None else result_of(Observation, seen)
 
     @documented
     def method_evidence(self, method: str) -> MethodEvidence | None:
-        """Return the arrays behind a method's decision on the segment.
+        """Return the arrays from which a method decides on the segment.
 
         Returns
         -------
@@ -205,7 +205,7 @@ def diagnose(
     ----------
     recording : Recording, table or array_like
         The recording, see `stiction.read`, or a table with the columns of one loop, see `stiction.recording_from`. With `pv` or
-        `vp`, it is the controller output, percent of span.
+        `vp`, `recording` is the controller output, percent of span.
     pv, sp : array_like, optional
         Process value and set point, in PV units, together with the controller output.
     vp : array_like, optional
@@ -213,10 +213,10 @@ def diagnose(
     loop_type : str, optional
         Type of the loop, see `stiction.recordings.loop_types`; by default as in the recording.
     detectors : {"all", "none"} or sequence of str, default "all"
-        The methods to run. These take most of the time. Methods that use a measured valve position are always run.
+        The methods to run. The methods take most of the time. Methods that use a measured valve position are always run.
     sample_time : float, optional
-        Time between samples of the grid, s; by default the most frequent one of the recording. For arrays, and tables without
-        times, it is the time between their samples.
+        Time between samples of the grid, s; by default the most frequent sample time of the recording. For arrays, and tables
+        without times, `sample_time` is the time between their samples.
     dead_time : float, optional
         Dead time of process and valve together, s, for the Harris index.
 
@@ -343,7 +343,7 @@ def summary_table(diagnoses: Iterable[Diagnosis]) -> Table:
     Returns
     -------
     Table
-        Its columns have the names of ``stiction diagnose --csv``.
+        The columns have the names of ``stiction diagnose --csv``.
     """
     return _core.diagnoses_table(_all_kept(diagnoses))
 
@@ -493,7 +493,7 @@ def _diagnosis(handle: _core.Diagnosed, recording: Recording, told: dict[str, An
 
 
 def _kept(diagnosis: Diagnosis) -> _core.Diagnosed:
-    """Return the handle of a diagnosis, computed again for a pickled one."""
+    """Return the handle of a diagnosis, computed again for a pickled diagnosis."""
     if not isinstance(diagnosis, Diagnosis):
         raise TypeError(f"diagnoses must contain only Diagnosis objects, but one item is a {type(diagnosis).__name__}")
     if "_handle" not in diagnosis.__dict__:

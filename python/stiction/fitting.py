@@ -1,4 +1,5 @@
-"""The fitted loop of a recording (controller, process and valve), whether it explains the swing, and what would stop the swing.
+"""The fitted loop of a recording (controller, process and valve), whether the valve explains the swing, and which action would stop
+the swing.
 """
 
 from __future__ import annotations
@@ -104,7 +105,7 @@ class Fit(Result):
     valve: FittedValve | None = about("The valve.")
     cycle: FittedCycle | None = about("The limit cycle of the fitted loop, compared with the recorded swing.")
     why_not: dict[str, str] = about(
-        "Why a part could not be identified, by its name; empty if all were.",
+        "Why a part could not be identified, by the name of the part; empty if all parts were identified.",
         kind="dict of str",
     )
 
@@ -139,7 +140,7 @@ class Fit(Result):
         -------
         Scenario
             For `simulate`, `limit_cycle`, `compensate`, `what_if`, `stiction.fmu.export` and other functions that take a
-            scenario. Its ``text`` is TOML with the source of each value.
+            scenario. The ``text`` of the scenario is TOML with the source of each value.
 
         Raises
         ------
@@ -158,7 +159,7 @@ class Fit(Result):
         return _kept(self).scenario()
 
     def prospects(self) -> Prospects:
-        """Simulate the effects of actions on loops drawn from all that agree with the recording.
+        """Simulate the effects of actions on loops drawn from all loops that agree with the recording.
 
         Returns
         -------
@@ -197,7 +198,7 @@ class Fit(Result):
         ------
         ValueError
             If there is no prediction for that action, the loop did not oscillate before, or a recording has no PV for a whole
-            period of that oscillation. Also for a reason given in `prospects`.
+            period of that oscillation; also for a reason given in `prospects`.
 
         Examples
         --------
@@ -267,21 +268,22 @@ def fit(
 ) -> Fit:
     """Identify the loop of a recording, and test whether it explains the recorded swing.
 
-    The controller is identified from OP, PV and SP. The valve is identified from its recorded position, or from the evidence of
-    the diagnosis and the prediction of the PV. The fit keeps all processes that explain the PV nearly as well as the best one
-    with that valve. Then possible loops are drawn from these results, and the exact limit cycle of each is compared with the
-    recorded swing.
+    The controller is identified from OP, PV and SP. The valve is identified from its recorded position, or from the evidence of the
+    diagnosis and the prediction of the PV. The fit keeps all processes that explain the PV nearly as well as the best process with
+    that valve. Then possible loops are drawn from these results, and the exact limit cycle of each is compared with the recorded
+    swing.
 
     Parameters
     ----------
     recording : Recording or table
-        The recording, see `stiction.read` and `stiction.recording`, or a table with the columns of one loop. It must have a PV.
+        The recording, see `stiction.read` and `stiction.recording`, or a table with the columns of one loop. The recording must
+        have a PV.
     loop_type : str, optional
         Type of the loop, see `stiction.recordings.loop_types`; by default as in the recording.
     sample_time : float, optional
-        Time between samples of the grid, s; by default the most frequent one of the recording.
+        Time between samples of the grid, s; by default the most frequent sample time of the recording.
     draws : int, default 60
-        Number of loops drawn from the possible ones, at most 10,000.
+        Number of loops drawn from the possible loops, at most 10,000.
     seed : int, default 1
         Seed of the drawn loops.
 
@@ -335,7 +337,7 @@ def fit(
 
 
 def _kept(fitted: Fit) -> _core.Fitted:
-    """Return the handle of a fit, computed again for a pickled one."""
+    """Return the handle of a fit, computed again for a pickled fit."""
     if "_handle" not in fitted.__dict__:
         object.__setattr__(fitted, "_handle", _core.fit_recording(*fitted.__dict__["_made_of"]))
     handle = fitted.__dict__["_handle"]

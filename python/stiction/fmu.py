@@ -95,12 +95,12 @@ def export(
     start : mapping, optional
         Start values of variables by name, such as ``{"stem_lag": 0.5}``; `variables` lists them.
     fmi : {2, 3}, default 2
-        Version of FMI. Both support co-simulation, and for stems also model exchange.
+        Version of FMI. Both versions support co-simulation, and for stems also model exchange.
     libraries : mapping, optional
         Compiled libraries of additional platforms, such as ``{"x86_64-windows": "stiction_fmu.dll"}``. A library for a built-in
-        platform replaces the built-in one.
+        platform replaces the built-in library.
     date : datetime, optional
-        Time of generation in the model description; by default that in the environment variable ``SOURCE_DATE_EPOCH``, s since
+        Time of generation in the model description; by default the time in the environment variable ``SOURCE_DATE_EPOCH``, s since
         1970, or now. The same model and date give the same bytes. A time without a zone is local.
 
     Returns

@@ -32,7 +32,7 @@ class Feature(Result):
         "1 if larger values are evidence for stiction, -1 if they are evidence against it, 0 if both are possible.",
         kind="{1, 0, -1}",
     )
-    op_only: bool = about("Whether it needs only the OP.")
+    op_only: bool = about("Whether the feature needs only the OP.")
 
 
 def evidence_features() -> list[Feature]:
@@ -52,12 +52,12 @@ class Evidence(Result):
     """The evidence in a window of signals."""
 
     values: dict[str, float] = about("The numbers by name, see `evidence_features`; NaN if one cannot be measured.")
-    op_span: float = about("Span of the OP without its slow part, percent of span. It is the scale of S.")
+    op_span: float = about("Span of the OP without its slow part, percent of span. This span is the scale of S.")
     period_s: float = about("Dominant period, s.")
     op_only: bool = about("Whether the evidence is from the OP alone.")
     z: float = about(
-        "Advantage of a sticking valve over a following one in predicting the PV, in standard errors; 0 if nothing "
-        "can be predicted.",
+        "Advantage of a sticking valve over a valve that follows the OP, in predicting the PV, in standard errors; 0 if "
+        "nothing can be predicted.",
         default=0.0,
     )
 
@@ -111,8 +111,8 @@ class Weighed(Result):
     )
     z: float = about("The `z` of the evidence. From 3 on, a diagnosis does not clear a valve.")
     distance: float = about(
-        "Distance of the evidence from that of the training loops; above 1 it is unlike all of them, and the other "
-        "results are unreliable."
+        "Distance of the evidence from the evidence of the training loops; above 1 the recording is unlike all training "
+        "loops, and the other results are unreliable."
     )
 
 
@@ -144,13 +144,13 @@ def weigh(evidence: Evidence) -> Weighed:
 class VerdictModel(Result):
     """The provenance of the frozen model, sufficient to train it again."""
 
-    command: str = about("The command that trained it.")
-    population: int = about("Version of the population it was trained on.")
+    command: str = about("The command that trained the model.")
+    population: int = about("Version of the population that trained the model.")
     seed: int = about("Seed of that population.")
-    trained: int = about("Number of members it was trained on.")
+    trained: int = about("Number of members in the training.")
     calibrated: int = about("Number of further members for calibration and intervals.")
-    features: list[str] = about("The features it was trained on, in order.")
-    coverage: float = about("Nominal coverage of its intervals.")
+    features: list[str] = about("The features of the training, in order.")
+    coverage: float = about("Nominal coverage of the intervals.")
 
 
 def verdict_model() -> VerdictModel:

@@ -177,7 +177,7 @@ def fit_extended_arx(input: Samples, output: Samples, *, delay: int, walk: float
     delay : int
         Delay from input to output, samples, at least 1.
     walk : float
-        Variance of the disturbance's steps relative to that of the innovations; 0 means a constant disturbance.
+        Variance of the disturbance's steps, divided by the variance of the innovations; 0 means a constant disturbance.
 
     Raises
     ------
@@ -205,7 +205,9 @@ class HammersteinFit(Result):
     S: float
     J: float = about("S and J of the valve, percent of span.")
     sticks: bool = about("Whether the method decides that the valve sticks.")
-    gain: float = about("Logarithm of the ratio of mean square errors: with a valve that follows the OP over with this valve.")
+    gain: float = about(
+        "Logarithm of the ratio of mean square errors; numerator: a valve that follows the OP, denominator: this valve."
+    )
     threshold: float = about("Gain above which the method decides for stiction.")
     delay: int = about("Delay from valve to PV, samples of the fit.")
     profile_S: Array
@@ -251,7 +253,7 @@ def fit_hammerstein(
     method : {"srinivasan", "lee", "jelali", "karra-karim"}, default "jelali"
         The method of Srinivasan et al. (2005), Lee et al. (2008), Jelali (2008) or Karra and Karim (2009).
     threshold : float, optional
-        Gain above which the method decides for stiction; by default that of the method.
+        Gain above which the method decides for stiction; by default the threshold of the method.
 
     Raises
     ------
@@ -290,7 +292,9 @@ class ValveFit(Result):
     j_over_s: float = about("J as a share of S.")
     delay: int = about("Delay, samples.")
     mse: float = about("Mean square residual of one-step prediction, as a share of the variance of the PV.")
-    gain: float = about("Logarithm of the ratio of squared residuals: with a valve that follows the OP over with this valve.")
+    gain: float = about(
+        "Logarithm of the ratio of squared residuals; numerator: a valve that follows the OP, denominator: this valve."
+    )
     information: float = about("The gain by Schwarz's criterion.")
     jump_gain: float = about("Gain from the slip jump; near 0, J is not identified.")
     width: float = about("Logarithm of the ratio of the largest to the smallest S that explain the PV almost as well.")
@@ -312,13 +316,13 @@ class ValveEvidence(Result):
     linear_mse: float = about("Mean square residual with a valve that follows the OP, as a share of the variance of the PV.")
     two_phase: ValveFit
     he: ValveFit = about("The fit with a two-phase valve, and with a valve of He et al. (2007).")
-    best: str = about("The model of these two that predicts better.")
+    best: str = about("The better of these two models in predicting the PV.")
     kurtosis: float = about("Excess kurtosis of the residuals of the better model.")
     forward_gain: float
     reversed_gain: float = about("Gain of the first two-phase candidates, in forward and in reversed time.")
     walk_gain: float = about("Gain if the disturbance is a random walk.")
     over_load: float = about("Evidence against a load that jumps at the slips of the model.")
-    over_placebo: float = about("Evidence against the same valves with a different OP.")
+    over_placebo: float = about("Evidence against equal valves with a different OP.")
     output_error_gain: float = about("Gain without the past of the PV as an input.")
     over_sensor: float = about("Evidence against play in the sensor.")
     slip_rate: float = about("Slips per period.")

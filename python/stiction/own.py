@@ -10,7 +10,7 @@ __all__ = ["OwnController", "OwnProcess", "OwnValve"]
 
 
 class OwnValve(ABC):
-    """A valve of your own. Derive a class from it, and pass an object of the class to `stiction.simulate`.
+    """A valve of your own. Derive a class from this class, and pass an object of the class to `stiction.simulate`.
 
     Examples
     --------
@@ -55,7 +55,7 @@ class OwnValve(ABC):
 
 
 class OwnController(ABC):
-    """A controller of your own. Derive a class from it, and pass an object of the class to `stiction.simulate`.
+    """A controller of your own. Derive a class from this class, and pass an object of the class to `stiction.simulate`.
 
     Examples
     --------
@@ -81,7 +81,7 @@ class OwnController(ABC):
         op : float
             OP at which the controller takes over, percent of span.
         sp, pv : float
-            Set point and PV at that moment, in PV units.
+            Set point and PV when the controller takes over, in PV units.
         """
 
     @abstractmethod
@@ -101,7 +101,7 @@ class OwnController(ABC):
 
 
 class OwnProcess(ABC):
-    """A process of your own, relative to its operating point. Derive a class from it, and pass an object of the class to
+    """A process of your own, relative to its operating point. Derive a class from this class, and pass an object of the class to
     `stiction.simulate`.
 
     Examples

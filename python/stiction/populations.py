@@ -24,9 +24,9 @@ class Truth(Result):
     """The truth about a simulated loop."""
 
     kind: str = about("Distinguishing property, one of `population_kinds`.")
-    sticks: bool = about("Whether its valve is at fault: it sticks or is stuck.")
+    sticks: bool = about("Whether the valve is at fault: sticking or stuck.")
     visible: bool = about("Whether the record can show the fault; False for healthy valves.")
-    model: str | None = about("Model of a sticking or stuck valve; None for a healthy one.")
+    model: str | None = about("Model of a sticking or stuck valve; None for a healthy valve.")
     S: float = about(
         "Stick band plus dead band, percent of span; for a healthy valve its harmless dead band, for a stuck one 200."
     )
@@ -36,8 +36,8 @@ class Truth(Result):
         "Information gain on the recorded PV from knowing the stem position besides the OP, nats; 0 unless the loop's own valve "
         "sticks."
     )
-    swing: float = about("Ratio of the OP range to the S that the valve has, or would have if it stuck.")
-    op_noise: float = about("Ratio of the standard deviation of the OP noise to that S.")
+    swing: float = about("OP range, divided by the S that the valve has, or would have if the valve stuck.")
+    op_noise: float = about("Standard deviation of the OP noise, divided by this S.")
     facts: dict[str, float | int | bool | str] = about(
         "Other drawn and derived properties, by name; ``docs/population.md`` of the project explains them. Times are in seconds, "
         "and PVs are in percent of the transmitter's span."
@@ -131,7 +131,8 @@ def population(
     seed : int, default 1
         Seed of the population.
     kind : str, optional
-        Simulate only loops of this kind, see `population_kinds`. Their seeds are consecutive, from `seed` + `first` on.
+        Simulate only loops of this kind, see `population_kinds`. The seeds of these loops are consecutive, from `seed` + `first`
+        on.
     first : int, default 0
         Number of the first loop.
 

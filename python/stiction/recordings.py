@@ -81,7 +81,7 @@ def read(
     mapping : str or path, optional
         A TOML file with further information on the file.
     zone : str, optional
-        Time zone of times without one, such as ``"Europe/Berlin"``.
+        Time zone of times that state no zone, such as ``"Europe/Berlin"``.
     time_format : str, optional
         Format of times: a pattern such as ``"%d/%m/%Y %H:%M:%S"``, or day-first, month-first, year-first, epoch-s, epoch-ms,
         epoch-us, epoch-ns, dotnet-ticks, filetime, labview, gps, excel, excel-1904, datenum, seconds, milliseconds, microseconds,
@@ -97,9 +97,9 @@ def read(
     bad_text : sequence of str, optional
         Words that stand for a bad value.
     part : str, optional
-        The one sheet of a workbook, or part of a MATLAB file, to read.
+        The only sheet of a workbook, or part of a MATLAB file, to read.
     decimal_mark : str, optional
-        The decimal mark of numbers in text, ``"point"`` or ``"comma"``, if the file leaves it open.
+        The decimal mark of numbers in text, ``"point"`` or ``"comma"``, if the file does not determine the mark.
     modes : mapping, optional
         Words and codes for a mode, such as ``{"16": "auto"}``. Modes are auto, manual, cascade and other.
     qualities : mapping, optional
@@ -156,11 +156,11 @@ def recording(
     vp : array_like, optional
         Measured valve position, percent of span unless `vp_range` is given.
     sample_time : float, optional
-        Time between samples, s. Either this or `time` is needed.
+        Time between samples, s. Give either `sample_time` or `time`.
     time : array_like, optional
         Times of the samples: numbers in s, or ``datetime64`` in UTC.
     name : str, default "loop"
-        Tag of the loop. If its letters show the type of the loop by ISA-5.1, that type is used.
+        Tag of the loop. If the letters of the tag show the type of the loop by ISA-5.1, that type is used.
     loop_type : str, optional
         Type of the loop, see `loop_types`.
     start : float, optional
@@ -227,7 +227,7 @@ def recordings_from(
     qualities: Mapping[str, str] | None = None,
     bad_value: Sequence[float] = (),
 ) -> list[Recording]:
-    """Make recordings from a table with the columns of one loop, of several, or of tags in rows.
+    """Make recordings from a table with the columns of one loop or several loops, or with tags in rows.
 
     Columns are recognised as in files.
 
@@ -284,7 +284,7 @@ def recording_from(
     table : table
         As in `recordings_from`.
     time, op, pv, sp, vp, mode : str, optional
-        Names of columns. The others are recognised by their names as in files.
+        Names of columns. All other columns are recognised by their names, as in files.
     name : str, optional
         Tag of the loop; by default from the columns.
     zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type, decimal_mark, modes, qualities : optional
@@ -324,7 +324,7 @@ def fitness(recording: RecordingLike, *, sample_time: float | None = None) -> Fi
     Parameters
     ----------
     sample_time : float, optional
-        Time between samples of the grid, s; by default the most frequent one of the recording.
+        Time between samples of the grid, s; by default the most frequent sample time of the recording.
 
     Returns
     -------
@@ -351,7 +351,7 @@ def fitness(recording: RecordingLike, *, sample_time: float | None = None) -> Fi
 class Segment(Result):
     """A part of a recording in automatic without gaps, on a regular grid."""
 
-    time_s: Array = about("Times of its samples, s on the recording's clock.")
+    time_s: Array = about("Times of the samples, s on the recording's clock.")
     sample_time: float = about("Time between samples, s.")
     op: Array = about("Controller output, percent of span.")
     pv: Array | None
@@ -369,7 +369,7 @@ def segments(recording: RecordingLike, *, sample_time: float | None = None) -> l
     Parameters
     ----------
     sample_time : float, optional
-        Time between samples of the grid, s; by default the most frequent one of the recording.
+        Time between samples of the grid, s; by default the most frequent sample time of the recording.
 
     Returns
     -------
@@ -387,7 +387,7 @@ def segments(recording: RecordingLike, *, sample_time: float | None = None) -> l
 
 
 def _checked(recording: Any, name: str = "recording", sample_time: float | None = None) -> Recording:
-    """Return a recording unchanged, or make one from a table. `sample_time` is for a table without times."""
+    """Return a recording unchanged, or make a recording from a table. `sample_time` is for a table without times."""
     if isinstance(recording, Recording):
         return recording
     if _is_table(recording):

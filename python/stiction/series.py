@@ -33,7 +33,7 @@ class ZeroCrossings(Result):
 
     place: Array = about("Place of the crossing, samples, interpolated.")
     next: npt.NDArray[np.int64] = about("The first sample after the crossing.")
-    upward: npt.NDArray[np.bool_] = about("Whether it goes from below zero to above zero.")
+    upward: npt.NDArray[np.bool_] = about("Whether the series goes from below zero to above zero.")
 
 
 @documented
@@ -59,10 +59,10 @@ class HalfWaves(Result):
     """The complete half waves of a series, between two zero crossings."""
 
     begin: Array
-    end: Array = about("Their beginning and end, samples, interpolated.")
+    end: Array = about("Beginning and end of the half waves, samples, interpolated.")
     length: Array = about("Their lengths, samples.")
     first: npt.NDArray[np.int64]
-    stop: npt.NDArray[np.int64] = about("Their first sample, and the index after their last sample.")
+    stop: npt.NDArray[np.int64] = about("First sample of the half waves, and the index after their last sample.")
     above: npt.NDArray[np.bool_] = about("Whether the series is above zero.")
 
 

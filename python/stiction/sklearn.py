@@ -1,6 +1,6 @@
 """Estimators for scikit-learn, a classifier and a regressor based on diagnoses of recordings.
 
-The model behind a verdict is frozen, so fitting learns nothing. Fitting only checks its arguments, and the probabilities come from
+The model behind a verdict is frozen, so fitting learns nothing. `fit` only checks its arguments, and the probabilities come from
 the verdicts. These estimators are for scoring, comparing and chaining. The package does not import this module by itself.
 
 Cases are recordings, tables of one loop each, or an array of the shape ``(n_cases, n_channels, n_timepoints)``. The channels are
@@ -43,8 +43,8 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
     loop_type : str, optional
         Type of the loops; by default as in the recordings.
     sample_time : float, optional
-        Time between samples, s. It is required for arrays and tables without times. For others it is the sample time of the grid,
-        by default the most frequent one.
+        Time between samples, s; required for arrays and tables without times. For recordings and other tables, the sample time of
+        the grid; by default the most frequent sample time.
 
     Attributes
     ----------
@@ -118,8 +118,8 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         Returns
         -------
         ndarray
-            One row per recording, with the probabilities that its valve does not stick and that it does. A verdict without a
-            probability counts as certain, or as `undecided` if it is "cannot tell".
+            One row per recording, with the probabilities that the valve does not stick and that the valve sticks. A verdict without
+            a probability counts as certain, or as `undecided` if it is "cannot tell".
         """
         check_is_fitted(self)
         found = _diagnoses(X, self.loop_type, self.sample_time)
@@ -149,8 +149,8 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     loop_type : str, optional
         Type of the loops; by default as in the recordings.
     sample_time : float, optional
-        Time between samples, s. It is required for arrays and tables without times. For others it is the sample time of the grid,
-        by default the most frequent one.
+        Time between samples, s; required for arrays and tables without times. For recordings and other tables, the sample time of
+        the grid; by default the most frequent sample time.
 
     Attributes
     ----------

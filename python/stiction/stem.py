@@ -148,7 +148,7 @@ class Stem(_core.Stem):
         position : float, optional
             Initial position, percent of stroke; by default the balance of spring and pressure.
         acting_pa : float, optional
-            Initial air pressure, Pa, if the stem has an air lag; by default the first demanded one.
+            Initial air pressure, Pa, if the stem has an air lag; by default the first demanded pressure.
         relaxed : bool, default False
             Whether the bristles of Dahl, LuGre and GMS friction are initially relaxed, or carry the net force.
 

@@ -1,4 +1,4 @@
-"""A test that shows whether a valve sticks. It is planned from a recording of the operation and evaluated afterwards.
+"""A test that shows whether a valve sticks. The test is planned from a recording of the operation, and evaluated afterwards.
 
 With the controller in manual, the operator moves the controller output (OP) up and down. A sticking valve does not respond to
 moves smaller than S. `docs/test.md` describes the test.
@@ -111,7 +111,7 @@ def plan_signature(name: str = "", *, op: tuple[float, float] = (0.0, 100.0)) ->
     name : str, optional
         Tag of the loop.
     op : (float, float), optional
-        The OP range of the ramps, percent. The process has to tolerate it.
+        The OP range of the ramps, percent. The process has to tolerate this range.
 
     Returns
     -------
@@ -171,7 +171,7 @@ def compare_signatures(before: RecordingLike, after: RecordingLike) -> Signature
     before : Recording or table
         The recording with the signature before the repair; see `signature`.
     after : Recording or table
-        The recording with the signature after it.
+        The recording with the signature after the repair.
 
     Returns
     -------
@@ -206,7 +206,7 @@ def plan(
 ) -> TestPlan:
     """Size a test for a loop from a recording of its operation.
 
-    If the recording contains an inconclusive test, the plan is for the next one. This plan begins at 0.6 times the size to
+    If the recording contains an inconclusive test, the plan is for the next test. This plan begins at 0.6 times the size to
     which the PV responded, and has more turns of each size.
 
     Parameters
@@ -218,8 +218,8 @@ def plan(
     rises : bool, optional
         Whether the PV rises when the OP rises; by default from the action of the controller.
     pv_allowed : (float, float), optional
-        The lowest and the highest PV that the process tolerates; by default the recorded range, widened by a quarter of it on
-        either side.
+        The lowest and the highest PV that the process tolerates; by default the recorded range, widened by a quarter of this range
+        on either side.
     time_s : float, optional
         The longest time in manual, s; by default 20 min, or 40 times the first hold if that is longer, but 8 h at most.
 
@@ -263,7 +263,7 @@ def read(
         For each turn the time at which the OP was set, s on the recording's clock, and its new value, percent. None as the value
         marks a return to automatic. By default the turns are found from the mode, or else from the OP.
     plan : TestPlan, optional
-        The plan of the test. The result then has a comparison with it.
+        The plan of the test. The result then has a comparison with the plan.
     rises : bool, optional
         Whether the PV rises when the OP rises; by default from the action of the controller, or else from the test.
 
@@ -274,7 +274,7 @@ def read(
     Raises
     ------
     ValueError
-        If the recording has no test, or too little of one.
+        If the recording has no test, or too few turns of a test.
 
     Examples
     --------
@@ -319,7 +319,7 @@ def compare(
     before : Recording or table
         The recording with the test before the repair; see `read`.
     after : Recording or table
-        The recording with the test after it.
+        The recording with the test after the repair.
     before_done, after_done : iterable of (float, float or None), optional
         The manual moves of each test, like `done` of `read`.
     before_plan, after_plan : TestPlan, optional
@@ -334,7 +334,7 @@ def compare(
     Raises
     ------
     ValueError
-        If a recording has no test, or too little of one.
+        If a recording has no test, or too few turns of a test.
 
     Examples
     --------

@@ -98,7 +98,7 @@ def what_if(
     Parameters
     ----------
     repaired_S, repaired_J : float, optional
-        S and J of a repaired valve, percent of span; by default 0.4 and 0.1, or those of the valve if they are smaller.
+        S and J of a repaired valve, percent of span; by default 0.4 and 0.1, or S and J of the valve if they are smaller.
     positioner_gain : float, optional
         Gain of a positioner; by default 10.
     ms : float, optional
@@ -106,7 +106,7 @@ def what_if(
     methods : sequence of str, optional
         Compensators to try, see `stiction.compensation.compensators`; by default all.
     progress : callable, optional
-        Called with the number of finished simulations and tunings whenever it has grown. Their total is not known in advance.
+        Called with the number of finished simulations and tunings whenever it has grown. The total number is not known in advance.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Live data of a plant from OPC UA servers, SQL databases and PI, which are only read.
 
 ``python -m stiction.live watch opc.tcp://server:4840 -C north`` collects and judges the data of a plant day and night, and
-``stiction watch`` does the same. Both need the extra ``stiction[live]``. ``docs/live.md`` describes them.
+``stiction watch`` is the same command. Both commands need the extra ``stiction[live]``. ``docs/live.md`` describes them.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def fetch(
     table : str, optional
         The table, unless the address ends with ``?table=NAME``.
     since : str, optional
-        The first day to read, such as ``"2026-03-01"``; by default two days before the last one of the previous call.
+        The first day to read, such as ``"2026-03-01"``; by default two days before the last day of the previous call.
 
     Returns
     -------

@@ -1,6 +1,6 @@
 """Plants of many loops, judged day by day, from folders with a ``plant.toml`` or from tables of other engines.
 
-`stiction.plant.spark` does the same on Apache Spark. Import it by name.
+`stiction.plant.spark` judges plants on Apache Spark. Import that module by name.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def scan(
     again : bool, default False
         Whether windows with results are judged again.
     time_limit_s : int, optional
-        Longest time for a window of a loop, s. Beyond it, the row of the window has an error. By default `time_limit_s` in
+        Longest time for a window of a loop, s. If a window takes longer, its row has an error. By default `time_limit_s` in
         ``plant.toml``, or 300.
     progress : callable, optional
         Called with the number of finished days, summed over the loops.
@@ -144,7 +144,7 @@ def windows(folder: Folder, *, since: str | None = None, until: str | None = Non
     Parameters
     ----------
     since, until : str, optional
-        Windows that begin on this day or later, and before that day.
+        Return windows that begin on the day `since` or later, and before the day `until`.
 
     Returns
     -------
@@ -197,9 +197,9 @@ def propose(folder: Folder, data: Sequence[str], *, name: str | None = None) -> 
     folder : path
         The folder of the plant.
     data : sequence of str
-        Files, or folders of files, relative to it.
+        Files, or folders of files, relative to the folder of the plant.
     name : str, optional
-        Name of the plant; by default that of the folder.
+        Name of the plant; by default the name of the folder.
 
     Returns
     -------
@@ -377,8 +377,8 @@ def diagnose_window(
     trace : Table
         The trace of the window's signal, for comparison with other loops; none for a signal that does not move.
     days : int
-        Number of days that a window from `day` on should have. If it differs from the given number, judge the window again with
-        it.
+        Number of days that a window from `day` on should have. If this number differs from the given number, judge the window again
+        with this number.
     """
     return _plant(settings).window(
         table, text("loop", loop), integer("day", day, least=-100_000_000), integer("days", days, least=1)
