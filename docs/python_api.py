@@ -42,8 +42,8 @@ PLAIN = {
 HEAD = """# Python API
 
 This page lists the names of every module, with parameters, result and the first sentence of the documentation. Parameters in
-brackets are optional, and parameters after `*` are given by name. The docstrings describe parameters, equations, results and errors,
-with examples. `help` prints a docstring, as in `help(stiction.cycles.limit_cycle)`.
+brackets are optional, and parameters after `*` are given by name. The docstrings describe parameters, equations, results and
+errors, with examples. `help` prints a docstring, as in `help(stiction.cycles.limit_cycle)`.
 
 {top}
 
@@ -174,7 +174,7 @@ def rust_documentation() -> dict[str, str]:
 
 
 def split(text: str) -> list[str]:
-    """The parts of a text between its commas outside of brackets."""
+    """Return the parts of a text between commas outside brackets."""
     parts, depth = [""], 0
     for each in text:
         depth += (each in "(<[") - (each in ")>]")
@@ -210,7 +210,7 @@ def typed(rust: str, many: str, classes: set[str]) -> str:
 
 
 def stub() -> str:
-    """The stub of the compiled module, with its public classes as they are, and its handles and functions from the Rust files."""
+    """Return the stub of the compiled module, with unchanged public classes, and with handles and functions from the Rust files."""
     text = STUB.read_text().partition(MADE)[0]
     files = [path.read_text() for path in sorted(COMPILED.glob("*.rs"))]
     handles = re.findall(r'#\[pyclass\([^\n]*module = "stiction\._core"(?:[^{;]*?)pub struct (\w+)', "\n".join(files))
@@ -251,7 +251,7 @@ def first(text: str) -> str:
 
 
 def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef, method: bool = False) -> str:
-    """The parameters of a function, optional ones in brackets, and what it returns."""
+    """Return the parameters of a function, with optional parameters in brackets, and the type of its result."""
     of = function.args
     plain = [*of.posonlyargs, *of.args][method:]
     required = len(plain) - len(of.defaults)
@@ -296,13 +296,13 @@ def kind_of(field: dict[str, Any], known: dict[str, Any]) -> str:
 
 
 def cases(field: dict[str, Any], known: dict[str, Any]) -> str:
-    """The values of a field with named cases, as docstrings give them."""
+    """Return the values of a field with named cases, in the notation of docstrings."""
     own = known.get(field.get("$ref", "").rpartition("/")[2], {}).get("oneOf", [])
     return "{" + ", ".join(json.dumps(each["const"]) for each in own) + "}" if own else ""
 
 
 def within(name: str, known: dict[str, Any]) -> set[str]:
-    """The names of a schema and of all within it."""
+    """Return the names of a schema and of all schemas within it."""
     found, waiting = set(), [name]
     while waiting:
         if (of := waiting.pop()) not in found:
@@ -357,7 +357,7 @@ def classes() -> str:
 
 
 def spoken(schema: dict[str, Any]) -> str:
-    """The description in a schema, in Python's terms."""
+    """Return the description in a schema, with the words of Python."""
     return re.sub(r"\bnull\b", "None", " ".join(schema["description"].split()))
 
 

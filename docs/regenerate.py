@@ -1,4 +1,4 @@
-"""Makes the generated parts of the documents again: the text between `<!-- stiction ... -->` and `<!-- end -->`.
+"""Regenerates parts of the documents: the text between `<!-- stiction ... -->` and `<!-- end -->`.
 
 python3 docs/regenerate.py [path of the command, default target/release/stiction] [documents, default all]
 """

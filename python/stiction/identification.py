@@ -206,7 +206,7 @@ class HammersteinFit(Result):
     J: float = about("S and J of the valve, percent of span.")
     sticks: bool = about("Whether the method decides that the valve sticks.")
     gain: float = about(
-        "Logarithm of the ratio of mean square errors; numerator: a valve that follows the OP, denominator: this valve."
+        "Logarithm of a ratio: mean square error with a valve that follows the OP, divided by the error with this valve."
     )
     threshold: float = about("Gain above which the method decides for stiction.")
     delay: int = about("Delay from valve to PV, samples of the fit.")
@@ -293,7 +293,7 @@ class ValveFit(Result):
     delay: int = about("Delay, samples.")
     mse: float = about("Mean square residual of one-step prediction, as a share of the variance of the PV.")
     gain: float = about(
-        "Logarithm of the ratio of squared residuals; numerator: a valve that follows the OP, denominator: this valve."
+        "Logarithm of a ratio: squared residuals with a valve that follows the OP, divided by the residuals with this valve."
     )
     information: float = about("The gain by Schwarz's criterion.")
     jump_gain: float = about("Gain from the slip jump; near 0, J is not identified.")
