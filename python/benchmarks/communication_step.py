@@ -1,9 +1,9 @@
-"""What the communication step costs: the figure of docs/fmu.md.
+"""Measures the effect of the communication step, for the figure of docs/fmu.md.
 
     pip install ".[test]" && python python/benchmarks/communication_step.py docs/figures/fmu-communication-step.svg
 
-FMUs of a valve and of two stems follow a sine of OP in FMPy, co-simulated at ever longer steps. At the ends of the steps
-they are compared with the same model in the library under an OP that never stands still (the valve: sampled every millisecond).
+FMUs of a valve and of two stems follow a sine of OP in FMPy, co-simulated at ever longer steps. At the ends of the steps, each FMU
+is compared with its model in the library under a continuous OP (the valve: sampled every millisecond).
 """
 
 import sys

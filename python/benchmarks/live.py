@@ -6,11 +6,12 @@
     python python/benchmarks/live.py play --loops 200 --speed 100 --minutes 120
     python python/benchmarks/live.py sql --loops 200 --days 7
 
-`soak` plays at a hundred times the speed, and prints the memory of the collector every minute. It fails if the memory grew by more
-than 5 % after the first quarter. It also fails if a service was requested that is not listed, or if a value is missing or wrong.
-`cpu` writes a value per second to each tag of 1,000 loops. `play` has the server of node-opcua, which is faster, play minutes of
-loops with four tags at any speed. It compares all values with the played values, and all windows with the windows of `plant scan`.
-`sql` fetches a plant from a table of PostgreSQL, and compares every time and value of all days with the plant.
+`soak` plays at a hundred times the speed, and prints the memory of the collector every minute. The command fails if the memory grew
+by more than 5 % after the first quarter. The command also fails if a service was requested that is not listed, or if a value is
+missing or wrong. `cpu` writes a value per second to each tag of 1,000 loops. `play` has the server of node-opcua, which is faster,
+play minutes of loops with four tags at any speed. The command compares all values with the played values, and all windows with the
+windows of `plant scan`. `sql` fetches a plant from a table of PostgreSQL, and compares every time and value of all days with the
+plant.
 """
 
 from __future__ import annotations

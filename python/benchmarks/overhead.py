@@ -1,8 +1,8 @@
-"""What a call from Python costs beside the same call in Rust.
+"""Compares the time of a call from Python with the time of the call in Rust.
 
     pip install . && python python/benchmarks/overhead.py
 
-Best times of many runs on the same machine. Then eight threads diagnose, and the last figure is the number of cores they kept busy.
+The times are the best of many runs on one machine. Then eight threads diagnose, and the last figure is the number of busy cores.
 Both sides allocate the valve positions anew each time. Rust's are cleared first, as a slice must be; NumPy's need not be, so that
 Python can be the faster.
 """

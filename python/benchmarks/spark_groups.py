@@ -1,8 +1,8 @@
-"""What comparing all loops of a week takes on Spark and on one machine: the table of BENCHMARKS.md.
+"""Measures the comparison of all loops of a week on Spark and on one machine, for the table of BENCHMARKS.md.
 
     pip install ".[spark]" && python python/benchmarks/spark_groups.py --loops 1000
 
-Traces of loops are made up, a third of them in threes that swing together. Both have all cores of this machine.
+The traces are synthetic, and a third of the loops swing in groups of three. Both methods have all cores of this machine.
 """
 
 import argparse

@@ -13,7 +13,7 @@ NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 
 
 def ran(path):
-    """Give a notebook as it is after a run from its first to its last cell."""
+    """Return a notebook after a run of all cells."""
     notebook = nbformat.read(path, as_version=4)
     metadata = notebook.metadata.copy()
     resources = {"metadata": {"path": str(FOLDER)}}
@@ -24,7 +24,7 @@ def ran(path):
 
 
 def shrunk(notebook):
-    """Give its pictures 64 colours: a quarter of the size, and no difference to the eye."""
+    """Reduce the pictures to 64 colours, with a quarter of the size and no visible difference."""
     for cell in notebook.cells:
         for out in cell.get("outputs", []):
             if "image/png" in out.get("data", {}):

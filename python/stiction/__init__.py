@@ -1,4 +1,4 @@
-"""Sticking control valves: models with known truth, the loops around them, and the diagnosis of recorded loops.
+"""Sticking control valves: models with known truth, simulated loops, and the diagnosis of recorded loops.
 
 Controller output (OP), valve position (VP), S (stick band plus dead band) and J (slip jump) are in percent of span. Times are in
 seconds, and the process value (PV) is in its own units. The Rust library of the same name does all computations. The same input

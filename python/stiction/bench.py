@@ -49,7 +49,7 @@ STARTS = 10
 
 
 class Suite(Sequence[Recording]):
-    """The recordings of a suite from `suite` or `labelled`. The recordings of `suite` are simulated whenever they are used.
+    """The recordings of a suite from `suite` or `labelled`. The recordings of `suite` are simulated at each use.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ class Results:
         Parameters
         ----------
         path : path
-            The file. Its name ends in ``.json``, ``.md`` or ``.html``.
+            The file. The name ends in ``.json``, ``.md`` or ``.html``.
 
         Raises
         ------
@@ -189,7 +189,7 @@ def suite(name: str = "v1", *, passphrase: str | None = None) -> Suite:
     Raises
     ------
     ValueError
-        If there is no such suite, it has no hidden half, or the passphrase is too short.
+        If there is no such suite, the suite has no hidden half, or the passphrase is too short.
 
     Examples
     --------
@@ -219,7 +219,7 @@ def labelled(
     recordings : sequence of Recording
         The recordings. Their names must differ.
     sticks : array_like
-        Whether their valves stick, by your labels.
+        Whether the valves of the recordings stick, by your labels.
     valves, sources, licences : sequence of str, optional
         Valve, source and licence of each recording. By default each recording has a separate valve.
 
@@ -262,7 +262,7 @@ def training(n: int = 2000, *, first: int = 0) -> tuple[list[Recording], npt.NDA
     Returns
     -------
     recordings, labels
-        The recordings, and whether their valves stick.
+        The recordings, and whether the valves of the recordings stick.
 
     Raises
     ------
@@ -595,7 +595,7 @@ class _Late(BaseException):
 
 
 def _ask(detector: Any, recordings: list[Recording], limit: float) -> list[tuple[str, float]]:
-    """Ask a detector about recordings one by one, or an estimator about all of them together."""
+    """Ask a detector about recordings one by one, or an estimator about all recordings together."""
     if _fits(detector):
         return _estimated(detector, recordings, limit)
     return [_timed(lambda each=each: answer(each, detector(each)), each, limit) for each in recordings]  # type: ignore[misc]

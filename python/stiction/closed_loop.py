@@ -153,7 +153,7 @@ class Run(Signals):
 class CascadeRun(Signals):
     """The signals of a simulated cascade, a slave loop under a master."""
 
-    slave: Run = about("The slave loop, with the sticking valve; the master gives its set point.")
+    slave: Run = about("The slave loop, with the sticking valve; the master gives the set point of the slave.")
     sp: Array
     pv: Array = about(
         "Set point and measured process value of the master, in its PV units, at the samples of the slave."
@@ -184,7 +184,7 @@ class OpenLoopRun(Signals):
     sample_time: float = about("Time between samples, s; sample ``k`` is at time ``k * sample_time``.")
     op: Array
     vp: Array = about("Controller output and valve position, percent of span.")
-    period_s: float | None = about("Period of the VP in the second half of the run, s; None if it has no period.")
+    period_s: float | None = about("Period of the VP in the second half of the run, s; None without a period.")
     half_pp_op: float
     half_pp_vp: float = about("Half of the peak-to-peak range in the second half of the run, percent of span.")
 
@@ -411,7 +411,7 @@ def signal(table: Mapping[str, Any], *, sample_time: float, duration: float) -> 
     table : mapping
         The signal in the notation of scenarios, such as ``{"signal": "ramp", "mean": 50, "amplitude": 15, "period": 60}``.
         Signals are constant, sine, ramp, square, steps, line, staircase, noise and random-walk. ``docs/scenarios.md`` of the
-        project lists their keys.
+        project lists the keys of each signal.
     duration : float
         Duration, s.
 

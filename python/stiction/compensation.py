@@ -121,7 +121,7 @@ def compensate(
     method : str
         Name of a compensator, see `compensators`.
     parameters : mapping, optional
-        Parameters by their names in the result, such as ``{"amplitude": 2}``. Other parameters are chosen from the properties of
+        Parameters by name as in the result, such as ``{"amplitude": 2}``. Other parameters are chosen from the properties of
         valve and loop.
     S, J : float, optional
         S and J assumed for choosing parameters, percent of span; by default S and J of the valve.
@@ -209,7 +209,7 @@ class CompensatorRow(Result):
     worst_error: float = about(
         "Mean absolute control error in the worst of the cases without noise, in PV units. It determines the rank."
     )
-    reduction: float = about("Factor by which the standard deviation of the PV falls; infinite if it falls to 0.")
+    reduction: float = about("Factor by which the standard deviation of the PV falls; infinite for a fall to 0.")
     outcomes: list[Outcome] = about(
         "The nominal case first, then S and J wrong (both too small, only S too small, only J too small, both too large), then "
         "with noise."
@@ -325,7 +325,7 @@ def compare_compensators(
         Time at which compensators are switched on, s; by default after ten cycles, or ten settling times of the
         process if that is longer.
     progress : callable, optional
-        Called with the number of finished simulations whenever it has grown: six for each compensator, and two for the loop as it
+        Called with the number of finished simulations after each increase: six for each compensator, and two for the loop as it
         is.
 
     Raises

@@ -222,8 +222,8 @@ class ValveDescribingFunction(control.DescribingFunctionNonlinearity):  # type: 
 def describing_function(S: float, J: float, model: str = "two-phase") -> ValveDescribingFunction:
     """Return the describing function of a sticking valve for python-control.
 
-    Pass it to ``control.describing_function_response`` with the product of controller and process, and with amplitudes above
-    `stiction.cycles.least_amplitude`. Below that amplitude, the valve stays stuck and ``-1/N`` is infinite.
+    Pass the result to ``control.describing_function_response`` with the product of controller and process, and with amplitudes
+    above `stiction.cycles.least_amplitude`. Below that amplitude, the valve stays stuck and ``-1/N`` is infinite.
 
     Parameters
     ----------

@@ -71,8 +71,8 @@ class Cycle(Result):
     middle_pv: float = about("Middle between the extremes, in the same units.")
     stable: bool = about("Whether nearby motions approach the cycle or its family.")
     multipliers: ComplexArray = about(
-        "Floquet multipliers, the largest first: the shares of small deviations that remain after a period. Empty if the method "
-        "does not compute them."
+        "Floquet multipliers, the largest first: the shares of small deviations that remain after a period. Empty for a method "
+        "without multipliers."
     )
     slips: int = about("Number of slips per period.")
 
@@ -109,7 +109,7 @@ def limit_cycle(
     Returns
     -------
     LimitCycles
-        The result has one cycle, or the reason why it has none.
+        The result has one cycle, or the reason for having none.
 
     Raises
     ------
@@ -119,8 +119,8 @@ def limit_cycle(
     Notes
     -----
     The exact flow is solved by the method of steps (Hairer, Norsett, Wanner, 1993). Harmonic balance uses describing functions
-    (Choudhury, Thornhill, Shah, Control Engineering Practice 13 (2005) 641-658). Loeb's criterion (1956) shows whether its cycles
-    attract. Harmonic balance misses cycles that are far from a sine.
+    (Choudhury, Thornhill, Shah, Control Engineering Practice 13 (2005) 641-658). Loeb's criterion (1956) shows whether cycles by
+    harmonic balance attract. Harmonic balance misses cycles that are far from a sine.
 
     Examples
     --------
@@ -138,7 +138,7 @@ def limit_cycle(
 def limit_cycles(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, method: str = "exact"
 ) -> LimitCycles:
-    """Find all limit cycles of a loop, including those that do not attract.
+    """Find all limit cycles of a loop, including cycles that do not attract.
 
     Parameters
     ----------
@@ -172,7 +172,8 @@ def limit_cycle_member(
     Parameters
     ----------
     offset : float
-        Distance of the stem positions of the member above those of the symmetric member, percent of span.
+        Distance of the stem positions of the member from the stem positions of the symmetric member, percent of span; positive
+        above.
 
     Raises
     ------
@@ -347,7 +348,7 @@ class FrequencyResponse(Result):
     peak_sensitivity: float = about("Ms, the largest of ``|1 / (1 + L)|``.")
     peak_frequency: float = about("Frequency of this maximum, rad/s.")
     crossing_omega: Array = about("Frequencies of the cycles by harmonic balance, rad/s.")
-    crossings: ComplexArray = about("L at these frequencies, where it meets ``-1/N(X)``.")
+    crossings: ComplexArray = about("L at these frequencies, where L meets ``-1/N(X)``.")
     crossing_slips: list[int] = about("Slips of the stem in one direction, for each of these cycles.")
     model: str = about("The valve model.")
     bands: Bands = about("S and J of the valve.")
@@ -516,7 +517,7 @@ def loop_parameters() -> dict[str, str]:
     Returns
     -------
     dict
-        Units by name: S, J, J/S, Kc, Ti, Kp (gain of the process), theta (its dead time), tau (sum of its lags) and theta/tau.
+        Units by name: S, J, J/S, Kc, Ti, Kp (gain of the process), theta (dead time), tau (sum of the lags) and theta/tau.
 
     Examples
     --------
@@ -555,7 +556,7 @@ def limit_cycle_map(
     method : {"exact", "describing-function"}, default "exact"
         The method that finds cycles.
     progress : callable, optional
-        Called with the number of finished points. An exception in it ends the computation.
+        Called with the number of finished points. An exception in the callback ends the computation.
 
     Raises
     ------
@@ -735,7 +736,7 @@ class Retuning(Result):
     )
     robust_tunings: int = about("Number of tunings within the bound.")
     unjudged_tunings: int = about("Number of these tunings whose cycle could not be determined.")
-    at_edge: bool = about("Whether the best tuning lies at the edge of the search range, so that a better one may lie beyond.")
+    at_edge: bool = about("Whether the best tuning lies at the edge of the search range, so that a better tuning may lie beyond.")
 
 
 @documented
@@ -749,20 +750,20 @@ def retune(
     points: int = 21,
     progress: Callable[[int], object] | None = None,
 ) -> Retuning:
-    """Find the robust PI tuning with the smallest swing of the PV in its limit cycle, and its cost.
+    """Find the robust PI tuning with the smallest swing of the PV in its limit cycle, and the cost of that tuning.
 
     Parameters
     ----------
     ms : float, default 1.7
         Largest permitted peak of the sensitivity function, above 1.
     method : {"exact", "describing-function"}, default "exact"
-        The method that finds cycles. Do not rely on the describing function if it finds no cycle.
+        The method that finds cycles. Do not rely on a "no cycle" of the describing function.
     within : float, default 5
         Largest factor between new and present gain and integral time, above 1.
     points : int, default 21
         Number of gains, and of integral times, tried before the search is refined.
     progress : callable, optional
-        Called with the number of judged tunings. An exception in it ends the search.
+        Called with the number of judged tunings. An exception in the callback ends the search.
 
     Raises
     ------

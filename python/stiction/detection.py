@@ -105,8 +105,8 @@ class MethodEvidence(Result):
     method: str = about("Name of the method.")
     caption: str = about("The caption of the panels.")
     panels: list[EvidencePanel] = about(
-        "The panels, one for each pair of axes. Those of long recordings show only the last periods, and those of many points "
-        "only a selection; the caption states this."
+        "The panels, one for each pair of axes. A panel shows only the last periods of a long recording, and only a selection "
+        "of many points. The caption states what a panel leaves out."
     )
 
     def plot(self, ax: Any = None) -> Any:
@@ -186,7 +186,7 @@ def detect(
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If there is no such method, the signals differ in length, or one is not finite.
+        If there is no such method, the signals differ in length, or a sample is not finite.
 
     Examples
     --------
@@ -228,7 +228,7 @@ def detect_all(
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If the signals differ in length, or one is not finite.
+        If the signals differ in length, or a sample is not finite.
     """
     found = _core.detect_stiction(None, _signals(op, pv, sp, vp, sample_time, period_s, loop_type))
     return {each["name"]: result_of(Finding, each) for each in found}
@@ -263,7 +263,7 @@ def method_evidence(
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If there is no such method, the signals differ in length, or one is not finite.
+        If there is no such method, the signals differ in length, or a sample is not finite.
 
     Examples
     --------

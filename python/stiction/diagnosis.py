@@ -55,7 +55,7 @@ class Weighing(Result):
         "Advantage of a sticking valve over a valve that follows the OP, in predicting the PV, in standard errors; from 3 "
         "on a valve is not cleared."
     )
-    op_range: float = about("Range of the OP in the window where it is widest, percent of span.")
+    op_range: float = about("Widest range of the OP in a window, percent of span.")
     distance: float = about(
         "Distance of the recording from the training loops; above 1 the recording is not judged."
     )
@@ -260,7 +260,7 @@ def diagnose(
             kind = type(recording).__name__
             raise TypeError(f"{next(iter(signals))} is given with a {kind}, which has its own signals")
         if sample_time is None:
-            raise ValueError("sample_time must be given with arrays; if they have times, diagnose a stiction.recording")
+            raise ValueError("sample_time must be given with arrays; if the arrays have times, diagnose a stiction.recording")
         made = _recording(recording, **signals, sample_time=sample_time)
     else:
         made = _checked(recording, sample_time=sample_time)
@@ -292,7 +292,7 @@ def diagnose_all(
     loop_type, detectors, sample_time, dead_time : optional
         As in `diagnose`.
     progress : callable, optional
-        Called with the number of finished recordings whenever it has grown.
+        Called with the number of finished recordings after each increase.
 
     Returns
     -------

@@ -266,7 +266,7 @@ def fit(
     draws: int = 60,
     seed: int = 1,
 ) -> Fit:
-    """Identify the loop of a recording, and test whether it explains the recorded swing.
+    """Identify the loop of a recording, and test whether the valve explains the recorded swing.
 
     The controller is identified from OP, PV and SP. The valve is identified from its recorded position, or from the evidence of the
     diagnosis and the prediction of the PV. The fit keeps all processes that explain the PV nearly as well as the best process with

@@ -1,6 +1,6 @@
 """Functional mock-up units (FMU): sticking valves, stems and loops for Simulink, OpenModelica, Dymola and FMPy.
 
-Use its functions as ``stiction.fmu.export(...)``.
+Use the functions as ``stiction.fmu.export(...)``.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def export(
         platform replaces the built-in library.
     date : datetime, optional
         Time of generation in the model description; by default the time in the environment variable ``SOURCE_DATE_EPOCH``, s since
-        1970, or now. The same model and date give the same bytes. A time without a zone is local.
+        1970, or now. Equal model and date give equal bytes. A time without a zone is local.
 
     Returns
     -------

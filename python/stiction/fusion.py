@@ -1,4 +1,4 @@
-"""Evidence on a valve from its signals, as numbers without units, and the frozen model that weighs them."""
+"""Evidence on a valve from its signals, as numbers without units, and the frozen model that weighs the evidence."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Feature(Result):
     meaning: str = about("Its meaning.")
     line: str = about("Line of evidence.")
     monotone: int = about(
-        "1 if larger values are evidence for stiction, -1 if they are evidence against it, 0 if both are possible.",
+        "1 if larger values are evidence for stiction, -1 if larger values are evidence against stiction, 0 if both are possible.",
         kind="{1, 0, -1}",
     )
     op_only: bool = about("Whether the feature needs only the OP.")
@@ -51,7 +51,7 @@ def evidence_features() -> list[Feature]:
 class Evidence(Result):
     """The evidence in a window of signals."""
 
-    values: dict[str, float] = about("The numbers by name, see `evidence_features`; NaN if one cannot be measured.")
+    values: dict[str, float] = about("The numbers by name, see `evidence_features`; NaN for a number that cannot be measured.")
     op_span: float = about("Span of the OP without its slow part, percent of span. This span is the scale of S.")
     period_s: float = about("Dominant period, s.")
     op_only: bool = about("Whether the evidence is from the OP alone.")
@@ -78,7 +78,7 @@ def evidence(op: Samples, pv: Samples | None = None, sp: Samples | None = None, 
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If the signals differ in length, one is not finite, or there is nothing to measure.
+        If the signals differ in length, a sample is not finite, or there is nothing to measure.
 
     Examples
     --------
@@ -107,7 +107,7 @@ class Weighed(Result):
     S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval.")
     J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval.")
     limit: float | None = about(
-        "Detection limit of S, percent of span (95 %); None if it exceeds three spans of the OP, or there is only the OP."
+        "Detection limit of S, percent of span (95 %); None for a limit above three spans of the OP, or there is only the OP."
     )
     z: float = about("The `z` of the evidence. From 3 on, a diagnosis does not clear a valve.")
     distance: float = about(

@@ -135,7 +135,7 @@ def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If the signals differ in length, are too short or not finite, or one does not move.
+        If the signals differ in length, are too short or not finite, or a signal does not move.
 
     References
     ----------
@@ -173,7 +173,7 @@ def fit_extended_arx(input: Samples, output: Samples, *, delay: int, walk: float
     Parameters
     ----------
     input, output : array_like
-        Signals of equal length, both of magnitude one, such as standardised signals.
+        Signals of equal length and of magnitude 1, such as standardised signals.
     delay : int
         Delay from input to output, samples, at least 1.
     walk : float
@@ -260,7 +260,8 @@ def fit_hammerstein(
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If the signals differ in length, one is not finite or does not move, there is no period, or there are too few samples.
+        If the signals differ in length, a sample is not finite, a signal does not move, there is no period, or there are too few
+        samples.
 
     Examples
     --------
@@ -339,7 +340,8 @@ def weigh_valve(op: Samples, pv: Samples, *, sample_time: float, period_s: float
     TypeError
         If a signal holds no real numbers.
     ValueError
-        If the signals differ in length, one is not finite or does not move, there is no period, or there are too few samples.
+        If the signals differ in length, a sample is not finite, a signal does not move, there is no period, or there are too few
+        samples.
 
     Examples
     --------

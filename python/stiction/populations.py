@@ -28,7 +28,7 @@ class Truth(Result):
     visible: bool = about("Whether the record can show the fault; False for healthy valves.")
     model: str | None = about("Model of a sticking or stuck valve; None for a healthy valve.")
     S: float = about(
-        "Stick band plus dead band, percent of span; for a healthy valve its harmless dead band, for a stuck one 200."
+        "Stick band plus dead band, percent of span; for a healthy valve the harmless dead band, for a stuck valve 200."
     )
     J: float = about("Slip jump, percent of span.")
     slips: int = about("Number of slips of a sticking valve within the record.")
@@ -53,7 +53,7 @@ class Member(Signals):
     sample_time: float = about("Time between samples, s.")
     op: Array = about("Recorded controller output, percent.")
     pv: Array | None = about("Recorded process value.")
-    sp: Array | None = about("Recorded set point, in PV units; None if it is not recorded.")
+    sp: Array | None = about("Recorded set point, in PV units; None if not recorded.")
     vp: Array = about("True valve position, percent; a plant would not record it.")
     truth: Truth = about("The truth about it.")
 

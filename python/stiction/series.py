@@ -38,7 +38,7 @@ class ZeroCrossings(Result):
 
 @documented
 def zero_crossings(x: Samples) -> ZeroCrossings:
-    """Find the sign changes of a series. A series that touches zero and turns back does not cross it.
+    """Find the sign changes of a series. A series that touches zero and turns back does not cross zero.
 
     Raises
     ------

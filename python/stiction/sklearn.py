@@ -87,7 +87,7 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         Parameters
         ----------
         y : array_like, optional
-            Whether their valves stick, as truth values, or 0 and 1.
+            Whether the valves stick, as truth values, or 0 and 1.
 
         Returns
         -------
@@ -182,7 +182,7 @@ class StictionQuantifier(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         Parameters
         ----------
         y : array_like, optional
-            Their true S or J, percent of span.
+            True S or J of the valves, percent of span.
 
         Returns
         -------

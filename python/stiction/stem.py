@@ -46,12 +46,12 @@ class StemResponse(Result):
     """The motion of a stem."""
 
     time_s: Array = about("Times of the samples, s.")
-    op: Array | None = about("Controller output at those times, percent; None if a pressure was given.")
+    op: Array | None = about("Controller output at these times, percent; None if a pressure was given.")
     pressure_pa: Array = about("Acting air pressure, Pa.")
     vp: Array = about("Position, percent of stroke.")
     position_m: Array = about("Position, m.")
     velocity_m_per_s: Array = about("Velocity, m/s.")
-    friction_n: Array = about("Friction force, N; positive if it opposes upward motion.")
+    friction_n: Array = about("Friction force, N; positive against upward motion.")
     slips: int
     stops: int = about("Number of slips, and of stops.")
     events: list[StemEvent] = about("All events, in order of time.")

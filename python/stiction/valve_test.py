@@ -260,8 +260,8 @@ def read(
     recording : Recording or table
         The recording, with the operation before the test; see `plan`.
     done : iterable of (float, float or None), optional
-        For each turn the time at which the OP was set, s on the recording's clock, and its new value, percent. None as the value
-        marks a return to automatic. By default the turns are found from the mode, or else from the OP.
+        For each turn the time at which the OP was set, s on the recording's clock, and the new value of the OP, percent. None as
+        the value marks a return to automatic. By default the turns are found from the mode, or else from the OP.
     plan : TestPlan, optional
         The plan of the test. The result then has a comparison with the plan.
     rises : bool, optional
@@ -323,7 +323,7 @@ def compare(
     before_done, after_done : iterable of (float, float or None), optional
         The manual moves of each test, like `done` of `read`.
     before_plan, after_plan : TestPlan, optional
-        The plan of each test, like `plan` of `read`. Each reading then includes its deviations from the plan.
+        The plan of each test, like `plan` of `read`. Each result then includes the deviations from the plan.
     rises : bool, optional
         Whether the PV rises when the OP rises; by default from the action of the controller, or else from the test.
 

@@ -88,9 +88,9 @@ def valve(
     moving : bool, default False
         Whether the stem initially moves in that direction.
     K : float, optional
-        Overshoot of a slip, 1 (none) to 2 (no damping), for models that use it; by default 1.99.
+        Overshoot of a slip, 1 (none) to 2 (no damping), for models with overshoot; by default 1.99.
     rest_tolerance : float, optional
-        Speed of the OP that counts as a pause, percent of span per second, for models that use it; by default 0.
+        Speed of the OP that counts as a pause, percent of span per second, for models with such a speed; by default 0.
     limits : tuple of float, optional
         Lowest and highest OP and VP, percent of span; by default none.
     lag_s : float, default 0

@@ -43,7 +43,7 @@ class WhatIf(Result):
     """All actions, ranked, and a recommendation."""
 
     rows: list[Action] = about("The actions, by ascending worst error.")
-    interim: str | None = about("The recommended action until the valve is repaired, if there is one.")
+    interim: str | None = about("The recommended action until the valve is repaired, if any.")
     recommendation: list[str] = about("The recommendation, in sentences.")
     assumptions: list[str] = about("The assumptions, in sentences.")
     manual_test: TestPlan | None = about(
@@ -98,7 +98,7 @@ def what_if(
     Parameters
     ----------
     repaired_S, repaired_J : float, optional
-        S and J of a repaired valve, percent of span; by default 0.4 and 0.1, or S and J of the valve if they are smaller.
+        S and J of a repaired valve, percent of span; by default 0.4 and 0.1, or S and J of the valve if these are smaller.
     positioner_gain : float, optional
         Gain of a positioner; by default 10.
     ms : float, optional
@@ -106,7 +106,7 @@ def what_if(
     methods : sequence of str, optional
         Compensators to try, see `stiction.compensation.compensators`; by default all.
     progress : callable, optional
-        Called with the number of finished simulations and tunings whenever it has grown. The total number is not known in advance.
+        Called with the number of finished simulations and tunings after each increase. The total number is not known in advance.
 
     Raises
     ------

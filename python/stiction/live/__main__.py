@@ -109,7 +109,7 @@ def parser(program: str = "python -m stiction.live") -> argparse.ArgumentParser:
     init = tasks.add_parser(
         "init",
         help="propose plant.toml for a server or a database",
-        description="Propose plant.toml for an OPC UA server or a database. Doubts are comments in it.",
+        description="Propose plant.toml for an OPC UA server or a database. Doubts are comments in the file.",
         epilog="examples:\n  stiction plant -C north init opc.tcp://server:4840\n"
         "  stiction plant -C north init postgres://reader@host/plant?table=samples\n\n" + ENVIRONMENT,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -168,7 +168,7 @@ def _note(text: str) -> None:
 
 @contextlib.contextmanager
 def _progress() -> Iterator[Callable[[str], None]]:
-    """Print notes of a long run: all notes on a terminal, otherwise one per interval. Without a new note, repeat the last one.
+    """Print notes of a long run: all notes on a terminal, otherwise one per interval. Without a new note, repeat the last note.
     """
     every_s = 0.0 if sys.stderr.isatty() else PROGRESS_S
     shown, last, ended = time.monotonic(), "", threading.Event()

@@ -1,8 +1,8 @@
 """Decides whether the time of a new value is right.
 
 The times of late values are right: a device that was disconnected delivers its values afterwards and catches up. A source with a
-wrong clock stays behind. Its values would be written between the values of past hours, so the tags of a loop would no longer match
-in time.
+wrong clock stays behind. Values of such a source would be written between the values of past hours, so the tags of a loop would no
+longer match in time.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ class Belief(Enum):
 
     RIGHT = "right"
     LATE = "late"
-    """The time is later than all known ones of the tag, so the value is stored."""
+    """The time is later than all known times of the tag, so the value is stored."""
     KNOWN = "known"
     """The time lies among times that are already known, so the value is not stored."""
     BEHIND = "behind"
-    """The source stays behind: its clock is wrong, and the value is not stored."""
+    """The source stays behind. The clock of the source is wrong, and the value is not stored."""
 
 
 LASTING_S = 60.0
-"""Seconds for which a source must be behind, by this computer's clock, before its clock counts as wrong. A busy computer is
-behind for a shorter time.
+"""Seconds for which a source must be behind, by this computer's clock, before the clock of the source counts as wrong. A busy
+computer is behind for a shorter time.
 """
 
 

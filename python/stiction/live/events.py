@@ -1,7 +1,7 @@
 """Events of a plant: new conclusions on loops in its ranking.
 
 The verdicts, changes and the health of the data come from the week's ranking. A loop has an event when two successive judgements
-find a fault of its valve or its data. It has another event when two successive judgements no longer find the fault.
+find a fault of its valve or its data. The loop has a second event when two successive judgements no longer find the fault.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def derive(reported: Reported, rows: Iterable[Mapping[str, Any]], now: datetime 
             events.append({"event": kind, "loop": row["loop"], "at": at, "text": text} | {key: row[key] for key in keys})
 
         def again(what: str, found: str | None) -> bool:
-            """Return whether the previous judgement found the same."""
+            """Return whether the previous judgement found the same fault."""
             was = known.pop(f"{what} before", None)
             if found:
                 known[f"{what} before"] = found

@@ -1,7 +1,7 @@
 """The files of fetched days: ``data/sql/SOURCE/YYYY-MM-DD.parquet``, one folder for each table or server.
 
-The file of a day only grows. Rows that a source no longer has stay in the file. If a source has different values for the same
-times, they replace the stored values, with a note.
+The file of a day only grows. Rows that a source no longer has stay in the file. If a source has different values for known times,
+the new values replace the stored values, with a note.
 """
 
 from __future__ import annotations

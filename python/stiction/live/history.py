@@ -1,8 +1,8 @@
 """Reads series to their end from a source that may cut its answers.
 
-A source limits the number of values in an answer, and not every source states the limit. So an answer covers only the times from
-its first to its last value. `Reading` asks for the times before and after them until nothing new comes. It does not depend on a
-protocol: it states the next request, and receives the answers.
+A source limits the number of values in an answer, and not every source states the limit. An answer therefore covers only the times
+from its first to its last value. `Reading` asks for the times before and after an answer until nothing new comes. This module does
+not depend on a protocol. It states the next request, and receives the answers.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 __all__: list[str] = []
 
 MOST_ANSWERS = 5_000
-"""Maximum number of answers about a series. Values that are still missing after them are reported as unread."""
+"""Maximum number of answers about a series. Values that are still missing after this number are reported as unread."""
 MOST_VALUES = 5_000_000
 """Maximum number of values of a series."""
 IDLE = 10
@@ -60,7 +60,7 @@ class Span:
     point: bytes | None = None
     asked: tuple[int, int] = (0, 0)
     shared: bool = False
-    """Whether the span was requested together with others."""
+    """Whether the span was requested together with other spans."""
     low: int | None = None
     high: int | None = None
     is_new: bool = False
@@ -82,8 +82,8 @@ class _Series:
 class Reading:
     """The reading of some series between two times, both included.
 
-    `time_of` returns the time of a value (None without a time). `key_of` returns what distinguishes a value from others of the same
-    time.
+    `time_of` returns the time of a value (None without a time). `key_of` returns what distinguishes a value from other values with
+    the same time.
     """
 
     def __init__(

@@ -5,10 +5,10 @@ over, the journal moves to ``.stiction/live/ready``. `fold` writes it to ``data/
 all, and removes the journal. Values that arrive later for that hour make another journal, with which the file is written again.
 A second file of the same hour is not possible, because the scan refuses files of one loop whose times interleave.
 
-A file of an hour is a long table: ``time`` (UTC), ``tag``, ``value``, ``status_code`` (OPC UA). It has one row group per tag, so
-that a scan reads only the loops that it needs. Every tag of the collector is in every file. A tag without a value in the hour
-has its held value at the start of the hour (`HELD`), or no value (`NONE`). Where values may be missing, a row without a value
-marks the start of the gap (`LOST`), so that nothing is held across it.
+A file of an hour is a long table: ``time`` (UTC), ``tag``, ``value``, ``status_code`` (OPC UA). The file has one row group per tag,
+so that a scan reads only the necessary loops. Every tag of the collector is in every file. A tag without a value in the hour has
+its held value at the start of the hour (`HELD`), or no value (`NONE`). Where values may be missing, a row without a value marks the
+start of the gap (`LOST`), so that nothing is held across it.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ LOST = 0x809D_0000
 NONE = 0x809B_0000
 """The status code of a tag that has no value in an hour (BadNoData)."""
 MARK = 0xFFFF_FFFF
-"""The tag of a record without a value, which states the time up to which all values are known. Its value is the number of the
-record. The record with the highest number counts, because a clock may go back.
+"""The tag of a record without a value, which states the time up to which all values are known. The value of such a record is the
+number of the record. The record with the highest number counts, because a clock may go back.
 """
 VOID = 1
 """The status of a record of the tag `MARK` that invalidates earlier values in its journal with the same time or a later time."""
@@ -177,7 +177,7 @@ class Recorder:
         self._forget()
 
     def flush(self, durable: bool = False) -> None:
-        """Write the waiting values. An error, such as a full disk, loses them but leaves the journals intact."""
+        """Write the waiting values. An error, such as a full disk, loses these values but leaves the journals intact."""
         waiting, self._waiting, self._bytes = self._waiting, {}, 0
         for hour, values in waiting.items():
             try:
@@ -257,11 +257,11 @@ class Recorder:
 
 
 _JOURNAL = re.compile(r"[0-9]{4}-(0[1-9]|1[0-2])-([0-2][0-9]|3[01])T([01][0-9]|2[0-3])\.[0-9]{1,12}\.values")
-"""The names of journals. Other files in their folders are ignored."""
+"""The names of journals. Other files in the folders are ignored."""
 
 
 def _write(file: BinaryIO, data: bytes | bytearray) -> None:
-    """Writes all bytes. A disk that becomes full may accept only some of them."""
+    """Writes all bytes. A disk that becomes full may accept only some values."""
     rest = memoryview(data)
     while rest:
         rest = rest[file.write(rest) :]
@@ -486,7 +486,7 @@ class Stored:
 
 
 def joined(parts: Sequence[Rows]) -> Rows:
-    """The rows of parts in order of time, without duplicates. A bad value is left out if a usable one has the same time."""
+    """The rows of parts in order of time, without duplicates. A bad value is left out if a usable value has the same time."""
     time = np.concatenate([part.time for part in parts])
     value = np.concatenate([part.value for part in parts])
     status = np.concatenate([part.status for part in parts])
@@ -573,7 +573,7 @@ def _fold_hour(data: Path, hour: int, journals: Sequence[Path]) -> tuple[Folded,
         folded.rows = written(path, tables())
     if differ:
         some = f"{', '.join(differ[:3])}{', ...' if len(differ) > 3 else ''}"
-        folded.problems.append(f"{shown(hour)}: values that arrived later differ from the stored ones of the same times; both are kept ({some})")
+        folded.problems.append(f"{shown(hour)}: values that arrived later differ from stored values of the same times; both are kept ({some})")
     return folded, changed
 
 
@@ -679,8 +679,8 @@ def _batches(
 def steady(plant: Path, server: int, computer: int) -> int:
     """The time from which the age of files is counted, chosen so that a jumping clock removes no file.
 
-    It is the server's clock, but never ahead of this computer's clock. Between calls it advances at most twice as fast as that
-    clock.
+    This time is from the server's clock, but never ahead of this computer's clock. Between calls this time advances at most twice
+    as fast as this computer's clock.
     """
     path = live_folder(plant) / "retention.json"
     try:

@@ -1,4 +1,5 @@
-"""Writes finished hours to their files and judges them. It runs in its own process, so that collection never waits for it.
+"""Writes finished hours to their files and judges them. The judgement runs in a separate process, so that collection never waits
+for it.
 
 ``python -m stiction.live.judging`` reads its settings as JSON from standard input, and prints the result as JSON.
 """

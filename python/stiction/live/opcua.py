@@ -214,8 +214,8 @@ def _loaded(path: Path) -> x509.Certificate:
 
 
 def check_certificate(data: bytes, uri: str | None, host: str, security: Security) -> str | None:
-    """Check the certificate of a server on a host against the trusted ones, and return a note, if any. `uri` is the URI of the
-    server's application, if known.
+    """Check the certificate of a server on a host against the trusted certificates, and return a note, if any. `uri` is the URI of
+    the server's application, if known.
 
     Raises
     ------
@@ -291,8 +291,8 @@ def _names(certificate: x509.Certificate) -> tuple[list[str], set[str]]:
 
 
 def _no_issuer(issuer: x509.Certificate, certificate: x509.Certificate, now: datetime) -> str | None:
-    """Why a trusted certificate is no valid issuer of a server's certificate. The reason is empty if the certificate did not sign the
-    server's, and None if it is a valid issuer.
+    """Why a trusted certificate is no valid issuer of a server's certificate. The reason is empty if the certificate did not sign
+    the server's certificate, and None for a valid issuer.
     """
     try:
         certificate.verify_directly_issued_by(issuer)
@@ -317,11 +317,11 @@ class Found:
     """A variable of a server."""
 
     node: str
-    """Its node, such as ``nsu=urn:plant;s=FIC101.PV``."""
+    """Node of the variable, such as ``nsu=urn:plant;s=FIC101.PV``."""
     identifier: str
-    """The text of its identifier; empty for a number."""
+    """Text of the node's identifier; empty for a number."""
     path: str
-    """Its browse path, such as ``Unit 1/FIC101.PV``."""
+    """Browse path of the variable, such as ``Unit 1/FIC101.PV``."""
 
 
 @dataclass
@@ -634,7 +634,7 @@ class Server:
         on_values: Callable[[Sequence[tuple[int, Any]]], None],
         on_alive: Callable[[], None],
     ) -> None:
-        """Asks for notifications until the connection ends. Its exception has the reason."""
+        """Asks for notifications until the connection ends. The exception has the reason."""
         session, expected = self.session, None
         acknowledged: list[Any] = []
         while True:
@@ -694,7 +694,7 @@ class Server:
 
     async def _history(self, asked: Sequence[tuple[Any, bytes | None]], begin: int, end: int) -> list[Answer]:
         """The server's answer about nodes, and where it continues. If the server refuses the size of an answer, the request is
-        repeated with a smaller one.
+        repeated with a smaller size.
         """
         details = ua.ReadRawModifiedDetails()
         details.IsReadModified = False

@@ -1,9 +1,9 @@
 """Samples from a PI Web API, by ``streamsets/recorded``. This module follows the documentation and was not tested on a real
 server.
 
-The address is ``pi://HOST/piwebapi/DATA-SERVER``. Only GET is sent. Points are those whose names belong to loops. A server limits
-the values of an answer. ``?maxCount=N`` at the end of the address requests N at a time. A limit that the server states is obeyed,
-and an answer that is shorter than requested does not count as complete.
+The address is ``pi://HOST/piwebapi/DATA-SERVER``. Only GET is sent. The module reads the points whose names belong to loops. A
+server limits the values of an answer. ``?maxCount=N`` at the end of the address requests N at a time. A limit that the server
+states is obeyed, and an answer that is shorter than requested does not count as complete.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def _reason(error: urllib.error.HTTPError) -> str:
 
 
 def _body(answer: Any) -> bytes:
-    """The body of an answer. A server that sends it too slowly, or does not end it, is abandoned."""
+    """The body of an answer. A server that sends the body too slowly, or without end, is abandoned."""
     until, body = time.monotonic() + ANSWER_S, bytearray()
     while part := answer.read1(1 << 20):
         body += part

@@ -1,8 +1,8 @@
 """Tables of samples in SQL databases: PostgreSQL (also TimescaleDB), and any database with an ODBC driver.
 
-A table is long (times, tags, values, perhaps qualities) or wide (times, and a column per tag), as docs/recordings.md describes. It
-is read in a read-only transaction, one loop and one day at a time, so memory contains one day of one loop. Each day is added to a
-file, which ``stiction plant scan`` reads.
+A table is long (times, tags, values, perhaps qualities) or wide (times, and a column per tag), as docs/recordings.md describes. The
+module reads in a read-only transaction, one loop and one day at a time, so memory contains one day of one loop. Each day is added
+to a file, which ``stiction plant scan`` reads.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ DAY = 86_400_000_000
 ROWS = 20_000
 """Rows of one transfer from the database."""
 AGAIN = 2
-"""Days before the last known one that are read again, because late values may have arrived."""
+"""Days before the last known day that are read again, because late values may have arrived."""
 QUALITIES = {"good": hours.GOOD, "uncertain": 0x4000_0000, "bad": hours.BAD}
 EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 FIRST = 315_532_800_000_000
@@ -390,8 +390,8 @@ def fetch(
 ) -> dict[str, int]:
     """Add the rows of a table to daily files below ``data/sql`` of a plant.
 
-    Only new days, and the last two before them, are read again. `say` is called for each day, and `note` with warnings for the
-    user.
+    The function reads new days, and the last two days before them again. `say` is called for each day, and `note` with warnings for
+    the user.
     """
     path = plant / "plant.toml"
     try:

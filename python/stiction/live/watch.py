@@ -1,7 +1,7 @@
 """Collects the values of a plant from an OPC UA server, and starts a judgement every hour.
 
 The server's clock decides when an hour is over, so a server that replays a recording works like a plant. A broken connection is
-made again. The missed values come from the server's history if it has one. Otherwise a gap remains.
+made again. The missed values come from the server's history, if the server has a history. Otherwise a gap remains.
 """
 
 from __future__ import annotations
@@ -173,7 +173,7 @@ class Watcher:
         self.options.say(f"{datetime.now(timezone.utc):%Y-%m-%d %H:%M:%S} {text}")
 
     def say_once(self, key: str, text: str, again_s: float = 600.0) -> None:
-        """Write a line unless the last minutes had one of the same key, or many of its kind (the first word of the key).
+        """Write a line unless the last minutes had a line of the same key, or many lines of its kind (the first word of the key).
         The next line states how many were left out.
         """
         now, kind = time.monotonic(), key.partition(" ")[0]
@@ -461,7 +461,7 @@ class Watcher:
         return is_new
 
     def _number(self, index: int, value: Any, status: int) -> float:
-        """The value as a number; NaN for a bad value or one without a number."""
+        """The value as a number; NaN for a bad value or a value without a number."""
         if status >= hours.BAD or value.Value is None:
             return math.nan
         kind, content = value.Value.VariantType, value.Value.Value
@@ -491,7 +491,7 @@ class Watcher:
         return min(filter(None, (self.fill_from, self.dropped_from)), default=None)
 
     def _drop(self, index: int, before: int) -> None:
-        """Records that the server dropped values of a tag between the last one and this time."""
+        """Records that the server dropped values of a tag between the last value and this time."""
         after = self.last[index] if self.last[index] > 0 else self._floor
         after = self.dropped.get(index, (after, 0))[0]
         if self.back is not None and self._before_back:
@@ -710,7 +710,7 @@ class Watcher:
         self._turned.clear()
 
     def _some(self, places: Sequence[int]) -> str:
-        """Names tags, and of many only the first ones."""
+        """Names tags, but only the first tags of many."""
         first = ", ".join(self.names[k] for k in places[:3])
         return f"{len(places)} tags ({first}{', ...' if len(places) > 3 else ''})" if len(places) > 1 else first
 
@@ -799,8 +799,8 @@ class Watcher:
         return True
 
     def _is_undone(self, now: int, before: int, after: int, computer: int) -> bool:
-        """Whether a jump of the clock is undone. It is undone if the clock is behind the time to which it jumped, or nearer to its
-        time without the jump, by this computer's clock.
+        """Whether a jump of the clock is undone. The jump is undone if the clock is behind the time to which it jumped, or nearer
+        to its time without the jump, by this computer's clock.
         """
         passed = int(max(0.0, time.time() * US - computer) * self.speed)
         return before < after and now < after or abs(now - before - passed) < abs(now - after - passed)
@@ -831,7 +831,7 @@ class Watcher:
         self.last = [known.get(name, at) for name, at in zip(self.names, self.last)]
 
     def _ask_again(self, now: int) -> None:
-        """Ends the connection, so that the next one fills the gap."""
+        """Ends the connection, so that the next connection fills the gap."""
         self.clock, self._ticked = now, 0
         raise ConnectionError("the server's clock was wrong for a time; its values for that time are requested again")
 

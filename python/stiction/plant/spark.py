@@ -1,10 +1,10 @@
 """The scan of a plant on Apache Spark. Windows, rows and compiled code are the same as in the local scan.
 
-``python -m stiction.plant.spark --plant DIR --output DIR --input DATA`` runs it; `scan` takes a data frame.
+``python -m stiction.plant.spark --plant DIR --output DIR --input DATA`` runs a scan; `scan` takes a data frame.
 
-One task on one core judges a window, from the samples of its days and the last sample of each tag on the day before. So a task
-needs memory for one window only, in a plant of any size. A window is a day. If ten periods of the loop's swing take longer, a
-second round judges a window of as many days as these periods. The local scan does the same.
+One task on one core judges a window, from the samples of its days and the last sample of each tag on the day before. A task
+therefore needs memory for one window only, in a plant of any size. A window is a day. If ten periods of the loop's swing take
+longer, a second round judges a window of as many days as these periods. The local scan chooses its windows alike.
 """
 
 from __future__ import annotations
@@ -34,15 +34,16 @@ except ImportError:
 __all__ = ["MOST_ERRORS", "Pairs", "Plan", "Scan", "explain", "main", "pairs", "probe", "scan"]
 
 MOST_ERRORS = 0.05
-"""Maximum share of loops with an error. Above it, a job ends with an error after writing."""
+"""Maximum share of loops with an error. Above this share, a job ends with an error after writing."""
 TAKEN_TOGETHER = 20_000
 """Maximum number of rows that the driver writes to the store of a plant at a time."""
 WINDOWS_A_TASK = 16
-"""Maximum number of windows per task. They take some seconds, which are lost if a worker fails."""
+"""Maximum number of windows per task. Such a task takes some seconds, which are lost if a worker fails."""
 WINDOWS_A_CORE = 4_000
-"""Windows per core between two writes of the command. They take some minutes, which are lost if the driver fails."""
+"""Windows per core between two writes of the command. These windows take some minutes, which are lost if the driver fails."""
 LOOPS_A_BLOCK = 200
-"""Maximum number of loops that a task compares with as many others. Their traces of a week take some hundred megabytes."""
+"""Maximum number of loops that a task compares with as many others. The traces of these loops for a week take some hundred
+megabytes."""
 ROWS_A_BATCH = "spark.sql.execution.arrow.maxRecordsPerBatch"
 PAIRS_TOGETHER = 200_000
 """Maximum number of pairs of loops that the driver collects without first reducing them."""
@@ -125,7 +126,7 @@ def probe(spark: Any) -> None:
     Raises
     ------
     RuntimeError
-        If an executor has no wheel, or one of another version or model. The message names the executor and the remedy.
+        If an executor has no wheel, or a wheel of another version or model. The message names the executor and the remedy.
     """
     expected = _made_by()
 
@@ -229,7 +230,7 @@ class _Input:
         self.payload = [name for name in self.samples.columns if name not in {"loop_id", "time", "day", "is_op", "tag"}]
 
     def samples_of(self, loops: set[int]) -> Any:
-        """The samples of these loops. If they are many or the table is wide, samples of other loops are included."""
+        """The samples of these loops. For many loops or a wide table, samples of other loops are included."""
         if self.tag is None or 2 * len(loops) > len(self.names):
             return self.samples
         tags = sorted({tag for loop in loops for tag in self.tags[loop]})
@@ -312,7 +313,7 @@ def _some(names: Sequence[str]) -> str:
 
 
 class _Chain:
-    """The known windows. Each begins where the previous one ends."""
+    """The known windows. Each window begins where the previous window ends."""
 
     def __init__(self, plant: _core.Plant, of: _Input, marks: Any, known: Any, since: int | None) -> None:
         self.plant, self.names = plant, of.names
@@ -533,7 +534,7 @@ def scan(
         The text of a ``plant.toml``, or the path of its folder. By default the zone is UTC, and loops and columns are recognised
         by their names.
     known : pyspark.sql.DataFrame, optional
-        Rows of earlier scans. If they have a column ``run``, the last run of each window counts. Windows among them with the
+        Rows of earlier scans. If the rows have a column ``run``, the last run of each window counts. Windows among them with the
         same samples and settings are not judged again.
 
     Returns
@@ -619,7 +620,7 @@ def _trace_fields() -> list[Any]:
 
 
 def _traces(rows: Any) -> Any:
-    """Traces as the library reads them, from a table of rows that have one."""
+    """Traces as the library reads them, from a table of rows that have a trace."""
     return rows.select(["loop", *TRACE]).rename_columns(["loop", *(name.removeprefix("trace_") for name in TRACE)])
 
 
@@ -627,14 +628,14 @@ def _traces(rows: Any) -> Any:
 def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None) -> Pairs:
     """Find pairs of loops that may swing together, in blocks, and keep them in the store of the plant.
 
-    The report of the week uses these pairs and finds the same groups as without them. For thousands of loops, finding pairs is
-    the slow part of a report.
+    The report of the week uses these pairs and finds the same groups as a report without such pairs. For thousands of loops,
+    finding pairs is the slow part of a report.
 
     Parameters
     ----------
     rows : pyspark.sql.DataFrame
-        Rows with their traces, as returned by `scan`. If they have a column ``run``, the last run of each window counts. The
-        plant's store must already contain them.
+        Rows with their traces, as returned by `scan`. If the rows have a column ``run``, the last run of each window counts. The
+        plant's store must already contain these rows.
 
     Returns
     -------
@@ -646,7 +647,7 @@ def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None)
     RuntimeError
         If an executor has no wheel, or a wheel of another version or model.
     ValueError
-        If no window of the week was judged, or the rows differ from those of the store.
+        If no window of the week was judged, or the rows differ from the rows of the store.
     """
     import pyarrow as pa
 
@@ -786,7 +787,7 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--plant", required=True, metavar="DIR", help="the folder of plant.toml, whose store gets the rows")
     parser.add_argument("--output", required=True, metavar="PATH", help="where rows are written, by run, as Parquet")
-    parser.add_argument("--input", nargs="*", metavar="PATH", help="data; by default those named in plant.toml")
+    parser.add_argument("--input", nargs="*", metavar="PATH", help="data; by default the data named in plant.toml")
     parser.add_argument("--format", default="parquet", help="format of the data, such as delta [default: parquet]")
     parser.add_argument("--table", metavar="NAME", help="a table of the catalog instead of data")
     parser.add_argument("--since", metavar="DAY", help="judge windows from this day on, such as 2026-03-01")
@@ -818,12 +819,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        Arguments; by default those of the process.
+        Arguments; by default the arguments of the process.
 
     Returns
     -------
     int
-        0, or 1 if the command failed or too many loops have an error. In the latter case all rows are written.
+        0, or 1 if the command failed or too many loops have an error. If too many loops have an error, all rows are written.
     """
     of = _arguments(arguments)
     try:

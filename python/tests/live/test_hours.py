@@ -368,7 +368,7 @@ def test_later_values_that_disagree_are_kept_and_reported(tmp_path):
     [folded] = hours.fold(tmp_path, tmp_path / "data")
     assert listed(rows(tmp_path)["A.OP"]) == [(0, 1.0, 0), (0, 9.0, 0), (1, 2.0, 0)]
     [problem] = folded.problems
-    assert problem.endswith("differ from the stored ones of the same times; both are kept (A.OP)") and "2026-03-02 00:00:00" in problem
+    assert problem.endswith("differ from stored values of the same times; both are kept (A.OP)") and "2026-03-02 00:00:00" in problem
 
 
 def hostile(count):
