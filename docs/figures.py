@@ -1,4 +1,4 @@
-"""Draws the pictures of the documents again that a command of the project draws.
+"""Draws again the pictures of the documents that a command of the project draws.
 
 python3 docs/figures.py [path of the command, default target/release/stiction]
 

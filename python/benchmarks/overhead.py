@@ -3,8 +3,8 @@
     pip install . && python python/benchmarks/overhead.py
 
 The times are the best of many runs on one machine. Then eight threads diagnose, and the last figure is the number of busy cores.
-Both sides allocate the valve positions anew each time. Rust's are cleared first, as a slice must be; NumPy's need not be, so that
-Python can be the faster.
+Rust and Python allocate the valve positions anew each time. Rust's are cleared first, as a slice must be; NumPy's need not be, so
+that Python can be the faster.
 """
 
 import os

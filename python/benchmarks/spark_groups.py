@@ -30,7 +30,7 @@ CELLS = 86_400 // _core.TRACE_STEP_S
 
 
 def swing(rng, steps, late):
-    """A swing whose period wanders about so many steps, in noise."""
+    """Return a swing in noise, whose period wanders about this number of steps."""
     phase = np.cumsum(2 * np.pi / steps * (1 + 0.3 * rng.standard_normal(DAYS * CELLS + 50)))
     noise = np.random.default_rng((int(steps * 1000), late, 7)).standard_normal(DAYS * CELLS)
     return np.sin(phase)[late : late + DAYS * CELLS] + 0.7 * noise

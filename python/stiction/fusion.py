@@ -107,7 +107,7 @@ class Weighed(Result):
     S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval.")
     J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval.")
     limit: float | None = about(
-        "Detection limit of S, percent of span (95 %); None for a limit above three spans of the OP, or there is only the OP."
+        "Detection limit of S, percent of span (95 %); None for a limit above three spans of the OP, or with only the OP."
     )
     z: float = about("The `z` of the evidence. From 3 on, a diagnosis does not clear a valve.")
     distance: float = about(

@@ -72,7 +72,9 @@ class Comparison(Result):
     """The comparison of two tests before and after a repair."""
 
     effect: str = about("The change of S, one of `lowered`, `raised`, `unchanged` and `cannot tell`.")
-    difference: Difference | None = about("S after minus S before; None if a test neither finds nor limits S.")
+    difference: Difference | None = about(
+        "S after the repair minus S before the repair; None if a test neither finds nor limits S."
+    )
     sentences: list[str] = about("The result in sentences.")
     before: Reading = about("The test before the repair.")
     after: Reading = about("The test after it.")
@@ -97,7 +99,7 @@ class SignatureComparison(Result):
     """The comparison of two signatures before and after a repair."""
 
     effect: str = about("The change of S, one of `lowered`, `raised`, `unchanged` and `cannot tell`.")
-    difference: Difference | None = about("S after minus S before; None if a signature does not find S.")
+    difference: Difference | None = about("S after the repair minus S before the repair; None if a signature does not find S.")
     sentences: list[str] = about("The result in sentences.")
     before: Signature = about("The signature before the repair.")
     after: Signature = about("The signature after it.")

@@ -2,7 +2,7 @@
 
 A source limits the number of values in an answer, and not every source states the limit. An answer therefore covers only the times
 from its first to its last value. `Reading` asks for the times before and after an answer until nothing new comes. This module does
-not depend on a protocol. It states the next request, and receives the answers.
+not depend on a protocol. The module states the next request, and receives the answers.
 """
 
 from __future__ import annotations
