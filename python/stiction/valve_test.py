@@ -77,7 +77,7 @@ class Comparison(Result):
     )
     sentences: list[str] = about("The result in sentences.")
     before: Reading = about("The test before the repair.")
-    after: Reading = about("The test after it.")
+    after: Reading = about("The test after the repair.")
 
     def _summary(self) -> list[str]:
         return [self.effect, *self.sentences]
@@ -102,7 +102,7 @@ class SignatureComparison(Result):
     difference: Difference | None = about("S after the repair minus S before the repair; None if a signature does not find S.")
     sentences: list[str] = about("The result in sentences.")
     before: Signature = about("The signature before the repair.")
-    after: Signature = about("The signature after it.")
+    after: Signature = about("The signature after the repair.")
 
 
 def plan_signature(name: str = "", *, op: tuple[float, float] = (0.0, 100.0)) -> SignaturePlan:
