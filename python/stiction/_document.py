@@ -61,7 +61,7 @@ class Found(Result):
     relation: Relation | None = about("The likely mistake in the columns; None if OP and PV seem to belong together.")
     no_response: NoResponse | None = about("The behaviour of a PV that does not respond; None if it seems to respond.")
     few_slips: FewSlips | None = about(
-        "Slips of a record that looks stuck but has too few of them to decide; None for other records."
+        "Slips of a record that looks stuck but has too few slips to decide; None for other records."
     )
     windows: list[Window] = about("The windows of the judged segment that were weighed one by one, in order of time.")
     notes: list[str] = about("Remarks to the user by the reader of the file or another step.")
@@ -640,8 +640,8 @@ class RecordedSwing(Result):
     """An oscillation of a loop."""
 
     period_s: float = about("Period, s.")
-    op: float = about("The `swing()` of the OP, as in `Oscillation`, percent of span.")
-    pv: float = about("The `swing()` of the PV about its set point, in its units.")
+    op: float = about("Swing of the OP, as `amplitude` of an `Oscillation`, percent of span.")
+    pv: float = about("Swing of the PV about its set point, as `amplitude` of an `Oscillation`, in PV units.")
 
 
 @result
@@ -670,7 +670,7 @@ class Prospect(Result):
         "The action: `as it is`, `valve repaired`, `retuned`, `repaired and retuned`, `positioner`, or the name of a "
         "compensator."
     )
-    pv_swing: Estimate = about("The `swing()` of the PV about its set point, in its units.")
+    pv_swing: Estimate = about("Swing of the PV about its set point, as `amplitude` of an `Oscillation`, in PV units.")
     pv_swing_ratio: Estimate = about(
         "Ratio of the PV swing to the PV swing of the present loop, for each drawn loop; 20 for 20 or more."
     )

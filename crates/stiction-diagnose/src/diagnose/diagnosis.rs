@@ -98,7 +98,7 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// Size of the stiction.
     pub stiction: Stiction,
-    /// Slips of a record that looks stuck but has too few of them to decide; `None` for other records.
+    /// Slips of a record that looks stuck but has too few slips to decide; `None` for other records.
     pub few_slips: Option<FewSlips>,
     /// The evidence of all windows together; `None` where none could be weighed.
     pub evidence: Option<Weighing>,

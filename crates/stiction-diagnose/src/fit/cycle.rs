@@ -44,9 +44,9 @@ const UNLIKE: f64 = 0.05;
 pub struct Swing {
     /// Period, s.
     pub period_s: f64,
-    /// The [`swing()`] of the OP, as in `Oscillation`, percent of span.
+    /// Swing of the OP, as `amplitude` of an `Oscillation`, percent of span.
     pub op: f64,
-    /// The [`swing()`] of the PV about its set point, in its units.
+    /// Swing of the PV about its set point, as `amplitude` of an `Oscillation`, in PV units.
     pub pv: f64,
 }
 

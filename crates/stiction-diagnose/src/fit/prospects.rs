@@ -154,7 +154,7 @@ pub struct Prospect {
     /// compensator.
     #[cfg_attr(feature = "serde", serde(serialize_with = "by_name"), schemars(with = "String"))]
     pub action: Remedy,
-    /// The [`swing()`] of the PV about its set point, in its units.
+    /// Swing of the PV about its set point, as `amplitude` of an `Oscillation`, in PV units.
     pub pv_swing: Estimate,
     /// Ratio of the PV swing to the PV swing of the present loop, for each drawn loop; 20 for 20 or more.
     pub pv_swing_ratio: Estimate,
