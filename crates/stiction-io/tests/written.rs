@@ -75,7 +75,7 @@ fn guesses_become_lines_with_their_reasons() {
         "[loop.\"FIC1\"]",
         "type = \"flow\"  # by the letters of its tag, by the file, or given",
         "op_range = [0, 100]  # estimated; 8 to 100 wide is plausible",
-        "# Note: OP is between 8.5 and 9.5 without a unit and is interpreted as percent, of 0 to 100 (4 to 20, 3 to 15, 0 to 10, \
+        "# Note: OP is between 8.5 and 9.5, has no unit, and is interpreted as percent with the range 0 to 100 (4 to 20, 3 to 15, 0 to 10, \
          2 to 10 would fit, too); if the range is different, give op_range 4,20",
     ] {
         assert!(mapping.lines().any(|each| each == line), "{line}\n{mapping}");

@@ -40,7 +40,7 @@ pub fn of_valve_signal(
         (Unit::Share(full), Some(values)) if full > 1.0 && values.move_within_one() => {
             let sure = wording.of(Remedy::Range { signal: name, ends: Some((0.0, 1.0)) });
             let why = format!(
-                "{name} is in {unit}, but is between 0 and 1 and is interpreted as a fraction ({sure} confirms this), of"
+                "{name} is in {unit}, but is between 0 and 1 and is interpreted as a fraction ({sure} confirms this) with the range"
             );
             let guess = Guess::estimated((0.0, 1.0), why).or(&[(0.0, full)]);
             Some(Guess { example: Some((0.0, full)), ..guess })
@@ -117,7 +117,8 @@ fn unstated(name: &'static str, channel: &Channel, values: &Values) -> Unstated 
     let (low, high) = (values.low, values.high);
     let between = || usable.clone().any(|value| (0.0..1.0).contains(value) && *value > 0.0);
     if low >= 0.0 && high <= 1.0 && between() {
-        let why = format!("{name} is between 0 and 1 and is interpreted as a fraction, of");
+        let why =
+            format!("{name} is between 0 and 1 and is interpreted as a fraction with the range");
         let guess = Guess::estimated((0.0, 1.0), why);
         return Unstated::Guess(Guess { example: Some((0.0, 100.0)), ..guess });
     }
@@ -130,7 +131,7 @@ fn unstated(name: &'static str, channel: &Channel, values: &Values) -> Unstated 
         && let Some(first) = fits.first()
     {
         let why = format!(
-            "{name} is between {} and {} without a unit and is interpreted as percent, of",
+            "{name} is between {} and {}, has no unit, and is interpreted as percent with the range",
             spoken::number(low),
             spoken::number(high)
         );
@@ -140,7 +141,7 @@ fn unstated(name: &'static str, channel: &Channel, values: &Values) -> Unstated 
     let negative = usable.clone().filter(|value| **value < 0.0).count();
     if negative * 10 > usable.count() {
         let why = format!(
-            "{name} is often below 0, like a deviation from its mean, and is interpreted as percent of"
+            "{name} is often below 0, like a deviation from its mean, and is interpreted as percent with the range"
         );
         return Unstated::Guess(Guess::estimated((0.0, 100.0), why));
     }
