@@ -89,8 +89,8 @@ pub fn card(learned: &Learned, sha256: &str, train: &Dataset, test: &Test<'_>) -
     writeln!(out, "\n## Decisions\n\n{}", decide::table(bundle, &test.data.full)?)?;
     writeln!(
         out,
-        "The next table shows the search for the thresholds on the calibration loops. For shares of decisions and of \
-         healthy loops, the table gives upper ends of one-sided 90 % intervals.\n\n{}",
+        "The next table shows the search for the thresholds on the calibration loops. The columns of wrong decisions, \
+         wrong accusations and accused healthy loops give upper ends of one-sided 90 % intervals.\n\n{}",
         learned.choice.table()
     )?;
     let share = "The table gives each feature's share of the total gain of all splits, for models of OP and PV.";
