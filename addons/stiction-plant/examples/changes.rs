@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for line in truth.lines().skip(1) {
             let cells: Vec<&str> = line.split(',').collect();
             let [name, _, story, first, last, _, _, _, _, _, reached_by, _] = cells[..] else {
-                return Err(format!("a line of the truth: {line}").into());
+                return Err(format!("truth.csv has a line without 12 cells: {line}").into());
             };
             let reports = || {
                 rankings.iter().filter_map(|ranking| {

@@ -125,7 +125,7 @@ impl Cuts {
         let of_split = of_features.bytes() + of_cuts.bytes() + 2;
         let needed = splits.saturating_mul(of_split).saturating_add(count.saturating_mul(2));
         if needed > from.0.len() {
-            return Err(damaged("has more trees than bytes"));
+            return Err(damaged("ends before all of its trees"));
         }
         let nodes = 2 * splits + count;
         let (is_split, missing_right) =

@@ -452,7 +452,10 @@ impl Bench<'_> {
             }
         }
         let best = best.filter(|point| point.gain != 0.0).ok_or_else(|| {
-            Abstention("the process gain would have the sign of an inverse controller".to_owned())
+            Abstention(
+                "the process gain would have the wrong sign for the action of the controller"
+                    .to_owned(),
+            )
         })?;
         let skip = most_delay(&delays) as usize;
         let m = (n - ORDER - skip.min((n - ORDER) / 2)) as f64;
