@@ -57,7 +57,7 @@ pub fn table(train: &Dataset, test: &Dataset, report: impl Fn(&str)) -> Result<S
     let Worth { auc, log_loss, .. } = learned(&knowing, &of_test, &open(&knowing, &all), taught)?;
     let _ = writeln!(
         out,
-        "| {taught}, the true stem's nats among the features: a bound | {auc:.4} | {log_loss:.4} |"
+        "| {taught}, with the gain of an observer who knows the stem as a feature: upper bound | {auc:.4} | {log_loss:.4} |"
     );
     out += &reached(test);
     Ok(out)

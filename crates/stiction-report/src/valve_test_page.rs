@@ -377,7 +377,7 @@ fn trend(test: &TestReading, context: &Context<'_>) -> Option<Figure> {
 /// The planned and actual sizes.
 fn planned(carried: &PlanComparison) -> Table {
     let table = Table::new(format!(
-        "Test and plan: the test has {}, and the plan has {} of these sizes or more.",
+        "Test and plan: the test has {}, and the plan has at least {} for the planned sizes below.",
         counted(carried.turns, "turn"),
         carried.turns_planned
     ))

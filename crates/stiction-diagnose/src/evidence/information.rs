@@ -17,8 +17,12 @@ const BESIDE: usize = 20;
 /// The features of this line, in the order of [`measure`]. The features of the whole window come first, then one of
 /// each sort for every S of the grid.
 pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
-    feature("info_z", 1, "most standard errors by which a sticking valve predicts the PV better"),
-    feature("info_z_s", 0, "S with the most standard errors, share of the OP's range, ln"),
+    feature(
+        "info_z",
+        1,
+        "largest advantage of a sticking valve in predicting the PV, standard errors",
+    ),
+    feature("info_z_s", 0, "S of the largest advantage, share of the OP's range, ln"),
     feature("info_gain", 1, "largest gain in log-likelihood by a sticking valve, nats, ln(1 + x)"),
     feature("info_gain_s", 0, "S of the largest gain, share of the OP's span, ln"),
     feature("info_power", 0, "expected gain if the valve sticks with this S, nats, ln(1 + x)"),
