@@ -25,7 +25,7 @@ def called(name: str, what: object) -> tuple[str, list[Any] | None]:
 
 
 def names(module: str) -> Iterator[tuple[str, list[Any] | None]]:
-    """The public names of a module, and the members of its classes. Modules in a module are not among its names."""
+    """The public names of a module, and the members of its classes. Submodules are left out."""
     loaded = importlib.import_module(module)
     for own in getattr(loaded, "__all__", dir(loaded)):
         what = getattr(loaded, own)

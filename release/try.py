@@ -131,7 +131,7 @@ class Program:
         return f"exit code {done.returncode}\n{done.stdout}"
 
     def plain(self, said: bytes) -> str:
-        """Output without marks of the platform."""
+        """Output without differences between platforms: separators of paths, line ends and messages of the operating system."""
         # The words of the operating system for a missing file are its own, and Wine names no file for `CON.csv`.
         said = re.sub(rb"(?<=\.csv: ).*\(os error \d+\).*", b"(os error)", said)
         text = said.decode(errors="replace").replace("\\\\", "/").replace("\\", "/").replace("\r\n", "\n")

@@ -84,7 +84,7 @@ class LimitCycles(Result):
     method: str = about('``"exact"`` or ``"describing-function"``.')
     state: str = about('``"cycle"``, ``"no cycle"`` or ``"not known"``.')
     cycles: list[Cycle] = about(
-        "The cycles. Exact cycles that attract come first. By describing functions, the largest cycle comes first."
+        "The cycles. The exact method lists cycles that attract first. Describing functions list the largest cycle first."
     )
     reasons: list[str] = about("Why there is no cycle, or why this is not known; with cycles, how other motions end.")
     no_part: list[str] = about("Keys of the scenario that do not affect the prediction.")

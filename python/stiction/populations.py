@@ -54,7 +54,7 @@ class Member(Signals):
     op: Array = about("Recorded controller output, percent.")
     pv: Array | None = about("Recorded process value.")
     sp: Array | None = about("Recorded set point, in PV units; None if not recorded.")
-    vp: Array = about("True valve position, percent; a plant would not record it.")
+    vp: Array = about("True valve position, percent; not part of the recorded signals.")
     truth: Truth = about("The truth about it.")
 
     @drawn(2)
