@@ -137,7 +137,8 @@ pub fn fit(
     let n = input.len();
     if n != pv.len() || n < FEWEST_SAMPLES {
         return Err(Abstention(format!(
-            "a process fit needs at least {FEWEST_SAMPLES} samples of OP and PV; there are {n}"
+            "a process fit needs at least {FEWEST_SAMPLES} samples of both OP and PV; there are {n} and {}",
+            pv.len()
         )));
     }
     let still = || Abstention("the OP or the PV does not move".to_owned());
