@@ -86,7 +86,7 @@ pub fn take_qualities(
         };
         if role == Role::Ignored {
             notes.push(format!(
-                "\"{}\" is not used, because \"{name}\" on its left is not a signal; if it is the quality of a signal, give {}",
+                "\"{0}\" is not used, because \"{name}\" on its left is not a signal; if \"{0}\" is the quality of a signal, give {1}",
                 names[i],
                 wording.of(Remedy::map("pv_quality", names[i]))
             ));

@@ -321,7 +321,9 @@ impl<'a> Search<'a> {
         for _ in 0..lag {
             flow.slip();
             if flow.run_to_slip() != Event::Slips {
-                return End::Unknown("a repeated motion no longer repeats itself".to_owned());
+                return End::Unknown(
+                    "the slips of a motion repeated, but the next slip was missing".to_owned(),
+                );
             }
         }
         let cycle = measure(self.plant, &flow, flow.time - begin.time, mirrored, self.op_unit);
