@@ -86,7 +86,7 @@ fn print_limits(all: &[Longest]) {
     let [.., most] = TIMES;
     if let Some(median) = limits.get(limits.len() / 2) {
         println!(
-            "{} healthy loops cleared by {most} times the record: median limit {median:.1} %",
+            "{} healthy loops are cleared with a record {most} times as long: median limit of S {median:.1} %",
             limits.len()
         );
     }

@@ -33,8 +33,16 @@ pub const FEATURES: [Feature; 25] = [
     feature("rho3_fine", 1, "rho3 at three times the resolution"),
     feature("horch_tau", 0, "oddness of the correlation of OP and PV, by its crossings of zero"),
     feature("horch_rho", 0, "oddness of the correlation of OP and PV, by its peak"),
-    feature("pv_step_by_op", 0, "largest correlation of PV steps with the OP being above a level"),
-    feature("pv_by_op_side", 0, "largest correlation of the PV with the OP being above a level"),
+    feature(
+        "pv_step_by_op",
+        0,
+        "largest correlation of PV steps with whether the OP is above a level",
+    ),
+    feature(
+        "pv_by_op_side",
+        0,
+        "largest correlation of the PV with whether the OP is above a level",
+    ),
     feature("steady_t", 0, "share of short windows with a steady PV and a moving OP, by a t-test"),
     feature(
         "steady_slope",
@@ -131,7 +139,7 @@ pub fn measure(prepared: &Prepared<'_>, out: &mut Vec<f64>) {
     out.extend(values);
 }
 
-/// The largest correlation, in size, of the steps of `y` and of `y` itself with `u` being above a level;
+/// The largest correlation, in size, of the steps of `y` and of `y` itself with whether `u` is above a level;
 /// levels with less than a tenth of the samples on either side do not count.
 fn by_level(u: &[f64], y: &[f64]) -> [f64; 2] {
     let mut order: Vec<usize> = (1..u.len()).collect();
