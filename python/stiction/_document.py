@@ -875,7 +875,7 @@ class Place(Result):
 
 @result
 class Checked(Result):
-    """The content of a plant's data."""
+    """The files and loops of a plant, and problems in them."""
 
     plant: str = about("Name of the plant.")
     files: int = about("Files named in the plant's file.")

@@ -15,7 +15,7 @@ use stiction_diagnose::diagnose::Grade;
 use stiction_diagnose::recording::{Mode, Recording};
 use stiction_io::reading::Reading;
 
-/// The content of a plant's data.
+/// The files and loops of a plant, and problems in them.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Checked {
     /// Name of the plant.
