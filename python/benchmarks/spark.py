@@ -29,7 +29,7 @@ PAGE = os.sysconf("SC_PAGE_SIZE")
 
 
 def below(root):
-    """CPU s, memory in bytes and the command of a process and all below it, by number."""
+    """CPU time (s), memory (bytes) and command of a process and of all its descendants, by process ID."""
     parents, found = {}, {}
     for folder in Path("/proc").glob("[0-9]*"):
         try:

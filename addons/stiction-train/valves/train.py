@@ -101,7 +101,7 @@ def logit(p: float) -> float:
 
 
 def reported(log_odds: np.ndarray, sides: list[tuple[float, float]]) -> np.ndarray:
-    """The reported log-odds, as `Confidence::told`."""
+    """The reported log-odds, as `Confidence::reported`."""
     free, sure = logit(1.0 - FREE), logit(SURE)
     size = np.abs(log_odds)
     out = size.copy()

@@ -1,9 +1,9 @@
 """Events to a webhook, and the state of a watch as Prometheus metrics.
 
-Each event is one POST of JSON. ``X-Stiction-Signature`` is ``sha256=`` and the HMAC-SHA256, with the secret of the environment
-variable ``STICTION_WEBHOOK_SECRET``, of the text ``TIME.BODY``, where TIME is the header ``X-Stiction-Time`` (s since 1970). An
-event is sent again until the receiver answers with a 2xx code. ``X-Stiction-Event`` is its number, by which a receiver recognises
-a repeated event.
+Each event is one POST of JSON. With a secret in the environment variable ``STICTION_WEBHOOK_SECRET``, the header
+``X-Stiction-Signature`` is ``sha256=`` followed by an HMAC-SHA256. The signed text is ``TIME.BODY``, where TIME is the header
+``X-Stiction-Time`` (s since 1970). An event is sent again until the receiver answers with a 2xx code. The header
+``X-Stiction-Event`` is the number of the event, by which a receiver recognises a repeated event.
 """
 
 from __future__ import annotations
