@@ -3,7 +3,7 @@
     python3 .ci/prose.py                         # exit code 1: a habit was found; file and line are printed
     python3 .ci/prose.py --long                  # also lists sentences above 30 words, without failing
     python3 .ci/prose.py --sample 100 --seed 1   # prints random sentences instead, to judge one by one
-    python3 .ci/prose.py --sample 100 --shown    # the same, only of what users read: no comments in the source of Rust
+    python3 .ci/prose.py --sample 100 --shown    # the same, only of what users read: no doc comments of Rust, no tools
 
 It reads Markdown outside code blocks, doc comments and string literals of Rust, docstrings and strings of Python, and strings and
 text of the lab's pages. Tests, scripts of benches, generated files, scripts and policies in strings are left out.
@@ -136,10 +136,15 @@ def prose(root: Path) -> Iterator[tuple[str, int, str]]:
                 yield from ((name, line, sentence) for sentence in SENTENCE.split(plain) if len(sentence.split()) > 2)
 
 
-def is_comment(root: Path, name: str, line: int) -> bool:
-    """Whether a sentence is in a doc comment of Rust that no command prints as its help."""
+# What only those read who change or release the project.
+OF_DEVELOPERS = re.compile(r"^(release|addons/stiction-train)/|/(examples|benchmarks)/|^(CONTRIBUTING|ARCHITECTURE)\.md$|^crates/stiction-diagnose/model/")
+
+
+def is_shown(root: Path, name: str, line: int) -> bool:
+    """Whether users read a sentence: not in a doc comment of Rust, unless a command prints it as its help."""
     source = (root / name).read_text()
-    return name.endswith(".rs") and source.splitlines()[line - 1].lstrip().startswith("//") and "use clap" not in source
+    is_comment = name.endswith(".rs") and source.splitlines()[line - 1].lstrip().startswith("//")
+    return not OF_DEVELOPERS.search(name) and (not is_comment or "use clap" in source)
 
 
 def faults(sentence: str) -> Iterator[str]:
@@ -169,7 +174,7 @@ def main() -> int:
     if options.sample:
         sentences = [each for each in all_of_it if len(each[2].split()) > 4]
         if options.shown:
-            sentences = [each for each in sentences if not is_comment(root, *each[:2])]
+            sentences = [each for each in sentences if is_shown(root, *each[:2])]
         for name, line, sentence in random.Random(options.seed).sample(sentences, min(options.sample, len(sentences))):
             print(f"{name}:{line}: {sentence}")
         return 0
