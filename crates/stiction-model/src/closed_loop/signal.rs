@@ -104,11 +104,9 @@ impl Signal {
     /// # Errors
     /// As [`Signal::source`]; also if a [`Signal::Samples`] is shorter than `n`.
     pub fn sample(&self, sample_time: f64, n: usize) -> Result<Vec<f64>> {
-        let mut source = self.source(sample_time, n)?;
-        Ok(match self {
-            Self::Samples(samples) => samples[..n].to_vec(),
-            _ => (0..n).map(|_| source.draw()).collect(),
-        })
+        let mut samples = vec![0.0; n];
+        self.source(sample_time, n)?.add_to(&mut samples, |sample| sample);
+        Ok(samples)
     }
 
     /// The signal as a stream of samples, one every `sample_time` seconds, for `n` of them.
@@ -227,6 +225,10 @@ impl SignalSource {
             (Signal::Samples(samples), _) if samples.len() >= end => {
                 let samples = &samples[self.index..end];
                 all.iter_mut().zip(samples).for_each(|(to, sample)| *part(to) += sample);
+                self.index = end;
+            }
+            (Signal::Constant(value), _) => {
+                all.iter_mut().for_each(|to| *part(to) += value);
                 self.index = end;
             }
             (Signal::Steps(steps), State::Next(next @ 1..)) if !reached(steps, *next, last) => {

@@ -19,6 +19,10 @@ type Column = {
   number?: boolean;
 };
 
+/** A less likely cause is left out, as on the page of the week. */
+const LEAST_LIKELY = 0.1;
+
+const cause = (row: Row) => ((row.alternative_likelihood ?? 0) >= LEAST_LIKELY ? row.alternative : null);
 const number = (value: number | null | undefined, text = rough) => (value == null ? "–" : text(value));
 const COLUMNS: Column[] = [
   {
@@ -85,10 +89,10 @@ const COLUMNS: Column[] = [
   { key: "travel", number: true, by: (row) => row.travel_per_hour, cell: (row) => number(row.travel_per_hour) },
   {
     key: "cause",
-    by: (row) => row.alternative,
+    by: cause,
     cell: (row) => (
       <>
-        {row.alternative}
+        {cause(row)}
         {row.period_s == null ? null : <small>{w.every(time(row.period_s))}</small>}
       </>
     ),
