@@ -17,19 +17,19 @@ pub const OF_OP: [Feature; 9] = [
     feature("samples_per_period", "recorded samples per period, logarithm"),
     feature("samples", "recorded samples, logarithm"),
     feature("op_at_limit", "share of the time in which the OP rests at a limit"),
-    feature("op_levels", "distinct values of the OP, on a log scale: 0 one, 1 as many as samples"),
+    feature("op_levels", "number of OP values, log scale: 0 for one, 1 for as many as samples"),
     feature("op_still", "share of the samples at which the OP does not move"),
-    feature("op_lines", "samples per straight line of the OP, logarithm; 0 as measured"),
-    feature("op_unsteady", "relative spread of the OP's amplitude from time to time"),
+    feature("op_lines", "samples per straight line of the OP, logarithm; 0 without compression"),
+    feature("op_unsteady", "relative spread of the OP's standard deviation from period to period"),
     feature("op_slow", "share of the OP's variance that is slower than two periods"),
 ];
 
 /// Features that need more signals.
 pub const OF_LOOP: [Feature; 10] = [
-    feature("pv_levels", "distinct values of the PV, on a log scale: 0 one, 1 as many as samples"),
+    feature("pv_levels", "number of PV values, log scale: 0 for one, 1 for as many as samples"),
     feature("pv_still", "share of the samples at which the PV does not move"),
-    feature("pv_lines", "samples per straight line of the PV, logarithm; 0 as measured"),
-    feature("period_mismatch", "size of the logarithm of the ratio of the periods of OP and error"),
+    feature("pv_lines", "samples per straight line of the PV, logarithm; 0 without compression"),
+    feature("period_mismatch", "longer over shorter period of OP and control error, logarithm"),
     feature("sp_known", "1 if the SP is recorded"),
     feature("sp_moves", "share of the samples at which the SP moves"),
     feature("sp_explains", "share of the PV's variance that the SP explains"),
@@ -38,7 +38,7 @@ pub const OF_LOOP: [Feature; 10] = [
         "share of the OP's moves that no PI law of the error explains, logarithm",
     ),
     feature("controller_kurtosis", "excess kurtosis of what the best PI law does not explain"),
-    feature("controller_action", "0 all integral action, 1 all proportional, by their amplitudes"),
+    feature("controller_action", "best PI law: 0 only integral action, 1 only proportional action"),
 ];
 
 /// Measures the features that need the OP only.

@@ -85,9 +85,9 @@ pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
     feature(
         "stem_over_placebo",
         1,
-        "nats that the best stem adds beyond reversed time, signed ln(1 + x)",
+        "nats that the best stem adds beyond the best stem in reversed time, signed ln(1 + x)",
     ),
-    feature("stem_curve", 0, "nats that the squared OP adds, ln(1 + x)"),
+    feature("stem_curve", 0, "nats that the squared OP adds to the OP, ln(1 + x)"),
     feature(
         "stem_beyond_curve",
         1,
@@ -96,22 +96,22 @@ pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
     feature(
         "stem_over_rival",
         1,
-        "smaller gain of the best stem over reversed time and squared OP, signed ln(1 + x)",
+        "smaller of the best stem's gains over reversed time and over the squared OP, signed ln(1 + x)",
     ),
-    feature("stem_gain_share", 0, "nats a sample that the best stem adds, ln"),
+    feature("stem_gain_share", 0, "nats per sample that the best stem adds, ln"),
     feature("stem_lacks", 0, "nats that the OP adds to the best stem, ln(1 + x)"),
     feature(
         "stem_s_mean",
         0,
-        "S by the likelihood of all stems, share of the OP's span, mean of ln",
+        "mean of ln S by the likelihood of all stems, S as a share of the OP's span",
     ),
     feature("stem_s_spread", 0, "standard deviation of ln S by the likelihood of all stems"),
-    feature("stem_j_mean", 0, "J over S by the likelihood of all stems, mean"),
+    feature("stem_j_mean", 0, "mean of J over S by the likelihood of all stems"),
     feature("stem_j_spread", 0, "standard deviation of J over S by the likelihood of all stems"),
     feature(
         "stem_least_half",
         1,
-        "nats that the best stem adds in its weaker half, outliers limited, signed ln(1 + x)",
+        "nats that the best stem adds in the half of the record with the smaller gain, outliers limited, signed ln(1 + x)",
     ),
     feature("stem_gain_1", 0, "nats that a stem with S of 0.015 of the OP's range adds, ln(1 + x)"),
     feature("stem_gain_2", 0, "nats that a stem with S of 0.027 of the OP's range adds, ln(1 + x)"),
@@ -125,47 +125,47 @@ pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
     feature(
         "stem_refuted_1",
         0,
-        "nats that the OP adds to any stem with S of 0.015 of its range, ln(1 + x)",
+        "nats that the OP adds to any stem with S of 0.015 of the OP's range, ln(1 + x)",
     ),
     feature(
         "stem_refuted_2",
         0,
-        "nats that the OP adds to any stem with S of 0.027 of its range, ln(1 + x)",
+        "nats that the OP adds to any stem with S of 0.027 of the OP's range, ln(1 + x)",
     ),
     feature(
         "stem_refuted_3",
         0,
-        "nats that the OP adds to any stem with S of 0.05 of its range, ln(1 + x)",
+        "nats that the OP adds to any stem with S of 0.05 of the OP's range, ln(1 + x)",
     ),
     feature(
         "stem_refuted_4",
         0,
-        "nats that the OP adds to any stem with S of 0.09 of its range, ln(1 + x)",
+        "nats that the OP adds to any stem with S of 0.09 of the OP's range, ln(1 + x)",
     ),
     feature(
         "stem_refuted_5",
         0,
-        "nats that the OP adds to any stem with S of 0.16 of its range, ln(1 + x)",
+        "nats that the OP adds to any stem with S of 0.16 of the OP's range, ln(1 + x)",
     ),
     feature(
         "stem_refuted_6",
         0,
-        "nats that the OP adds to any stem with S of 0.3 of its range, ln(1 + x)",
+        "nats that the OP adds to any stem with S of 0.3 of the OP's range, ln(1 + x)",
     ),
     feature(
         "stem_refuted_7",
         0,
-        "nats that the OP adds to any stem with S of 0.54 of its range, ln(1 + x)",
+        "nats that the OP adds to any stem with S of 0.54 of the OP's range, ln(1 + x)",
     ),
     feature(
         "stem_refuted_8",
         0,
-        "nats that the OP adds to any stem with S of 0.99 of its range, ln(1 + x)",
+        "nats that the OP adds to any stem with S of 0.99 of the OP's range, ln(1 + x)",
     ),
     feature(
         "stem_refuted_9",
         0,
-        "nats that the OP adds to any stem with S of 1.8 of its range, ln(1 + x)",
+        "nats that the OP adds to any stem with S of 1.8 of the OP's range, ln(1 + x)",
     ),
 ];
 

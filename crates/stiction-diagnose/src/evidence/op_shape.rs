@@ -21,10 +21,10 @@ pub const FEATURES: [Feature; 31] = [
     feature("op_triangle", "He's index of half waves: 0 a sine, 1 a triangle"),
     feature("op_relay", "Rossi and Scali's index of half waves: 1 a triangle or relay's response"),
     feature("op_square", "Hägglund's index of half waves: -1 a sine, 1 a square wave"),
-    feature("op_lateness", "whether half waves peak late, logarithm of the ratio of areas"),
+    feature("op_lateness", "half-wave area before the peak over area after the peak, logarithm"),
     feature("op_explained", "share of the variance that the best shape of half waves explains"),
-    feature("op_peaked", "third harmonic: near 1 for peaked waves, -1 for flat ones"),
-    feature("op_leaning", "third harmonic: 0 for waves as steep up as down, 1 for leaning ones"),
+    feature("op_peaked", "third harmonic: near 1 for peaked waves, -1 for flat waves"),
+    feature("op_leaning", "third harmonic: 0 for waves as steep up as down, 1 for leaning waves"),
     feature(
         "op_chord",
         "share of the variance that straight lines between reversals do not explain",
@@ -59,7 +59,7 @@ pub const FEATURES: [Feature; 31] = [
         "op_harmonic_3",
         "power around three times the dominant frequency over the power around the dominant frequency, logarithm",
     ),
-    feature("op_noise", "noise of the OP over its standard deviation, logarithm"),
+    feature("op_noise", "noise of the OP over the OP's standard deviation, logarithm"),
     feature(
         "op_fine_kurtosis",
         "excess kurtosis of the error of an AR(4) prediction at three times the resolution",

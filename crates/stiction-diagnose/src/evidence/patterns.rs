@@ -57,13 +57,13 @@ pub const FEATURES: [Feature; 25] = [
         0,
         "whether innovation comes late rather than early between OP reversals",
     ),
-    feature("op_before_jump", 0, "OP travel before jumps of the PV, in their direction"),
-    feature("op_after_jump", 0, "OP travel after jumps of the PV, in their direction"),
+    feature("op_before_jump", 0, "OP travel before a jump of the PV, in the direction of the jump"),
+    feature("op_after_jump", 0, "OP travel after a jump of the PV, in the direction of the jump"),
     feature("slips", 0, "bursts of innovation per cycle"),
     feature("slip_with_op", 0, "share of bursts in the direction in which the OP moves"),
-    feature("slip_travel", 0, "median OP travel from its reversal to a burst, in OP spans"),
+    feature("slip_travel", 0, "median OP travel from the OP's reversal to a burst, in OP spans"),
     feature("slip_travel_spread", 0, "relative spread of the OP travel to a burst"),
-    feature("answer_travel", 0, "median OP travel from its reversal to the PV's, in OP spans"),
+    feature("answer_travel", 0, "median OP travel from OP reversal to PV reversal, in OP spans"),
     feature("answer_travel_spread", 0, "relative spread of the OP travel to the PV's reversal"),
 ];
 

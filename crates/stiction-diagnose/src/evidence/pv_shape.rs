@@ -19,9 +19,9 @@ const fn feature(name: &'static str, meaning: &'static str) -> Feature {
 pub const FEATURES: [Feature; 16] = [
     feature("error_triangle", "He's index of the error's half waves: 0 a sine, 1 a triangle"),
     feature("error_square", "Hägglund's index of the error's half waves: 1 a square wave"),
-    feature("error_lateness", "whether the error's half waves peak late"),
+    feature("error_lateness", "error's half-wave area before over after the peak, logarithm"),
     feature("pv_relay", "Rossi and Scali's index of the PV's half waves: 1 a relay's response"),
-    feature("pv_peaked", "third harmonic of the PV: near 1 for peaked waves, -1 for flat ones"),
+    feature("pv_peaked", "third harmonic of the PV: near 1 for peaked waves, -1 for flat waves"),
     feature("pv_chord", "share of the PV's variance that lines between reversals do not explain"),
     feature("pv_slope_flatness", "squared mean over mean square of the PV's slopes"),
     feature("pv_plateau", "share of the PV's slopes below a tenth of their root mean square"),
