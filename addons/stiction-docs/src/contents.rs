@@ -128,7 +128,7 @@ pub const CONTENTS: &[Section] = &[
             written!("methods.html", "Methods", "docs/methods.md"),
             written!("fit.html", "The loop behind a recording", "docs/fit.md"),
             written!("test.html", "The test", "docs/test.md"),
-            written!("compensation.html", "What to do about it", "docs/compensation.md"),
+            written!("compensation.html", "Actions against stiction", "docs/compensation.md"),
             written!("plant.html", "A plant, day by day", "docs/plant.md"),
             written!("live.html", "Live", "docs/live.md"),
             written!("spark.html", "A plant on Spark", "docs/spark.md"),

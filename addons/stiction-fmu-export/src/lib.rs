@@ -45,7 +45,7 @@ pub enum Error {
         os: String,
     },
     /// Two libraries are of one platform.
-    #[error("there are two libraries for {0}")]
+    #[error("two libraries are given for {0}; give only one")]
     Twice(String),
     /// The library is not built in, and could not be compiled.
     #[error(

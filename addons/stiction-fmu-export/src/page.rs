@@ -68,15 +68,15 @@ fn semantics(fmu: &Fmu) -> &'static str {
         "valve" => {
             "The valve takes one sample in each communication step: OP is held over the step, and VP at the end of the \
              step is the response to this OP. S and J may be changed while the simulation runs. The valve starts at rest at VP_start. \
-             Let the OP start there too, or set VP_start."
+             Let OP start at VP_start, too, or change VP_start."
         }
         "stem" => {
             "In co-simulation the FMU holds OP over the communication step, integrates the stem and locates its \
-             events. Nothing else depends on the step. The stem starts at rest at VP_start."
+             events. The results do not depend on the step otherwise. The stem starts at rest at VP_start."
         }
         _ => {
-            "The loop runs all of its own samples within the communication step, including the start but not the \
-             end of the step."
+            "The loop runs all of its own samples within the communication step, including a sample at the start but not \
+             a sample at the end of the step."
         }
     }
 }

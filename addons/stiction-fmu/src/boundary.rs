@@ -289,7 +289,7 @@ pub(crate) unsafe fn values<'a, T>(array: *const T, count: usize) -> Result<&'a 
 
 #[cold]
 fn none(what: &str, count: usize) -> String {
-    format!("{what} {count} values was announced, but is missing")
+    format!("{what} {count} values was announced, but is null, misaligned or too long")
 }
 
 /// An importer's array to fill; its content is not read.

@@ -164,7 +164,8 @@ calls! {
 /// Refuses arrays of unequal lengths: each variable has one value.
 #[cold]
 unsafe fn unequal(instance: *mut c_void, name: &str, references: usize, values: usize) -> c_int {
-    let why = format!("{name}: {values} values for {references} variables, but each has one");
+    let why =
+        format!("{name}: {values} values for {references} variables, but each variable has one");
     // SAFETY: by the contract of an importer.
     unsafe { call(instance, |_| Err(why)) }
 }
@@ -304,7 +305,7 @@ refused! {
     fmi3EnterConfigurationMode(): "there are no structural parameters to configure";
     fmi3ExitConfigurationMode(): "there are no structural parameters to configure";
     fmi3EnterStepMode(): "co-simulation has no event mode to leave";
-    fmi3ActivateModelPartition(_clock: u32, _time: f64): "this is for scheduled execution";
+    fmi3ActivateModelPartition(_clock: u32, _time: f64): "scheduled execution is not supported";
 }
 
 // Model exchange.

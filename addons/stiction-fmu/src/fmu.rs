@@ -260,7 +260,7 @@ impl Fmu {
                 Some(Ok((stem, friction))) => {
                     AnyFmuModel::Other(Box::new(StemModel::new(stem, &friction)))
                 }
-                _ => unreachable!("it was found when it was chosen"),
+                _ => unreachable!("a chosen parameter set exists"),
             },
         }
     }

@@ -479,7 +479,7 @@ impl Instance {
 
     fn bad_step(&self, call: &str, time: f64, step: f64) -> String {
         format!(
-            "{call}: the step of {step} s from {time} s must begin at the end of the last one, at {} s, and be \
+            "{call}: the step of {step} s from {time} s must begin at the end of the last step, at {} s, and be \
              finite and above 0",
             self.time()
         )
@@ -504,7 +504,8 @@ impl Instance {
         self.refresh(call)?;
         let time = self.time();
         let State { model, values, .. } = &mut self.state;
-        let model = model.continuous().ok_or_else(|| format!("{call}: there are no equations"))?;
+        let model =
+            model.continuous().ok_or_else(|| format!("{call}: the model has no equations"))?;
         Ok((model, values, time))
     }
 

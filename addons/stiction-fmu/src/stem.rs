@@ -81,7 +81,7 @@ fn friction_parameter(name: &str) -> (&'static str, &'static str) {
         "share_2" => ("1", "Share of the second element in the steady friction"),
         "share_3" => ("1", "Share of the third element in the steady friction"),
         "presliding_n_per_m" => ("N/m", "Presliding stiffness"),
-        "static_excess_n" => ("N", "Static friction above Coulomb after a long rest"),
+        "static_excess_n" => ("N", "Static less Coulomb friction after a long rest"),
         "memory_s" => ("s", "Frictional memory"),
         "rise_s" => ("s", "Rise time of static friction"),
         _ => ("", "Friction parameter"),

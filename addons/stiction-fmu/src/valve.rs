@@ -30,9 +30,9 @@ pub(crate) fn settings() -> [Variable; SETTINGS] {
             "rest_tolerance",
             "%/s",
             0.0,
-            "Speed of the OP that counts as a pause; law two-phase only",
+            "OP speed at which a moving stem stops; law two-phase only",
         ),
-        p("stem_lag", "s", 0.0, "Time constant of the stem behind the law; 0 for none"),
+        p("stem_lag", "s", 0.0, "Time constant of the lag from the law to VP; 0 for no lag"),
         p("limited", "", 0.0, "Whether OP and VP are limited").boolean(),
         p("low", "%", 0.0, "Lower limit of OP and VP, if they are limited"),
         p("high", "%", 100.0, "Upper limit of OP and VP, if they are limited"),
@@ -46,7 +46,7 @@ pub(crate) fn build(
     sample_time: f64,
 ) -> stiction_model::Result<Assembly> {
     let [s, j, k, rest, lag, limited, low, high] = *values else {
-        unreachable!("a valve has as many settings as its table")
+        unreachable!("one value is given for each setting of a valve")
     };
     let uses = law.describe();
     ValveSpec {

@@ -103,7 +103,7 @@ fn numbers_that_are_none_are_refused_and_change_nothing() {
         for bad in [0.0, -0.1] {
             refused(&client, client.step(0.0, bad), &["finite and above 0"]);
         }
-        refused(&client, client.step(5.0, 0.1), &["must begin at the end of the last one, at 0 s"]);
+        refused(&client, client.step(5.0, 0.1), &["at the end of the last step, at 0 s"]);
         client.good(client.step(0.0, 0.1));
         // From 50 % down to fd above the OP.
         assert_eq!(client.get(2), Ok(11.5));
@@ -275,9 +275,9 @@ fn null_pointers_and_wrong_lengths_are_refused() {
         fmi3::fmi3FreeInstance(null_mut());
         two.good(fmi2::fmi2GetReal(two.instance, null(), 0, null_mut()));
         two.good(fmi2::fmi2GetString(two.instance, null(), 0, null_mut()));
-        let none = ["an array of 1 values was announced, but is missing"];
+        let none = ["an array of 1 values was announced, but is null, misaligned or too long"];
         refused(&two, fmi2::fmi2GetReal(two.instance, null(), 1, &mut value), &none);
-        let none = ["room for 1 values was announced, but is missing"];
+        let none = ["room for 1 values was announced, but is null, misaligned or too long"];
         refused(&two, fmi2::fmi2GetReal(two.instance, &1, 1, null_mut()), &none);
         refused(&two, fmi2::fmi2GetString(two.instance, &1, 1, null_mut()), &["variable OP"]);
         refused(&two, fmi2::fmi2SetFMUstate(two.instance, null_mut()), &["the state is missing"]);

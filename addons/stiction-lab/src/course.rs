@@ -109,7 +109,7 @@ fn exact(asked: &LoopRequest) -> Answer<Option<Cycle>> {
 
 /// The exact cycle of a loop that has one.
 fn cycling(asked: &LoopRequest) -> Answer<Cycle> {
-    exact(asked)?.ok_or_else(|| Wrong::own("the loop of this class has no cycle; use another"))
+    exact(asked)?.ok_or_else(|| Wrong::own("this class has no loop that cycles; use another class"))
 }
 
 /// The last samples of a valve or loop after some time, s. A loop begins with some time in manual at `op`.
@@ -530,7 +530,7 @@ pub fn answers(_: &Lab, class: Class) -> Answer<Vec<Answers>> {
 /// If there are too many.
 pub fn read(_: &Lab, asked: Lines) -> Answer<Table> {
     if asked.lines.len() > LINES {
-        return Err(Wrong::request(format!("at most {LINES} characters can be read at a time")));
+        return Err(Wrong::request(format!("more than {LINES} characters; paste fewer lines")));
     }
     let mut table = Table { rows: vec![], refused: vec![] };
     for (text, line) in asked.lines.lines().zip(1..).filter(|(text, _)| !text.trim().is_empty()) {

@@ -133,7 +133,7 @@ fn drawn(which: &Which) -> Answer<Simulated> {
             return Ok(simulated);
         }
     }
-    Err(Wrong::own("the lab found no loop with a visible fault; go on to the next"))
+    Err(Wrong::own("the lab found no loop with a visible fault; go on to the next loop"))
 }
 
 /// The trends of a loop.

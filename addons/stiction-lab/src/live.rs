@@ -186,7 +186,7 @@ pub fn verdict(_: &Lab, knobs: Knobs, wanted: &Wanted) -> Answer<Judgement> {
     let mut live = Live::new(Knobs { manual: None, ..knobs })?;
     let Runs::Loop(of) = &live.runs else {
         return Err(Wrong::request(
-            "the verdict needs a control loop, and this is a valve on a test signal",
+            "the verdict needs a control loop, but the scenario is a valve on a test signal",
         ));
     };
     let samples = of.plant.samples;

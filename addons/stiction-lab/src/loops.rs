@@ -76,7 +76,7 @@ pub(crate) fn system(asked: &LoopRequest) -> Answer<System> {
         System::Cascade(cascade) => cascade.slave.samples,
     };
     if samples > SAMPLES {
-        return Err(Wrong::request(format!("the lab simulates at most {SAMPLES} samples")));
+        return Err(Wrong::request(format!("more than {SAMPLES} samples; shorten the run")));
     }
     Ok(system)
 }
@@ -86,10 +86,10 @@ pub(crate) fn closed_loop(asked: &LoopRequest) -> Answer<ClosedLoop> {
     match system(asked)? {
         System::ClosedLoop(plant) => Ok(*plant),
         System::OpenLoop(_) => Err(Wrong::request(
-            "this needs a control loop, and the scenario is a valve on a test signal",
+            "a control loop is needed here, but the scenario is a valve on a test signal",
         )),
         System::Cascade(_) => {
-            Err(Wrong::request("this needs a single loop, and the scenario is a cascade"))
+            Err(Wrong::request("a single loop is needed, but the scenario is a cascade"))
         }
     }
 }

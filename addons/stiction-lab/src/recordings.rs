@@ -440,7 +440,7 @@ pub fn conclude(lab: &Lab, asked: Conclude) -> Answer<Concluded> {
     };
     let text = |text: &str| Some(text.trim().to_owned()).filter(|text| !text.is_empty());
     let reason = text(&asked.reason).ok_or_else(|| {
-        Wrong::request("an override needs a reason; enter in a few words how you know")
+        Wrong::request("an override needs a reason; enter in a few words why the verdict holds")
     })?;
     let date = |day: &String| {
         day.parse::<Date>()

@@ -140,7 +140,7 @@ impl Wanted {
     /// Why the work ended early.
     pub(crate) fn over(&self) -> Wrong {
         Wrong::own(format!(
-            "this takes longer than {} s, so the lab has stopped it; ask for fewer points or samples",
+            "the computation took longer than {} s, so the lab has stopped it; ask for fewer points or samples",
             self.limit.as_secs()
         ))
     }

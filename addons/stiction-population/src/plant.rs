@@ -76,7 +76,7 @@ impl Hand for Nobody {
 }
 
 /// The drive of the process: a valve, or a loop below.
-#[expect(clippy::large_enum_variant, reason = "there is one a loop, and it does not move")]
+#[expect(clippy::large_enum_variant, reason = "one actuator per loop, never moved")]
 enum Actuator<'a> {
     Valve(Stem),
     Loop(InnerRun<'a>),

@@ -269,7 +269,7 @@ pub fn signal<'py>(
     ]);
     let scenario = stiction_io::Scenario::parse(&whole.to_string(), "signal", None);
     let System::OpenLoop(valve) = scenario.map_err(unread)?.system else {
-        return Err(PyValueError::new_err("table is not a signal"));
+        return Err(PyValueError::new_err("the table does not describe a signal"));
     };
     let sample = move |_: &_| valve.input.sample(valve.sample_time, valve.samples);
     Ok(PyArray1::from_vec(py, long(py, None, sample)?.map_err(refused)?))

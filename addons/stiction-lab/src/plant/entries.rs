@@ -85,7 +85,7 @@ struct New {
 fn enter(lab: &Lab, new: New) -> Answer<LogEntry> {
     let folder = lab.plant.folder()?;
     if new.text.chars().count() > TEXT || new.by.iter().any(|by| by.chars().count() > NAME) {
-        return Err(Wrong::request(format!("a text has at most {TEXT} characters, a name {NAME}")));
+        return Err(Wrong::request(format!("write at most {TEXT} characters, {NAME} in a name")));
     }
     let plant = Plant::read(folder)?;
     let days = |text: Option<String>| text.map(|day| day::parse(&day)).transpose();

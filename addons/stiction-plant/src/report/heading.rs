@@ -73,7 +73,7 @@ fn verdict(row: &LoopRow, grade: Grade) -> String {
     }
     if row.action == Action::CheckData && row.health != Health::Good && grade != Grade::CannotAnswer
     {
-        said += " The newest data cannot answer.";
+        said += " The newest data do not show whether the valve sticks.";
     }
     said
 }

@@ -109,7 +109,7 @@ fn changed(ranking: &Ranking<'_>) -> Markup {
                     p { (changed.len() - LINES) " more loops are in the list below." }
                 }
             }
-            p.soft { "New: the valve sticks now and did not before. Returned: it sticks again. Still sticks: it sticks after a repair. Worse or \
+            p.soft { "New: the valve sticks now and did not before. Returned: the valve sticks again. Still sticks: the valve sticks after a repair. Worse or \
                       better: S grew or shrank. Gone: probably stuck before, and the probability is now at most 50 %." }
         }
     }
@@ -389,9 +389,9 @@ fn columns(ranking: &Ranking<'_>) -> Markup {
             dl { @for head in shown(ranking) { dt { (head.name) } dd { (head.meaning) } } }
             p {
                 b { "Weight" } " is the weight of the loop times the weight of its area, both from plant.toml. "
-                b { "Severity" } " is S + J over " (FULL) " % of span, at most 1. If they are unknown, the smallest of three values \
-                replaces them: OP travel between two reversals, OP travel in half a period, and the detection limit. "
-                b { "Probability" } " is that of stiction, or of the other cause for “retune” and “look upstream”. For “check data”, \
+                b { "Severity" } " is S + J over " (FULL) " % of span, at most 1. If S and J are unknown, the smallest of three values \
+                replaces S + J: OP travel between two reversals, OP travel in half a period, and the detection limit. "
+                b { "Probability" } " is the probability of stiction; for “retune” and “look upstream”, of the other cause. For “check data”, \
                 severity and probability are 1."
             }
         }

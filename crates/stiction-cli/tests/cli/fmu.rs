@@ -31,8 +31,8 @@ slips            output                      Number of slips: starts of motion a
 S                tunable            4 %      Stick band plus dead band
 J                tunable            2 %      Slip jump
 K                tunable         1.99 1      Overshoot of a slip, 1 to 2; law he-wang only
-rest_tolerance   parameter          0 %/s    Speed of the OP that counts as a pause; law two-phase only
-stem_lag         parameter          0 s      Time constant of the stem behind the law; 0 for none
+rest_tolerance   parameter          0 %/s    OP speed at which a moving stem stops; law two-phase only
+stem_lag         parameter          0 s      Time constant of the lag from the law to VP; 0 for no lag
 limited          parameter      false        Whether OP and VP are limited
 low              parameter          0 %      Lower limit of OP and VP, if they are limited
 high             parameter        100 %      Upper limit of OP and VP, if they are limited
