@@ -280,7 +280,7 @@ pub fn sureness(board: &Board) -> Option<Table> {
     let of = board.sureness?;
     let table = Table::new(
         "Limits of S, and probabilities near 0 and 1, compared with the truth. Masked stiction counts in the first \
-         three rows, because a limit must hold for it, too.",
+         three rows, because a limit must hold for masked stiction, too.",
     )
     .columns("of | those | #share");
     let row = |table: Table, of: &str, those: &str, is: Share| {
@@ -331,7 +331,7 @@ pub fn undecided(board: &Board) -> Option<Table> {
         of.all.k, of.all.n
     );
     let table = Table::new(caption)
-        .columns("suppressed by | p from | below | #loops | #of all | #at fault | #of these");
+        .columns("suppressed by | p from | below | #loops | #of all | #at fault | #share at fault");
     Some(of.rows.iter().fold(table, |table, held| {
         table.row([
             held.ruling.map_or("no evidence", |ruling| ruling.name()).to_owned(),

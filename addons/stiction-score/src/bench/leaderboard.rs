@@ -94,8 +94,8 @@ fn ranked(results: &Results) -> Vec<&Entry> {
 /// The main measures of each detector.
 pub fn leaderboard(results: &Results) -> Table {
     let table = Table::new(
-        "Detectors, by the AUC over all loops, in which a pair with a loop without a score counts half. The risk is the \
-         mean share of errors over all coverages.",
+        "Detectors, by the AUC over all loops, in which a pair counts half if one of its loops has no score. The risk is \
+         the share of errors among the accepted loops, averaged over all numbers of accepted loops.",
     )
     .columns("detector | #AUC of all | #AUC of scored | #recall at 1 % false alarms | #recall | #false alarms | \
          #right if decided | #no decision | #mean risk | #median time [ms] | #no answer");
@@ -250,7 +250,7 @@ pub fn groups(results: &Results) -> Option<Table> {
 /// Sure probabilities and their quality; `None` if no detector has probabilities.
 pub fn sure(results: &Results) -> Option<Table> {
     let table = Table::new("Detectors that give a probability.")
-        .columns("detector | #p up to 2 % or from 98 % | #of these, wrong | #Brier score | #expected calibration \
+        .columns("detector | #p up to 2 % or from 98 % | #wrong at these p | #Brier score | #expected calibration \
              error");
     let row =
         |table: Table, entry: &Entry| match (&entry.measures.sure, &entry.measures.calibration) {
@@ -429,7 +429,7 @@ fn risk(results: &Results) -> Figure {
         }
     }
     let panel = panel.with(Series::dotted("chance", [0.0, 1.0], [0.5, 0.5]).colour(colour::BLACK));
-    let caption = "Share of errors among the accepted loops over their share of all loops. The loops whose score is most \
+    let caption = "Share of errors among the accepted loops over the share of loops that are accepted. The loops whose score is most \
         certain are accepted first. Scores are calibrated on the loops of other valves. Points are the detectors' own \
         decisions.";
     Figure::new("").caption(caption).with(panel.height(360.0)).width(760.0)
