@@ -82,7 +82,7 @@ enum Task {
         /// Number of loops of each kind
         #[arg(value_name = "N", value_parser = clap::value_parser!(u64).range(2..=100_000))]
         loops: u64,
-        /// The set of kinds; the first is from an earlier training, and the third is newer than the present training
+        /// The set of kinds; the training has a kind like one of the first set, and the third set is newer than the training
         #[arg(long, value_enum, value_name = "SET", default_value = "second")]
         set: InventedSet,
         #[command(flatten)]

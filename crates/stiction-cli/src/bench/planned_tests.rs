@@ -61,20 +61,24 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
         row(table, "tests of loops undecided in normal operation", "that decide", trial.undecided);
     let table = row(table, "these", "that are right", trial.undecided_right);
     let table = row(table, "tests that were never stopped", "that decide", trial.calm);
-    let table = row(table, "tests of faulty valves", "that found them", trial.found);
-    let table = row(table, "tests of healthy valves", "that accused them", trial.accused);
+    let table = row(table, "tests of faulty valves", "that find the fault", trial.found);
+    let table = row(table, "tests of healthy valves", "that accuse the valve", trial.accused);
     let table = row(table, "values of S", "within 15 % of the true S", trial.s_within);
-    let table = row(table, "90 % intervals of S", "that contain it", trial.s_covered);
-    let table = row(table, "90 % intervals of J", "that contain it", trial.j_covered);
+    let table = row(table, "90 % intervals of S", "that contain the true S", trial.s_covered);
+    let table = row(table, "90 % intervals of J", "that contain the true J", trial.j_covered);
     let table = row(table, "tests", "followed by a second or third test", trial.repeated);
     let table = row(table, "tests", "stopped at least once", trial.stopped);
     let table = row(table, "tests", "given up", trial.given_up);
     let table = row(table, "these", "that still decide", trial.given_up_decided);
     let table = row(table, "these", "that are right", trial.given_up_right);
     let table = row(table, "tests", "in which the PV left the tolerated range", trial.beyond);
-    let table =
-        row(table, "the same loops", "with the PV out of range anyway", trial.beyond_anyway);
-    let table = row(table, "tests", "found without sheet or mode", trial.noticed);
+    let table = row(
+        table,
+        "the same loops",
+        "whose PV leaves the range without a test",
+        trial.beyond_anyway,
+    );
+    let table = row(table, "tests", "found without sheet and mode", trial.noticed);
     let table = row(table, "recordings of operation", "mistaken for a test", trial.imagined);
     let bands = trial.sticking_by_probability.iter().zip(BANDS.windows(2));
     let table = bands.fold(table, |table, (share, ends)| {
@@ -97,13 +101,13 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     let table = one(table, "turns", number(trial.turns, ""));
     let two = |table: Table, of: &str, [half, most]: [f64; 2], say: &dyn Fn(f64) -> String| {
         let value = format!("{}, {}", say(half), say(most));
-        table.row([of.to_owned(), "median, nine of ten at most".to_owned(), String::new(), value])
+        table.row([of.to_owned(), "median, 90th percentile".to_owned(), String::new(), value])
     };
     let Some(expected) = trial.expected_s else { return table };
     let table = two(table, "time in manual, expected by the first plan", expected, &words::spoken);
     let table = match trial.expected_fast_s {
         Some(fast) => {
-            two(table, "time in manual, if 40 responses last 15 min at most", fast, &words::spoken)
+            two(table, "time in manual, if 40 responses fit in 15 min", fast, &words::spoken)
         }
         None => table,
     };
