@@ -33,8 +33,8 @@ pub fn single_loop<'a>(name: &str, scenario: &'a Scenario) -> Result<&'a ClosedL
     match &scenario.system {
         System::ClosedLoop(plant) => Ok(plant),
         System::Cascade(_) => bail!(
-            "{name} is a cascade, and this command needs a single loop; leave out [master], and give the slave the \
-             set point that its master gives it"
+            "{name} is a cascade, and this command needs a single loop; leave out [master], and give the slave a \
+             set point of its own"
         ),
         System::OpenLoop(_) => bail!(
             "{name} is a valve on a test signal, and this command needs a loop; give it [controller] and [process] \
@@ -67,7 +67,7 @@ fn cells(row: &Row) -> [String; 8] {
 
 /// Explains the columns of [`table`].
 pub const LEGEND: &str = "Error is the mean absolute control error in PV units (IAE per s). Rows are ranked by the \
-    largest error over wrong S and J. OP is the signal that the valve receives. Rev./h are stem reversals per hour. SP s \
+    largest error with correct or wrong S and J. OP is the signal that the valve receives. Rev./h are stem reversals per hour. SP s \
     and load s are the settling times after a set-point and a load step, in s (- if the loop does not settle).";
 
 /// Rows as columns of text. `more` is the title of the last column.

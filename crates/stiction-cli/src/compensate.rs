@@ -188,7 +188,7 @@ fn in_words(title: &str, found: &Comparison, assumed: Bands) -> String {
         .collect();
     let mut out = format!("{title}\n\n{}\n", actions::table(&rows, "std ÷"));
     let words = format!(
-        "{} std ÷ is the factor by which the standard deviation of the PV falls, without a constant offset. Chosen \
+        "{} std ÷ is the factor by which the standard deviation of the PV falls; a constant offset does not count. Chosen \
          for S = {} %, J = {} %.",
         actions::LEGEND,
         actions::short(assumed.s()),

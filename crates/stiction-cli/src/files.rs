@@ -76,7 +76,7 @@ pub fn with_folders(named: &[In]) -> Result<Vec<In>> {
     Ok(all)
 }
 
-/// Whether an error only means that a table of a folder is no recording. The user is notified. Files that are `named`
+/// Whether an error only means that a file of a folder is not a recording. The user is notified. Files that are `named`
 /// themselves must be recordings.
 pub fn is_skipped(error: &anyhow::Error, named: &[In]) -> bool {
     let Some(NoOp { origin, has_times: false, .. }) = error.downcast_ref() else { return false };
@@ -88,7 +88,7 @@ pub fn is_skipped(error: &anyhow::Error, named: &[In]) -> bool {
 }
 
 impl Out {
-    /// An output beside an input that no argument names.
+    /// An output that no argument names, beside an input.
     pub fn also(path: impl Into<PathBuf>) -> Result<Self> {
         let path = path.into();
         run().check(&path)?;
@@ -194,7 +194,7 @@ pub fn note(command: &Command, matches: &ArgMatches) -> Result<()> {
     Ok(())
 }
 
-/// Identifies a file by its path and, besides it, by a number that distinguishes links.
+/// Identifies a file by its path, or by a number that all links to the file share.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 enum Key {
     Path(PathBuf),

@@ -18,7 +18,7 @@ use stiction_report::report::{self, history};
 
 /// The shortest default window in s, a day, so that every window includes all shifts.
 const DAY: f64 = 86_400.0;
-/// Minimum number of periods in a default window. From ten periods on, the data have no caveat.
+/// Minimum number of periods in a default window. With fewer periods, the data have a caveat.
 const CYCLES: f64 = 10.0;
 
 /// Show the history of valves: each window, all windows combined, drift, and the effect of a repair.

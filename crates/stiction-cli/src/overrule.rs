@@ -13,9 +13,9 @@ use stiction_plant::overrides::{self, Date, FILE_NAME, Override, Overrides, Scop
 
 /// Store a person's verdict on a valve, to show beside the computed verdict.
 ///
-/// The override is kept in stiction-overrides.toml in the folder of the recording, which you can edit by hand. By
-/// default it holds only for this loop in this unchanged file. With --all-recordings the override holds for the
-/// tag in all files of the folder, and needs --until. It never replaces the computed verdict. Both are shown.
+/// The override is kept in the folder of the recording, in stiction-overrides.toml, which you can edit by hand. By
+/// default the override holds only for this loop in this unchanged file. With --all-recordings the override holds for
+/// the tag in all files of the folder, and needs --until. The computed verdict is always shown beside the override.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction override FIC101.csv --verdict \"does not stick\" --reason \"new packing, stroked\" \\

@@ -352,7 +352,7 @@ fn check(folder: &Path, json: bool) -> Result<ExitCode> {
     ended(checked.files, &checked.problems)
 }
 
-/// Prints the problems. The exit code is 2 if there are any. It is an error if no file was found.
+/// Prints the problems, which make the exit code 2. A plant without data files is an error.
 fn ended(files: usize, problems: &[Problem]) -> Result<ExitCode> {
     if files == 0 {
         bail!("no file matches data in {}", plant_file::NAME);
@@ -363,7 +363,7 @@ fn ended(files: usize, problems: &[Problem]) -> Result<ExitCode> {
     Ok(if problems.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(2) })
 }
 
-/// How many data files differ from the last scan, beside how many there are.
+/// The numbers of new, changed and missing data files since the last scan, in brackets.
 fn different(changes: &Changes) -> String {
     let kinds =
         [(&changes.new, "new"), (&changes.changed, "changed"), (&changes.missing, "missing")];
@@ -501,7 +501,7 @@ fn status(folder: &Path, json: bool) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// How much is not known, as a line; empty if all is.
+/// A line with the counts of what is not known; empty if all is known.
 fn not_known(all: &[Unknown]) -> String {
     match unknown::counted_words(all) {
         words if words.is_empty() => words,

@@ -74,7 +74,7 @@ pub fn run(args: Args) -> Result<()> {
     output::text(&format!(
         "{} recordings against the {} simulated loops of the training (population {}, seed {}). {far} of {} features \
          differ by more than 0.5. {unlike} recordings are unlike all training loops.\n\
-         Cells give the median and, in brackets, the middle 90 %.\n\n{}",
+         Cells give the median and, in brackets, the range of the middle 90 %.\n\n{}",
         recorded.len(),
         bundle.provenance.trained,
         bundle.provenance.population,

@@ -273,7 +273,7 @@ fn summarise(scenario: &Scenario, report: &Report) -> Result<()> {
         } else {
             "persists"
         };
-        output::line(format!("PV, last quarter over the quarter before: {growth:.3} ({word})"))?;
+        output::line(format!("PV swing, last over previous quarter: {growth:.3} ({word})"))?;
     }
     output::line("(over the last half of the run)")
 }

@@ -39,7 +39,7 @@ pub struct Args {
     /// Read the signal from this CSV file, which needs a column t, instead of generating it
     #[arg(long, value_name = "FILE")]
     input: Option<In>,
-    /// Column of the file that holds the controller output
+    /// Column of --input with the controller output
     #[arg(long, default_value = "u", value_name = "NAME", requires = "input")]
     column: String,
     /// Shape of the signal

@@ -347,8 +347,8 @@ fn was_read_alone(args: &Read, found: Found) -> Result<()> {
     output::text(&text::section(&valve_test_page::carried(section, &found.test)))
 }
 
-/// Refuses a test before the repair that began after the test after the repair. Both have their start, s on the
-/// recording's clock.
+/// Refuses a test before the repair that began after the test after the repair. Each recording has the
+/// start of its test, s on the recording's clock.
 fn in_order(before: (&Recording, f64), after: (&Recording, f64)) -> Result<()> {
     let dated = |(of, at): (&Recording, f64)| of.start.map(|start| start + at);
     if let (Some(old), Some(new)) = (dated(before), dated(after))

@@ -126,7 +126,7 @@ pub fn separate(found: Vec<Found>) -> Vec<(Source, Recording)> {
         {
             let (tag, files) = (&group[0].recording.name, group.len());
             output::note(format!(
-                "{tag} is in {files} files whose windows all count, although they are not parts of one recording: {error}"
+                "{tag} is in {files} files whose windows all count, although the files are not parts of one recording: {error}"
             ));
         }
     }

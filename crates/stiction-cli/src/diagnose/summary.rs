@@ -262,7 +262,7 @@ pub fn several(loops: &[Diagnosed]) -> String {
         parts.join(", ")
     );
     if rows.iter().any(|row| row[5].ends_with(GUESSED)) {
-        out += "* The OP range is estimated or assumed, so S may be different. The diagnosis of each loop shows the \
+        out += "* The OP range is estimated or assumed, so the true S may differ from the printed S. The diagnosis of each loop shows the \
                 range.\n";
     }
     out

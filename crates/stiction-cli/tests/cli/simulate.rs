@@ -88,7 +88,7 @@ fn the_summary_reads_like_this() {
                     half peak-to-peak OP  2.84347 %\n\
                     half peak-to-peak VP  0.84347 %\n\
                     half peak-to-peak PV  1.10469\n\
-                    PV, last quarter over the quarter before: 0.999 (persists)\n\
+                    PV swing, last over previous quarter: 0.999 (persists)\n\
                     (over the last half of the run)\n";
     assert_eq!(run(&folder, &arguments).quiet_success(), expected);
 }
