@@ -47,7 +47,7 @@ impl Budget {
         self.left = self.left.checked_sub(bytes).ok_or_else(|| {
             let why = match self.most {
                 MOST => "which no recording needs",
-                _ => "far more than a file of its size should",
+                _ => "far more than a file of this size should take",
             };
             let most = self.most >> 20;
             format!("would take more than {most} MiB of memory, {why}; write fewer rows or columns")

@@ -48,7 +48,7 @@ fn models(evidence: &Evidence) -> String {
     let saved = 100.0 * (1.0 - (-best.gain).exp());
     let s = best.s_over_span * evidence.op_span;
     if saved < 0.5 {
-        return "a sticking valve predicts the PV no better than a valve that follows".to_owned();
+        return "a sticking valve predicts the PV no better than a healthy valve".to_owned();
     }
     let placebo = (100.0 * (1.0 - (-fits.reversed_gain).exp())).max(0.0);
     format!(

@@ -183,7 +183,7 @@ fn words(
     let end = match outcome {
         RepairOutcome::Worked => "the repair worked",
         RepairOutcome::Helped => "the repair helped, but the valve may still stick",
-        RepairOutcome::Worse => "the valve sticks more than before",
+        RepairOutcome::Worse => "the valve sticks more than before the repair",
         _ => "no effect of the repair can be shown",
     };
     let text = format!("{}; {end}.", parts.join(", "));

@@ -213,9 +213,9 @@ fn sentence(cycle: &Cycle) -> String {
     // The amount is that of a repair, among the prospects.
     let left = cycle.pv_swing_left.map_or(String::new(), |left| {
         let so = match (left.high < 0.995, left.low < 0.995) {
-            (true, _) => "would be smaller",
-            (false, true) => "may or may not be smaller",
-            (false, false) => "would not be smaller",
+            (true, _) => "would be smaller than recorded",
+            (false, true) => "may or may not be smaller than recorded",
+            (false, false) => "would not be smaller than recorded",
         };
         format!("; with a valve that follows its OP, the PV swing {so}")
     });

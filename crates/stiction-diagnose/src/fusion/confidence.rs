@@ -77,7 +77,7 @@ impl Confidence {
     pub fn checked(self) -> Result<Self> {
         match self.clearing.is_sound() && self.accusing.is_sound() {
             true => Ok(self),
-            false => Err(Error::Bundle("the confidence exceeds the calibrated one".into())),
+            false => Err(Error::Bundle("a confidence exceeds the calibrated value".into())),
         }
     }
 

@@ -391,7 +391,7 @@ fn check(op: &[f64], pv: &[f64], period: f64) -> Result<(), Abstention> {
     }
     if !(period >= SHORTEST_PERIOD && period <= n as f64) {
         return Err(Abstention(format!(
-            "needs a period of at least {SHORTEST_PERIOD} samples that fits in the {n} samples; it is {period:.1}"
+            "needs a period of at least {SHORTEST_PERIOD} samples that fits in the {n} samples; the period has {period:.1} samples"
         )));
     }
     if op.iter().chain(pv).any(|v| !v.is_finite()) {

@@ -31,7 +31,7 @@ pub fn judge(detector: &dyn Detector, subject: &Subject<'_>) -> Finding {
     let judged = finding.decision != Decision::Abstains;
     if judged && detector.method().explains_oscillation && subject.period.is_none() {
         finding.reason = format!(
-            "the method explains an oscillation, but none was found (otherwise: {})",
+            "the method explains an oscillation, but none was found (without this condition: {})",
             finding.decision.name()
         );
         finding.decision = Decision::Abstains;

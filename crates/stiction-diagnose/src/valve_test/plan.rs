@@ -213,7 +213,7 @@ pub fn plan(diagnosis: &Diagnosis, options: &PlanOptions) -> Result<TestPlan, Ab
     let note = diagnosis.notes.iter().find(|note| note.starts_with("OP is"));
     plan.instructions.extend(guess.zip(note).map(|(range, note)| {
         format!(
-            "Every OP here is in percent: 0 % is {} in the recording, and 100 % is {}. Compare this with the faceplate before the \
+            "Every OP here is in percent: 0 % is {} in the recording, and 100 % is {}. Compare both values with the faceplate before the \
              test, because {note}.",
             range.low, range.high
         )
@@ -597,7 +597,7 @@ fn short_of_time(plan: &TestPlan, long: &str) -> String {
     let needed = HOLDS * plan.grow[0].hold_s;
     match () {
         () if needed > 1.1 * plan.total_s => format!(
-            "In this time the loop answers about {:.0} turns, which are seldom conclusive. A test of {} is conclusive more often. ",
+            "In this time the loop answers about {:.0} turns, which are seldom conclusive. A test of {} would be conclusive more often than this test. ",
             plan.total_s / plan.grow[0].hold_s,
             time(needed)
         ),

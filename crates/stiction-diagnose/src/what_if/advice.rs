@@ -179,7 +179,7 @@ pub(super) fn recommendation(
     let gain = options.positioner_gain;
     if bands.s() > 0.0 && gain * bands.j() > bands.s() {
         said.push(format!(
-            "Do not rely on the positioner, because its figures assume that it is faster than a slip. A slower positioner \
+            "Do not rely on the positioner, because the simulated positioner is faster than a slip. A slower positioner \
              with a gain of {} does not reduce the slip jump and hunts with this valve, because {} x J exceeds S.",
             set(gain),
             set(gain)
@@ -281,7 +281,7 @@ fn until_then(rows: &[Row], present: &Row, options: &WhatIfOptions) -> Vec<Strin
             }
             if let Some(apart) = loads_apart_s(row, present, options.protocol.step_s) {
                 said.push(format!(
-                    "This action slows the response to loads. It is worthwhile only if load steps of {} % come \
+                    "This action slows the response to loads. The action is worthwhile only if load steps of {} % come \
                      less often than every {} s.",
                     set(options.protocol.load_step),
                     set(apart)

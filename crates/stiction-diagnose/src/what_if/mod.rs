@@ -188,7 +188,7 @@ fn sensible(plant: &ClosedLoop) -> Result<()> {
         if time > 0.0 && time.is_finite() && !(shortest..=LONGEST).contains(&samples) {
             return Err(Error::Inconsistent(format!(
                 "the {name} is {time:e} s, {samples:.0e} times the sample time of {} s, but must be between \
-                 {shortest} and {LONGEST:e} times; change it or the sample time, or leave it out",
+                 {shortest} and {LONGEST:e} times; change one of the two times, or leave out the {name}",
                 plant.sample_time
             )));
         }

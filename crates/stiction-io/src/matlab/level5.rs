@@ -206,7 +206,8 @@ fn matrix(
         return Err(format!("has structs or cells nested deeper than {MAX_DEPTH}; flatten it"));
     }
     budget.spend(input.bytes.len())?;
-    let flags = input.element()?.data.u32().ok_or("is damaged: an array has no class")?;
+    let flags =
+        input.element()?.data.u32().ok_or("is damaged: a class is missing; save it again")?;
     let class = flags & 0xff;
     if class == 17 {
         // An opaque object has no dimensions, only its system and its class.
@@ -241,7 +242,8 @@ fn matrix(
         6..=15 if count == 0 => Value::empty(),
         6..=15 => {
             let data = input.element()?;
-            let data = data.numbers().ok_or("is damaged: an array has no numbers")?;
+            let data =
+                data.numbers().ok_or("is damaged: an array has no numbers; save it again")?;
             if data.len() != count {
                 let found = data.len();
                 return Err(format!(

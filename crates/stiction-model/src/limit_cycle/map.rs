@@ -356,7 +356,7 @@ impl From<&Map> for MapDocument {
             x: axis(&map.x),
             y: axis(&map.y),
             method: map.method,
-            order: "row by row, that of the first y first",
+            order: "row by row, beginning with the first y",
             state: map.points.iter().map(Point::state).collect(),
             period_s: map.periods(),
             half_pp: map.swings(),

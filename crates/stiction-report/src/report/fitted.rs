@@ -16,10 +16,10 @@ const ROWS: &[&str] = &["", "PV swing", "OP swing", "period", ""];
 /// Explains the table of effects.
 const LEGEND: &str = "Ranges are from the 5th to the 95th percentile. Rows are ranked by the upper end of the control \
     error and, if two are about equal, by effort: a setting, a compensator, a repair, a new part. PV swing is half of \
-    the PV's peak-to-peak value in a period, without noise. \"× present\" is the ratio to the present loop. Error is the \
+    the PV's peak-to-peak value in a period, without noise. \"× present\" is the ratio to the value of the present loop. Error is the \
     mean absolute control error. Settling is the settling time after a load step (– if the loop does not settle). The \
     benefit is certain if PV swing falls by more than 20 % with a probability of at least 95 %, and probable above 50 \
-    %. At lower probabilities the benefit is uncertain.";
+    %. With 50 % or less the benefit is uncertain.";
 
 /// The fitted loop of a recording, and the effects of actions.
 #[derive(Debug, Clone, PartialEq)]
@@ -203,7 +203,7 @@ fn figure(recorded: &Swing, predicted: &Predicted) -> Figure {
     Figure::new("The limit cycle of the fitted loop beside the recorded swing")
         .caption(
             "If the bars reach the line, the fitted loop cycles by itself as recorded. Noise and loads make a stem \
-             slip sooner than it would without them.",
+             slip sooner than without noise and loads.",
         )
         .with(panel)
         .width(WIDTH)

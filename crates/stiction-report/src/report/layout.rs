@@ -644,8 +644,8 @@ impl Page {
                         @if let Some(map) = &head.map { (self.figure(map)?) }
                         div {
                             (likelihoods(match head.lines_are_means {
-                                true => "Sticking, by each line of evidence alone in a window (mean)",
-                                false => "Sticking, by each line of evidence alone",
+                                true => "Probability of sticking by each line of evidence alone, mean of the windows",
+                                false => "Probability of sticking by each line of evidence alone",
                             }, &head.lines))
                             (likelihoods("Other possible causes", &head.causes))
                             ul.remarks { (listed(&head.remarks)) }

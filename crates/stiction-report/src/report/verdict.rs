@@ -77,7 +77,7 @@ fn evidence(mut section: Section, diagnosis: &Diagnosis) -> Section {
 fn measured(weighing: &Weighing, class: VerdictClass) -> Block {
     let mut facts = vec![
         Fact::new(
-            "PV prediction gain of a sticking valve, standard errors",
+            "advantage of a sticking valve in predicting the PV, standard errors",
             number((10.0 * weighing.z).round() / 10.0),
             "",
         ),

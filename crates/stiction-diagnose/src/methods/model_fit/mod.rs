@@ -191,7 +191,7 @@ impl Detector for ModelFit {
         });
         let reason = format!(
             "a sticking valve (S = {:.2} %, J = {:.2} %) before a linear process explains the PV {how} than a \
-             valve that follows: gain {:.3} (sticks above {:.2}){cause}",
+             valve that follows the OP: gain {:.3} (sticks above {:.2}){cause}",
             fit.s, fit.j, r.statistic, r.threshold
         );
         let mut numbers = vec![
