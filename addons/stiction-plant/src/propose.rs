@@ -112,7 +112,7 @@ pub fn propose(folder: &Path, name: &str, data: &[String]) -> Result<Proposal> {
         return Err(Error::Option(format!("found no loop: {why}")));
     }
     if local {
-        doubts.push("the times have no zone; if the clock is not UTC, correct zone".to_owned());
+        doubts.push("the times have no zone; if the clock is not UTC, correct the zone".to_owned());
     }
     let mut seen = BTreeSet::new();
     doubts.retain(|doubt| seen.insert(doubt.clone()));

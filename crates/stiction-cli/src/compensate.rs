@@ -16,7 +16,7 @@ use stiction::what_if::{self, knowledge};
 /// Put compensators between the controller and the sticking valve of a loop, and measure their effect.
 ///
 /// The parameters of each method follow from S, J and the loop. Each method runs through a window without changes, a
-/// set-point step and a load step. Each method is also tried with S and J wrong by half, and with noise.
+/// set-point step and a load step. Each method is also tried with S and J 50 % too small or too large, and with noise.
 #[derive(Parser)]
 #[command(after_help = "Examples:
   stiction compensate paper/closed-loop

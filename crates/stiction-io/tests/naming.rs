@@ -294,7 +294,7 @@ fn the_transmitter_of_a_loop_is_offered() {
     let text = "t,10FT101.DACA.PV,10FT102.DACA.PV,10FC101.PIDA.OP,10FC101.PIDA.SP\n0,1,2,50,3\n";
     let reading = parse(text, "").unwrap();
     assert_eq!(shown(&reading.recordings[0]), "10FC101.PIDA: SP 3 OP 50");
-    let note = "by its tag, \"10FT101.DACA.PV\" can be the PV of 10FC101.PIDA, which has none; if this is \
+    let note = "by its tag, \"10FT101.DACA.PV\" can be the PV of 10FC101.PIDA, which has no PV; if this is \
                 right, give map 10FC101.PIDA.pv=10FT101.DACA.PV";
     assert!(said(&reading).contains(note), "{}", said(&reading));
     assert!(!said(&reading).contains("10FT102.DACA.PV\" can"), "{}", said(&reading));

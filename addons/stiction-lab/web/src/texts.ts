@@ -456,7 +456,7 @@ export const t = {
       drift: ["drift", "growth of S per week, % of S; bold if significant"],
       auto: ["auto %", "service factor: share of time in automatic"],
       travel: ["OP travel", "OP travel, %/h"],
-      cause: ["other cause", "most probable other cause, and the period"],
+      cause: ["other cause", "most probable cause other than stiction, and the period of the oscillation"],
       said: ["log", "overrides, orders, repairs and notes"],
     },
     person: (word: string) => `override: ${word}`,

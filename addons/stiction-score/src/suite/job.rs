@@ -39,7 +39,7 @@ impl Part {
             Self::Kinds => {
                 "Equally many loops of each of the 19 kinds, for false alarms by confuser."
             }
-            Self::Long => "Loops of the population with records four times as long.",
+            Self::Long => "Loops of the population with records four times as long as usual.",
             Self::Invented => {
                 "Loops of 16 kinds that are not in the population, half of them healthy."
             }

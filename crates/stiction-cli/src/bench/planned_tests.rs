@@ -72,12 +72,8 @@ fn table(seed: u64, n: u64, options: TestTrialOptions, trial: &TestTrial) -> Tab
     let table = row(table, "these", "that still decide", trial.given_up_decided);
     let table = row(table, "these", "that are right", trial.given_up_right);
     let table = row(table, "tests", "in which the PV left the tolerated range", trial.beyond);
-    let table = row(
-        table,
-        "the same loops",
-        "whose PV leaves the range without a test",
-        trial.beyond_anyway,
-    );
+    let table =
+        row(table, "the same loops", "out of range also without a test", trial.beyond_anyway);
     let table = row(table, "tests", "found without sheet and mode", trial.noticed);
     let table = row(table, "recordings of operation", "mistaken for a test", trial.imagined);
     let bands = trial.sticking_by_probability.iter().zip(BANDS.windows(2));

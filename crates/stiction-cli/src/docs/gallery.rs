@@ -308,9 +308,7 @@ impl Worth {
     fn word(self) -> &'static str {
         match self {
             Self::Right => "right",
-            Self::WithinLimit => {
-                "right within its limit, because the true S is below the detection limit"
-            }
+            Self::WithinLimit => "right, because the true S is below the detection limit",
             Self::Open => "left open",
             Self::Wrong => "wrong",
         }

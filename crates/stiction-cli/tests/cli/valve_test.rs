@@ -481,7 +481,7 @@ fn a_plan_stands_with_what_was_performed() {
     let asked = ["test", "read", &*tested, "--plan", "plan.json"];
     let words = run(&folder, &[&asked[..], &["--report", "test.html"]].concat()).quiet_success();
     assert!(words.contains("the test has 28 turns, and the plan has "), "{words}");
-    assert!(words.contains("- The controller was in automatic once in between.\n"), "{words}");
+    assert!(words.contains("- The controller was in automatic once between turns.\n"), "{words}");
     let html = read(&folder, "test.html");
     for part in ["Test and plan: the test has 28 turns", "planned", "The turns, with", "its units"]
     {

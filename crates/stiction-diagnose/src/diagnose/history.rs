@@ -252,7 +252,7 @@ fn drift(observations: &[Observation]) -> (Option<Drift>, String) {
         let windows = counted(known.len(), "window");
         return (
             None,
-            format!("S is known in {windows}, and a drift needs at least {FEWEST_FOR_DRIFT}."),
+            format!("S is known in {windows}, but a drift needs {FEWEST_FOR_DRIFT} windows."),
         );
     }
     let days: Vec<f64> = known.iter().map(|(t, _)| t - known[0].0).collect();
@@ -493,7 +493,7 @@ mod tests {
         let few = combine(&flat[..4]).unwrap();
         assert_eq!(few.drift, None);
         assert!(
-            few.trend.contains("S is known in 4 windows, and a drift needs at least 5."),
+            few.trend.contains("S is known in 4 windows, but a drift needs 5 windows."),
             "{}",
             few.trend
         );

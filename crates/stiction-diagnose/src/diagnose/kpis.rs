@@ -146,7 +146,7 @@ impl Kpis {
             "OP noise band",
             band,
             "%",
-            "three standard deviations of the OP's noise, from sample to sample",
+            "three standard deviations of the OP's noise between successive samples",
         );
     }
 
@@ -222,7 +222,7 @@ impl Kpis {
             "PV noise band",
             p(&|pv| NOISE_BAND * noise_std(pv)),
             "PV",
-            "three standard deviations of the PV's noise, from sample to sample",
+            "three standard deviations of the PV's noise between successive samples",
         );
         self.harris(error.as_deref(), segment.sample_time, options.dead_time);
         let cloud = pv

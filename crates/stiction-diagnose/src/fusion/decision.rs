@@ -27,7 +27,7 @@ impl Decision {
     pub fn checked(self) -> Result<Self> {
         match (0.0..0.5).contains(&self.clear) && self.accuse > 0.5 && self.accuse <= 1.0 {
             true => Ok(self),
-            false => Err(Error::Bundle("its thresholds decide everything or nothing".into())),
+            false => Err(Error::Bundle("its thresholds must lie on both sides of 0.5".into())),
         }
     }
 }

@@ -295,7 +295,7 @@ fn remarks(
     all.extend(end(of, plan));
     let stops = spells.len().saturating_sub(1);
     if stops > 0 {
-        all.push(format!("The controller was in automatic {} in between.", times(stops)));
+        all.push(format!("The controller was in automatic {} between turns.", times(stops)));
     }
     if of.pv_beyond_s > 0.0 {
         let far = if of.pv_high > plan.pv_high { of.pv_high } else { of.pv_low };

@@ -88,7 +88,7 @@ pub fn offer_relatives(
             for relative in all.filter(|relative| relative.may_be(*signal, &controller)) {
                 let candidate = names[relative.name];
                 let note = format!(
-                    "by its tag, \"{candidate}\" can be the {} of {name}, which has none; if this is right, give {}",
+                    "by its tag, \"{candidate}\" can be the {0} of {name}, which has no {0}; if this is right, give {1}",
                     signal.name(),
                     wording.of(Remedy::map(role(each, *signal, false), candidate))
                 );

@@ -181,7 +181,7 @@ impl<'a> Search<'a> {
             flow.slip();
         }
         End::Unknown(format!(
-            "the motion neither settled nor came to rest in {SLIPS} slips, and shooting from it found no nearby \
+            "the motion neither settled nor came to rest in {SLIPS} slips, and a search from this motion found no nearby \
              orbit"
         ))
     }
