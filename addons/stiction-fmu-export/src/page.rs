@@ -72,7 +72,7 @@ fn semantics(fmu: &Fmu) -> &'static str {
         }
         "stem" => {
             "In co-simulation the FMU holds OP over the communication step, integrates the stem and locates its \
-             events. The results do not depend on the step otherwise. The stem starts at rest at VP_start."
+             events. Apart from this hold, the results do not depend on the step. The stem starts at rest at VP_start."
         }
         _ => {
             "The loop runs all of its own samples within the communication step, including a sample at the start but not \

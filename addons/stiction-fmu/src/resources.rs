@@ -17,7 +17,9 @@ pub(crate) fn read(directory: &Path) -> Result<Fmu, String> {
         |why: String| format!("the parameters in {} cannot be used: {why}", path.display());
     let size = std::fs::metadata(&path).map_err(|e| refuse(e.to_string()))?.len();
     if size > MOST_BYTES {
-        return Err(refuse(format!("the file has {size} bytes, more than {MOST_BYTES}")));
+        return Err(refuse(format!(
+            "the file has {size} bytes, more than the allowed {MOST_BYTES}"
+        )));
     }
     let text = std::fs::read_to_string(&path).map_err(|e| refuse(e.to_string()))?;
     Fmu::from_json(&text).map_err(refuse)

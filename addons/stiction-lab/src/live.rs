@@ -162,7 +162,7 @@ pub fn go(lab: &Lab, asked: Go) -> Answer<Samples> {
         lab.lives.of(asked.id).ok_or_else(|| Wrong::gone("this loop has ended; restart it"))?;
     let mut live = locked(&live);
     if asked.samples == 0 || asked.samples > SAMPLES {
-        return Err(Wrong::request(format!("ask for 1 to {SAMPLES} samples at a time")));
+        return Err(Wrong::request(format!("the request must be for 1 to {SAMPLES} samples")));
     }
     let again = live.last.from == asked.from && asked.from < live.at;
     if again && live.last.op.len() == asked.samples {

@@ -339,7 +339,7 @@ impl From<Loops> for TestedLoops {
     }
 }
 
-/// A time of an argument, s.
+/// A time in an argument, s.
 fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value <= 86_400.0 => Ok(value),

@@ -281,7 +281,7 @@ fn output_keys(file: &Path) -> Vec<Key> {
     }
 }
 
-/// The keys of a file that exists or may be created. Devices and pipes have none, because nothing is lost there.
+/// The keys of a file that exists or may be created. Devices and pipes have no keys: nothing is lost there.
 fn keys(file: &Path, there: Option<&Metadata>) -> Vec<Key> {
     if there.is_some_and(|there| !there.is_file() && !there.is_dir()) {
         return vec![];

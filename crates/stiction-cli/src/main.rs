@@ -75,7 +75,7 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), env!("STICTION_COMMIT")
 /// When to use colour.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum Colour {
-    /// On terminals that support it.
+    /// On terminals that support colour.
     Auto,
     Always,
     Never,

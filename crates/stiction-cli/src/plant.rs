@@ -126,7 +126,7 @@ struct Override {
     /// The loop
     #[arg(value_name = "TAG")]
     tag: String,
-    /// The verdict: sticks, does not stick, does not respond, or cannot tell, which removes an override
+    /// The verdict: sticks, does not stick, does not respond, or cannot tell; cannot tell removes an override
     #[arg(value_parser = VerdictClass::by_name)]
     verdict: VerdictClass,
     /// The reason, in words

@@ -48,10 +48,10 @@ pub struct Args {
     /// Change a key of the scenario, such as valve.S=4; may be given several times
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// S of a repaired valve, percent of span [default: 0.4, or that of the valve if smaller]
+    /// S of a repaired valve, percent of span [default: 0.4, or S of the valve if below 0.4]
     #[arg(long = "repaired-S", value_name = "PERCENT", allow_negative_numbers = true)]
     repaired_s: Option<f64>,
-    /// J of a repaired valve, percent of span [default: 0.1, or that of the valve if smaller]
+    /// J of a repaired valve, percent of span [default: 0.1, or J of the valve if below 0.1]
     #[arg(long = "repaired-J", value_name = "PERCENT", allow_negative_numbers = true)]
     repaired_j: Option<f64>,
     /// Gain of a positioner [default: 10]

@@ -160,7 +160,7 @@ impl Window {
     fn requested(lab: &Lab, name: &str, first: &str, days: i64) -> Answer<Self> {
         let day = day::parse(first).map_err(Wrong::request)?;
         if !(1..=SEGMENT).contains(&days) {
-            return Err(Wrong::request(format!("ask for 1 to {SEGMENT} days at a time")));
+            return Err(Wrong::request(format!("the request must be for 1 to {SEGMENT} days")));
         }
         let week = lab.plant.week(None)?;
         let name = log::loop_named(&week.plant, week.known.names(), name).map_err(Wrong::gone)?;

@@ -306,7 +306,7 @@ impl Room {
         });
         found.ok_or_else(|| {
             Wrong::gone(format!(
-                "\"{id}\" is not open in this lab; drop it here, or name it or its folder in the command `stiction lab`"
+                "\"{id}\" is not open in this lab; drop the file here, or name the file or its folder in the command `stiction lab`"
             ))
         })
     }

@@ -110,7 +110,7 @@ fn changed(ranking: &Ranking<'_>) -> Markup {
                 }
             }
             p.soft { "New: the valve sticks now and did not before. Returned: the valve sticks again. Still sticks: the valve sticks after a repair. Worse or \
-                      better: S grew or shrank. Gone: probably stuck before, and the probability is now at most 50 %." }
+                      better: S grew or shrank. Gone: the valve probably stuck before, and the probability is now at most 50 %." }
         }
     }
 }

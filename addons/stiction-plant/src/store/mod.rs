@@ -597,8 +597,8 @@ fn is_part(name: &str, kind: &str) -> bool {
 /// The consequence of a damaged part.
 fn consequence(name: &str) -> &'static str {
     match is_part(name, TRACES) {
-        true => "groups of loops lack its windows until `scan --again`",
-        false => "the next scan judges its windows again, unless another file has them",
+        true => "groups of loops lack the windows of this file until `scan --again`",
+        false => "the next scan judges again the windows that only this file had",
     }
 }
 

@@ -124,7 +124,7 @@ impl Hashed {
         self.file.write_all(text.as_bytes()).with_context(|| self.path.display().to_string())
     }
 
-    /// Line in SHA256SUMS, under this name.
+    /// The line of SHA256SUMS for a file of this name.
     fn keep(self, name: &str) -> Result<String> {
         self.file.keep().with_context(|| self.path.display().to_string())?;
         let hash: String = self.hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();

@@ -68,7 +68,7 @@ fn files_that_overlap_with_different_values_are_noted() {
     assert_eq!(found.code, 0, "{}", found.err);
     let expected = "not parts of one recording: c.csv: overlaps a.csv";
     assert!(
-        found.err.contains(expected) && found.err.contains("leave one of them out"),
+        found.err.contains(expected) && found.err.contains("leave one file out"),
         "{}",
         found.err
     );

@@ -46,7 +46,7 @@ pub const FEATURES: &[Feature] = &[
     feature("error_kurtosis", 0, "kurtosis of the linear process's prediction error, ln"),
     feature("error_kurtosis_left", 0, "kurtosis of the error with the best valve, ln"),
     feature("slip_rate", 0, "slips per period"),
-    feature("slip_concentration", 0, "mean squared linear error: at slips over overall, ln"),
+    feature("slip_concentration", 0, "squared linear error at slips over its mean, ln"),
     feature("slip_removed", 1, "share of the error at slips that the best valve explains"),
     feature("slip_travel_variation", -1, "relative spread of the OP travel before jumps of the PV"),
     feature(
@@ -145,7 +145,7 @@ pub const DENSE: &[Feature] = &[
     feature("dense_error_kurtosis", 0, "kurtosis of the linear process's prediction error, ln"),
     feature("dense_error_kurtosis_left", 0, "kurtosis of the error with the best valve, ln"),
     feature("dense_slip_rate", 0, "slips per period"),
-    feature("dense_slip_concentration", 0, "mean squared dense error: at slips over overall, ln"),
+    feature("dense_slip_concentration", 0, "squared dense error at slips over its mean, ln"),
     feature("dense_slip_removed", 1, "share of the error at slips that the best valve explains"),
     feature(
         "dense_slip_travel_variation",

@@ -261,7 +261,7 @@ pub(super) fn summarised(all: &[Weighed]) -> FittedValve {
 
 /// S and J from the evidence alone, without a process that weighs them.
 pub(super) fn alone(diagnosis: &Diagnosis) -> Result<FittedValve, String> {
-    let weighing = diagnosis.evidence.as_ref().ok_or("OP and PV gave no evidence")?;
+    let weighing = diagnosis.evidence.as_ref().ok_or("OP and PV do not show S and J")?;
     let (s, share) = (weighing.s, weighing.j_over_s);
     let j = |of: f64, s: f64| of.clamp(0.0, 1.0) * s;
     Ok(FittedValve {

@@ -25,7 +25,7 @@ pub fn join(parts: &[Part<'_>]) -> Result<Recording> {
         parts.iter().find(|(_, recording)| recording.start.is_none()),
     ) {
         let message = format!(
-            "has no dates, but {with} has, so they cannot be put in order; give only files with dates, or only files \
+            "has no dates, but {with} has, so the files cannot be put in order; give only files with dates, or only files \
              without dates"
         );
         return Err(refused(without, message));
@@ -54,7 +54,7 @@ pub fn join(parts: &[Part<'_>]) -> Result<Recording> {
         let reaches = taken.iter().rev().find(|(_, end)| *end >= from + shift);
         let before = reaches.or(taken.last()).map_or(*first, |(origin, _)| *origin);
         append(&mut whole, part, shift).map_err(|message| {
-            refused(origin, format!("overlaps {before} {message}; leave one of them out"))
+            refused(origin, format!("overlaps {before} {message}; leave one file out"))
         })?;
         taken.push((origin, to + shift));
         for note in &part.notes {
@@ -181,7 +181,7 @@ fn alike((first, a): Part<'_>, (origin, b): Part<'_>) -> Result<()> {
 fn lacks(signal: &str, first: &str, origin: &str, first_has: bool) -> Error {
     let (with, without) = if first_has { (first, origin) } else { (origin, first) };
     let message = format!(
-        "has no {signal}, but {with} has, so they are not parts of one recording; leave one of them out"
+        "has no {signal}, but {with} has, so the files are not parts of one recording; leave one file out"
     );
     refused(without, message)
 }
@@ -360,7 +360,7 @@ mod tests {
         mode.mode = Some(Modes::default());
         let shifted = part(Some(1.5), 2.0, 3);
         for (other, expected) in [
-            (b, "b.csv: overlaps a.csv with different values of the OP; leave one of them out"),
+            (b, "b.csv: overlaps a.csv with different values of the OP; leave one file out"),
             (shifted, "b.csv: overlaps a.csv with samples of the OP at other times"),
             (part(None, 1.0, 3), "b.csv: has no dates, but a.csv has"),
             (without, "b.csv: has no PV, but a.csv has"),
