@@ -97,7 +97,7 @@ pub fn run(args: Args) -> Result<()> {
         let removed =
             overrides::remove(&path, |each| each.is_of(tag, &file_name, args.all_recordings))?;
         if removed == 0 {
-            bail!("{origin}: there is no such override of {tag}; see --list");
+            bail!("{origin}: no override of {tag} matches these options; see --list");
         }
         let told = format!("removed {removed} of {tag} from {origin}");
         return output::entered(output::name(&told));

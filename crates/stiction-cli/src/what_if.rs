@@ -240,7 +240,7 @@ fn in_words(title: &str, found: &WhatIf) -> String {
     out += "\nAssumptions\n";
     out.extend(found.assumptions.iter().map(item));
     if let Err(reason) = &found.retuning {
-        out += &item(&format!("No other tuning was found: {reason}."));
+        out += &item(&format!("No tuning can be recommended: {reason}."));
     }
     out
 }

@@ -218,7 +218,7 @@ fn what_could_be_two_things_is_not_taken() {
     let reading = parse("t,Flow,Level,Out\n0,1,5,50\n1,3,6,51\n", "").unwrap();
     assert_eq!(shown(&reading.recordings[0]), "f: OP 50");
     let note = "\"Flow\", \"Level\" hold numbers and are not used, while the loop has no PV, no SP, \
-                no VP, no mode; if one of them is such a signal, assign the signal, as in map pv=Flow";
+                no VP, no mode; if one of them is a missing signal, assign the signal, as in map pv=Flow";
     assert!(said(&reading).contains(note), "{}", said(&reading));
     let reading = parse("t,Flow,Flow 2,Out\n0,1,5,50\n1,3,6,51\n", "").unwrap();
     assert_eq!(shown(&reading.recordings[0]), "f: OP 50");

@@ -6,8 +6,7 @@ use stiction_diagnose::valve_test::{Place, Signature, Step, TestReading};
 use stiction_figure::{Annotation, Figure, Panel, Series};
 
 const CAPTION: &str = "A sticking valve does not answer turns smaller than S.";
-const BRANCHES: &str =
-    "The sum of the answers over the OP. The branches of a sticking valve are apart.";
+const BRANCHES: &str = "The sum of the answers over the OP. A sticking valve separates the rising and falling branches.";
 
 /// Answers over turns. `unit` is the unit of the PV.
 pub fn figure(name: &str, unit: Option<&str>, test: &TestReading) -> Figure {

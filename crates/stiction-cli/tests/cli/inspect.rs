@@ -34,7 +34,7 @@ columns
   FIC1.OP         OP of FIC1    it ends with OP, a word for OP
   FIC1.MODE       mode of FIC1  it ends with MODE, a word for mode
   Room            not used      it is not the name of a signal of a loop
-note: \"Room\" holds numbers and is not used, while loop FIC1 has no SP, no VP; if one of them is such a signal, \
+note: \"Room\" holds numbers and is not used, while loop FIC1 has no SP, no VP; if one of them is a missing signal, \
 assign the signal, as in --map \"sp=Room\"
 note: from row 2 on, Europe/Berlin has an hour twice in autumn; by the order of the rows, 2 rows count \
 as its first pass and 1 as its second

@@ -100,7 +100,7 @@ fn it_holds_for_that_recording_only_until_widened() {
     let refused =
         run(&folder, &["override", FILE, "--loop", "FIC101-sticky", "--remove"]).refusal();
     assert!(
-        refused.contains("there is no such override of FIC101-sticky; see --list"),
+        refused.contains("no override of FIC101-sticky matches these options; see --list"),
         "{refused}"
     );
 }

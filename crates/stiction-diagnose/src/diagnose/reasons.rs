@@ -189,7 +189,7 @@ fn because(cause: Cause, evidence: &Evidence) -> String {
             (Some(moves), Some(explains)) => format!(
                 "the set point moves in {moves} of the samples and explains {explains} of the PV's variance"
             ),
-            _ => "the set point is not recorded and may have moved: export it".to_owned(),
+            _ => "the SP is not recorded and may have moved: export the SP".to_owned(),
         },
         Cause::ProcessNonlinearity => {
             "a process gain that changes along the wave distorts the wave without friction: compare small and large \

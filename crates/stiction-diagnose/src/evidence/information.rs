@@ -26,7 +26,7 @@ pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
     feature("info_gain", 1, "largest gain in log-likelihood by a sticking valve, nats, ln(1 + x)"),
     feature("info_gain_s", 0, "S of the largest gain, share of the OP's span, ln"),
     feature("info_power", 0, "expected gain if the valve sticks with this S, nats, ln(1 + x)"),
-    feature("info_range", 0, "range of the OP over its span, ln"),
+    feature("info_range", 0, "range of the OP over the span of the OP, ln"),
     feature("info_independent", 0, "independent samples, ln"),
     feature(
         "info_autocorrelation",

@@ -31,8 +31,8 @@ pub const FEATURES: [Feature; 25] = [
     ),
     feature("rho1_fine", 1, "rho1 at three times the resolution"),
     feature("rho3_fine", 1, "rho3 at three times the resolution"),
-    feature("horch_tau", 0, "oddness of the correlation of OP and PV, by its crossings of zero"),
-    feature("horch_rho", 0, "oddness of the correlation of OP and PV, by its peak"),
+    feature("horch_tau", 0, "oddness of the correlation of OP and PV, by the zero crossings"),
+    feature("horch_rho", 0, "oddness of the correlation of OP and PV, by the peak"),
     feature(
         "pv_step_by_op",
         0,

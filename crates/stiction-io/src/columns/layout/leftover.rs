@@ -216,7 +216,7 @@ pub fn note(
     let missing: Vec<String> =
         missing.iter().map(|(signal, _)| format!("no {}", signal.name())).collect();
     Some(format!(
-        "{all} {holds}, while {whose} {}; if one of them is such a signal, assign the signal, as in {}",
+        "{all} {holds}, while {whose} {}; if one of them is a missing signal, assign the signal, as in {}",
         missing.join(", "),
         wording.of(Remedy::map(role(poor, signal, loops.len() == 1), name))
     ))
