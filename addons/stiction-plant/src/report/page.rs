@@ -338,7 +338,7 @@ const HEADS: [Head; 17] = [
     head("OP at limit, %", true, 50, "Share of the time with the OP at a limit."),
     head("OP travel, %/h", true, 56, "OP travel, up and down, an hour."),
     head("Reversals, 1/h", true, 76, "OP reversals an hour."),
-    head("Other cause", false, 112, "The likeliest cause but stiction (likelihood 10 % or more)."),
+    head("Other cause", false, 112, "Likeliest cause other than stiction (likelihood from 10 %)."),
     head("Period", false, 78, "Period of the oscillation."),
     head(
         "Notes",
