@@ -13,13 +13,13 @@ use crate::sticky_loop::{self, LoopModel};
 use crate::valve::{self, ValveModel};
 use crate::variables::{Numbers, Values, Variable, VariableKind};
 
-/// A model that can be exported.
+/// A model that can be exported as an FMU.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct ModelEntry {
-    /// `valve`, `stem` or `loop`.
+    /// The kind of the model: `valve`, `stem` or `loop`.
     pub model: &'static str,
-    /// The law of the valve, or the friction law or parameter set of the stem.
+    /// The valve model, or the friction law or parameter set of the stem.
     pub law: &'static str,
     /// Description, in one line.
     pub summary: &'static str,

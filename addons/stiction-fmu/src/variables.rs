@@ -159,7 +159,7 @@ pub struct Variable {
     pub depends_on: Option<&'static [u32]>,
 }
 
-/// A variable of an FMU, in documents.
+/// A variable of an FMU.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 struct VariableDocument {
@@ -168,9 +168,9 @@ struct VariableDocument {
     /// Purpose: `time`, `input`, `output`, `parameter`, `tunable` (a parameter that may be changed while the simulation
     /// runs) or `local`.
     role: &'static str,
-    /// Value at the start; null if it is computed.
+    /// Value at the start; null if the value is computed.
     start: Option<Start>,
-    /// Unit; empty if there is none.
+    /// Unit; empty for a variable without a unit.
     unit: &'static str,
     /// Description, in one line.
     description: &'static str,

@@ -15,77 +15,77 @@ use stiction_diagnose::diagnose::Grade;
 use stiction_diagnose::recording::{Mode, Recording};
 use stiction_io::reading::Reading;
 
-/// The files and loops of a plant, and problems in them.
+/// The files and loops of a plant, and the problems in both.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Checked {
     /// Name of the plant.
     pub plant: String,
-    /// Files named in the plant's file.
+    /// Number of files that the plant's file names.
     pub files: usize,
-    /// Loops in these files.
+    /// The loops in the files.
     pub loops: Vec<LoopThere>,
-    /// Problems.
+    /// Files and loops that could not be read.
     pub problems: Vec<Problem>,
-    /// These problems, loops without a PV, and tags without a partner.
+    /// Files and loops that could not be read, loops without a PV, and tags without a partner.
     pub unknown: Vec<Unknown>,
-    /// Files that are no recordings because they have no OP, a sentence each.
+    /// Files that are no recordings because they have no OP, with a sentence on each.
     pub no_recordings: Vec<String>,
 }
 
-/// A loop in the data.
+/// A loop in the data of a plant.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize, schemars::JsonSchema)]
 pub struct LoopThere {
-    /// Tag.
+    /// Tag of the loop.
     #[serde(rename = "loop")]
     pub name: String,
-    /// Days with samples.
+    /// Number of days with samples.
     pub days: usize,
-    /// The first of these days.
+    /// The first day with samples.
     pub first_day: Option<String>,
-    /// The last of these days.
+    /// The last day with samples.
     pub last_day: Option<String>,
-    /// Whether it is in the plant's file.
+    /// Whether the loop is in the plant's file.
     pub in_plant_file: bool,
     /// Tags of the signals in the last file of the loop, such as `op = "FIC101.OP"`.
     pub tags: Vec<String>,
-    /// The values of OP that are 0 % and 100 %.
+    /// The values of the OP at 0 % and 100 %.
     pub op_range: Option<[f64; 2]>,
-    /// Modes: `auto`, `cascade`, `manual`, `other`. Empty if its mode is not recorded.
+    /// The recorded modes: `auto`, `cascade`, `manual`, `other`; empty without a record of the mode.
     pub modes: Vec<&'static str>,
-    /// Assumptions, and points to confirm.
+    /// Assumptions about the loop, and points to confirm.
     pub notes: Vec<String>,
 }
 
-/// The windows judged so far.
+/// The results of a plant so far.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Status {
     /// Name of the plant.
     pub plant: String,
-    /// Loops with a window.
+    /// Number of loops with a window.
     pub loops: usize,
-    /// Days of the plant with a window.
+    /// Number of days with a window.
     pub days: usize,
-    /// The first of these days.
+    /// The first day with a window.
     pub first_day: Option<String>,
-    /// The last of these days.
+    /// The last day with a window.
     pub last_day: Option<String>,
-    /// Windows that count.
+    /// Number of valid windows.
     pub windows: usize,
-    /// Of these, windows that could not be judged.
+    /// Number of windows that could not be judged.
     pub errors: usize,
-    /// Of these, windows that reached the time limit of their scan.
+    /// Number of windows that reached the time limit of their scan.
     pub time_limited: usize,
-    /// Windows by grade, the worst first.
+    /// Number of windows by grade, the worst grade first.
     pub grades: Vec<Graded>,
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
-    /// Incomplete runs since the last complete scan of all loops and days.
+    /// Number of incomplete runs since the last complete scan of all loops and days.
     pub cut_short: usize,
-    /// Damaged files of the store, a sentence each.
+    /// Damaged files of the store, with a sentence on each.
     pub damaged: Vec<String>,
-    /// Differences of the data files from the last scan.
+    /// Data files that differ from the last scan.
     pub changes: Changes,
-    /// What the last scan did not read of the data, and all windows that could not be judged.
+    /// Data that the last scan did not read, and all windows that could not be judged.
     pub unknown: Vec<Unknown>,
 }
 
@@ -94,7 +94,7 @@ pub struct Status {
 pub struct Graded {
     /// The grade.
     pub grade: &'static str,
-    /// Windows.
+    /// Number of windows with this grade.
     pub windows: usize,
 }
 

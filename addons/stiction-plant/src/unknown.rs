@@ -36,12 +36,12 @@ impl Kind {
     }
 }
 
-/// Something that could not be read or judged, with the reason.
+/// A file, loop, tag or window that could not be used, with the reason.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct Unknown {
     /// Kind: `file not read`, `loop not read`, `loop without a PV`, `tag without a partner` or `window not judged`.
     pub kind: Kind,
-    /// File, loop or tag.
+    /// Name of the file, loop or tag.
     pub name: String,
     /// Number of windows of a loop that were not judged; 1 for all other kinds.
     pub count: usize,

@@ -9,7 +9,7 @@ pub struct Number {
     /// Value.
     #[cfg_attr(feature = "serde", serde(with = "crate::finite::Finite"))]
     pub value: f64,
-    /// Unit; empty for a ratio or count.
+    /// Unit; empty for a ratio or a count.
     pub unit: &'static str,
 }
 

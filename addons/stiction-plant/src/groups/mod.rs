@@ -23,32 +23,32 @@ use stiction_diagnose::spoken::{self, counted};
 /// Loops that swing together, and the candidates for the source.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Group {
-    /// Number, from one.
+    /// Number of the group, from 1.
     pub id: usize,
     /// Period of the swing, s.
     pub period_s: f64,
-    /// The loops: candidates for the source in their order, then the others by coherence.
+    /// The loops of the group: first the candidates for the source by rank, then the other loops by coherence.
     pub members: Vec<Member>,
-    /// Whether one of them may be the source.
+    /// Whether a loop of the group may be the source.
     pub source: Source,
-    /// Evidence for the group, sentences.
+    /// The evidence for the group, in sentences.
     pub reasons: Vec<String>,
 }
 
 /// A loop of a group.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Member {
-    /// Tag.
+    /// Tag of the loop.
     #[serde(rename = "loop")]
     pub name: String,
     /// Probability that its valve sticks; in the ranking, not in documents.
     #[serde(skip)]
     pub probability: Option<f64>,
-    /// The share of its swing at the period that it has in common with the group: squared coherence, 0 to 1.
+    /// The share of the loop's swing at the period that is common to the group: squared coherence, 0 to 1.
     pub coherence: f64,
-    /// Rank among the candidates for the source, from 1; none if the loop is no candidate.
+    /// Rank among the candidates for the source, from 1; `None` if the loop is no candidate.
     pub candidate_rank: Option<usize>,
-    /// Evidence for and against it as the source, sentences.
+    /// Evidence for and against this loop as the source, in sentences.
     pub reasons: Vec<String>,
 }
 

@@ -23,12 +23,12 @@ use stiction_io::timestamp::Zone;
 /// A file or loop that could not be read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Problem {
-    /// The file; none if the problem concerns all files.
+    /// The file; `None` if the problem concerns all files.
     pub file: Option<String>,
-    /// The loop; none if the problem concerns the whole file.
+    /// The loop; `None` if the problem concerns the whole file.
     #[serde(rename = "loop")]
     pub name: Option<String>,
-    /// Fault and remedy.
+    /// The fault and the remedy.
     pub message: String,
 }
 
@@ -119,9 +119,9 @@ impl Places {
 pub struct Changes {
     /// Files that no scan has read.
     pub new: Vec<String>,
-    /// Files with different content, or with a different size or date before they are read.
+    /// Files with different content. A different size or date counts as different content until a scan reads the file.
     pub changed: Vec<String>,
-    /// Files that no longer exist. The verdicts on their windows stay.
+    /// Files that no longer exist. The verdicts from these files stay.
     pub missing: Vec<String>,
 }
 

@@ -90,31 +90,32 @@ pub enum Progress<'a> {
 pub struct Manifest {
     /// Name of the plant.
     pub plant: String,
-    /// Name of the run; none if nothing was new.
+    /// Name of the run; `None` if nothing was new.
     pub run: Option<String>,
     /// Version of the program.
     pub engine_version: String,
-    /// The training of the verdict.
+    /// Version of the trained model of the verdict.
     pub model_version: String,
-    /// Files that were examined.
+    /// Number of files that were examined.
     pub files: usize,
-    /// Loops in these files.
+    /// Number of loops in these files.
     pub loops: usize,
-    /// Windows that were judged in this run.
+    /// Number of windows that were judged in this run.
     pub windows: usize,
-    /// Of these, windows that could not be judged.
+    /// Number of windows of this run that could not be judged.
     pub errors: usize,
-    /// Number of parts of the store that keep their rows.
+    /// Number of files of the store that hold the rows of this run.
     pub parts: usize,
     /// Files and loops that could not be read.
     pub problems: Vec<Problem>,
-    /// These problems, loops without a PV, tags without a partner, and the windows of this run that were not judged.
+    /// Files and loops that could not be read, loops without a PV, tags without a partner, and the windows of this run
+    /// that were not judged.
     pub unknown: Vec<Unknown>,
-    /// Files that are no recordings because they have no OP, a sentence each.
+    /// Files that are no recordings because they have no OP, with a sentence on each.
     pub no_recordings: Vec<String>,
-    /// Files of earlier runs that were found damaged, a sentence each.
+    /// Files of earlier runs that were found damaged, with a sentence on each.
     pub damaged: Vec<String>,
-    /// Differences of the data files from the previous scan.
+    /// Data files that differ from the previous scan.
     pub changes: Changes,
 }
 

@@ -113,7 +113,7 @@ impl Change {
     }
 }
 
-/// A change of a valve between two of its windows.
+/// A change of a valve between two windows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -121,15 +121,15 @@ impl Change {
     schemars(rename = "ValveChange")
 )]
 pub struct Event {
-    /// What changed.
+    /// The kind of change.
     pub change: Change,
-    /// Time of the change: the first window after it, s.
+    /// Time of the first window after the change, s.
     #[cfg_attr(feature = "serde", serde(rename = "time_s"))]
     pub time: f64,
-    /// The 95 % interval of that time, s.
+    /// The 95 % interval of the time of the change, s.
     #[cfg_attr(feature = "serde", serde(rename = "interval_s"), schemars(with = "[f64; 2]"))]
     pub interval: (f64, f64),
-    /// The time of the window with which it was found, s.
+    /// Time of the window with which the change was found, s.
     #[cfg_attr(feature = "serde", serde(rename = "found_s"))]
     pub found: f64,
 }

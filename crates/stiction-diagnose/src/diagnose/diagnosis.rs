@@ -37,12 +37,12 @@ pub struct Diagnosis {
     /// The controlled quantity.
     #[cfg_attr(feature = "serde", serde(rename = "type"))]
     pub loop_type: LoopType,
-    /// The judged segment, the longest of the grid; `None` without a segment.
+    /// The judged segment, which is the longest segment; `None` without a segment.
     pub judged: Option<Judged>,
     /// Time zero of the recording's clock as seconds since 1970-01-01 UTC, if it is known.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub start: Option<f64>,
-    /// The clock of the plant, in which its times are shown.
+    /// The clock of the plant, in which all times are shown.
     pub plant_time: PlantTime,
     /// The recording on a regular grid, with its repairs.
     #[cfg_attr(
@@ -54,12 +54,12 @@ pub struct Diagnosis {
     /// How the recording was interpreted.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub understood: Understood,
-    /// Values that are no measurements and count as missing, of the whole recording.
+    /// Values that are no measurements and count as missing, in the whole recording.
     pub masked: Vec<Masked>,
     /// The controller's mode over time, where it is recorded.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub mode: Option<Modes>,
-    /// The values of OP at 0 % and 100 %, with all plausible spans; null if the OP is in percent.
+    /// The values of the OP at 0 % and 100 %, with all plausible spans; null if the OP is in percent.
     pub op_range: Option<Range>,
     /// Unit of the PV, where the file names one.
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -77,7 +77,7 @@ pub struct Diagnosis {
         )
     )]
     pub oscillations: Oscillations,
-    /// The finding of each method that was run, in the order of the registry.
+    /// The result of each method that was run.
     #[cfg_attr(feature = "serde", serde(rename = "detectors"))]
     pub findings: Vec<Finding>,
     /// Key figures of the loop.
@@ -92,22 +92,22 @@ pub struct Diagnosis {
         )
     )]
     pub relation: Option<Relation>,
-    /// The behaviour of a PV that does not respond; `None` if it seems to respond.
+    /// The behaviour of a PV that does not respond; `None` if the PV seems to respond.
     pub no_response: Option<NoResponse>,
     /// The conclusion.
     pub verdict: Verdict,
     /// Size of the stiction.
     pub stiction: Stiction,
-    /// Slips of a record that looks stuck but has too few slips to decide; `None` for other records.
+    /// Observed and needed slips of a valve that looks stuck but slips too rarely to decide; `None` for other valves.
     pub few_slips: Option<FewSlips>,
     /// The evidence of all windows together; `None` where none could be weighed.
     pub evidence: Option<Weighing>,
-    /// The windows of the judged segment that were weighed one by one, in order of time.
+    /// The results of the windows of the judged segment, in order of time.
     pub windows: Vec<Window>,
     /// The valve test in the recording; `None` without one that can be read.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub test: Option<TestReading>,
-    /// Remarks to the user by the reader of the file or another step.
+    /// Notes for the user on the file or the diagnosis.
     pub notes: Vec<String>,
     /// The part of a very long segment that the published methods and the oscillation read.
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -121,7 +121,7 @@ pub struct Judged {
     /// Index of the segment in the grid.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub segment: usize,
-    /// Time of its first sample, s on the recording's clock.
+    /// Time of the first sample of the segment, s on the recording's clock.
     pub from_s: f64,
     /// Duration, s.
     pub duration_s: f64,
@@ -129,9 +129,9 @@ pub struct Judged {
     pub sample_time_s: f64,
     /// Number of samples.
     pub samples: usize,
-    /// Number of bridged samples.
+    /// Number of missing samples that were bridged.
     pub bridged: usize,
-    /// Number of segments of the grid.
+    /// Number of segments of the recording.
     pub segments: usize,
     /// The recorded signals.
     pub signals: Vec<&'static str>,

@@ -21,17 +21,17 @@ pub const LOOKS_STUCK_FROM: f64 = 0.5;
 /// A step must exceed S by this share to move the valve for sure.
 const BEYOND: f64 = 1.5;
 
-/// A record that looks stuck, with too few slips to decide.
+/// The number of slips of a valve that looks stuck but slips too rarely to decide.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct FewSlips {
-    /// Slips of the best valve model in all windows, scaled to the whole record.
+    /// Number of slips of the best valve model in all windows, scaled to the whole record.
     pub seen: usize,
-    /// Slips that a decision needs.
+    /// Number of slips that a decision needs.
     pub needed: usize,
-    /// Size of OP steps that would make the valve slip, percent of span: half more than the estimated S.
+    /// Size of OP steps that would make the valve slip, percent of span: 1.5 times the estimated S.
     pub step: f64,
-    /// These numbers in a sentence.
+    /// Numbers of slips and size of the OP steps, in a sentence.
     pub words: String,
 }
 

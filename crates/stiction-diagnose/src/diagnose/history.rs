@@ -35,21 +35,21 @@ pub const SIGNIFICANT: f64 = 0.05;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct History {
-    /// The conclusion by the combined probability; without one, the conclusion with more than half of the weight of all
-    /// decisions.
+    /// The conclusion by the combined probability; without a combined probability, the conclusion with more than half
+    /// of the weight of all decisions.
     pub class: VerdictClass,
-    /// The conclusion in one graded word, as in `Verdict`.
+    /// The grade of the conclusion, as in `Verdict`.
     pub grade: Grade,
     /// The combined probability that the valve sticks; `None` if no observation has one.
     pub probability: Option<f64>,
     /// Number of observations since the last change of the valve.
     #[cfg_attr(feature = "serde", serde(rename = "windows"))]
     pub observations: usize,
-    /// Number of these that decided, or have a probability.
+    /// Number of observations since the last change of the valve that decided or have a probability.
     pub decided: usize,
     /// The changes of the valve. Observations before the valve last began or ceased to stick do not count.
     pub changes: Vec<Event>,
-    /// Whether S drifts; `None` with too few observations of S.
+    /// The drift of S; `None` with too few observations of S.
     pub drift: Option<Drift>,
     /// The drift in a sentence.
     pub trend: String,
@@ -59,15 +59,15 @@ pub struct History {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Drift {
-    /// Growth of S as a share of itself, 1/day: 0.01 is 1 % a day.
+    /// Growth of S as a share of S, 1/day; 0.01 is 1 % a day.
     pub per_day: f64,
-    /// Lower end of its 95 % interval.
+    /// Lower end of the 95 % interval of the growth, 1/day.
     pub low: f64,
-    /// Upper end of its 95 % interval.
+    /// Upper end of the 95 % interval of the growth, 1/day.
     pub high: f64,
-    /// Probability of such a slope without a drift, two-sided.
+    /// Two-sided p-value of the growth: the probability of a growth of this size or more if S does not drift.
     pub p_value: f64,
-    /// The growth by the median of the slopes of all pairs, 1/day.
+    /// Growth of S by the median of the slopes of all pairs of observations, 1/day.
     pub robust_per_day: f64,
     /// p-value of Mann and Kendall's test.
     pub robust_p_value: f64,

@@ -12,13 +12,13 @@ use crate::series::{
 pub struct Kpi {
     /// Name, such as `OP travel`.
     pub name: &'static str,
-    /// Value; `None` where the data do not give one.
+    /// Value; `None` if the data do not determine the value.
     pub value: Option<f64>,
     /// Unit; empty for a ratio, `PV` for the units of the process value.
     pub unit: &'static str,
-    /// Meaning, a sentence.
+    /// Meaning of the key figure, in a sentence.
     pub meaning: &'static str,
-    /// Why the value is missing, or the assumption behind it.
+    /// The reason for a missing value, or the assumption behind a value.
     pub note: Option<String>,
 }
 

@@ -86,16 +86,16 @@ impl Fault {
     }
 }
 
-/// A PV that does not respond.
+/// The behaviour of a PV that does not respond to the OP.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct NoResponse {
     /// The behaviour of the PV: `PV at its low end`, `PV at its high end`, `PV frozen` or `PV moves without the
     /// OP`.
     pub silence: Silence,
-    /// Whether the verdict is based on the rest.
+    /// Whether the verdict is based on this behaviour.
     pub decides: bool,
-    /// The rest of the PV in which the OP travels farthest; `None` if the PV moves.
+    /// The time in which the PV rests and the OP travels farthest; `None` if the PV moves.
     pub rest: Option<Rest>,
     /// Possible faults, the likeliest first.
     #[cfg_attr(feature = "serde", serde(serialize_with = "documents"))]
@@ -115,7 +115,7 @@ impl NoResponse {
     }
 }
 
-/// A possible fault that explains why the PV does not respond, in documents.
+/// A possible fault that explains why the PV does not respond.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 #[schemars(rename = "Fault")]
@@ -147,11 +147,11 @@ pub struct Rest {
     /// Samples.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub samples: usize,
-    /// OP travel during the rest, percent.
+    /// OP travel in this time, percent.
     pub op_travel: f64,
-    /// Mean of SP less PV during the rest, in units of the PV.
+    /// Mean of SP less PV in this time, in units of the PV.
     pub error: f64,
-    /// Whether it alone is enough to name the fault.
+    /// Whether this time alone is enough to name the fault.
     pub overwhelming: bool,
 }
 

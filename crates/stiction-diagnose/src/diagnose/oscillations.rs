@@ -38,7 +38,7 @@ impl Oscillations {
     }
 }
 
-/// Whether and how a signal oscillates. Times are s from the first sample; in a diagnosis they are on the recording's
+/// Whether and how a signal oscillates. Times are in s from the first sample, or in a diagnosis in s on the recording's
 /// clock.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]

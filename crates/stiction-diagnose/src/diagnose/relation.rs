@@ -78,16 +78,16 @@ pub struct Relation {
     pub order: Option<f64>,
 }
 
-/// A likely mistake in the columns of a recording, in documents.
+/// A likely mistake in the columns of a recording.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, schemars::JsonSchema)]
 #[schemars(rename = "Relation")]
 pub(super) struct Mistake<'a> {
     /// The mistake, such as `PV and OP look exchanged`.
     mismatch: Mismatch,
-    /// The evidence for it.
+    /// The evidence for the mistake.
     because: &'a str,
-    /// The remedy.
+    /// How to correct the mistake.
     remedy: &'static str,
 }
 

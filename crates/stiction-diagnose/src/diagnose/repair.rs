@@ -35,7 +35,7 @@ named! {
     }
 }
 
-/// A quantity before and after.
+/// A quantity before and after a repair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Contrast {
@@ -43,19 +43,19 @@ pub struct Contrast {
     pub before_count: usize,
     /// Number of observations of the quantity after the repair.
     pub after_count: usize,
-    /// Typical value before.
+    /// Typical value before the repair.
     pub before: f64,
-    /// Typical value after.
+    /// Typical value after the repair.
     pub after: f64,
-    /// Probability of as large a difference by chance, two-sided.
+    /// Two-sided p-value: the probability of a difference of this size or more by chance.
     pub p_value: f64,
     /// Cliff's delta: from -1 (all fell) to 1 (all rose).
     pub delta: f64,
-    /// Whether the difference is significant as one of two tests.
+    /// Whether the difference is significant, with a correction for two tests.
     pub significant: bool,
 }
 
-/// Before and after a repair.
+/// The effect of a repair on a valve.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Repair {
@@ -66,9 +66,10 @@ pub struct Repair {
     pub before: usize,
     /// Number of observations after the repair.
     pub after: usize,
-    /// The probability that the valve sticks, by the mean log-odds of a side; `None` with too few observations.
+    /// The probability that the valve sticks before and after the repair, by mean log-odds; `None` with too few
+    /// observations.
     pub probability: Option<Contrast>,
-    /// S in percent of span, by the geometric mean of a side; `None` with too few observations.
+    /// S before and after the repair, percent of span, by geometric means; `None` with too few observations.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Option<Contrast>,
     /// The outcome.

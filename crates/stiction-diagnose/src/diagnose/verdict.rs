@@ -110,17 +110,17 @@ named! {
     }
 }
 
-/// How the families of methods voted.
+/// The numbers of families of methods by their vote.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Votes {
-    /// Families that find stiction.
+    /// Number of families that find stiction.
     pub sticks: usize,
-    /// Families that find none.
+    /// Number of families that find no stiction.
     pub does_not_stick: usize,
-    /// Families that apply and are undecided, or divided.
+    /// Number of families that apply, but are undecided or divided.
     pub undecided: usize,
-    /// Families all of whose methods abstain.
+    /// Number of families whose methods all abstain.
     pub abstains: usize,
 }
 
@@ -166,37 +166,37 @@ impl Votes {
     }
 }
 
-/// Conclusion, basis and reasons.
+/// The conclusion on a valve, with the basis and the reasons.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Verdict {
     /// The conclusion: `sticks`, `does not stick`, `does not respond` or `cannot tell`.
     pub class: VerdictClass,
-    /// The verdict in one graded word. It splits `cannot tell` into `probably sticks`, `unclear`, `probably fine`,
-    /// `too little to matter` and `data cannot answer`, and `does not stick` into `fine` and `no stiction visible`. The
-    /// others are `sticks` and `does not respond`.
+    /// The grade of the verdict. The conclusion `cannot tell` has the grades `probably sticks`, `unclear`, `probably
+    /// fine`, `too little to matter` and `data cannot answer`. The conclusion `does not stick` has the grades `fine`
+    /// and `no stiction visible`. The grades `sticks` and `does not respond` are also conclusions.
     pub grade: Grade,
-    /// The probability of stiction that the recording can show, where a calibrated model gives one.
+    /// The probability of stiction that the recording can show; `None` if no calibrated model gives a probability.
     pub probability: Option<f64>,
-    /// Basis, such as `evidence in OP and PV`.
+    /// The basis of the conclusion, such as `evidence in OP and PV`.
     pub basis: Basis,
-    /// The detection limit of this recording: an S above it is ruled out with this confidence. It is given for a
-    /// cleared valve and if nothing is decided. `None` if the valve is at fault, S has an interval or no limit is
-    /// known. Also `None` for mistaken columns, unfit data or a recording unlike the training.
+    /// The detection limit of this recording: a larger S is ruled out with the given confidence. The limit is given if
+    /// the valve is cleared or nothing is decided. `None` if the valve is at fault, or S has an interval. Also `None`
+    /// for mistaken columns, unfit data, a recording unlike the training loops, or an unknown limit.
     #[cfg_attr(feature = "serde", serde(rename = "S_below"))]
     pub s_below: Option<Limit>,
-    /// How the families of methods voted.
+    /// The votes of the families of methods.
     pub votes: Votes,
-    /// Why, in sentences.
+    /// The reasons for the conclusion, in sentences.
     pub reasons: Vec<String>,
     /// Evidence against the conclusion, in sentences.
     pub contradictions: Vec<String>,
     /// Other possible causes, the likeliest first.
     pub alternatives: Vec<Alternative>,
-    /// The manual test that would decide, as `stiction test plan` sizes it. `None` where no test is needed, or where
-    /// `no_test` gives the reason.
+    /// The manual test that would decide, as `stiction test plan` plans it. `None` if no test is needed, or `no_test`
+    /// gives a reason.
     pub confirm: Option<TestPlan>,
-    /// Why no test can be made where one is needed.
+    /// Why a needed test is not possible.
     pub no_test: Option<String>,
     /// The conclusion of a person on this recording, if there is one. It stands beside the computed results.
     #[cfg_attr(feature = "serde", serde(rename = "override"))]
@@ -228,25 +228,25 @@ pub struct Override {
     pub kept_in: String,
 }
 
-/// An upper limit of S.
+/// An upper limit of S with its confidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Limit {
-    /// Stick band plus dead band, percent of span.
+    /// The limit of S, percent of span.
     pub value: f64,
-    /// Share of the valves with a larger S that would have been detected.
+    /// Share of valves with a larger S that would have been detected.
     pub confidence: f64,
 }
 
-/// A cause other than the conclusion, and its likelihood.
+/// A possible cause other than the conclusion.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Alternative {
     /// The cause, such as `aggressive tuning`.
     pub cause: Cause,
-    /// Probability. The likelihoods of sticking and of all other causes add up to one.
+    /// Probability of the cause. The probabilities of sticking and of all other causes add up to one.
     pub likelihood: f64,
-    /// The evidence for it, and how to distinguish it: a sentence.
+    /// The evidence for the cause, and how to distinguish the cause from others, in a sentence.
     pub because: String,
 }
 
@@ -264,9 +264,9 @@ pub struct Stiction {
     pub j: Option<Estimate>,
     /// The nominal coverage of the intervals, such as 0.9; `None` for intervals without a nominal coverage.
     pub coverage: Option<f64>,
-    /// Why a number is missing.
+    /// Why S or J is missing.
     pub why_not: Option<String>,
-    /// The competing definitions of "stiction in percent", side by side.
+    /// The values by the competing definitions of "stiction in percent".
     pub definitions: Vec<Definition>,
 }
 
@@ -276,11 +276,11 @@ pub struct Stiction {
 pub struct Definition {
     /// Name, such as `apparent stiction`.
     pub name: &'static str,
-    /// Value; `None` where it cannot be measured.
+    /// Value; `None` if the data do not determine the value.
     pub value: Option<f64>,
     /// Unit.
     pub unit: &'static str,
-    /// Meaning and source.
+    /// Meaning and source of the definition.
     pub meaning: &'static str,
 }
 

@@ -11,7 +11,7 @@ use crate::fusion::Estimate;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Window {
-    /// Time of its first sample, s on the recording's clock.
+    /// Time of the first sample of the window, s on the recording's clock.
     #[cfg_attr(feature = "serde", serde(rename = "from_s"))]
     pub from: f64,
     /// Duration, s.
@@ -19,13 +19,13 @@ pub struct Window {
     pub duration: f64,
     /// The probability that the valve sticks.
     pub probability: f64,
-    /// Stick band plus dead band, percent of span, where it could be quantified.
+    /// Stick band plus dead band, percent of span; `None` if S could not be quantified.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Option<Estimate>,
-    /// Slip jump, percent of span, where it could be quantified.
+    /// Slip jump, percent of span; `None` if J could not be quantified.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
-    /// The detection limit (95 %): an S above it, percent of span, would have been visible in this window.
+    /// The detection limit (95 %), percent of span: a larger S would have been visible in this window.
     #[cfg_attr(
         feature = "serde",
         serde(rename = "S_below", serialize_with = "Limit::of_evidence"),

@@ -38,47 +38,47 @@ pub const MOST_LEFT: f64 = 0.7;
 const ALIKE: f64 = 2.0;
 const UNLIKE: f64 = 0.05;
 
-/// An oscillation of a loop.
+/// The recorded oscillation of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Swing {
     /// Period, s.
     pub period_s: f64,
-    /// Swing of the OP, as `amplitude` of an `Oscillation`, percent of span.
+    /// Amplitude of the OP, percent of span, as defined for `Oscillation`.
     pub op: f64,
-    /// Swing of the PV about its set point, as `amplitude` of an `Oscillation`, in PV units.
+    /// Amplitude of the PV about the set point, in PV units, as defined for `Oscillation`.
     pub pv: f64,
 }
 
-/// The behaviour of the fitted loop without disturbances.
+/// The limit cycle of the fitted loop without disturbances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Predicted {
-    /// Period of its limit cycle, s.
+    /// Period of the limit cycle, s.
     pub period_s: Estimate,
     /// Half of the OP's peak-to-peak value, percent of span.
     pub op: Estimate,
-    /// Half of the PV's peak-to-peak value, in its units.
+    /// Half of the PV's peak-to-peak value, in PV units.
     pub pv: Estimate,
 }
 
-/// The recorded swing, the limit cycle of the fitted loop, and the swing with a valve that follows.
+/// The recorded swing, the limit cycle of the fitted loop, and the swing if the valve followed the OP.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Cycle {
     /// The recorded oscillation; `None` if nothing oscillates.
     pub recorded: Option<Swing>,
-    /// The predicted oscillation; `None` if hardly any drawn loop cycles.
+    /// The predicted oscillation; `None` if hardly any drawn loop has a limit cycle.
     pub predicted: Option<Predicted>,
     /// Share of the drawn loops that have a limit cycle.
     pub cycling: f64,
-    /// Share of the PV's oscillation, the root of its power near the period, that would remain if the valve followed its
-    /// OP; `None` if nothing oscillates or it could not be computed.
+    /// Share of the PV's amplitude near the period that would remain if the valve followed the OP. `None` if nothing
+    /// oscillates, or the share could not be computed.
     pub pv_swing_left: Option<Estimate>,
-    /// Whether the valve explains the swing: the fitted loop cycles as the recording does, or most of the swing would
-    /// vanish if the valve followed its OP ([`MOST_LEFT`]). `None` if nothing oscillates.
+    /// Whether the valve explains the swing: the fitted loop has the recorded cycle, or most of the swing would vanish
+    /// if the valve followed the OP ([`MOST_LEFT`]). `None` if nothing oscillates.
     pub explained: Option<bool>,
-    /// The same in words.
+    /// Whether and why the valve explains the swing, in a sentence.
     pub sentence: String,
     /// Of the drawn loops that cycle by themselves and whose S, J and gain are within their intervals, the loop with
     /// period and OP nearest to the recorded ones.

@@ -96,15 +96,15 @@ impl<T> Part<T> {
     }
 }
 
-/// The operating point.
+/// The operating point of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Resting {
     /// Mean of the OP, percent.
     pub op: f64,
-    /// Mean of the PV, in its units.
+    /// Mean of the PV, in PV units.
     pub pv: f64,
-    /// Slope of the OP, percent per hour: drift of the load.
+    /// Slope of the OP, percent per hour, which shows the drift of the load.
     pub op_drift_per_hour: f64,
 }
 

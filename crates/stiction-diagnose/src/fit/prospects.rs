@@ -135,18 +135,18 @@ impl Remedy {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Proposal {
-    /// Gain, percent per unit of PV.
+    /// Gain, percent per PV unit.
     pub kc: f64,
     /// Integral time, s.
     pub ti: f64,
-    /// Largest sensitivity (Ms) with this tuning, over all drawn loops; 2 or less is robust.
+    /// Peak of the sensitivity function (Ms) with this tuning, over all drawn loops; a loop with 2 or less is robust.
     #[cfg_attr(feature = "serde", serde(rename = "Ms"))]
     pub ms: Estimate,
-    /// Rule.
+    /// The tuning rule.
     pub rule: &'static str,
 }
 
-/// The effect of an action. Intervals are the 5 and 95 % points of the drawn loops.
+/// The effect of an action. The ends of intervals are the 5 and 95 % points of the drawn loops.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Prospect {
@@ -154,22 +154,24 @@ pub struct Prospect {
     /// compensator.
     #[cfg_attr(feature = "serde", serde(serialize_with = "by_name"), schemars(with = "String"))]
     pub action: Remedy,
-    /// Swing of the PV about its set point, as `amplitude` of an `Oscillation`, in PV units.
+    /// Amplitude of the PV about the set point, in PV units, as defined for `Oscillation`.
     pub pv_swing: Estimate,
-    /// Ratio of the PV swing to the PV swing of the present loop, for each drawn loop; 20 for 20 or more.
+    /// Ratio of the PV swing to the PV swing of the present loop, for each drawn loop; larger ratios than 20 count as
+    /// 20.
     pub pv_swing_ratio: Estimate,
     /// Mean absolute control error, in units of the PV.
     pub error: Estimate,
-    /// Ratio of the control error to the control error of the present loop, for each drawn loop; 20 for 20 or more.
+    /// Ratio of the control error to the control error of the present loop, for each drawn loop; larger ratios than 20
+    /// count as 20.
     pub error_ratio: Estimate,
     /// Valve travel, percent of span per hour.
     pub travel: Estimate,
     /// Time to settle after a load step, s; `None` if half of the loops do not settle.
     pub settling_s: Option<Estimate>,
-    /// Probability that the PV swing falls by more than 20 %; from 0.95 on the benefit is called certain, above 0.5
-    /// probable.
+    /// Probability that the PV swing falls by more than 20 %. The benefit is called certain from 0.95 on, and probable
+    /// above 0.5.
     pub sure: f64,
-    /// The tuning of the action, if it has one.
+    /// The tuning of an action that retunes the controller; `None` for other actions.
     pub tuning: Option<Proposal>,
 }
 
@@ -216,7 +218,7 @@ impl Prospect {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Prospects {
-    /// The actions, by the upper end of the ratio of the control error, then by effort.
+    /// The actions, in ascending order of the upper end of the ratio of the control error, and then of effort.
     pub actions: Vec<Prospect>,
     /// Number of simulated loops.
     pub loops: usize,

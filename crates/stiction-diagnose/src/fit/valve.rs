@@ -24,19 +24,19 @@ const LEAST_WEIGHT: f64 = 0.03;
 /// Number of processes to try with each valve.
 const TRIED: usize = 10;
 
-/// The valve of a recording.
+/// A valve identified from a recording.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct FittedValve {
-    /// Model; `None` if all possible valves follow their OP.
+    /// Valve model; `None` if all possible valves follow the OP.
     pub model: Option<String>,
-    /// Stick band plus dead band if it sticks, percent of span.
+    /// Stick band plus dead band if the valve sticks, percent of span.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Estimate,
-    /// Slip jump if it sticks, percent of span.
+    /// Slip jump if the valve sticks, percent of span.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Estimate,
-    /// Weight of the valves that follow their OP among all possible ones, from 0 to 1.
+    /// Weight of the valves that follow the OP among all possible valves, from 0 to 1.
     pub follows: f64,
     /// Source of S and J.
     pub from: &'static str,

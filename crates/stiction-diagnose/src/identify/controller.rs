@@ -118,29 +118,30 @@ pub struct FittedController {
     /// Input of the derivative; `None` without it, or if the set point never moves.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub derivative_on: Option<DerivativeOn>,
-    /// Weight of the set point in the proportional part, where the set point moves.
+    /// Weight of the set point in the proportional part; `None` if the set point does not move.
     pub set_point_weight: Option<f64>,
-    /// The constant set point, in units of the PV, where none is recorded.
+    /// The identified constant set point, in PV units; `None` if a set point is recorded.
     pub set_point: Option<Estimate>,
-    /// Half width of the gap in which the error is ignored, in units of the PV; 0 for none.
+    /// Control error up to which the controller does not act, in PV units; 0 without such a gap.
     pub gap: f64,
-    /// Time between executions, s; `None` if it is shorter than the record can show.
+    /// Time between executions, s; `None` if this time is shorter than the record can show.
     #[cfg_attr(feature = "serde", serde(rename = "execution"))]
     pub execution_s: Option<f64>,
-    /// Samples from a PV to the response of the OP: 0 or 1.
+    /// Delay from the PV to the response of the OP, samples: 0 or 1.
     #[cfg_attr(feature = "serde", serde(rename = "delay_samples"))]
     pub delay: usize,
-    /// The lower limit of the OP, percent, where it was reached.
+    /// The lower limit of the OP, percent; `None` if the OP did not reach a lower limit.
     pub low: Option<f64>,
-    /// The upper limit of the OP, percent, where it was reached.
+    /// The upper limit of the OP, percent; `None` if the OP did not reach an upper limit.
     pub high: Option<f64>,
-    /// The fastest movement of the OP, percent per second, if it was reached often.
+    /// The fastest movement of the OP, percent per second; `None` if the OP seldom moved this fast.
     pub rate_limit: Option<f64>,
     /// Resolution of the recorded OP, percent; 0 if none is visible.
     pub op_quantum: f64,
-    /// Share of the OP's innovations that it explains.
+    /// Share of the OP's innovations that the controller explains.
     pub explained: f64,
-    /// Share of the samples at which something else moved the OP: an operator, tracking, an upset of the record.
+    /// Share of the samples at which something other than the controller moved the OP, such as an operator, tracking,
+    /// or a fault of the record.
     pub otherwise: f64,
 }
 

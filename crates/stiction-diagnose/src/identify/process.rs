@@ -87,18 +87,18 @@ impl Candidate {
     }
 }
 
-/// A process identified from PV and OP or valve position.
+/// A process identified from the PV and from OP or valve position.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct FittedProcess {
     /// Behaviour under a constant input.
     pub kind: ProcessKind,
-    /// Gain, units of PV per percent; `None` for an integrating one, and if it cannot be separated from the lag.
+    /// Gain, PV units per percent; `None` for an integrating process, or if the data do not separate gain and lag.
     pub gain: Option<Estimate>,
-    /// Time constant, s; `None` in the same cases.
+    /// Time constant, s; `None` if the gain is `None`.
     #[cfg_attr(feature = "serde", serde(rename = "tau"))]
     pub lag_s: Option<Estimate>,
-    /// Initial slope of the PV after a step of one percent, units of PV per second. This is gain over lag, which may be
+    /// Initial slope of the PV after a step of one percent, PV units per second. The slope is gain over lag, and may be
     /// known even if gain and lag are not.
     pub slope: Estimate,
     /// Dead time with all small lags, s.
@@ -108,9 +108,9 @@ pub struct FittedProcess {
     pub explained: f64,
     /// What the data cannot identify, in a sentence; `None` if everything is identified.
     pub jointly: Option<String>,
-    /// Standard deviation of the disturbance of the PV, in its units.
+    /// Standard deviation of the disturbance of the PV, in PV units.
     pub disturbance_sd: f64,
-    /// Standard deviation of its innovations from sample to sample.
+    /// Standard deviation of the disturbance's innovations from sample to sample, in PV units.
     pub innovation_sd: f64,
     /// The processes that explain the PV nearly as well, the likeliest first.
     #[cfg_attr(feature = "serde", serde(skip))]

@@ -53,15 +53,15 @@ named! {
     }
 }
 
-/// S after minus S before.
+/// S after a repair minus S before the repair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Difference {
     /// The best value, percent of span; `None` if a test gives only a limit of S.
     pub value: Option<f64>,
-    /// Lower end of its 90 % interval, percent of span.
+    /// Lower end of the 90 % interval of the difference, percent of span.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of the 90 % interval of the difference, percent of span.
     pub high: f64,
 }
 

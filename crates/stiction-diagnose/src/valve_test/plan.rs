@@ -53,17 +53,17 @@ pub struct PlanOptions {
     pub time_s: Option<f64>,
 }
 
-/// A turn of the OP.
+/// A turn of the OP in the plan of a test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 pub struct Turn {
-    /// The OP, percent of span relative to its value before the test.
+    /// The OP relative to the OP before the test, percent of span.
     pub op: f64,
-    /// The longest hold, s.
+    /// The longest hold after the turn, s.
     pub hold_s: f64,
 }
 
-/// A test of a valve, sized for its loop.
+/// The plan of a valve test, with sizes for one loop.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 pub struct TestPlan {
@@ -71,29 +71,29 @@ pub struct TestPlan {
     pub name: String,
     /// Unit of the PV, if known.
     pub pv_unit: Option<String>,
-    /// Turns of each size.
+    /// Number of turns of each size.
     pub each: usize,
-    /// The turns of the first part, in order. This part ends when the PV answers.
+    /// The turns of the first part, in order. The first part ends when the PV responds.
     pub grow: Vec<Turn>,
-    /// Each size of the second part is this multiple of the previous one.
+    /// Factor from one size of the second part to the next size.
     pub shrink_by: f64,
-    /// The second part ends when this number of consecutive sizes has had no response.
+    /// Number of consecutive sizes without a response after which the second part ends.
     pub ends_after: usize,
-    /// The PV change that counts as an answer, in PV units.
+    /// The PV change that counts as a response, in PV units.
     pub answer: f64,
-    /// Whether the PV rises when the OP rises; `None` if the recording does not show it.
+    /// Whether the PV rises when the OP rises; `None` if the recording does not show the direction.
     pub rises: Option<bool>,
-    /// The controller goes back to automatic below this PV, in its units.
+    /// PV below which the controller goes back to automatic, in PV units.
     pub pv_low: f64,
-    /// The controller goes back to automatic above this PV, in its units.
+    /// PV above which the controller goes back to automatic, in PV units.
     pub pv_high: f64,
-    /// The lowest OP, percent.
+    /// The lowest OP of the test, percent.
     pub op_low: f64,
-    /// The highest OP, percent.
+    /// The highest OP of the test, percent.
     pub op_high: f64,
-    /// The longest sample interval of OP and PV, s, without compression.
+    /// The longest permitted sample interval of OP and PV, s, without compression.
     pub record_every_s: f64,
-    /// The longest time in manual, s. The test ends after this time.
+    /// The longest time in manual, s, after which the test ends.
     pub total_s: f64,
     /// The expected time in manual, s.
     #[cfg_attr(feature = "serde", serde(default))]

@@ -14,23 +14,23 @@ use super::weigh::Manual;
 use crate::series::{max, min};
 use crate::spoken::{counted, range, rough, time, times};
 
-/// A size of the plan and its turns in the test.
+/// A size of turns in the plan and in the test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct SizeComparison {
     /// The part of the test: 1 with growing sizes, 2 with shrinking sizes.
     pub part: u8,
-    /// The planned size, percent from one turn to the next; `None` if it is not in the plan.
+    /// The planned size, percent from one turn to the next; `None` if the plan lacks the size.
     pub planned: Option<f64>,
-    /// The actual size, percent; `None` if it was left out.
+    /// The actual size, percent; `None` if the test lacks the size.
     pub made: Option<f64>,
-    /// Number of turns of this size.
+    /// Number of turns of this size in the test.
     pub turns: usize,
-    /// Number of these turns that the PV answered.
+    /// Number of turns of this size to which the PV responded.
     pub answered: usize,
-    /// The longest planned hold, s; `None` in part 2, where it depends on the answers.
+    /// The longest planned hold, s; `None` in part 2, where the hold depends on the responses.
     pub hold_planned_s: Option<f64>,
-    /// The longest actual hold, s; `None` if the size was left out.
+    /// The longest actual hold, s; `None` if the test lacks the size.
     pub hold_s: Option<f64>,
 }
 
@@ -38,23 +38,23 @@ pub struct SizeComparison {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct PlanComparison {
-    /// The sizes, in the order of the test or the plan.
+    /// The sizes of turns, in the order of the test or of the plan.
     pub sizes: Vec<SizeComparison>,
-    /// Planned turns of these sizes.
+    /// Number of planned turns of the compared sizes.
     pub turns_planned: usize,
-    /// Turns in the test.
+    /// Number of turns in the test.
     pub turns: usize,
-    /// Turns of part 1 that ended before the planned hold, although the PV had not answered.
+    /// Number of turns of part 1 that ended before the planned hold, although the PV had not responded.
     pub cut_short: usize,
-    /// Turns of part 1 that were held longer than planned.
+    /// Number of turns of part 1 that were held longer than planned.
     pub held_longer: usize,
-    /// Time of the PV outside the limits of the plan during the test, s.
+    /// Time in the test with the PV outside the limits of the plan, s.
     pub pv_beyond_s: f64,
     /// The lowest PV of the test, in PV units.
     pub pv_low: f64,
     /// The highest PV of the test, in PV units.
     pub pv_high: f64,
-    /// Deviations from the plan, in sentences. One sentence if the test has no deviations.
+    /// Deviations from the plan in sentences, or a sentence that there are no deviations.
     pub remarks: Vec<String>,
 }
 

@@ -35,17 +35,17 @@ pub struct Between {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct PositionReading {
-    /// The OP change after a reversal before the stem moves, percent; `None` without a reversal.
+    /// The OP change after a reversal at which the stem begins to move, percent; `None` without a reversal.
     pub dead_band: Option<Between>,
-    /// The OP change in one direction before the stem moves again, percent; `None` if each turn is a reversal.
+    /// The OP change in one direction at which the stem moves again, percent; `None` if each turn is a reversal.
     pub resolution: Option<Between>,
-    /// Median time until the stem begins to move, s; `None` if no turn moved it by 2 % or more.
+    /// Median time until the stem begins to move, s; `None` if no turn moved the stem by 2 % or more.
     pub dead_time_s: Option<f64>,
-    /// Median time until the stem has covered 63.2 % of its travel, s.
+    /// Median time until the stem has covered 63.2 % of the travel, s.
     pub t63_s: Option<f64>,
-    /// Median time until the stem has covered 86.5 % of its travel, s.
+    /// Median time until the stem has covered 86.5 % of the travel, s.
     pub t86_s: Option<f64>,
-    /// Number of turns in these medians.
+    /// Number of turns in the medians of the times.
     pub timed: usize,
 }
 

@@ -34,7 +34,7 @@ pub struct ReadOptions {
     pub grid: GridOptions,
 }
 
-/// A turn of the OP and its answer.
+/// A turn of the OP in a test, and the response of the PV.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Step {
@@ -42,14 +42,15 @@ pub struct Step {
     pub at_s: f64,
     /// The OP after the turn, percent.
     pub op: f64,
-    /// The change of the OP, percent; `None` for the first turn of a time in manual, because the stem position before
-    /// it is unknown, and if the OP did not change.
+    /// The change of the OP, percent. `None` for the first turn of a time in manual, because the stem position before
+    /// the turn is unknown, and for a turn without a change of the OP.
     pub travel: Option<f64>,
-    /// The PV change until the next turn, or until the process has responded if the next turn follows sooner, in PV units.
+    /// The PV change, in PV units, until the next turn. If the process needs longer to respond, the PV change until the
+    /// process has responded.
     pub answer: Option<f64>,
-    /// Standard deviation of the answer.
+    /// Standard deviation of the PV change, in PV units.
     pub error: Option<f64>,
-    /// Whether the PV moved with the turn by more than 2.5 standard deviations.
+    /// Whether the PV moved in the expected direction by more than 2.5 standard deviations.
     pub answered: bool,
 }
 
@@ -57,13 +58,15 @@ pub struct Step {
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct TestReading {
-    /// `sticks`, `does not stick`, `does not respond` or `cannot tell`, from the test and the operation before it.
+    /// The conclusion from the test and the operation before the test: `sticks`, `does not stick`, `does not respond`
+    /// or `cannot tell`.
     pub class: VerdictClass,
-    /// Probability that the valve sticks, from both.
+    /// Probability that the valve sticks, from the test and the operation before the test.
     pub probability: f64,
     /// Probability that the valve sticks, from the test alone.
     pub by_test: f64,
-    /// Probability that the valve sticks, from the recording before the test; `None` if it gives none.
+    /// Probability that the valve sticks, from the operation before the test; `None` if the operation gives no
+    /// probability.
     pub by_operation: Option<f64>,
     /// The log-odds of the test before calibration.
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -76,10 +79,11 @@ pub struct TestReading {
     /// Slip jump, percent of span, with its 90 % interval, if the valve sticks.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
-    /// S is below this with 95 % confidence, percent; `None` if the test gives no limit.
+    /// Upper limit of S with 95 % confidence, percent of span; `None` if the test gives no limit.
     #[cfg_attr(feature = "serde", serde(rename = "S_below"))]
     pub s_below: Option<f64>,
-    /// Sum of dead time and lags between OP and PV, s; `None` if no turn was answered, or the test was shorter.
+    /// Sum of dead time and lags between OP and PV, s; `None` if no turn had a response, or the test was shorter than
+    /// this sum.
     pub response_s: Option<f64>,
     /// The source of the manual settings: `sheet`, `mode` or `output`.
     pub known_by: KnownBy,
@@ -91,18 +95,18 @@ pub struct TestReading {
     pub stops: usize,
     /// Whether the responses are read from the recorded valve position instead of the PV.
     pub by_position: bool,
-    /// Results from the valve position; `None` if it is not recorded.
+    /// Results from the valve position; `None` without a recorded valve position.
     pub position: Option<PositionReading>,
-    /// The turns, in order.
+    /// The turns of the test, in order.
     pub steps: Vec<Step>,
     /// Number of turns. The OP at which a time in manual begins is none if it was the same before.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub turned: usize,
     /// The reasons, in sentences.
     pub reasons: Vec<String>,
-    /// How to repeat the test, if it is inconclusive.
+    /// How to repeat an inconclusive test.
     pub advice: Option<String>,
-    /// The comparison with the plan, if one was given.
+    /// The comparison with the plan; `None` if no plan was given.
     pub plan: Option<PlanComparison>,
     /// The recording of the test, with a tenth of its duration before and after it.
     #[cfg_attr(feature = "serde", serde(skip))]

@@ -47,19 +47,19 @@ use super::ramps::{self, Characteristic};
 use super::read::{TestReading, around};
 use super::weigh::SMALL;
 
-/// A ramp of the plan.
+/// A ramp of the OP in the plan of a signature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 pub struct Ramp {
-    /// The OP at its end, percent.
+    /// The OP at the end of the ramp, percent.
     pub to_op: f64,
-    /// Duration, s.
+    /// Duration of the ramp, s.
     pub duration_s: f64,
-    /// The hold at its end, s.
+    /// Duration of the hold at the end of the ramp, s.
     pub hold_s: f64,
 }
 
-/// The planned signature of a valve.
+/// The plan of a signature: slow ramps of the OP over the stroke.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
 pub struct SignaturePlan {
@@ -69,25 +69,25 @@ pub struct SignaturePlan {
     pub from_op: f64,
     /// The ramps, in order.
     pub ramps: Vec<Ramp>,
-    /// The longest sample interval of OP and VP, s, without compression.
+    /// The longest permitted sample interval of OP and VP, s, without compression.
     pub record_every_s: f64,
     /// Duration of all ramps and holds, s.
     pub total_s: f64,
-    /// A summary of the test.
+    /// A summary of the signature.
     pub summary: String,
     /// The instructions, in order.
     pub instructions: Vec<String>,
 }
 
-/// A part of the stroke.
+/// A part of the stroke with its S.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Place {
-    /// The stem position at its lower end, percent.
+    /// The stem position at the lower end of the part, percent.
     pub from: f64,
-    /// The stem position at its upper end, percent.
+    /// The stem position at the upper end of the part, percent.
     pub to: f64,
-    /// Stick band plus dead band there, percent of span, with its 90 % interval.
+    /// Stick band plus dead band in this part, percent of span, with its 90 % interval.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Estimate,
 }
@@ -96,26 +96,27 @@ pub struct Place {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Signature {
-    /// `sticks`, `does not stick`, `does not respond` or `cannot tell`.
+    /// The conclusion: `sticks`, `does not stick`, `does not respond` or `cannot tell`.
     pub class: VerdictClass,
     /// Stick band plus dead band, percent of span, with its 90 % interval, outside the part of the stroke that binds.
     #[cfg_attr(feature = "serde", serde(rename = "S"))]
     pub s: Option<Estimate>,
-    /// Slip jump, percent of span, with its 90 % interval; `None` if S is.
+    /// Slip jump, percent of span, with its 90 % interval; `None` without S.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
     /// The OP range of the ramps, percent.
     pub op: [f64; 2],
-    /// The range of the stem, percent; of the PV as a position if no position was recorded.
+    /// The range of the valve position, percent. Without a recorded valve position, the range of the PV as a position.
     pub vp: [f64; 2],
     /// What makes the PV a position; `None` if the position was recorded.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub characteristic: Option<Characteristic>,
-    /// Mean of the simulated stem minus VP, percent: the calibration error.
+    /// The calibration error: the mean of the simulated stem position minus VP, percent.
     pub offset: f64,
-    /// The parts of the stroke, from the lowest.
+    /// The parts of the stroke, from the lowest part on.
     pub places: Vec<Place>,
-    /// The part of the stroke where the stem binds: its S there is clearly larger than elsewhere.
+    /// The part of the stroke where the stem binds, which means that S is clearly larger there; `None` without such a
+    /// part.
     pub binds: Option<[f64; 2]>,
     /// Number of ramps.
     pub ramps: usize,

@@ -30,7 +30,7 @@ pub enum Method {
     Supervised,
 }
 
-/// A published or practised compensator: the description of a [`Method`].
+/// The description of a compensator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", schemars(rename = "Compensator"))]
@@ -39,7 +39,7 @@ pub struct Description {
     pub name: &'static str,
     /// Principle, in one line.
     pub summary: &'static str,
-    /// Source.
+    /// Source of the compensator.
     pub citation: &'static str,
 }
 

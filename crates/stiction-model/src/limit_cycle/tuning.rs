@@ -261,7 +261,7 @@ pub fn by_describing_function(continuous: &ContinuousLoop) -> Result<Option<Cycl
     Ok(harmonic_balance(continuous)?.attracting().cloned())
 }
 
-/// Gain and times of a controller.
+/// The gain, integral time and derivative time of a controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Tuning {

@@ -3,7 +3,7 @@
 use super::{Model, Start, Valve, ValveSpec};
 use crate::error::{Error, Result};
 
-/// A published valve model: the description of a [`Model`], in words and properties.
+/// The description of a published valve model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", schemars(rename = "ValveModel"))]
@@ -14,18 +14,18 @@ pub struct Description {
     pub aliases: &'static [&'static str],
     /// Principle, in one line.
     pub summary: &'static str,
-    /// Source.
+    /// Source of the model.
     pub citation: &'static str,
     /// Motion after a slip.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub motion: Motion,
-    /// Whether it uses `S`.
+    /// Whether the model uses `S`.
     pub uses_s: bool,
-    /// Whether it uses `J`.
+    /// Whether the model uses `J`.
     pub uses_j: bool,
-    /// Whether it uses the overshoot `K` of a slip.
+    /// Whether the model uses the overshoot `K` of a slip.
     pub uses_k: bool,
-    /// Whether it uses a rest tolerance.
+    /// Whether the model uses a rest tolerance.
     pub uses_rest_tolerance: bool,
     /// Another model whose positions are the same for every `J` up to `S`.
     #[cfg_attr(feature = "serde", serde(skip))]

@@ -19,9 +19,9 @@ pub struct Episode {
     pub from_s: f64,
     /// End, s from the first sample.
     pub to_s: f64,
-    /// Half waves that belong to the oscillation.
+    /// Number of half waves in the time span.
     pub half_waves: usize,
-    /// Median height of those half waves, in the signal's units.
+    /// Median height of the half waves, in the signal's units.
     pub amplitude: f64,
 }
 

@@ -23,22 +23,23 @@ impl Supervision {
     }
 }
 
-/// The result of the supervision.
+/// The result of the supervision of half waves (Hägglund, 1995).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Supervised {
-    /// The integral of the absolute error from which a half wave counts, in units of the error times
-    /// s: `2 a / w_i`.
+    /// The smallest integral of the absolute error of a half wave that counts as a load disturbance, in units of the
+    /// error times s.
     pub threshold: f64,
-    /// Half waves that count as load disturbances.
+    /// Number of half waves that count as load disturbances.
     pub disturbances: usize,
-    /// All half waves.
+    /// Number of all half waves.
     pub half_waves: usize,
     /// The largest value of the forgetting counter.
     pub counter: f64,
-    /// When the counter first passed the limit, s from the first sample; `None` if it did not.
+    /// Time when the counter first exceeded the limit, s from the first sample; `None` if the counter stayed below the
+    /// limit.
     pub alarm_s: Option<f64>,
-    /// Whether the loop oscillates: the counter passed its limit.
+    /// Whether the loop oscillates, which means that the counter exceeded the limit.
     pub oscillates: bool,
 }
 

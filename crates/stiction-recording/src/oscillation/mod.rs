@@ -47,33 +47,33 @@ impl OscillationBasis {
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Oscillation {
-    /// Whether it oscillates; the rule is at [`analyse`].
+    /// Whether the signal oscillates, by the rule of [`analyse`].
     pub found: bool,
     /// The method that found the oscillation.
     pub basis: Option<OscillationBasis>,
-    /// Period of the dominant oscillation, s; `None` if none was found.
+    /// Period of the dominant oscillation, s; `None` without an oscillation.
     pub period_s: Option<f64>,
-    /// The swing of the signal with that period, in its units: half of the peak-to-peak value in a period, without
-    /// noise, the median over the periods.
+    /// The median over the periods of half of the peak-to-peak value, without noise, in the signal's units.
     pub amplitude: Option<f64>,
     /// Number of periods in the signal.
     pub cycles: Option<f64>,
-    /// Regularity r of the zero crossings of the autocorrelation (Thornhill, Huang and Zhang, 2003); above 1 is regular.
+    /// Regularity r of the zero crossings of the autocorrelation (Thornhill, Huang and Zhang, 2003); above 1, the
+    /// oscillation is regular.
     pub regularity: Option<f64>,
-    /// Number of intervals between zero crossings for the regularity; 0 without one.
+    /// Number of intervals between zero crossings from which r is calculated; 0 without r.
     pub intervals: usize,
-    /// Decay ratio of the autocorrelation (Miao and Seborg, 1999); above 0.5 is oscillatory.
+    /// Decay ratio R of the autocorrelation (Miao and Seborg, 1999); above 0.5, the signal is oscillatory.
     pub decay_ratio: Option<f64>,
-    /// Supervision of half waves (Hägglund, 1995) with the detected period as the ultimate period and three standard deviations of the
-    /// noise as the amplitude. `None` if nothing was found or a period has fewer than 8 samples, because noise then
-    /// looks like signal.
+    /// The result of the supervision of half waves (Hägglund, 1995). The ultimate period is the detected period, and
+    /// the amplitude is three standard deviations of the noise. `None` without an oscillation, or with fewer than 8
+    /// samples per period, because noise then looks like signal.
     #[cfg_attr(feature = "serde", serde(rename = "supervision"))]
     pub supervised: Option<Supervised>,
-    /// All significant oscillations in the spectrum, by their share of the variance.
+    /// All significant oscillations in the spectrum, the largest share of the variance first.
     pub peaks: Vec<Peak>,
-    /// Times of the dominant oscillation.
+    /// Time spans of the dominant oscillation.
     pub episodes: Vec<Episode>,
-    /// Reasons for the result, sentences with the numbers.
+    /// The reasons for the result, in sentences with numbers.
     pub reasons: Vec<String>,
 }
 

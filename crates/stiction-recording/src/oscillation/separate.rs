@@ -8,36 +8,34 @@ use crate::series::{Spectrum, fft_length};
 /// The smallest share of the variance in the band of a separate oscillation.
 pub const LEAST_SHARE: f64 = 0.01;
 
-/// One of several oscillations of a signal: a significant peak of its spectrum and the band around it.
+/// An oscillation of a signal: a significant peak of the spectrum, and the band around the peak.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Peak {
-    /// Period, s: from the autocorrelation of the band, or from the peak if that has too few crossings.
+    /// Period, s: from the autocorrelation of the band, or from the peak if the autocorrelation has too few zero
+    /// crossings.
     pub period_s: f64,
     /// Amplitude of a sine with the power of the band, in the signal's units.
     pub amplitude: f64,
-    /// Share of the band in the signal's variance, without drift: oscillations with fewer than [`FEWEST_PERIODS`]
-    /// periods in the signal are left out.
+    /// Share of the band in the variance of the signal. The variance excludes drift: everything with fewer than
+    /// [`FEWEST_PERIODS`] periods in the signal.
     pub share: f64,
-    /// Regularity of the band ([`Regularity::index`]). A band-pass makes noise look regular, so the index counts only
+    /// Regularity r of the band ([`Regularity::index`]). A band-pass makes noise look regular, so r counts only
     /// together with the peak's significance.
     pub regularity: Option<f64>,
-    /// Decay ratio of the band; noise in such a band has a ratio below 0.5.
+    /// Decay ratio R of the band; in a band with only noise, R is below 0.5.
     pub decay_ratio: Option<f64>,
-    /// The chance that the peak is noise.
+    /// Probability that noise has such a peak at any frequency.
     pub chance: f64,
     /// Power of the peak relative to the power of the background.
     pub over_background: f64,
-    /// Number as a harmonic of a stronger peak; a harmonic is part of that oscillation's shape.
+    /// Number of the harmonic, if the oscillation is a harmonic of a stronger oscillation; else `None`.
     pub harmonic: Option<usize>,
-    /// The band, cycles per sample.
+    /// Lower and upper end of the band, cycles per sample.
     #[cfg_attr(feature = "serde", schemars(with = "[f64; 2]"))]
     pub band: (f64, f64),
-    /// Whether it is a separate oscillation: regular (r > 1), sustained (R > 0.5), with at least a tenth of the
-    /// signal's variance, and no harmonic of another.
-    ///
-    /// The tenth is our choice. A weaker oscillation has less than a third of the amplitude of the rest and is not the
-    /// loop's main problem.
+    /// Whether the oscillation is separate: r exceeds 1, R exceeds 0.5, the share is at least 0.1 (our choice), and the
+    /// oscillation is no harmonic.
     pub is_oscillation: bool,
 }
 

@@ -55,9 +55,10 @@ pub struct Range {
     pub low: f64,
     /// The value at 100 %.
     pub high: f64,
-    /// Source.
+    /// Source of the range.
     pub source: RangeSource,
-    /// The narrowest and the widest plausible span, in the unit of the signal. Both equal the span of a known range.
+    /// The narrowest and the widest plausible span, in the unit of the signal. If the range is known, both equal the
+    /// span of the range.
     pub spans: [f64; 2],
 }
 

@@ -74,17 +74,17 @@ pub struct Measure {
     /// A short name, such as `samples per cycle`.
     #[cfg_attr(feature = "serde", serde(rename = "name"))]
     pub id: MeasureId,
-    /// Value; `None` where it could not be measured.
+    /// Value; `None` if the data do not determine the value.
     pub value: Option<f64>,
     /// Unit of value and thresholds; empty for a ratio.
     pub unit: &'static str,
-    /// Threshold of a caveat; whether less or more is worse depends on the measure.
+    /// Limit beyond which the data have a caveat: an upper or a lower limit, depending on the measure.
     pub caveat_at: Option<f64>,
-    /// Threshold of unfit data.
+    /// Limit beyond which the data are unfit.
     pub unfit_at: Option<f64>,
-    /// Class.
+    /// Class of the data by this measure.
     pub class: Class,
-    /// A sentence with the numbers, for any class.
+    /// The result of the measure in a sentence with numbers.
     pub reason: String,
 }
 
@@ -92,11 +92,11 @@ pub struct Measure {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Fitness {
-    /// The worst class of the measures.
+    /// The worst class among all measures.
     pub class: Class,
-    /// Why it is not fit: the sentences of the bad measures, the worst first.
+    /// Why the recording is not fit: a sentence for each bad measure, the worst first.
     pub reasons: Vec<String>,
-    /// All measures.
+    /// All measures of the data.
     pub measures: Vec<Measure>,
 }
 

@@ -52,7 +52,7 @@ pub struct MaskedSample {
     pub kind: MaskedKind,
 }
 
-/// All masked samples of one signal with one value.
+/// The samples of one signal that have the same value and count as missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Masked {
@@ -60,11 +60,11 @@ pub struct Masked {
     pub signal: &'static str,
     /// The recorded value.
     pub value: f64,
-    /// Number of samples.
+    /// Number of samples with this value.
     pub count: usize,
-    /// Time of the first such sample, s on the recording's clock.
+    /// Time of the first sample with this value, s on the recording's clock.
     pub first_s: f64,
-    /// Why it is no measurement.
+    /// Why the value is no measurement.
     pub kind: MaskedKind,
 }
 

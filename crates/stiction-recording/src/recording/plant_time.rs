@@ -1,11 +1,11 @@
 //! The plant's clock.
 
-/// The clock for the times of a recording: the plant's clock at the beginning. It stays the same across a change to or
-/// from summer time, so that the times stay in order.
+/// The clock for the times of a recording: the plant's clock at the beginning. The offset stays unchanged across a
+/// change to or from summer time, so that the times stay in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct PlantTime {
-    /// Name of the clock, such as `CET`, `+05:30` or `UTC`; empty if it was not recorded.
+    /// Name of the clock, such as `CET`, `+05:30` or `UTC`; empty if the name was not recorded.
     pub name: String,
     /// Offset of the clock from UTC, s. If the name is unknown, times were interpreted as UTC.
     pub offset_s: i32,

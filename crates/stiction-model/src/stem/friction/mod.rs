@@ -50,14 +50,13 @@ pub enum FrictionLaw {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct LawEntry {
-    /// Name, as a user writes it.
+    /// Name of the law in commands.
     pub name: &'static str,
     /// Principle, in one line.
     pub summary: &'static str,
-    /// Source, cited from memory and not verified unless stated otherwise.
+    /// Source of the law, cited from memory and not verified unless stated otherwise.
     pub source: &'static str,
-    /// Names of its parameters, with their units, in the order [`FrictionLaw::from_name`] takes
-    /// them.
+    /// Names of the parameters, with units, in the order that [`FrictionLaw::from_name`] takes.
     pub parameters: &'static [&'static str],
 }
 

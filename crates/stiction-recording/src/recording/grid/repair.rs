@@ -1,19 +1,19 @@
 //! The repairs of a recording.
 
-/// A repair, with its count.
+/// A kind of repair of the data, and how often it was necessary.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct GridRepair {
     /// The fault.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub kind: RepairKind,
-    /// The signal, such as `PV`; or `time` for all.
+    /// The repaired signal, such as `PV`, or `time` if all signals were repaired.
     pub signal: &'static str,
-    /// Number of samples, or of steps of the clock.
+    /// Number of repaired samples, or of repaired steps of the clock.
     pub count: usize,
-    /// The first time, s on the recording's clock.
+    /// Time of the first repair, s on the recording's clock.
     pub first_s: f64,
-    /// The repair, a sentence.
+    /// The repair in a sentence.
     pub done: String,
 }
 
