@@ -63,45 +63,45 @@ columns! {
     "type" [""] loop_type: String;
     /// Weight of the loop times weight of its area.
     "weight" [""] weight: f64;
-    /// Windows of the week that were judged.
+    /// Number of judged windows of the week.
     "windows_judged" [""] windows_judged: i64;
-    /// Windows of the week.
+    /// Number of windows of the week.
     "windows" [""] windows: i64;
-    /// Class of the verdict on the week.
+    /// Conclusion of the verdict on the week, such as sticks.
     "verdict" [""] verdict: Option<VerdictClass>;
-    /// Verdict in one graded word.
+    /// Grade of the verdict, such as probably sticks.
     "grade" [""] grade: Option<Grade>;
-    /// Probability that the valve sticks, from all windows on which the verdict rests.
+    /// Probability that the valve sticks, from the windows of the verdict.
     "probability" [""] probability: Option<f64>;
-    /// Stick band plus dead band, of span; at the end of the week where it drifts.
+    /// Stick band plus dead band, of span. With a significant drift, the value at the end of the week.
     "S" ["%"] s: Option<f64>;
-    /// Low end of the interval of S.
+    /// Lower end of the interval of S, of span.
     "S_low" ["%"] s_low: Option<f64>;
-    /// High end of the interval of S.
+    /// Upper end of the interval of S, of span.
     "S_high" ["%"] s_high: Option<f64>;
     /// Slip jump, of span.
     "J" ["%"] j: Option<f64>;
-    /// Low end of the interval of J.
+    /// Lower end of the interval of J, of span.
     "J_low" ["%"] j_low: Option<f64>;
-    /// High end of the interval of J.
+    /// Upper end of the interval of J, of span.
     "J_high" ["%"] j_high: Option<f64>;
-    /// Detection limit: an S above this would have shown.
+    /// Detection limit, of span: a larger S would have been detected.
     "S_below" ["%"] s_below: Option<f64>;
-    /// The likeliest other cause.
+    /// The likeliest cause other than stiction.
     "alternative" [""] alternative: Option<Cause>;
-    /// Probability.
+    /// Probability of the cause in `alternative`.
     "alternative_likelihood" [""] alternative_likelihood: Option<f64>;
     /// Share of the time in automatic: the service factor.
     "auto_share" ["%"] auto_share: Option<f64>;
     /// Share of the time with the OP at a limit.
     "at_limit_share" ["%"] at_limit_share: Option<f64>;
-    /// OP travel, up and down, an hour.
+    /// OP travel, up and down, per hour.
     "travel_per_hour" ["%/h"] travel_per_hour: Option<f64>;
-    /// OP reversals by more than the noise, an hour.
+    /// OP reversals above the noise, per hour.
     "reversals_per_hour" ["1/h"] reversals_per_hour: Option<f64>;
     /// Period of the oscillation.
     "period_s" ["s"] period_s: Option<f64>;
-    /// Amplitude of the oscillation, of the error, or of the OP in % where the error does not oscillate.
+    /// Amplitude of the oscillation of the control error. If only the OP oscillates, amplitude of the OP in %.
     "amplitude" ["PV"] amplitude: Option<f64>;
     /// Action: repair, retune, look upstream, check data or leave.
     "action" [""] action: Action;
@@ -113,67 +113,67 @@ columns! {
     "change" [""] change: Change;
     /// First day after the change.
     "change_day" [""] change_day: Option<String>;
-    /// First day of the 95 % interval of that day.
+    /// First day of the 95 % interval of `change_day`.
     "change_from" [""] change_from: Option<String>;
-    /// Last day of that interval.
+    /// Last day of the 95 % interval of `change_day`.
     "change_to" [""] change_to: Option<String>;
-    /// Graded word before the change, or else of the four weeks before.
+    /// Grade before the change; without a change, grade of the four weeks before.
     "verdict_before" [""] verdict_before: Option<Grade>;
-    /// Windows on which the verdict rests: the windows of the week after the last change or repair.
+    /// Number of windows of the verdict: windows of the week after the last change or repair.
     "windows_used" [""] windows_used: i64;
-    /// The first of their days.
+    /// First day of the windows of the verdict.
     "since" [""] since: Option<String>;
-    /// The last of their days.
+    /// Last day of the windows of the verdict.
     "until" [""] until: Option<String>;
-    /// Growth of S a week, in % of S, since the last repair or since the valve began to stick.
+    /// Growth of S per week, since the last repair or since the valve began to stick.
     "drift_per_week" ["% of S"] drift: Option<f64>;
-    /// Low end of its 95 % interval.
+    /// Lower end of the 95 % interval of the growth of S per week.
     "drift_low" ["% of S"] drift_low: Option<f64>;
-    /// High end of its 95 % interval.
+    /// Upper end of the 95 % interval of the growth of S per week.
     "drift_high" ["% of S"] drift_high: Option<f64>;
-    /// p-value of the drift: the larger of two tests.
+    /// p-value of the drift of S: the larger p-value of two tests.
     "drift_p" [""] drift_p: Option<f64>;
-    /// Whether the drift is significant by both tests.
+    /// Whether the drift of S is significant by both tests.
     "drift_significant" [""] drift_significant: Option<bool>;
-    /// Day on which S reaches 10 % at this drift; only if the drift is significant.
+    /// Day within two years on which a growing S reaches 10 %; only for a significant drift.
     "limit_day" [""] limit_day: Option<String>;
-    /// Conclusion of a person that holds in the week.
+    /// Conclusion of a person that is valid in the week.
     "override" [""] overruled: Option<VerdictClass>;
-    /// Reason, author and last day of that conclusion.
+    /// Reason, author and last day of the conclusion in `override`.
     "override_reason" [""] override_reason: Option<String>;
     /// Result of the last valve test that counts in the week; a decisive test has precedence.
     "test" [""] test: Option<VerdictClass>;
-    /// Day on which that test ended.
+    /// Day on which the test in `test` ended.
     "test_day" [""] test_day: Option<String>;
-    /// S by that test, of span.
+    /// S by the test, of span.
     "test_S" ["%"] test_s: Option<f64>;
-    /// Low end of the interval of S by that test.
+    /// Lower end of the interval of S by the test, of span.
     "test_S_low" ["%"] test_s_low: Option<f64>;
-    /// High end of the interval of S by that test.
+    /// Upper end of the interval of S by the test, of span.
     "test_S_high" ["%"] test_s_high: Option<f64>;
-    /// Upper limit of S by that test, if it finds no S.
+    /// Upper limit of S by a test without a value of S, of span.
     "test_S_below" ["%"] test_s_below: Option<f64>;
     /// Day of the last order without a later repair.
     "ordered" [""] ordered: Option<String>;
     /// Day until which the loop is snoozed.
     "snoozed_until" [""] snoozed_until: Option<String>;
-    /// Whether it is on the watch list.
+    /// Whether the loop is on the watch list.
     "watch" [""] watch: bool;
-    /// Last repair, order or note.
+    /// Last repair, order or note in the log.
     "note" [""] note: Option<String>;
-    /// Number of the loop's group of loops that swing together, if any.
+    /// Number of the group of loops that swing together with this loop.
     "group" [""] group: Option<i64>;
-    /// Place among the candidates for the source of the group.
+    /// Rank of the loop among the candidates for the source of the group.
     "candidate_rank" [""] candidate_rank: Option<i64>;
     /// Health of the data: no data, errors, dead or frozen, always in manual, not fit or good.
     "health" [""] health: Health;
-    /// Error of the last window that could not be judged.
+    /// Error of the last window of the week that could not be judged.
     "error" [""] error: Option<String>;
     /// Page of the loop, relative to the folder of the report.
     "page" [""] page: Option<String>;
-    /// Due valve test in short, or the reason why there is none, if the page of the loop was made.
+    /// Valve test that is due, or why no test is due; only for a loop with a page.
     "plan" [""] plan: Option<String>;
-    /// Sheet of that test, relative to the folder of the report.
+    /// Sheet of the valve test that is due, relative to the folder of the report.
     "sheet" [""] sheet: Option<String>;
 }
 

@@ -24,25 +24,25 @@ columns! {
     "window_start" ["s"] window_start: i64;
     /// Duration of the window: one or more plant days.
     "window_s" ["s"] window_s: i64;
-    /// Version of the program that judged.
+    /// Version of the program that judged the window.
     "engine_version" [""] engine_version: String;
-    /// Training of the verdict.
+    /// Version of the trained model of the verdict.
     "model_version" [""] model_version: String;
     /// SHA-256 of the settings in plant.toml that affect the verdict.
     "settings_hash" [""] settings_hash: String;
-    /// SHA-256 of its input (files, or on Spark rows), by which a scan knows that the window is finished.
+    /// SHA-256 of the window's files (on Spark: rows), by which a scan recognises a finished window.
     "input_fingerprint" [""] input_fingerprint: String;
     /// SHA-256 of the judged samples, independent of where they are stored; empty without samples.
     "samples_fingerprint" [""] samples_fingerprint: Option<String>;
-    /// Reason why the window could not be judged; empty if it was.
+    /// Reason why the window could not be judged; empty for a judged window.
     "error" [""] error: Option<String>;
-    /// Samples of the judged stretch.
+    /// Number of samples of the judged stretch.
     "samples" [""] samples: Option<i64>;
-    /// Share of usable samples: the lower of OP and PV.
+    /// Share of usable samples of the OP or of the PV, whichever is lower.
     "good_share" ["%"] good_share: Option<f64>;
     /// Share of the time in automatic: the service factor.
     "auto_share" ["%"] auto_share: Option<f64>;
-    /// Start of the judged stretch, from the start of the window.
+    /// Time from the start of the window to the start of the judged stretch.
     "stretch_start_s" ["s"] stretch_start_s: Option<f64>;
     /// Duration of the judged stretch.
     "stretch_s" ["s"] stretch_s: Option<f64>;
@@ -50,7 +50,7 @@ columns! {
     "sample_time_s" ["s"] sample_time_s: Option<f64>;
     /// Fitness of the data: fit, caveats or unfit.
     "fitness" [""] fitness: Option<String>;
-    /// Reasons why the data are unfit, sentences.
+    /// Reasons why the data are unfit, in sentences.
     "unfit_reasons" [""] unfit_reasons: Option<String>;
     /// Whether the PV moves during the judged stretch.
     "pv_moves" [""] pv_moves: Option<bool>;
@@ -60,57 +60,57 @@ columns! {
     "period_s" ["s"] period_s: Option<f64>;
     /// Regularity of the oscillation.
     "regularity" [""] regularity: Option<f64>;
-    /// Amplitude of the oscillation of the error, or of the OP in % if the error does not oscillate.
+    /// Amplitude of the oscillation of the control error. If only the OP oscillates, amplitude of the OP in %.
     "amplitude" ["PV"] amplitude: Option<f64>;
-    /// OP travel, up and down, an hour.
+    /// OP travel, up and down, per hour.
     "travel_per_hour" ["%/h"] travel_per_hour: Option<f64>;
-    /// OP reversals by more than the noise, an hour.
+    /// OP reversals above the noise, per hour.
     "reversals_per_hour" ["1/h"] reversals_per_hour: Option<f64>;
     /// Share of the time with the OP at a limit.
     "at_limit_share" ["%"] at_limit_share: Option<f64>;
-    /// Class of the verdict.
+    /// Conclusion of the verdict, such as sticks.
     "verdict" [""] verdict: Option<String>;
-    /// Verdict in one graded word.
+    /// Grade of the verdict, such as probably sticks.
     "grade" [""] grade: Option<String>;
     /// Probability that the valve sticks.
     "probability" [""] probability: Option<f64>;
-    /// Basis of the verdict.
+    /// Basis of the verdict, such as evidence in OP and PV.
     "basis" [""] basis: Option<String>;
-    /// Number of evidence windows, with overlaps counted once.
+    /// Number of windows of evidence in this window, with overlaps counted once.
     "evidence_windows" [""] evidence_windows: Option<f64>;
-    /// Pool of these windows: sums that are added over days.
+    /// Combined evidence of the window: sums that are added over days.
     "pool" [""] pool: Option<String>;
     /// Stick band plus dead band, of span.
     "S" ["%"] s: Option<f64>;
-    /// Low end of the interval of S.
+    /// Lower end of the interval of S, of span.
     "S_low" ["%"] s_low: Option<f64>;
-    /// High end of the interval of S.
+    /// Upper end of the interval of S, of span.
     "S_high" ["%"] s_high: Option<f64>;
     /// Slip jump, of span.
     "J" ["%"] j: Option<f64>;
-    /// Low end of the interval of J.
+    /// Lower end of the interval of J, of span.
     "J_low" ["%"] j_low: Option<f64>;
-    /// High end of the interval of J.
+    /// Upper end of the interval of J, of span.
     "J_high" ["%"] j_high: Option<f64>;
-    /// Detection limit: an S above this would have shown.
+    /// Detection limit, of span: a larger S would have been detected.
     "S_below" ["%"] s_below: Option<f64>;
-    /// Likeliest other cause.
+    /// The likeliest cause other than stiction.
     "alternative" [""] alternative: Option<String>;
-    /// Probability.
+    /// Probability of the cause in `alternative`.
     "alternative_likelihood" [""] alternative_likelihood: Option<f64>;
-    /// Mistake in the columns that ended the judgement.
+    /// Mistake in the columns, because of which the window has no verdict.
     "mistaken" [""] mistaken: Option<String>;
     /// Behaviour of a PV that does not respond.
     "no_response" [""] no_response: Option<String>;
     /// Result of a valve test in the window; empty without a readable test.
     "test" [""] test: Option<String>;
-    /// S by that test, of span.
+    /// S by the test, of span.
     "test_S" ["%"] test_s: Option<f64>;
-    /// Low end of the interval of S by that test.
+    /// Lower end of the interval of S by the test, of span.
     "test_S_low" ["%"] test_s_low: Option<f64>;
-    /// High end of the interval of S by that test.
+    /// Upper end of the interval of S by the test, of span.
     "test_S_high" ["%"] test_s_high: Option<f64>;
-    /// Upper limit of S by that test, if it finds no S.
+    /// Upper limit of S by a test without a value of S, of span.
     "test_S_below" ["%"] test_s_below: Option<f64>;
     /// Start of the test, since 1970-01-01 UTC.
     "test_from" ["s"] test_from: Option<i64>;
