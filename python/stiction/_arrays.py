@@ -16,7 +16,9 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 Samples: TypeAlias = Any
 """The type of array arguments: a NumPy array of any real dtype and stride, a sequence of numbers, or a column of a table.
-Tables have the Arrow capsule interface, as tables of pandas, polars and pyarrow have. Masked values and Arrow nulls are missing."""
+Tables have the Arrow capsule interface, as tables of pandas, polars and pyarrow have. Masked values and Arrow nulls count as
+missing.
+"""
 
 
 def unmasked(values: Any) -> npt.NDArray[Any]:

@@ -1,6 +1,6 @@
 """HTML for notebooks: cards, trends and tables, in the colours of a light or dark page.
 
-The HTML loads nothing from elsewhere, its styles apply only to itself, and every text is escaped.
+The HTML loads nothing from elsewhere, the styles apply only to this HTML, and every text is escaped.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _SHOWN = 20
 _COLOURS = {"PV": "#2e9455", "SP": "currentColor", "OP": "#3f87d0", "VP": "#d9534f"}
 
 Line = tuple[str, Array]
-"""The name of a signal, and its values."""
+"""The name and the values of a signal."""
 
 
 def card(title: str, headline: str, facts: Mapping[str, str], first: str, picture: str) -> str:
@@ -45,7 +45,7 @@ def card(title: str, headline: str, facts: Mapping[str, str], first: str, pictur
 def trend(label: str, time_s: Array, rows: Sequence[tuple[str, Sequence[Line]]], since: str = "") -> str:
     """Return an SVG picture of rows of signals, one above the other, over the same time.
 
-    A row has an axis label with its unit, and its signals. `since` is the text for time zero.
+    A row has signals, and an axis label with a unit. `since` is the text for time zero.
     """
     unit, seconds = _time_unit(float(time_s[-1] - time_s[0]))
     t = time_s / seconds
@@ -66,7 +66,7 @@ def trend(label: str, time_s: Array, rows: Sequence[tuple[str, Sequence[Line]]],
 
 
 def table(columns: Mapping[str, Sequence[Any]]) -> str:
-    """Return columns as an HTML table, shortened to its first rows if there are many."""
+    """Return columns as an HTML table, with only the first rows of a long table."""
     rows = list(zip(*columns.values()))
     head = "".join(f'<th scope="col" style="text-align:{_side(held)}">{escape(name)}</th>' for name, held in columns.items())
     sides = [_side(held) for held in columns.values()]

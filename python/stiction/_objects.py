@@ -1,4 +1,4 @@
-"""Frames of pandas, and columns of objects, as the library reads them."""
+"""Converts frames of pandas and columns of objects for the library."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NUMBERS = (int, float, Decimal, np.integer, np.floating)
 
 
 def plain_frame(frame: Any) -> Any:
-    """Return a pandas frame with its index as a column, plain names, and columns without objects."""
+    """Return a pandas frame with the index as a column, plain names, and columns without objects."""
     index = frame.index
     kind = getattr(index.dtype, "kind", "")
     if hasattr(index, "to_timestamp") and not hasattr(index, "tz"):
@@ -53,7 +53,7 @@ def plain_frame(frame: Any) -> Any:
 
 
 def _with_index(frame: Any, name: Any) -> Any:
-    """Return a frame with its index as the column called `name`."""
+    """Return a frame with the index as the column called `name`."""
     if name in frame.columns:
         raise ValueError(f"table has a column and an index named {str(name)!r}; rename one")
     return frame.reset_index(names=name)

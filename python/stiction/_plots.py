@@ -11,7 +11,7 @@ __all__: list[str] = []
 
 
 def pyplot() -> Any:
-    """Return ``matplotlib.pyplot``, or raise an error that explains its installation."""
+    """Return ``matplotlib.pyplot``, or raise an error that explains how to install Matplotlib."""
     try:
         import matplotlib.pyplot as plt
     except ImportError:
@@ -20,7 +20,7 @@ def pyplot() -> Any:
 
 
 def legend_above(ax: Any) -> None:
-    """Put the legend where it covers nothing."""
+    """Put the legend above the axes, in the middle."""
     columns = max(1, len(ax.get_legend_handles_labels()[0]))
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=columns, frameon=False, fontsize="small")
 
@@ -44,7 +44,7 @@ def dates(start: float | None, time_s: Array) -> tuple[Any, str]:
 
 
 def short_dates(ax: Any) -> None:
-    """Label dates on the x axis without repeating their common part."""
+    """Label dates on the x axis without repeating the common part of the dates."""
     from matplotlib.dates import ConciseDateFormatter
 
     formatter: Any = ConciseDateFormatter
@@ -52,12 +52,12 @@ def short_dates(ax: Any) -> None:
 
 
 def legend(ax: Any) -> None:
-    """Put the legend above the axes, where it covers nothing. Titles are on the left."""
+    """Put the legend above the axes, on the right, because titles are on the left."""
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, frameon=False, borderaxespad=0.1)
 
 
 def valve_over_time(ax: Any, time_s: Any, op: Any, vp: Any, label: str = "OP, VP (% of span)") -> None:
-    """Plot OP, unless it is None, and VP."""
+    """Plot the VP, and the OP unless the OP is None."""
     ax.plot(time_s, vp, color="C3", label="VP")
     if op is not None:
         ax.plot(time_s, op, color="C0", linestyle="--", linewidth=1.2, label="OP")
@@ -67,7 +67,7 @@ def valve_over_time(ax: Any, time_s: Any, op: Any, vp: Any, label: str = "OP, VP
 
 
 def pv_over_time(ax: Any, time_s: Any, sp: Any, pv: Any, label: str = "PV, SP (PV units)") -> None:
-    """Plot SP and PV, unless they are None."""
+    """Plot the SP unless the SP is None, and the PV unless the PV is None."""
     if pv is not None:
         ax.plot(time_s, pv, color="C2", label="PV")
     if sp is not None:

@@ -26,14 +26,14 @@ __all__: list[str] = []
 T = TypeVar("T")
 
 LONGEST = 400
-"""Characters of a result at a prompt, five lines."""
+"""Maximum number of characters of a result at a prompt, which is five lines."""
 
 
 class Result:
-    """A result with named attributes, which unpack in their order."""
+    """A result with named attributes, which unpack in order."""
 
     _documented_as: ClassVar[Mapping[str, str]] = {}
-    """Names of attributes in documents, if different."""
+    """Names in documents of attributes with a different name."""
     _left_out: ClassVar[Mapping[str, str]] = {}
     """Fields of documents that are not attributes, with the reason."""
 
@@ -48,7 +48,7 @@ class Result:
         Returns
         -------
         dict
-            Attributes by name. Results within it become dictionaries, and arrays are unchanged.
+            Attributes by name. Results within the result become dictionaries, and arrays are unchanged.
         """
         return {name: _plain(value) for name, value in _items(self)}
 
@@ -92,9 +92,9 @@ R = TypeVar("R", bound=Result)
 
 
 def result_of(cls: type[R], document: Mapping[str, Any] | tuple[Any, ...]) -> R:
-    """Make a result from its document, with attributes by name or in their order, converted by their types.
+    """Make a result from a document with attributes by name or in order, and convert the attributes by type.
 
-    A field that only the document or only the class has is an error, so that none is forgotten.
+    A field that only the document or only the class has is an error, so that no field is forgotten.
     """
     made_of: Any = cls  # mypy doubts that a class is hashable.
     makers = _makers(made_of)
@@ -109,7 +109,7 @@ def result_of(cls: type[R], document: Mapping[str, Any] | tuple[Any, ...]) -> R:
 
 @functools.cache
 def _makers(cls: Any) -> dict[str, tuple[str, Any]]:
-    """Return the attributes and their types by their names in documents."""
+    """Return the types of the attributes, by the names of the attributes in documents."""
     hints = typing.get_type_hints(cls)
     names = [field.name for field in dataclasses.fields(cls)]
     return {cls._documented_as.get(name, name.rstrip("_")): (name, hints[name]) for name in names}

@@ -24,19 +24,19 @@ PARAMETERS = {
     "op": ("array_like", "Controller output, percent of span."),
     "period_s": ("float, optional", "Period of the oscillation, s; by default the period of the dominant oscillation."),
     "progress": ("callable, optional", "Called from time to time with the number of finished loops."),
-    "pv": ("array_like", "Process value, of the same length."),
+    "pv": ("array_like", "Process value, with as many samples as the OP."),
     "recording": ("Recording or table", "The recording, or a table with the columns of one loop."),
     "S": ("float", "Stick band plus dead band, percent of span."),
     "sample_time": ("float", "Time between samples, s."),
     "scenario": ("Scenario, str, path or mapping", "A control loop, see `stiction.scenario`."),
     "settings": ("mapping, optional", "Changes to the scenario, by dotted key."),
     "since": ("str, optional", 'Judge windows from this day on, such as ``"2026-03-01"``.'),
-    "vp": ("array_like", "Measured valve position, percent of span, of the same length."),
+    "vp": ("array_like", "Measured valve position, percent of span, with as many samples as the OP."),
     "week": ("str, optional", 'The week, such as ``"2026-W10"``; by default the last week with windows.'),
     "X": ("iterable of Recording or table, or array_like", "The cases."),
     "x": ("array_like", "The series."),
 }
-"""Parameters shared by many functions, by name, with their types and descriptions."""
+"""Types and descriptions of parameters that many functions share, by name of the parameter."""
 
 _COUNTS = {2: "two", 3: "three", 4: "four"}
 _SECTION = re.compile(r"^(\w+)\n-{3,}\n", re.MULTILINE)
@@ -72,7 +72,7 @@ def completed(text: str, names: Iterable[str]) -> str:
 
 
 def plotting(text: str, count: int) -> str:
-    """Return the docstring of a drawing function, completed with its axes."""
+    """Return the docstring of a drawing function, completed with the parameter for the axes."""
     head, *parts = _SECTION.split(inspect.cleandoc(text))
     one = count == 1
     kind = "matplotlib axes, optional" if one else f"sequence of {_COUNTS[count]} matplotlib axes, optional"
@@ -84,7 +84,7 @@ def plotting(text: str, count: int) -> str:
 
 
 def with_attributes(text: str, fields: Iterable[tuple[str, str, str, str]]) -> str:
-    """Return the docstring of a class, completed with its attributes: name, type, words and kind of each.
+    """Return the docstring of a class, completed with name, type, words and kind of each attribute.
 
     An attribute without words shares the words of the next attribute. An empty kind is made from the type.
     """

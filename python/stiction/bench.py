@@ -183,8 +183,8 @@ def suite(name: str = "v1", *, passphrase: str | None = None) -> Suite:
     name : str, default "v1"
         Name, one of `suites`.
     passphrase : str, optional
-        Passphrase of the hidden half of the suite, which is then returned. The seeds of the hidden half are derived from the
-        passphrase.
+        Passphrase of the hidden half of the suite. With a passphrase, the hidden half is returned. The seeds of the hidden half
+        are derived from the passphrase.
 
     Raises
     ------
@@ -360,8 +360,8 @@ def run(
     Parameters
     ----------
     detector : callable, estimator or mapping
-        A function of a recording, an estimator with ``fit`` and ``predict``, or several of them by name, to compare. An estimator
-        is first fitted on `training`.
+        A function of a recording, an estimator with ``fit`` and ``predict``, or several detectors by name, to compare. An
+        estimator is first fitted on `training`.
     suite : str or Suite, default "v1"
         The suite, one of `suites`, or recordings from `labelled`. On labelled recordings an estimator is cross-validated in five
         parts, by valve.
@@ -373,12 +373,12 @@ def run(
         Time limit for an answer, s. A later answer counts as no answer. Without processes, Python code is interrupted on Unix, but
         compiled code runs to its end.
     processes : int, default 0
-        Number of processes that run the detector, which must then be importable, as for `multiprocessing`. A process is ended
-        after the limit, and started again after that or a crash. 0 runs the detector in this process.
+        Number of processes that run the detector, which must then be importable, as for `multiprocessing`. A process that exceeds
+        the limit is ended. After the limit or a crash, the process is started again. 0 runs the detector in this process.
     train : int, default 2000
         Number of loops on which an estimator is fitted.
     passphrase : str, optional
-        Passphrase of the hidden half of the suite, which is then used.
+        Passphrase of the hidden half of the suite. With a passphrase, the detector is measured on the hidden half.
     progress : callable, optional
         Called from time to time with the number of finished loops.
 
@@ -457,7 +457,7 @@ def run(
 
 
 def read(*paths: str | PathLike[str], passphrase: str | None = None) -> Results:
-    """Read results of one or several detectors on the same loops, and measure their answers again.
+    """Read results of one or several detectors on the same loops, and measure the answers again.
 
     Parameters
     ----------
@@ -469,7 +469,7 @@ def read(*paths: str | PathLike[str], passphrase: str | None = None) -> Results:
     Returns
     -------
     Results
-        All detectors, with comparisons.
+        The measures of all detectors, with comparisons.
 
     Raises
     ------
@@ -595,14 +595,14 @@ class _Late(BaseException):
 
 
 def _ask(detector: Any, recordings: list[Recording], limit: float) -> list[tuple[str, float]]:
-    """Ask a detector about recordings one by one, or an estimator about all recordings together."""
+    """Asks a detector about each recording separately, or an estimator about all recordings together."""
     if _fits(detector):
         return _estimated(detector, recordings, limit)
     return [_timed(lambda each=each: answer(each, detector(each)), each, limit) for each in recordings]  # type: ignore[misc]
 
 
 def _timed(ask: Callable[[], str], recording: Recording, limit: float) -> tuple[str, float]:
-    """Return an answer, or the reason why there is none, and the time that it took."""
+    """Return an answer, or the reason for no answer, and the time taken."""
     begin = time.perf_counter()
     try:
         with _Alarm(limit):
@@ -617,7 +617,7 @@ def _timed(ask: Callable[[], str], recording: Recording, limit: float) -> tuple[
 
 
 class _Alarm:
-    """Raises `_Late` in this thread after a time, where signals permit it."""
+    """Raises `_Late` in this thread after a time, on systems with signals."""
 
     def __init__(self, limit: float) -> None:
         self.limit = limit

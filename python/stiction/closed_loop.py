@@ -137,7 +137,8 @@ class Run(Signals):
         "Half of the peak-to-peak range in the second half of the run: OP and VP in percent of span, PV in PV units."
     )
     growth: float | None = about(
-        "Range of the PV in the last quarter of the run, divided by its range in the third quarter; None if the divisor is 0."
+        "Range of the PV in the last quarter of the run, divided by the range of the PV in the third quarter; None if "
+        "the divisor is 0."
     )
 
     @drawn(2)
@@ -156,7 +157,7 @@ class CascadeRun(Signals):
     slave: Run = about("The slave loop, with the sticking valve; the master gives the set point of the slave.")
     sp: Array
     pv: Array = about(
-        "Set point and measured process value of the master, in its PV units, at the samples of the slave."
+        "Set point and measured process value of the master, in PV units of the master, at the samples of the slave."
     )
 
     @property
@@ -209,7 +210,7 @@ class OpenLoopRun(Signals):
 
 
 def _simulated(scenario: ScenarioLike, settings: Mapping[str, Any] | None, kind: str) -> dict[str, Any]:
-    """Simulate a scenario of this kind. For a different kind, name the right function in the error."""
+    """Simulate a scenario of one kind. For a different kind, the error names the right function."""
     parsed = _scenario(scenario, settings)
     if parsed.kind != kind:
         known = {"closed loop": "simulate", "cascade": "simulate_cascade", "open loop": "simulate_open_loop"}

@@ -52,7 +52,7 @@ class Measures(Result):
     """Measures of a loop in a window, for comparison."""
 
     iae_per_s: float = about("Mean absolute control error (IAE per second), in PV units.")
-    pv_std: float = about("Standard deviation of the PV, in its units.")
+    pv_std: float = about("Standard deviation of the PV, in PV units.")
     op_travel_per_s: float = about("Travel of the signal that the valve receives, percent per second.")
     vp_travel_per_s: float = about("Stem travel, percent per second, which wears packing and seat.")
     reversals_per_h: float = about("Reversals of the stem per hour.")
@@ -180,7 +180,9 @@ class Outcome(Result):
         "Mean absolute control error in the time after the set-point step and after the load step, in PV units."
     )
     set_point_settling_s: float | None
-    load_settling_s: float | None = about("Time to settle after the step, s; None if the loop did not settle.")
+    load_settling_s: float | None = about(
+        "Time to settle after the set-point step and after the load step, s; None if the loop did not settle."
+    )
 
 
 @result
@@ -220,7 +222,9 @@ class CompensatorRow(Result):
 class CompensatorComparison(Result):
     """Compensators side by side."""
 
-    rows: list[CompensatorRow] = about("The loop as it is and with each compensator, by ascending worst error.")
+    rows: list[CompensatorRow] = about(
+        "The loop as it is, and the loop with each compensator, by ascending worst error."
+    )
     protocol: Protocol = about("The protocol of the comparison.")
 
     def _summary(self) -> list[str]:

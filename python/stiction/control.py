@@ -99,8 +99,8 @@ def valve_system(
     Parameters
     ----------
     model : str, default "two-phase"
-        Name of a valve model. Kano's and Choudhury's models have more memory than this state and are refused. For J up to S,
-        "two-phase" responds like these two models.
+        Name of a valve model. Kano's and Choudhury's models are refused, because these models have more memory than this state. For J up
+        to S, "two-phase" responds like the models of Kano and Choudhury.
     dt : float or True, default True
         Time between samples, s; True leaves it unspecified.
     name : str, optional

@@ -68,8 +68,8 @@ class Cycle(Result):
     )
     middle_op: float
     middle_vp: float
-    middle_pv: float = about("Middle between the extremes, in the same units.")
-    stable: bool = about("Whether nearby motions approach the cycle or its family.")
+    middle_pv: float = about("Middle between the extremes: OP and VP in percent of span, PV in PV units.")
+    stable: bool = about("Whether nearby motions approach the cycle, or the family of the cycle.")
     multipliers: ComplexArray = about(
         "Floquet multipliers, the largest first: the shares of small deviations that remain after a period. Empty for a method "
         "without multipliers."
@@ -86,12 +86,14 @@ class LimitCycles(Result):
     cycles: list[Cycle] = about(
         "The cycles. The exact method lists cycles that attract first. Describing functions list the largest cycle first."
     )
-    reasons: list[str] = about("Why there is no cycle, or why this is not known; with cycles, how other motions end.")
+    reasons: list[str] = about(
+        "The reasons for no cycle, or for an unknown result. With cycles, how other motions end."
+    )
     no_part: list[str] = about("Keys of the scenario that do not affect the prediction.")
 
     @property
     def cycle(self) -> Cycle | None:
-        """The first cycle that attracts; None without one."""
+        """The first cycle that attracts; None if no cycle attracts."""
         return next((cycle for cycle in self.cycles if cycle.stable), None)
 
 
@@ -109,7 +111,7 @@ def limit_cycle(
     Returns
     -------
     LimitCycles
-        The result has one cycle, or the reason for having none.
+        The result has one cycle, or the reason for no cycle.
 
     Raises
     ------
@@ -143,8 +145,8 @@ def limit_cycles(
     Parameters
     ----------
     method : {"exact", "describing-function"}, default "exact"
-        The method: exact, from tens of motions that start between the equilibrium and far outside the friction bands, or by
-        harmonic balance.
+        The method: exact, or harmonic balance. The exact method follows tens of motions that start between the equilibrium and
+        far outside the friction bands.
 
     Raises
     ------
@@ -172,8 +174,8 @@ def limit_cycle_member(
     Parameters
     ----------
     offset : float
-        Distance of the stem positions of the member from the stem positions of the symmetric member, percent of span; positive
-        above.
+        Difference between the stem positions of the member and of the symmetric member, percent of span; positive if the member
+        is higher.
 
     Raises
     ------
@@ -275,7 +277,7 @@ def describing_function(
         Amplitudes X of the OP, percent of span, above 0.
     slips : int, optional
         Number of slips of the stem in one direction; by default the smallest possible. The models of He, of He and Wang, and of
-        Stenman permit several numbers under the same sine.
+        Stenman permit several numbers of slips under one sine.
 
     Returns
     -------
@@ -287,7 +289,7 @@ def describing_function(
     TypeError
         If `amplitude` holds no real numbers.
     ValueError
-        If an amplitude is not positive, the valve does not slip this often under it, or there is no such model.
+        If an amplitude is not positive, the valve cannot slip this often at an amplitude, or there is no such model.
 
     Notes
     -----
@@ -340,16 +342,18 @@ class FrequencyResponse(Result):
         'Whether the loop would be ``"stable"``, ``"marginal"`` or ``"unstable"`` if the valve followed the OP.'
     )
     gain_crossover: float | None = about("Frequency with ``|L| = 1`` and the phase nearest to -180 degrees, rad/s.")
-    phase_margin: float | None = about("Distance of the phase from -180 degrees at that frequency, rad.")
+    phase_margin: float | None = about("Distance of the phase from -180 degrees at `gain_crossover`, rad.")
     ultimate_frequency: float | None = about(
         "Frequency of oscillation at the stability limit of the gain, rad/s."
     )
-    gain_margin: float | None = about("Factor by which the gain may rise up to this limit.")
+    gain_margin: float | None = about("Factor by which the gain may rise up to the stability limit.")
     peak_sensitivity: float = about("Ms, the largest of ``|1 / (1 + L)|``.")
-    peak_frequency: float = about("Frequency of this maximum, rad/s.")
+    peak_frequency: float = about("Frequency of `peak_sensitivity`, rad/s.")
     crossing_omega: Array = about("Frequencies of the cycles by harmonic balance, rad/s.")
-    crossings: ComplexArray = about("L at these frequencies, where L meets ``-1/N(X)``.")
-    crossing_slips: list[int] = about("Slips of the stem in one direction, for each of these cycles.")
+    crossings: ComplexArray = about("L at the frequencies `crossing_omega`, where L meets ``-1/N(X)``.")
+    crossing_slips: list[int] = about(
+        "Number of slips of the stem in one direction, for each cycle by harmonic balance."
+    )
     model: str = about("The valve model.")
     bands: Bands = about("S and J of the valve.")
 
@@ -440,18 +444,18 @@ class LimitCycleMap(Result):
     y: Array = about("Values of the parameters.")
     method: str = about("The method that found the cycles.")
     state: npt.NDArray[np.str_] = about(
-        '``"cycle"``, ``"no cycle"`` or ``"not known"``; this and the arrays below have a row for each of `y` and a column '
-        "for each of `x`."
+        'State of the result: ``"cycle"``, ``"no cycle"`` or ``"not known"``. The state and all arrays below have a row for each '
+        "value of `y` and a column for each value of `x`."
     )
-    period_s: Array = about("Periods, s; NaN without a cycle, as in the other arrays.")
+    period_s: Array = about("Periods, s; NaN without a cycle.")
     half_pp_op: Array
     half_pp_vp: Array
     half_pp_pv: Array = about("Half of the peak-to-peak range: OP and VP in percent of span, PV in PV units.")
     slips: Array = about("Number of slips per period.")
-    reason: npt.NDArray[np.str_] = about("Why there is no cycle, or why this is not known.")
+    reason: npt.NDArray[np.str_] = about("The reason for no cycle, or for an unknown result.")
     boundary: Array = about(
-        "Boundary of the region with cycles, as an array of shape ``(n, 2, 2)`` of line segments with ends ``(x, y)``, halfway "
-        "between points with and without a cycle."
+        "Boundary of the region with cycles, halfway between points with and without a cycle. The array of shape ``(n, "
+        "2, 2)`` has line segments with the ends ``(x, y)``."
     )
 
     def to_table(self) -> Table:
@@ -605,7 +609,7 @@ def sensitivities(
     Returns
     -------
     list of Sensitivity
-        One sensitivity for every parameter of the loop that is not 0; none without a cycle.
+        One sensitivity for every parameter of the loop that is not 0; an empty list without a cycle.
 
     Raises
     ------
@@ -735,8 +739,11 @@ class Retuning(Result):
         "Cost of retuning: IAE of a load step with the best tuning, divided by the IAE with the present tuning."
     )
     robust_tunings: int = about("Number of tunings within the bound.")
-    unjudged_tunings: int = about("Number of these tunings whose cycle could not be determined.")
-    at_edge: bool = about("Whether the best tuning lies at the edge of the search range, so that a better tuning may lie beyond.")
+    unjudged_tunings: int = about("Number of tunings within the bound whose cycle could not be determined.")
+    at_edge: bool = about(
+        "Whether the best tuning is at the edge of the search range, which means that a better tuning may exist "
+        "outside the range."
+    )
 
 
 @documented

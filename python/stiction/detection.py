@@ -51,7 +51,8 @@ class Finding(Result):
     name: str
     title: str = about("Name and title of the method.")
     decision: str = about(
-        '``"sticks"``, ``"does not stick"``, ``"nonlinear"``, ``"linear"``, ``"undecided"`` or ``"abstains"``.'
+        'The decision: ``"sticks"``, ``"does not stick"``, ``"nonlinear"``, ``"linear"``, ``"undecided"`` or '
+        '``"abstains"``.'
     )
     statistic: float | None = about("The number that decides; None for an abstention.")
     statistic_name: str = about("The name of the statistic.")
@@ -139,7 +140,7 @@ def detectors() -> list[Detector]:
     Returns
     -------
     list of Detector
-        In the order of reports.
+        The methods in the order of reports.
 
     Examples
     --------
@@ -221,7 +222,7 @@ def detect_all(
     Returns
     -------
     dict of Finding
-        By name of the method, in the order of `detectors`.
+        The results by name of the method, in the order of `detectors`.
 
     Raises
     ------

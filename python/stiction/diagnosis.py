@@ -52,8 +52,8 @@ class Weighing(Result):
         "Detection limit of S, percent of span (95 %); None if stiction of any size could have been missed."
     )
     z: float = about(
-        "Advantage of a sticking valve over a valve that follows the OP, in predicting the PV, in standard errors; from 3 "
-        "on a valve is not cleared."
+        "How much better a sticking valve predicts the PV than a valve that follows the OP, in standard errors; from 3 "
+        "on, a valve is not cleared."
     )
     op_range: float = about("Widest range of the OP in a window, percent of span.")
     distance: float = about(
@@ -216,7 +216,7 @@ def diagnose(
         The methods to run. The methods take most of the time. Methods that use a measured valve position are always run.
     sample_time : float, optional
         Time between samples of the grid, s; by default the most frequent sample time of the recording. For arrays, and tables
-        without times, `sample_time` is the time between their samples.
+        without times, `sample_time` is the time between samples.
     dead_time : float, optional
         Dead time of process and valve together, s, for the Harris index.
 
@@ -297,7 +297,7 @@ def diagnose_all(
     Returns
     -------
     list of Diagnosis
-        In the order of the recordings.
+        The diagnoses in the order of the recordings.
 
     Raises
     ------
@@ -390,7 +390,7 @@ def repair_effect(observations: Iterable[Diagnosis | Observation], time_s: float
 
 
 def _percent(share: float) -> str:
-    """Return a probability as reports do, never more certain than 99 %."""
+    """Return a probability as in reports, such as "more than 99 %"."""
     if share > 0.99:
         return "more than 99 %"
     if 0.79 < share < 0.8:

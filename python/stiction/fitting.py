@@ -83,7 +83,7 @@ class Prospects(RankedProspects):
 
 @result
 class Ring(Result):
-    """The prediction for an action, and its result."""
+    """The prediction for an action, and the result of the action."""
 
     action: str = about("The action, as in `Prospect`.")
     before: float
@@ -197,8 +197,8 @@ class Fit(Result):
         Raises
         ------
         ValueError
-            If there is no prediction for that action, the loop did not oscillate before, or a recording has no PV for a whole
-            period of that oscillation; also for a reason given in `prospects`.
+            If no prediction for the action exists, the loop did not oscillate before the action, or a recording has no PV for a
+            whole period of the oscillation; also for a reason given in `prospects`.
 
         Examples
         --------
@@ -216,7 +216,7 @@ class Fit(Result):
 
     @drawn(4)
     def plot(self, ax: Any = None) -> Any:
-        """Draw recorded PV and OP and, below them on equal scales, the simulated signals of the fitted loop.
+        """Draw recorded PV and OP above the simulated signals of the fitted loop, on equal scales.
 
         The figure shows at most 1,200 samples from the middle of the recording, and as many from the end of the simulation.
 
@@ -268,10 +268,10 @@ def fit(
 ) -> Fit:
     """Identify the loop of a recording, and test whether the valve explains the recorded swing.
 
-    The controller is identified from OP, PV and SP. The valve is identified from its recorded position, or from the evidence of the
-    diagnosis and the prediction of the PV. The fit keeps all processes that explain the PV nearly as well as the best process with
-    that valve. Then possible loops are drawn from these results, and the exact limit cycle of each is compared with the recorded
-    swing.
+    The controller is identified from OP, PV and SP. The valve is identified from the recorded valve position, or from the
+    evidence of the diagnosis and the prediction of the PV. With this valve, the fit keeps all processes that explain the PV
+    nearly as well as the best process. Then possible loops are drawn from these results, and the exact limit cycle of each loop
+    is compared with the recorded swing.
 
     Parameters
     ----------

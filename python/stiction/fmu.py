@@ -1,6 +1,6 @@
 """Functional mock-up units (FMU): sticking valves, stems and loops for Simulink, OpenModelica, Dymola and FMPy.
 
-Use the functions as ``stiction.fmu.export(...)``.
+Call the functions with the name of the module, as in ``stiction.fmu.export(...)``.
 """
 
 from __future__ import annotations

@@ -56,9 +56,8 @@ class Evidence(Result):
     period_s: float = about("Dominant period, s.")
     op_only: bool = about("Whether the evidence is from the OP alone.")
     z: float = about(
-        "Advantage of a sticking valve over a valve that follows the OP, in predicting the PV, in standard errors; 0 if "
-        "nothing can be predicted.",
-        default=0.0,
+        "How much better a sticking valve predicts the PV than a valve that follows the OP, in standard errors; 0 if "
+        "nothing can be predicted.", default=0.0
     )
 
 
@@ -142,13 +141,13 @@ def weigh(evidence: Evidence) -> Weighed:
 
 @result
 class VerdictModel(Result):
-    """The provenance of the frozen model, sufficient to train it again."""
+    """The provenance of the frozen model, with which the training can be repeated."""
 
     command: str = about("The command that trained the model.")
     population: int = about("Version of the population that trained the model.")
-    seed: int = about("Seed of that population.")
-    trained: int = about("Number of members in the training.")
-    calibrated: int = about("Number of further members for calibration and intervals.")
+    seed: int = about("Seed of the population.")
+    trained: int = about("Number of simulated loops in the training.")
+    calibrated: int = about("Number of further simulated loops for calibration and intervals.")
     features: list[str] = about("The features of the training, in order.")
     coverage: float = about("Nominal coverage of the intervals.")
 

@@ -126,7 +126,7 @@ def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
     op : array_like
         Controller output or valve position, percent of span.
     pv : array_like
-        Process value, in its units.
+        Process value, in PV units.
     longest_delay : int, default 40
         The longest dead time to try, samples. The best delay is used.
 
@@ -211,7 +211,9 @@ class HammersteinFit(Result):
     threshold: float = about("Gain above which the method decides for stiction.")
     delay: int = about("Delay from valve to PV, samples of the fit.")
     profile_S: Array
-    profile_gain: Array = about("Tried values of S, ascending, percent of span, and their gain with the best J.")
+    profile_gain: Array = about(
+        "Tried values of S, ascending, percent of span, and the gain of each S with the best J."
+    )
     factor: int = about("Recorded samples per sample of the fit.")
     first: int = about("First recorded sample of the fit.")
     op: Array
@@ -323,12 +325,12 @@ class ValveEvidence(Result):
     reversed_gain: float = about("Gain of the first two-phase candidates, in forward and in reversed time.")
     walk_gain: float = about("Gain if the disturbance is a random walk.")
     over_load: float = about("Evidence against a load that jumps at the slips of the model.")
-    over_placebo: float = about("Evidence against equal valves with a different OP.")
+    over_placebo: float = about("Evidence against sticking valves that receive a different OP.")
     output_error_gain: float = about("Gain without the past of the PV as an input.")
     over_sensor: float = about("Evidence against play in the sensor.")
     slip_rate: float = about("Slips per period.")
     slip_concentration: float = about("Concentration of the error of the linear process at the slips.")
-    slip_removed: float = about("Share of this error's energy that the sticking valve explains.")
+    slip_removed: float = about("Share of the energy of the linear process's error that the sticking valve explains.")
 
 
 @documented
@@ -409,7 +411,7 @@ class FittedNumber(Result):
     """A fitted number."""
 
     value: float = about("The number.")
-    deviation: float | None = about("Standard deviation; None if the recording does not depend on the number.")
+    deviation: float | None = about("Standard deviation; None if the number does not affect the recording.")
 
 
 @result
@@ -425,7 +427,7 @@ class StemFit(Result):
     rmse: float = about("Root mean square error, percent of VP.")
     explained: float = about("Explained share of the variance of VP.")
     information: float = about("Schwarz's information; only differences are meaningful.")
-    slips: int = about("Number of slips of the stem against its last direction of motion.")
+    slips: int = about("Number of slips of the stem against the last direction of motion.")
     vp: Array = about("VP of the stem model, percent of span.")
     data_driven: PositionFit = about("The best data-driven model on the same samples.")
     explains_better: bool = about("Whether Schwarz's information prefers the stem to the data-driven model.")
@@ -458,7 +460,7 @@ def bands_of_cycle(
 ) -> Bands:
     """Return S and J of a cycle in closed form, for a known loop and controller.
 
-    The process is first-order with dead time, and the integral time of the PI controller is its time constant.
+    The process is first-order with dead time, and the integral time of the PI controller equals the time constant of the process.
 
     Parameters
     ----------

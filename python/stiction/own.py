@@ -143,5 +143,6 @@ class OwnProcess(ABC):
         Parameters
         ----------
         input : float
-            Sum of valve position, relative to the operating point, and load until then, percent of span.
+            Sum of valve position and load until the next sample, percent of span. The valve position is relative to the operating
+            point.
         """

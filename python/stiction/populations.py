@@ -37,7 +37,7 @@ class Truth(Result):
         "sticks."
     )
     swing: float = about("OP range, divided by the S that the valve has, or would have if the valve stuck.")
-    op_noise: float = about("Standard deviation of the OP noise, divided by this S.")
+    op_noise: float = about("Standard deviation of the OP noise, divided by the S in `swing`.")
     facts: dict[str, float | int | bool | str] = about(
         "Other drawn and derived properties, by name; ``docs/population.md`` of the project explains them. Times are in seconds, "
         "and PVs are in percent of the transmitter's span."

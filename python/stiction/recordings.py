@@ -91,7 +91,7 @@ def read(
     sample_time : float, optional
         Time between rows, s, instead of a column of times.
     op_range, pv_range, vp_range : tuple of float, optional
-        The values at 0 % and 100 %.
+        The values of the signal at 0 % and 100 %.
     loop_type : str, optional
         Type of the loops, see `loop_types`.
     bad_text : sequence of str, optional
@@ -166,7 +166,7 @@ def recording(
     start : float, optional
         Time zero as seconds since 1970-01-01 UTC.
     op_range, pv_range, vp_range : tuple of float, optional
-        The values at 0 % and 100 %.
+        The values of the signal at 0 % and 100 %.
 
     Raises
     ------

@@ -135,12 +135,12 @@ def plan_signature(name: str = "", *, op: tuple[float, float] = (0.0, 100.0)) ->
 
 
 def signature(recording: RecordingLike) -> Signature:
-    """Find slow ramps of the OP in a recording with a valve position, and judge the valve along its stroke.
+    """Find slow ramps of the OP in a recording, and judge the valve along the stroke.
 
     Parameters
     ----------
     recording : Recording or table
-        A recording with OP and valve position.
+        A recording with OP and valve position, or with OP, PV and mode.
 
     Returns
     -------
@@ -149,7 +149,8 @@ def signature(recording: RecordingLike) -> Signature:
     Raises
     ------
     ValueError
-        If the recording has no valve position, or no slow ramp up and down.
+        If the recording has neither a valve position nor a PV, or no slow ramp up and down. Without a valve position, only ramps
+        in manual count.
 
     Examples
     --------
@@ -182,7 +183,8 @@ def compare_signatures(before: RecordingLike, after: RecordingLike) -> Signature
     Raises
     ------
     ValueError
-        If a recording has no valve position, or no slow ramp up and down.
+        If a recording has neither a valve position nor a PV, or no slow ramp up and down. Without a valve position, only ramps in
+        manual count.
 
     Examples
     --------

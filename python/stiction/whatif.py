@@ -21,21 +21,23 @@ __all__ = ["Action", "WhatIf", "what_if"]
 
 @result
 class Action(Result):
-    """An action, and its effects on the loop."""
+    """An action, and the effects of the action on the loop."""
 
     action: str = about(
-        '``"as it is"``, ``"valve repaired"``, ``"retuned"``, ``"positioner"``, or the name of a compensator.'
+        'The action: ``"as it is"``, ``"valve repaired"``, ``"retuned"``, ``"positioner"``, or the name of a '
+        'compensator.'
     )
     parameters: list[Parameter] = about("Nominal parameters.")
     error: float = about("Mean absolute control error in the window of the nominal case, in PV units.")
     worst_error: float = about(
-        "Mean absolute control error in the worst of the cases without noise, in PV units. It determines the rank."
+        "Mean absolute control error in the worst of the cases without noise, in PV units. This error determines the "
+        "rank."
     )
     outcomes: list[Outcome] = about("The nominal case first, then S and J wrong, then with noise.")
     against: list[str] = about("Reasons against the action, each in a few words.")
-    state: str = about('``"cycle"``, ``"no cycle"`` or ``"not known"`` for the loop after the action.')
-    reason: str = about("Why there is no cycle, or why this is not known.")
-    cycle: Cycle | None = about("The exact limit cycle of the loop after the action; None without one.")
+    state: str = about('State of the loop after the action: ``"cycle"``, ``"no cycle"`` or ``"not known"``.')
+    reason: str = about("The reason for no cycle, or for an unknown result.")
+    cycle: Cycle | None = about("The exact limit cycle of the loop after the action; None without a limit cycle.")
 
 
 @result

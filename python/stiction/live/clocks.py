@@ -25,7 +25,7 @@ class Belief(Enum):
 
 
 LASTING_S = 60.0
-"""Seconds for which a source must be behind, by this computer's clock, before the clock of the source counts as wrong. A busy
+"""Time for which a source must be behind before the clock of the source counts as wrong, s by this computer's clock. A busy
 computer is behind for a shorter time.
 """
 

@@ -20,9 +20,9 @@ KINDS = ("new sticking", "no response", "data dead", "repaired", "data back")
 """The kinds of events."""
 
 DEAD = ("no data", "errors", "dead or frozen")
-"""The health of dead data."""
+"""The name of the health of dead data."""
 VALVE = {"sticks": "new sticking", "does not respond": "no response"}
-"""The event of a verdict."""
+"""The name of the event of each verdict."""
 
 Reported = dict[str, dict[str, str]]
 
@@ -40,7 +40,7 @@ def _verdict(row: Mapping[str, Any]) -> str | None:
 
 
 def derive(reported: Reported, rows: Iterable[Mapping[str, Any]], now: datetime | None = None) -> tuple[list[dict[str, Any]], Reported]:
-    """Return the events of a ranking, and the reports on each loop after it."""
+    """Return the events of a ranking, and the updated reports on each loop."""
     at = (now or datetime.now(timezone.utc)).isoformat(timespec="seconds")
     events, after = [], {name: dict(each) for name, each in reported.items()}
     for row in rows:

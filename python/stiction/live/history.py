@@ -49,7 +49,7 @@ class Answer:
 
 @dataclass
 class Span:
-    """A part of a series whose values are not known yet, except perhaps the values at its edges."""
+    """A part of a series whose values are not known yet, except perhaps at the edges of the part."""
 
     index: int
     begin: int
@@ -201,7 +201,7 @@ class Reading:
         return new
 
     def _know(self, span: Span, series: _Series, times: Sequence[int | None], values: Sequence[Any], count: int) -> None:
-        """Extend the known part of a span, and remember the values at its edges."""
+        """Extend the known part of a span, and remember the values at the edges of the span."""
         known = [time for time in times if time is not None]
         if not known:
             return

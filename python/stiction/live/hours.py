@@ -1,14 +1,14 @@
 """Recorded values, and their files of one hour each.
 
 A collector appends each value to the *journal* of its hour, a file in ``.stiction/live/open`` of the plant. When the hour is
-over, the journal moves to ``.stiction/live/ready``. `fold` writes it to ``data/YYYY-MM-DD/HH.parquet`` (UTC), whole or not at
-all, and removes the journal. Values that arrive later for that hour make another journal, with which the file is written again.
-A second file of the same hour is not possible, because the scan refuses files of one loop whose times interleave.
+over, the journal moves to ``.stiction/live/ready``. `fold` writes the values to ``data/YYYY-MM-DD/HH.parquet`` (UTC), whole or
+not at all, and removes the journal. Values that arrive later for that hour make another journal, with which the file is written
+again. A second file of the same hour is not possible, because the scan refuses files of one loop whose times interleave.
 
 A file of an hour is a long table: ``time`` (UTC), ``tag``, ``value``, ``status_code`` (OPC UA). The file has one row group per tag,
 so that a scan reads only the necessary loops. Every tag of the collector is in every file. A tag without a value in the hour has
 its held value at the start of the hour (`HELD`), or no value (`NONE`). Where values may be missing, a row without a value marks the
-start of the gap (`LOST`), so that nothing is held across it.
+start of the gap (`LOST`), so that no value is held across the gap.
 """
 
 from __future__ import annotations
@@ -71,12 +71,12 @@ def live_folder(plant: Path) -> Path:
 
 
 def hour_of(time: int) -> int:
-    """The start of the hour of a time."""
+    """The start of the hour that contains a time."""
     return time - time % HOUR
 
 
 def moment(time: int) -> datetime:
-    """A time as a date with its zone."""
+    """A time as a date with a time zone."""
     return datetime.fromtimestamp(time // 1_000_000, timezone.utc).replace(microsecond=time % 1_000_000)
 
 
@@ -480,7 +480,7 @@ class Stored:
             self.file.close()
 
     def rows(self, tag: str) -> Rows | None:
-        """The rows of a tag; None if the tag has none."""
+        """The rows of a tag; None for a tag without rows."""
         group = self.groups.get(tag)
         return None if group is None else _rows(self.file.read_row_group(group))
 
@@ -578,7 +578,8 @@ def _fold_hour(data: Path, hour: int, journals: Sequence[Path]) -> tuple[Folded,
 
 
 def differing(known: Rows, new: Rows) -> int:
-    """The number of times with usable values in both, at which a known value that is not only held is missing from the new ones.
+    """The number of times at which both series have usable values, but the new values lack a known value. Held values do not
+    count.
     """
     old, usable = (known.status < BAD) & (known.status & 0xFFF != HELD), new.status < BAD
     old[old] = np.isin(known.time[old], new.time[usable])
@@ -600,7 +601,7 @@ def same(a: Rows, b: Rows) -> bool:
 
 
 def _of_hour(hour: int, known: Rows | None, new: Rows | None, before: Any) -> Rows:
-    """The rows of a tag in an hour; without rows, its last value before, as held."""
+    """The rows of a tag in an hour. Without rows, the last earlier value of the tag, as held."""
     parts = []
     if known is not None:
         # What was held at the start is found again.

@@ -173,7 +173,7 @@ class Security:
     policy: str | None = None
     """The name of a policy, or ``none``; by default the best policy of the server."""
     folder: Path = Path("certificates")
-    """The folder with ``client.der``, ``client.pem`` (its key), ``trusted`` and ``rejected``."""
+    """The folder with the client's certificate ``client.der`` and key ``client.pem``, and with ``trusted`` and ``rejected``."""
     trust_first: bool = False
     """Whether the first certificate of a server is trusted without a check."""
     user_certificate: Path | None = None
@@ -331,7 +331,7 @@ class Monitored:
     index: int
     node: Any
     status: int = 0
-    """The status of its monitoring by the server."""
+    """The server's status of the monitoring of this tag."""
 
 
 def microseconds(at: datetime) -> int:
@@ -693,8 +693,8 @@ class Server:
             reading.together = self._together
 
     async def _history(self, asked: Sequence[tuple[Any, bytes | None]], begin: int, end: int) -> list[Answer]:
-        """The server's answer about nodes, and where it continues. If the server refuses the size of an answer, the request is
-        repeated with a smaller size.
+        """The server's answer about nodes, and the points at which the answer continues. If the server refuses the size of an
+        answer, the request is repeated with a smaller size.
         """
         details = ua.ReadRawModifiedDetails()
         details.IsReadModified = False

@@ -2,8 +2,8 @@
 server.
 
 The address is ``pi://HOST/piwebapi/DATA-SERVER``. Only GET is sent. The module reads the points whose names belong to loops. A
-server limits the values of an answer. ``?maxCount=N`` at the end of the address requests N at a time. A limit that the server
-states is obeyed, and an answer that is shorter than requested does not count as complete.
+server limits the values of an answer. ``?maxCount=N`` at the end of the address requests N values at a time. A limit that the
+server states is obeyed, and an answer that is shorter than requested does not count as complete.
 """
 
 from __future__ import annotations
@@ -151,7 +151,9 @@ class Points:
 
     @staticmethod
     def _fewer(asked: int, error: _TooMany) -> int:
-        """The number of values or points to request after the server refused a number: the limit that it states, or half."""
+        """The number of values or points to request after a refused number: the limit that the server states, or half of the
+        refused number.
+        """
         about = re.search(r"(?i)max|count|exceed|limit|large|many", str(error).partition(" answered ")[2])
         if about is None or asked <= 1:
             raise Refused(f"{error}; if the number of values is too large, give a lower one at the end of the address, as in ?maxCount=1000") from None

@@ -61,7 +61,7 @@ class Source:
         raise NotImplementedError
 
     def quoted(self, column: str) -> str:
-        """A column name as a query quotes it."""
+        """A column name, quoted for a query."""
         return '"' + column.replace('"', '""') + '"'
 
     def close(self) -> None:
@@ -69,12 +69,12 @@ class Source:
         raise NotImplementedError
 
     def time(self, at: datetime, column: str) -> str:
-        """A time as a query compares it with a column of times."""
+        """A time in the form in which a query compares times."""
         raise NotImplementedError
 
     def within(self, time: str, column: str) -> str:
-        """The SQL of a time of a column, such as its maximum, limited to times that Python can represent. PostgreSQL has infinite
-        times and years BC.
+        """The SQL of a time in a column, such as the latest time, limited to times that Python can represent. PostgreSQL has
+        infinite times and years BC.
         """
         return time
 
@@ -362,7 +362,7 @@ class Table:
                 yield tag, hours.joined([rows])
 
     def _at(self, us: int) -> datetime:
-        """A time as the database stores it: with its zone, or by the clock of the plant."""
+        """A time in the form of the database: with a time zone, or by the clock of the plant."""
         at = EPOCH + timedelta(microseconds=us)
         if self.file.zone != "UTC":
             from zoneinfo import ZoneInfo

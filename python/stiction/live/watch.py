@@ -34,23 +34,23 @@ __all__: list[str] = []
 
 US = 1_000_000
 FRESH = 60 * US
-"""A value older than this when a connection begins is stored as held, at the time of the connection."""
+"""Age above which a value at the beginning of a connection is stored as held, at the time of the connection."""
 AHEAD = 600 * US
-"""A value whose time is further ahead of the server's clock than this is not stored."""
+"""Largest lead over the server's clock of the time of a stored value."""
 LATE = 600 * US
-"""A new value whose time is further behind the server's clock than this is late, or its source has a wrong clock."""
+"""Delay behind the server's clock above which a new value is late, or the source of the value has a wrong clock."""
 BEHIND = 7 * 86_400 * US
-"""A new value whose time is further behind the server's clock than this is not stored."""
+"""Largest delay behind the server's clock of the time of a stored new value."""
 CHUNK = 6 * hours.HOUR
-"""History is read in parts of this duration, so that the first hours are soon complete."""
+"""Duration of the parts in which history is read. Short parts complete the first hours soon."""
 AGAIN_S = 30.0
 """Seconds until hours whose judgement failed are judged again."""
 LONGEST_PAUSE = 60.0
 """Longest time between two attempts to connect, s."""
 LASTING_S = 60.0
-"""Seconds. After a connection that lasted for longer, the next attempt comes soon."""
+"""Duration of a connection, s, after which the next attempt to connect comes soon."""
 DOUBT = hours.HOUR
-"""After a jump of the server's clock, no later hour is judged for this time on that clock, because the clock may go back."""
+"""Time by the server's clock after a jump of this clock in which no later hour is judged, because the clock may go back."""
 LAST_WAIT_S = 2.0
 """Longest wait, s, of a stop for the server, and again for the judgement and the webhook."""
 PROGRESS_S = 50.0
@@ -631,7 +631,7 @@ class Watcher:
 
     def _past(self, index: int, value: Any, begin: int) -> None:
         """Stores a value of the history. The last value before `begin` is held from `begin` on, unless a gap of the tag began
-        after it.
+        after that value.
         """
         status = value.StatusCode.value if value.StatusCode is not None else 0
         if status == opcua.NO_BOUND:
@@ -763,7 +763,7 @@ class Watcher:
         self._ask_again(now)
 
     def _set_right(self, back: tuple[int, int, int, int]) -> None:
-        """Handles a clock that went back and is right again, so all values are known up to when it went back."""
+        """Handles a clock that went back and is right again, so all values are known up to the time of the jump."""
         self.back, self.was_wrong = None, True
         self.until = self.stored = back[0]
         if back[2] < back[0]:
@@ -799,8 +799,8 @@ class Watcher:
         return True
 
     def _is_undone(self, now: int, before: int, after: int, computer: int) -> bool:
-        """Whether a jump of the clock is undone. The jump is undone if the clock is behind the time to which it jumped, or nearer
-        to its time without the jump, by this computer's clock.
+        """Whether a jump of the clock is undone: the clock is behind the time after the jump, or, by this computer's clock,
+        nearer to the time without the jump.
         """
         passed = int(max(0.0, time.time() * US - computer) * self.speed)
         return before < after and now < after or abs(now - before - passed) < abs(now - after - passed)
@@ -959,7 +959,7 @@ class Watcher:
 
 
 def _is_value(value: Any) -> bool:
-    """Whether the answer is a value, and not the statement that a bound has none."""
+    """Whether the answer is a value, and not the statement that a bound has no value."""
     return value.StatusCode is None or value.StatusCode.value != opcua.NO_BOUND
 
 

@@ -27,7 +27,7 @@ WORDS = {
 
 
 def number_of(content: Any, modes: Mapping[str, float]) -> float:
-    """The number for a value, or NaN if it has none. `modes` are the mode words of a plant."""
+    """The number for a value, or NaN for a value without a number. `modes` are the mode words of a plant."""
     if isinstance(content, str):
         word = content.strip().lower()
         if word in modes or word in WORDS:

@@ -120,7 +120,7 @@ def check(folder: Folder) -> Checked:
     Returns
     -------
     Checked
-        The loops, their days, and problems.
+        The loops with their days, and the problems.
     """
     return result_of(Checked, _core.plant_check(os.fspath(folder)))
 
@@ -132,7 +132,7 @@ def status(folder: Folder) -> Status:
     Returns
     -------
     Status
-        Loops, days, windows and their grades.
+        The numbers of loops, days and windows, and of windows by grade.
     """
     return result_of(Status, _core.plant_status(os.fspath(folder)))
 

@@ -49,7 +49,7 @@ PAIRS_TOGETHER = 200_000
 """Maximum number of pairs of loops that the driver collects without first reducing them."""
 DAY_US = 86_400_000_000
 DAY_BITS, LENGTH_BITS = 28, 4
-"""A window is one number, made of its loop, first day, and length, because Spark sorts numbers fast."""
+"""A window is one number, made of the loop, the first day and the length, because Spark sorts numbers fast."""
 TRACE = ["trace_start", "trace_signal", "trace_unit", "trace_values"]
 """The trace of a window's signal, in columns after the columns of its row."""
 TRACE_DDL = "trace_start BIGINT, trace_signal STRING, trace_unit DOUBLE, trace_values BINARY"
@@ -270,7 +270,7 @@ class _Input:
         return rows.select("own.*", "time", "day", *[f"of_{k}" for k in range(len(rest))], F.lit(True).alias("is_op"))
 
     def marks(self) -> Any:
-        """The number of samples of each loop, tag and day, with their digest and the last sample."""
+        """The number of samples of each loop, tag and day, with a digest of the samples and the last sample."""
         keys = ["loop_id", "day", *(["tag"] if self.tag else [])]
         digest = F.xxhash64("time", *(["tag"] if self.tag else []), *self.payload)
         last = [F.max_by(name, "time").alias(name) for name in self.payload]

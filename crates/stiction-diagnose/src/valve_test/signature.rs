@@ -257,7 +257,7 @@ struct Run {
 /// Reads the signature in a recording.
 ///
 /// # Errors
-/// If the recording has no position, or no ramp up and down. The message names the remedy.
+/// If the recording has neither a position nor a PV, or no ramp up and down. The message names the remedy.
 pub fn signature(recording: &Recording, grid: &GridOptions) -> Result<Signature, Abstention> {
     let of_pv = recording.vp.is_none();
     if of_pv && recording.pv.is_none() {
