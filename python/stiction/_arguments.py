@@ -11,7 +11,7 @@ __all__: list[str] = []
 
 
 def number(name: str, value: Any) -> float:
-    """Return `value` as a float, or raise an error if it is not a number."""
+    """Return `value` as a float, or raise an error if `value` is not a number."""
     if isinstance(value, (str, bytes)):
         raise TypeError(f"{name} must be a number, but its type is {type(value).__name__}")
     try:
@@ -53,7 +53,7 @@ def optional(name: str, value: Any) -> float | None:
 
 
 def text(name: str, value: Any) -> str:
-    """Return `value`, or raise an error if it is not text."""
+    """Return `value`, or raise an error if `value` is not text."""
     if not isinstance(value, str):
         raise TypeError(f"{name} must be a string, but its type is {type(value).__name__}")
     return value

@@ -9,7 +9,7 @@ __all__: list[str] = []
 
 
 def frame(columns: Mapping[str, Any], index: str | None = None) -> Any:
-    """Return columns as a pandas data frame, with the column `index` as its index."""
+    """Return columns as a pandas data frame, with the column `index` as the index."""
     try:
         import pandas  # type: ignore[import-untyped, unused-ignore]
     except ImportError:

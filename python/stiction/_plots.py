@@ -39,7 +39,7 @@ def axes(ax: Any, rows: int = 1, *, sharex: bool = True, height: float = 2.2) ->
 
 
 def dates(start: float | None, time_s: Array) -> tuple[Any, str]:
-    """Return the time values to plot and their axis label, as dates if the start of the clock is known, else in seconds."""
+    """Return the times to plot and the label of the time axis: dates if the start of the clock is known, else seconds."""
     return (time_s, "time (s)") if start is None else (moments(start, time_s), "time (UTC)")
 
 

@@ -56,7 +56,7 @@ class Result:
         return (value for _, value in _items(self))
 
     def _summary(self) -> list[str]:
-        """Return at most five lines for a large result at a prompt. Without such lines, the prompt shows the attributes."""
+        """Return at most five lines for a large result at a prompt, or no line to show the attributes instead."""
         return []
 
     def __repr__(self) -> str:

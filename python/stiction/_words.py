@@ -1,4 +1,4 @@
-"""Documentation of attributes beside their types, and of parameters that functions share."""
+"""Documents attributes beside the types of the attributes, and parameters that functions share."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def documented(function: F) -> F:
 
 
 def drawn(count: int) -> Callable[[F], F]:
-    """Document a function that draws on this number of axes and returns them."""
+    """Document a function that draws on this number of axes and returns the axes."""
 
     def of(function: F) -> F:
         function.__doc__ = plotting(function.__doc__ or "", count)

@@ -176,7 +176,7 @@ def suites() -> dict[str, str]:
 
 
 def suite(name: str = "v1", *, passphrase: str | None = None) -> Suite:
-    """Return the recordings of a suite, without their truth.
+    """Return the recordings of a suite, without the truth about the loops.
 
     Parameters
     ----------
@@ -370,8 +370,8 @@ def run(
     version : str, optional
         Version of the detector, shown in the results.
     limit : float, default 10
-        Time limit for an answer, s. A later answer counts as no answer. Without processes, Python code is interrupted on Unix, but
-        compiled code runs to its end.
+        Time limit for an answer, s. A later answer counts as no answer. Without processes, Python code is interrupted on Unix,
+        but compiled code runs to the end.
     processes : int, default 0
         Number of processes that run the detector, which must then be importable, as for `multiprocessing`. A process that exceeds
         the limit is ended. After the limit or a crash, the process is started again. 0 runs the detector in this process.
@@ -498,7 +498,7 @@ def answer(recording: Recording, said: Any) -> str:
     Raises
     ------
     TypeError
-        If `said` is not such an answer.
+        If `said` is not an answer that a detector may give.
 
     Examples
     --------
@@ -591,7 +591,7 @@ def _reason(error: BaseException) -> str:
 
 
 class _Late(BaseException):
-    """Raised within a detector after the limit; no handler of `Exception` catches it."""
+    """Raised within a detector after the limit; handlers of `Exception` do not catch this exception."""
 
 
 def _ask(detector: Any, recordings: list[Recording], limit: float) -> list[tuple[str, float]]:
@@ -639,7 +639,7 @@ class _Alarm:
 
 
 def _estimated(estimator: Any, recordings: list[Recording], limit: float) -> list[tuple[str, float]]:
-    """Return the answers of an estimator. If a batch fails, the estimator gets its recordings one by one."""
+    """Return the answers of an estimator. If a batch fails, the estimator gets the recordings one by one."""
     begin = time.perf_counter()
     try:
         with _Alarm(limit * len(recordings)):
@@ -738,7 +738,7 @@ class _Process:
             pass  # It has ended, which is noticed when its answer is read.
 
     def answer(self, limit: float) -> tuple[int, str, float, bool] | None:
-        """Return place, answer, time and whether the process still runs; None while there is no answer."""
+        """Return place, answer, time and whether the process still runs, or None before an answer."""
         if self.asked is None:
             return None
         place, recording = self.asked
@@ -765,7 +765,7 @@ class _Process:
 
 
 def _serve(detector: Any, pipe: Any) -> None:
-    """Answer about recordings until none remains."""
+    """Answer about recordings until no recording remains."""
     try:
         while True:
             recording = pipe.recv()

@@ -233,8 +233,8 @@ def simulate(
     """Simulate a control loop.
 
     Your own parts replace the parts of the scenario. All other properties, such as set point, noise and sample time, come from the
-    scenario. Your parts are stepped in the same order and with the same arithmetic as library parts, so a copy of a library part
-    gives the same numbers, only more slowly.
+    scenario. Your parts are stepped in the order and with the arithmetic of library parts. A copy of a library part gives equal
+    numbers, only more slowly.
 
     Parameters
     ----------
@@ -295,7 +295,7 @@ def simulate_cascade(scenario: ScenarioLike, settings: Mapping[str, Any] | None 
     Returns
     -------
     CascadeRun
-        The signals of the master, and the run of its slave.
+        The signals of the master, and the run of the slave.
 
     Raises
     ------
@@ -348,7 +348,7 @@ class Sweep(Result):
     S: Array
     J: Array = about("S and J of the valves, percent of span.")
     period_s: Array = about(
-        "Mean time between upward crossings of the set point by the PV, s; NaN if there are fewer than three."
+        "Mean time between upward crossings of the set point by the PV, s; NaN for fewer than three crossings."
     )
     half_pp_op: Array
     half_pp_vp: Array = about("Half of the peak-to-peak range of OP and VP, percent of span.")
@@ -373,7 +373,7 @@ class Sweep(Result):
 def sweep(
     scenarios: Iterable[ScenarioLike], *, progress: Callable[[int], object] | None = None
 ) -> Sweep:
-    """Simulate many control loops in parallel on all cores, and keep their statistics.
+    """Simulate many control loops in parallel on all cores, and keep statistics of the loops.
 
     The result does not depend on the number of cores. The sweep is fastest if successive loops have equal duration and sample
     time.

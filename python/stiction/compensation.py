@@ -72,7 +72,7 @@ class CompensatedRun(Result):
     at_s: float = about("Time at which the compensator is switched on, s.")
     settle_s: float
     window_s: float = about("Settling time before the measurement, and duration of the measurement, s.")
-    run: Run = about("The loop with the compensator; its OP is the output of the controller.")
+    run: Run = about("The loop with the compensator. The OP is the output of the controller.")
     signal: Array = about("The signal that the valve receives from the compensator, percent of span.")
     without: Run = about("The loop without the compensator.")
     measures: Measures
@@ -112,7 +112,7 @@ def compensate(
     settle_s: float | None = None,
     window_s: float | None = None,
 ) -> CompensatedRun:
-    """Simulate a loop with and without a compensator between its controller and its valve.
+    """Simulate a loop with and without a compensator between controller and valve.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ class Protocol(Result):
 
 @result
 class CompensatorRow(Result):
-    """A compensator, or the loop as it is, in a comparison."""
+    """A compensator, or the loop without a compensator, in a comparison."""
 
     action: str = about('Name of the compensator, or ``"as it is"``.')
     parameters: list[Parameter] = about("Nominal parameters.")
@@ -223,7 +223,7 @@ class CompensatorComparison(Result):
     """Compensators side by side."""
 
     rows: list[CompensatorRow] = about(
-        "The loop as it is, and the loop with each compensator, by ascending worst error."
+        "The loop without a compensator, and the loop with each compensator, by ascending worst error."
     )
     protocol: Protocol = about("The protocol of the comparison.")
 
@@ -252,7 +252,7 @@ class CompensatorComparison(Result):
 
 
 def _table(rows: Sequence[Any]) -> Table:
-    """Return a table of rows with an action and its outcomes."""
+    """Return a table of rows with an action and the outcomes of the action."""
     cases = [(rank, row.action, outcome) for rank, row in enumerate(rows, 1) for outcome in row.outcomes]
 
     def column(name: str) -> tuple[str, Array]:
@@ -329,15 +329,15 @@ def compare_compensators(
         Time at which compensators are switched on, s; by default after ten cycles, or ten settling times of the
         process if that is longer.
     progress : callable, optional
-        Called with the number of finished simulations after each increase: six for each compensator, and two for the loop as it
-        is.
+        Called with the number of finished simulations after each increase: six for each compensator, and two for the loop without
+        a compensator.
 
     Raises
     ------
     TypeError
         If `methods` is not a sequence of names, or `progress` cannot be called.
     ValueError
-        If there is no such compensator, the scenario is not a closed loop, or its signals grow without bound.
+        If there is no such compensator, the scenario is not a closed loop, or the signals grow without bound.
 
     Examples
     --------

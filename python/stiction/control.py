@@ -1,4 +1,4 @@
-"""Sticking valves and loops for python-control, and its linear systems as processes of scenarios.
+"""Sticking valves and loops for python-control, and linear systems of python-control as processes of scenarios.
 
 This module needs the package ``control``: ``pip install stiction[control]``.
 """
@@ -44,7 +44,7 @@ def process_of(system: Any, dead_time: float = 0.0) -> dict[str, Any]:
     Raises
     ------
     TypeError
-        If `system` is not such a system.
+        If `system` is neither a TransferFunction nor a StateSpace.
     ValueError
         If `system` has several inputs or outputs, is discrete in time or improper, or `dead_time` is negative.
 
@@ -102,7 +102,7 @@ def valve_system(
         Name of a valve model. Kano's and Choudhury's models are refused, because these models have more memory than this state. For J up
         to S, "two-phase" responds like the models of Kano and Choudhury.
     dt : float or True, default True
-        Time between samples, s; True leaves it unspecified.
+        Time between samples, s; True leaves the time unspecified.
     name : str, optional
         Name of the system.
 

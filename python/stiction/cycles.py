@@ -1,4 +1,4 @@
-"""Limit cycles of a loop, predicted instead of simulated, and their dependence on parameters.
+"""Limit cycles of a loop, predicted instead of simulated, and the dependence of the cycles on parameters.
 
 The prediction holds in continuous time, at the final set point and load, without noise and far from the limits of the OP. Two
 methods find cycles: ``"exact"`` follows the loop from slip to slip, and ``"describing-function"`` uses harmonic balance, as if OP
@@ -101,7 +101,7 @@ class LimitCycles(Result):
 def limit_cycle(
     scenario: ScenarioLike, settings: Mapping[str, Any] | None = None, *, method: str = "exact"
 ) -> LimitCycles:
-    """Predict the final limit cycle of a loop that starts near its equilibrium.
+    """Predict the final limit cycle of a loop that starts near equilibrium.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def limit_cycle(
     Raises
     ------
     ValueError
-        If the scenario is not a closed loop, or the method does not support it; the message gives the reason.
+        If the scenario is not a closed loop, or the method does not support the loop; the message gives the reason.
 
     Notes
     -----
@@ -151,7 +151,7 @@ def limit_cycles(
     Raises
     ------
     ValueError
-        If the scenario is not a closed loop, or the method does not support it.
+        If the scenario is not a closed loop, or the method does not support the loop.
 
     Examples
     --------
@@ -169,7 +169,8 @@ def limit_cycle_member(
 ) -> LimitCycles:
     """Find a member of the family of cycles of a stem that moves only in slips.
 
-    Valve models of He, of He and Wang, and of Stenman have such a family. The start determines the member in which a loop ends.
+    Valve models of He, of He and Wang, and of Stenman have a family of cycles. The start determines the member in which a loop
+    ends.
 
     Parameters
     ----------
@@ -197,7 +198,7 @@ class Trajectory(Result):
     """An exact limit cycle over one period."""
 
     cycle: Cycle = about("The cycle.")
-    time_s: Array = about("Times since a slip upward, s; at a jump of the VP, the same time occurs twice.")
+    time_s: Array = about("Times since a slip upward, s; at a jump of the VP, a time occurs twice.")
     op: Array
     vp: Array = about("OP and VP relative to the operating point of the loop, percent of span.")
     pv: Array = about("PV relative to the operating point, in PV units.")
@@ -268,8 +269,8 @@ def describing_function(
 ) -> ComplexArray:
     """Return the describing function N(X) of a sticking valve.
 
-    N(X) is the complex gain from the OP, a sine of amplitude X, to the fundamental of the VP, in closed form. The motion is steady,
-    and the VP has the same middle as the OP.
+    N(X) is the complex gain from the OP, a sine of amplitude X, to the fundamental of the VP, in closed form. The motion is
+    steady, and the VP and the OP have equal middles.
 
     Parameters
     ----------
@@ -289,7 +290,7 @@ def describing_function(
     TypeError
         If `amplitude` holds no real numbers.
     ValueError
-        If an amplitude is not positive, the valve cannot slip this often at an amplitude, or there is no such model.
+        If an amplitude is not positive, the valve cannot slip this often under the sine, or there is no such model.
 
     Notes
     -----
@@ -331,7 +332,7 @@ def least_amplitude(S: float, J: float, *, model: str = "two-phase") -> float:
 
 @result
 class FrequencyResponse(Result):
-    """The frequency response of a loop cut open at its valve."""
+    """The frequency response of a loop that is cut open at the valve."""
 
     omega: Array = about("Frequencies, rad/s.")
     loop_gain: ComplexArray = about(
@@ -402,7 +403,7 @@ def frequency_response(
     *,
     omega: Samples | None = None,
 ) -> FrequencyResponse:
-    """Return the frequency response of a loop without its valve, with its margins and stability.
+    """Return the frequency response of a loop without the valve, with margins and stability.
 
     Parameters
     ----------
@@ -434,7 +435,7 @@ def frequency_response(
 
 @result
 class LimitCycleMap(Result):
-    """The limit cycles of a loop over two of its parameters."""
+    """The limit cycles of a loop over two parameters."""
 
     x_name: str
     y_name: str = about("Names of the parameters, see `loop_parameters`.")
@@ -550,7 +551,7 @@ def limit_cycle_map(
     method: str = "exact",
     progress: Callable[[int], object] | None = None,
 ) -> LimitCycleMap:
-    """Map the final limit cycle of a loop over two of its parameters.
+    """Map the final limit cycle of a loop over two parameters of the loop.
 
     Parameters
     ----------
@@ -565,7 +566,7 @@ def limit_cycle_map(
     Raises
     ------
     TypeError
-        If `x` or `y` is not such a pair.
+        If `x` or `y` is not a pair of a name and values.
     ValueError
         If `x` and `y` vary the same quantity, the loop has no such parameter, or the scenario is not a closed loop.
 
@@ -614,7 +615,7 @@ def sensitivities(
     Raises
     ------
     ValueError
-        If the scenario is not a closed loop, or its cycle cannot be computed exactly.
+        If the scenario is not a closed loop, or the cycle cannot be computed exactly.
 
     Examples
     --------
@@ -722,7 +723,7 @@ class Assessment(Result):
     tuning: Tuning = about("The tuning.")
     ms: float = about("Ms, the peak of the sensitivity function; infinite if the loop is not stable.")
     load_iae: float | None = about("IAE after a load step of 1 percent, see `load_step_iae`.")
-    cycle: Cycle | None = about("The limit cycle with the sticking valve; None if the loop has none.")
+    cycle: Cycle | None = about("The limit cycle with the sticking valve; None if the loop has no limit cycle.")
 
 
 @result
@@ -757,7 +758,7 @@ def retune(
     points: int = 21,
     progress: Callable[[int], object] | None = None,
 ) -> Retuning:
-    """Find the robust PI tuning with the smallest swing of the PV in its limit cycle, and the cost of that tuning.
+    """Find the robust PI tuning with the smallest swing of the PV in the limit cycle, and the cost of that tuning.
 
     Parameters
     ----------

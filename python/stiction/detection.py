@@ -35,13 +35,13 @@ class Detector(Result):
     title: str = about("Its title.")
     source: str = about("Authors, year and journal, with a note on parts that were recalled, not read.")
     statistic: str = about("Its statistic. Larger values support a positive decision.")
-    rule: str = about("The decision rule with its thresholds.")
+    rule: str = about("The decision rule with thresholds.")
     family: str = about("Kind of evidence. Methods of one family share one vote.")
     applies: str = about("The loops for which the method was made.")
     decides: str = about("The meaning of a positive decision.", kind='{"stiction", "nonlinearity"}')
     needs: str = about("The signals that the method needs.")
     explains_oscillation: bool = about("Whether the method explains the cause of an oscillation that was found before.")
-    parameters: dict[str, tuple[float, str]] = about("Parameters by name, each with its value and its unit.")
+    parameters: dict[str, tuple[float, str]] = about("Parameters by name, each with value and unit.")
 
 
 @result
@@ -61,9 +61,7 @@ class Finding(Result):
     numbers: dict[str, float | None] = about("All numbers of the method by name; None for a number that is not finite.")
     units: dict[str, str] = about("Units of the numbers by name; empty for a ratio or a count.")
     caveats: list[str] = about("Caveats on the decision.")
-    parameters: dict[str, tuple[float, str]] = about(
-        "The parameters of the method by name, each with its value and its unit."
-    )
+    parameters: dict[str, tuple[float, str]] = about("The parameters of the method by name, each with value and unit.")
     family: str = about("Kind of evidence.")
     votes: bool = about("Whether the decision counts in the vote of the family.")
     reference: str = about("Authors, year, journal.")
@@ -101,7 +99,7 @@ class EvidencePanel(Result):
 
 @result
 class MethodEvidence(Result):
-    """The evidence of a method, as the report draws it."""
+    """The evidence of a method, as drawn in the report."""
 
     method: str = about("Name of the method.")
     caption: str = about("The caption of the panels.")

@@ -43,11 +43,11 @@ __all__ += _document.__all__
 class Weighing(Result):
     """The weighed evidence."""
 
-    probability: float = about("The probability that the valve is at fault (it sticks or does not respond).")
+    probability: float = about("The probability that the valve sticks or does not respond.")
     lines: dict[str, float] = about("The probability from each line of evidence alone.")
     causes: dict[str, float] = about("The probability of every cause. The probabilities add up to one.")
-    S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval, also if the interval is wide.")
-    J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval, also if the interval is wide.")
+    S: Estimate = about("S if the valve sticks, percent of span, with a 90 % interval of any width.")
+    J_over_S: Estimate = about("J over S if the valve sticks, with a 90 % interval of any width.")
     limit: float | None = about(
         "Detection limit of S, percent of span (95 %); None if stiction of any size could have been missed."
     )
@@ -78,7 +78,7 @@ class Diagnosis(Found):
 
     @property
     def segment(self) -> Segment | None:
-        """The judged signals on a regular grid; None if there is no segment in automatic."""
+        """The judged signals on a regular grid; None without a segment in automatic."""
         found = _kept(self).segment()
         return None if found is None else Segment(**found)
 
@@ -235,7 +235,7 @@ def diagnose(
 
     Notes
     -----
-    The computation runs on its own thread without the interpreter's lock, so several diagnoses can run at once. A
+    The computation runs on a separate thread without the interpreter's lock, so several diagnoses can run at once. A
     pickled diagnosis keeps the recording. After unpickling, report, plot and table compute the diagnosis again.
 
     Examples
@@ -462,7 +462,7 @@ def _first_step(diagnosis: Diagnosis) -> str:
 
 
 def _trend(diagnosis: Diagnosis) -> str:
-    """Return PV and SP above OP, with the VP if it is measured, as a picture."""
+    """Return a picture of PV and SP above the OP and, if measured, the VP."""
     segment = diagnosis.segment
     if segment is None:
         return ""

@@ -65,7 +65,7 @@ class Prospects(RankedProspects):
 
     @drawn(2)
     def plot(self, ax: Any = None) -> Any:
-        """Draw the swing of the PV and the control error for every action, with their intervals."""
+        """Draw the swing of the PV and the control error for every action, with intervals."""
         made = _plots.axes(ax, 2, sharex=False, height=max(2.0, 0.33 * len(self.actions)))
         names = [row.action for row in self.actions]
         quantities = (
@@ -134,7 +134,7 @@ class Fit(Result):
         return Segment(**_kept(self).segment())
 
     def scenario(self) -> Scenario:
-        """Return the loop as a scenario, with its most likely values.
+        """Return the loop as a scenario, with the most likely values.
 
         Returns
         -------
@@ -164,13 +164,13 @@ class Fit(Result):
         Returns
         -------
         Prospects
-            The loop as it is, repaired, retuned, both, with a positioner, and with compensators that an ordinary controller can
-            implement.
+            The loop without changes, and the loop after each action: repair, retuning, both, a positioner, and compensators that
+            an ordinary controller can implement.
 
         Raises
         ------
         ValueError
-            If a part of the loop is not identified, or most of the possible valves follow their OP.
+            If a part of the loop is not identified, or most of the possible valves follow the OP.
 
         Examples
         --------
@@ -184,7 +184,7 @@ class Fit(Result):
         return result_of(Prospects, _kept(self).prospects())
 
     def ring(self, after: Recording, action: str = "repair") -> Ring:
-        """Compare the prediction for an action with a recording after it.
+        """Compare the prediction for an action with a recording after the action.
 
         Parameters
         ----------
@@ -299,7 +299,7 @@ def fit(
 
     Notes
     -----
-    The computation runs on its own thread without the interpreter's lock, so several fits can run at once. A pickled
+    The computation runs on a separate thread without the interpreter's lock, so several fits can run at once. A pickled
     fit keeps the recording. After unpickling, functions that need more than the attributes compute the fit again.
 
     Examples

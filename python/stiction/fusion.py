@@ -1,4 +1,4 @@
-"""Evidence on a valve from its signals, as numbers without units, and the frozen model that weighs the evidence."""
+"""Evidence on a valve as numbers without units, and the frozen model that weighs the evidence."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Evidence(Result):
     """The evidence in a window of signals."""
 
     values: dict[str, float] = about("The numbers by name, see `evidence_features`; NaN for a number that cannot be measured.")
-    op_span: float = about("Span of the OP without its slow part, percent of span. This span is the scale of S.")
+    op_span: float = about("Span of the fast part of the OP, percent of span, which is the scale of S.")
     period_s: float = about("Dominant period, s.")
     op_only: bool = about("Whether the evidence is from the OP alone.")
     z: float = about(
@@ -100,11 +100,11 @@ def evidence(op: Samples, pv: Samples | None = None, sp: Samples | None = None, 
 class Weighed(Result):
     """The result of the frozen model for the evidence."""
 
-    probability: float = about("The probability that the valve is at fault (it sticks or does not respond).")
+    probability: float = about("The probability that the valve sticks or does not respond.")
     lines: dict[str, float] = about("The probability from each line of evidence alone.")
     causes: dict[str, float] = about("The probability of every cause. The probabilities add up to one.")
-    S: Estimate = about("S if the valve sticks, percent of span, with its 90 % interval.")
-    J_over_S: Estimate = about("J over S if the valve sticks, with its 90 % interval.")
+    S: Estimate = about("S if the valve sticks, percent of span, with a 90 % interval.")
+    J_over_S: Estimate = about("J over S if the valve sticks, with a 90 % interval.")
     limit: float | None = about(
         "Detection limit of S, percent of span (95 %); None for a limit above three spans of the OP, or with only the OP."
     )

@@ -40,14 +40,15 @@ class FirstOrderFit(Result):
 
     gain: float
     gain_error: float = about(
-        "Gain and its standard error, PV units per percent of the OP; for an integrating process, PV units per percent and s."
+        "Gain and standard error of the gain, PV units per percent of the OP; for an integrating process, PV units per "
+        "percent and s."
     )
     time_constant_s: float | None
     time_constant_error_s: float | None = about(
-        "Time constant and its standard error, s; None for an integrating process."
+        "Time constant and standard error of the time constant, s; None for an integrating process."
     )
     dead_time_s: float
-    dead_time_error_s: float = about("Dead time and its standard error, s.")
+    dead_time_error_s: float = about("Dead time and standard error of the dead time, s.")
     delay: int = about("Delay from OP to PV, samples.")
     explained: float = about("Explained share of the variance of the PV.")
     pv: Array = about("The PV of the model, in PV units.")
@@ -62,12 +63,12 @@ def fit_first_order(
     integrating: bool = False,
     longest_delay: int = 40,
 ) -> FirstOrderFit:
-    """Fit a first-order process with dead time by its output error (Ljung, 1999).
+    """Fit a first-order process with dead time by the output error (Ljung, 1999).
 
     Parameters
     ----------
     op : array_like
-        The valve position if it is recorded, else the OP, percent of span.
+        The recorded valve position, or else the OP, percent of span.
     pv : array_like
         Process value.
     integrating : bool, default False
@@ -102,7 +103,7 @@ def fit_first_order(
 
 @result
 class Arx(Result):
-    """A linear model of the PV from its own past and the OP."""
+    """A linear model of the PV from the past of the PV and the OP."""
 
     gain: float = about(
         "Static gain, PV units per percent; meaningless for an integrating process."
@@ -115,11 +116,11 @@ class Arx(Result):
     )
     residual_std: float = about("Standard deviation of the residuals, in PV units.")
     explained: float = about("Explained share of the variance of the PV from sample to sample.")
-    predicted: Array = about("One-step prediction of the PV, in PV units; its first samples are recorded values.")
+    predicted: Array = about("One-step prediction of the PV, in PV units. The first samples are recorded values.")
 
 
 def fit_arx(op: Samples, pv: Samples, *, longest_delay: int = 40) -> Arx:
-    """Fit an ARX model of the PV from its last five values and four neighbouring values of the OP.
+    """Fit an ARX model of the PV from the last five values of the PV and four neighbouring values of the OP.
 
     Parameters
     ----------
@@ -219,7 +220,7 @@ class HammersteinFit(Result):
     op: Array
     vp: Array = about("OP and position of the valve, percent of span.")
     pv: Array
-    fitted: Array = about("PV with mean 0 and variance 1, and its fit.")
+    fitted: Array = about("PV with mean 0 and variance 1, and the fit of this PV.")
     cause: str | None = about("Cause of the oscillation, only for Karra and Karim's method.")
     disturbance_share: float | None = about(
         "Share of the disturbance in the variance of the PV, only for Karra and Karim's method."
@@ -291,7 +292,7 @@ class ValveFit(Result):
     """The process with a sticking valve of one model."""
 
     model: str = about("The valve's model.")
-    s_over_span: float = about("S as a share of the span of the OP without its slow part.")
+    s_over_span: float = about("S as a share of the span of the fast part of the OP.")
     j_over_s: float = about("J as a share of S.")
     delay: int = about("Delay, samples.")
     mse: float = about("Mean square residual of one-step prediction, as a share of the variance of the PV.")
@@ -315,11 +316,11 @@ class ValveEvidence(Result):
     """
 
     samples: int = about("Number of predicted samples.")
-    op_span: float = about("Span of the OP without its slow part, in standard deviations of the OP.")
+    op_span: float = about("Span of the fast part of the OP, in standard deviations of the OP.")
     linear_mse: float = about("Mean square residual with a valve that follows the OP, as a share of the variance of the PV.")
     two_phase: ValveFit
     he: ValveFit = about("The fit with a two-phase valve, and with a valve of He et al. (2007).")
-    best: str = about("The better of these two models in predicting the PV.")
+    best: str = about("The name of the model that predicts the PV better.")
     kurtosis: float = about("Excess kurtosis of the residuals of the better model.")
     forward_gain: float
     reversed_gain: float = about("Gain of the first two-phase candidates, in forward and in reversed time.")
@@ -429,7 +430,7 @@ class StemFit(Result):
     information: float = about("Schwarz's information; only differences are meaningful.")
     slips: int = about("Number of slips of the stem against the last direction of motion.")
     vp: Array = about("VP of the stem model, percent of span.")
-    data_driven: PositionFit = about("The best data-driven model on the same samples.")
+    data_driven: PositionFit = about("The data-driven model that fits these samples best.")
     explains_better: bool = about("Whether Schwarz's information prefers the stem to the data-driven model.")
     unidentified: list[str] = about("Parameters that the recording does not identify, with the reason.")
 
@@ -480,7 +481,7 @@ def bands_of_cycle(
     Raises
     ------
     ValueError
-        If no valve causes such a cycle.
+        If no valve causes this cycle.
 
     Examples
     --------

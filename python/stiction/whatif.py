@@ -115,7 +115,7 @@ def what_if(
     TypeError
         If `methods` is not a sequence of names, or `progress` cannot be called.
     ValueError
-        If the scenario is not a closed loop, its signals grow without bound, or a number is out of its range.
+        If the scenario is not a closed loop, the signals grow without bound, or a number is out of its range.
 
     Examples
     --------

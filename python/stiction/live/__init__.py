@@ -1,7 +1,8 @@
 """Live data of a plant from OPC UA servers, SQL databases and PI, which are only read.
 
-``python -m stiction.live watch opc.tcp://server:4840 -C north`` collects and judges the data of a plant day and night, and
-``stiction watch`` is the same command. Both commands need the extra ``stiction[live]``. ``docs/live.md`` describes them.
+``stiction watch opc.tcp://server:4840 -C north`` collects and judges the data of a plant day and night.
+``python -m stiction.live watch`` is a longer form of ``stiction watch``. Both commands need the extra ``stiction[live]``.
+``docs/live.md`` describes both commands.
 """
 
 from __future__ import annotations

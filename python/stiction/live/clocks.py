@@ -1,8 +1,8 @@
 """Decides whether the time of a new value is right.
 
-The times of late values are right: a device that was disconnected delivers its values afterwards and catches up. A source with a
-wrong clock stays behind. Values of such a source would be written between the values of past hours, so the tags of a loop would no
-longer match in time.
+The times of late values are right: a device that was disconnected delivers old values afterwards and catches up. A source with a
+wrong clock stays behind. Values of a source with a wrong clock would be written between the values of past hours, so the tags of
+a loop would no longer match in time.
 """
 
 from __future__ import annotations

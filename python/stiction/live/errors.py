@@ -12,7 +12,7 @@ class Refused(Exception):
 
 
 def redacted(url: str) -> str:
-    """Return an address without its password."""
+    """Return an address without the password."""
     return re.sub(r"(?i)([?&;][a-z_ ]*(?:password|pwd)\s*=)[^&;]*", r"\1", re.sub(r"(://[^:/@]*):.*@", r"\1@", url))
 
 

@@ -1,7 +1,7 @@
-"""Events of a plant: new conclusions on loops in its ranking.
+"""Events of a plant: new conclusions on loops in the ranking.
 
 The verdicts, changes and the health of the data come from the week's ranking. A loop has an event when two successive judgements
-find a fault of its valve or its data. The loop has a second event when two successive judgements no longer find the fault.
+find a fault of the valve or the data. The loop has a second event when two successive judgements no longer find the fault.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def derive(reported: Reported, rows: Iterable[Mapping[str, Any]], now: datetime 
             events.append({"event": kind, "loop": row["loop"], "at": at, "text": text} | {key: row[key] for key in keys})
 
         def again(what: str, found: str | None) -> bool:
-            """Return whether the previous judgement found the same fault."""
+            """Return whether the previous judgement found this fault, too."""
             was = known.pop(f"{what} before", None)
             if found:
                 known[f"{what} before"] = found
@@ -87,7 +87,7 @@ def load(plant: Path) -> Reported:
 
 
 def keep(plant: Path, events: Iterable[Mapping[str, Any]], reported: Reported) -> None:
-    """Append events to their file, and store the reports on each loop."""
+    """Append events to the file of events, and store the reports on each loop."""
     lines = "".join(json.dumps(event, ensure_ascii=False) + "\n" for event in events)
     if lines:
         with open(path_of(plant), "a", encoding="utf-8") as file:

@@ -30,8 +30,8 @@ def folder_of(plant: Path, name: str) -> Path:
 
 
 def begin(folder: Path, tags: Iterable[str]) -> None:
-    """Prepare the folder of a source while no other run writes to it. Partial files of killed runs are removed. Files of days by
-    earlier versions, which had one folder for all sources, are moved here.
+    """Prepare the folder of a source while no other run writes to the folder. Partial files of killed runs are removed. Files of
+    days by earlier versions, which had one folder for all sources, are moved here.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for each in (folder, folder.parent):
@@ -48,8 +48,8 @@ def begin(folder: Path, tags: Iterable[str]) -> None:
 
 
 def add(path: Path, new: Iterable[tuple[str, hours.Rows]], note: Callable[[str], None]) -> int:
-    """Add the rows of a day to its file, and return the number of rows that the source gave. Without rows the file stays
-    unchanged.
+    """Add the rows of a day to the file of the day, and return the number of rows that the source gave. Without rows the file
+    stays unchanged.
     """
     count = 0
     changed: dict[str, int] = {}

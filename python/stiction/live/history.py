@@ -1,8 +1,8 @@
-"""Reads series to their end from a source that may cut its answers.
+"""Reads whole series from a source that may cut answers.
 
-A source limits the number of values in an answer, and not every source states the limit. An answer therefore covers only the times
-from its first to its last value. `Reading` asks for the times before and after an answer until nothing new comes. This module does
-not depend on a protocol. The module states the next request, and receives the answers.
+A source limits the number of values in an answer, and not every source states the limit. An answer therefore covers only the
+times from the first to the last value in the answer. `Reading` asks for the times before and after an answer until nothing new
+comes. This module does not depend on a protocol. The module states the next request, and receives the answers.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 __all__: list[str] = []
 
 MOST_ANSWERS = 5_000
-"""Maximum number of answers about a series. Values that are still missing after this number are reported as unread."""
+"""Maximum number of answers about a series. Values that are missing after this number of answers are reported as unread."""
 MOST_VALUES = 5_000_000
 """Maximum number of values of a series."""
 IDLE = 10
@@ -82,8 +82,8 @@ class _Series:
 class Reading:
     """The reading of some series between two times, both included.
 
-    `time_of` returns the time of a value (None without a time). `key_of` returns what distinguishes a value from other values with
-    the same time.
+    `time_of` returns the time of a value (None without a time). `key_of` returns what distinguishes a value from other values at
+    that time.
     """
 
     def __init__(
@@ -130,7 +130,7 @@ class Reading:
         return first.is_whole == span.is_whole and abs(first.begin - span.begin) < NEAR and abs(first.end - span.end) < NEAR
 
     def take(self, span: Span, answer: Answer, count: int) -> Iterator[list[Any] | int | Unread]:
-        """Take the answer about a span, for which `count` values were requested, and yield its new values.
+        """Take the answer about a span, for which `count` values were requested, and yield the new values in the answer.
 
         Also yields the code of a series without history, and a part that stays unread.
         """
@@ -223,7 +223,7 @@ class Reading:
             span.high = high if span.high is None else max(span.high, high)
 
     def _rest(self, span: Span, times: Sequence[int | None], size: int, largest: int) -> list[Span]:
-        """Return the parts of a span that are still unknown after its answer."""
+        """Return the parts of a span that are still unknown after an answer about the span."""
         index, begin, end = span.index, span.begin, span.end
         if span.is_new:
             rest = []

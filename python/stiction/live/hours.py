@@ -1,13 +1,13 @@
-"""Recorded values, and their files of one hour each.
+"""Recorded values, in files of one hour each.
 
 A collector appends each value to the *journal* of its hour, a file in ``.stiction/live/open`` of the plant. When the hour is
 over, the journal moves to ``.stiction/live/ready``. `fold` writes the values to ``data/YYYY-MM-DD/HH.parquet`` (UTC), whole or
 not at all, and removes the journal. Values that arrive later for that hour make another journal, with which the file is written
-again. A second file of the same hour is not possible, because the scan refuses files of one loop whose times interleave.
+again. A second file of an hour is not possible, because the scan refuses files of one loop whose times interleave.
 
 A file of an hour is a long table: ``time`` (UTC), ``tag``, ``value``, ``status_code`` (OPC UA). The file has one row group per tag,
 so that a scan reads only the necessary loops. Every tag of the collector is in every file. A tag without a value in the hour has
-its held value at the start of the hour (`HELD`), or no value (`NONE`). Where values may be missing, a row without a value marks the
+a held value at the start of the hour (`HELD`), or no value (`NONE`). Where values may be missing, a row without a value marks the
 start of the gap (`LOST`), so that no value is held across the gap.
 """
 
@@ -127,7 +127,7 @@ def alone(plant: Path, name: str, refusal: str) -> Iterator[None]:
 
 
 class Recorder:
-    """Appends values to the journals of their hours."""
+    """Appends each value to the journal of an hour."""
 
     def __init__(self, plant: Path, tags: Sequence[str]) -> None:
         self.folder = live_folder(plant)
@@ -222,7 +222,7 @@ class Recorder:
         file.close()
 
     def release(self, before: int) -> int:
-        """Hand over the journals of all hours that end by this time, and return their number."""
+        """Hand over the journals of all hours that end by this time, and return the number of journals."""
         count = 0
         for path in _journals(self.open):
             hour = _journal_hour(path)
@@ -249,7 +249,7 @@ class Recorder:
             self._forget()
 
     def _forget(self) -> None:
-        """Closes the journals. The next value opens the journal of its hour again."""
+        """Closes the journals. The next value opens a journal again."""
         for file in self._files.values():
             file.close()
         self._files.clear()
@@ -280,7 +280,7 @@ def _is_journal(path: Path) -> bool:
 
 
 def _read_head(path: Path) -> tuple[list[str], int]:
-    """Return the tags of a journal and the offset of its first record. There are no tags if the head is incomplete."""
+    """Return the tags of a journal and the offset of the first record, or no tags if the head is incomplete."""
     with open(path, "rb") as file:
         length = int.from_bytes(file.read(8), "little")
         head = file.read(length) if length <= 1 << 28 else b""
@@ -402,7 +402,7 @@ def table_of(tag: str, rows: Rows) -> Any:
 def written(path: Path, tables: Iterator[Any], is_new: Callable[[], bool] = lambda: True) -> int:
     """Write tables as one Parquet file, each as a row group, whole or not at all, and return the number of rows.
 
-    A file stays unchanged if `is_new` finds, after all tables, that they contain nothing new.
+    A file stays unchanged if `is_new` finds, after all tables, that the tables contain nothing new.
     """
     import pyarrow.parquet as pq
 
@@ -486,7 +486,9 @@ class Stored:
 
 
 def joined(parts: Sequence[Rows]) -> Rows:
-    """The rows of parts in order of time, without duplicates. A bad value is left out if a usable value has the same time."""
+    """The rows of parts in order of time, without duplicates. If a usable value and a bad value have one time, the bad value is
+    left out.
+    """
     time = np.concatenate([part.time for part in parts])
     value = np.concatenate([part.value for part in parts])
     status = np.concatenate([part.status for part in parts])
@@ -536,7 +538,7 @@ def fold(plant: Path, data: Path) -> list[Folded]:
 
 
 def _fold_hour(data: Path, hour: int, journals: Sequence[Path]) -> tuple[Folded, bool]:
-    """Writes the file of an hour, and returns whether its rows changed."""
+    """Writes the file of an hour, and returns whether the rows changed."""
     folded = Folded(hour, 0)
     heads = [_read_head(path) for path in journals]
     for path, (tags, begin) in zip(journals, heads):
@@ -622,7 +624,7 @@ def _of_hour(hour: int, known: Rows | None, new: Rows | None, before: Any) -> Ro
 def _batches(
     names: Sequence[str], journals: Sequence[Path], heads: Sequence[tuple[list[str], int]]
 ) -> Iterator[tuple[list[str], Mapping[str, Rows]]]:
-    """The tags in order, in batches, each with its rows in the journals."""
+    """The tags in order, in batches, each tag with the rows in the journals."""
     place = {tag: k for k, tag in enumerate(names)}
     # From the numbers of a journal to those of the names.
     maps = [np.array([place[tag] for tag in tags] + [len(names)], np.int64) for tags, _ in heads]
@@ -680,7 +682,7 @@ def _batches(
 def steady(plant: Path, server: int, computer: int) -> int:
     """The time from which the age of files is counted, chosen so that a jumping clock removes no file.
 
-    This time is from the server's clock, but never ahead of this computer's clock. Between calls this time advances at most twice
+    The time is from the server's clock, but never ahead of this computer's clock. Between calls the time advances at most twice
     as fast as this computer's clock.
     """
     path = live_folder(plant) / "retention.json"
@@ -714,7 +716,7 @@ def _file_hour(path: Path) -> int:
 
 
 def retain(data: Path, *, keep_s: float | None, most_bytes: float | None, now: int) -> list[Path]:
-    """Remove the oldest files of hours, by age and by their total size, and return them."""
+    """Remove the oldest files of hours, by age and by total size, and return the removed files."""
     files = _hour_files(data)
     sizes = {path: path.stat().st_size for path in files}
     total, removed = sum(sizes.values()), []

@@ -1,7 +1,7 @@
-"""Writes finished hours to their files and judges them. The judgement runs in a separate process, so that collection never waits
-for it.
+"""Writes finished hours to files and judges the hours. The judgement runs in a separate process, so that collection never waits
+for the judgement.
 
-``python -m stiction.live.judging`` reads its settings as JSON from standard input, and prints the result as JSON.
+``python -m stiction.live.judging`` reads settings as JSON from standard input, and prints the result as JSON.
 """
 
 from __future__ import annotations

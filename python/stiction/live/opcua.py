@@ -1,7 +1,7 @@
 """A client of OPC UA servers that can only read.
 
 Every request passes `ReadOnlyProtocol`, which sends only the services of `SERVICES`. A request to write a value, call a
-method or change nodes raises `Refused` before it is encoded.
+method or change nodes raises `Refused` before the request is encoded.
 
 The client is `asyncua`_, which encrypts with OpenSSL through ``cryptography``. The Rust client would use the crate ``rsa``, whose
 private key can leak through response times (RUSTSEC-2023-0071, without a fix).
@@ -497,7 +497,7 @@ class Server:
             raise Refused(f'"{text}" is not the id of a node, such as nsu=urn:plant;s=FIC101.PV or ns=2;i=17') from error
 
     def text_of(self, node: Any) -> str:
-        """The text of a node with the name of its namespace, because the numbers of namespaces may change."""
+        """The text of a node with the name of the namespace, because the numbers of namespaces may change."""
         rest = node.to_string().partition(";")[2] if node.NamespaceIndex else node.to_string()
         if node.NamespaceIndex and node.NamespaceIndex < len(self.namespaces):
             return f"nsu={self.namespaces[node.NamespaceIndex]};{rest}"
@@ -572,7 +572,7 @@ class Server:
         sample_s: float,
         queue: int,
     ) -> dict[int, int]:
-        """Subscribe to nodes by their index, and return the status of each node that the server does not monitor."""
+        """Subscribe to nodes by index, and return the status of each node that the server does not monitor."""
         parameters = ua.CreateSubscriptionParameters()
         parameters.RequestedPublishingInterval = 1000.0 * publish_s
         # A sign of life every few seconds, and an end of the subscription after two minutes without us.
@@ -662,7 +662,7 @@ class Server:
             on_alive()
 
     def failed(self) -> BaseException | None:
-        """The reason why notifications no longer arrive; None while they arrive."""
+        """The reason why notifications no longer arrive; None while notifications arrive."""
         if self._publishing is None or not self._publishing.done():
             return None
         if self._publishing.cancelled():
@@ -670,7 +670,7 @@ class Server:
         return self._publishing.exception()
 
     async def read(self, nodes: Mapping[int, Any]) -> dict[int, Any]:
-        """The present values of nodes by their index."""
+        """The present values of nodes by index."""
         return dict(zip(nodes, await self._read(list(nodes.values()))))
 
     async def history(
@@ -783,7 +783,7 @@ def code_name(code: int) -> str:
 
 
 def names_of(found: Iterable[Found], by_path: bool) -> dict[str, str]:
-    """The nodes of variables by their names. A name that occurs twice is left out."""
+    """The nodes of variables, by name of the variable. A name that occurs twice is left out."""
     names: dict[str, str] = {}
     twice = set()
     for each in found:

@@ -197,7 +197,7 @@ class Points:
                 yield tag, hours.joined([rows])
 
     def _recorded(self, tags: Sequence[str], begin: int, end: int) -> tuple[dict[str, list[Any]], int]:
-        """The answer about points, by their tags, and the requested number of values."""
+        """The answer about points, by tag, and the requested number of values."""
         names = {self._ids[tag]: tag for tag in tags}
         while True:
             query = {

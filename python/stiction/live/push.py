@@ -50,7 +50,7 @@ class _NoRedirect(urllib.request.HTTPRedirectHandler):
 
 
 class Pusher:
-    """Sends the events of a plant in their order, and stores the number of the last sent event."""
+    """Sends the events of a plant in order, and stores the number of the last sent event."""
 
     def __init__(self, plant: Path, url: str | None, say: Callable[[str], None]) -> None:
         if url is not None and not _is_address(url):
