@@ -101,7 +101,7 @@ class OwnController(ABC):
 
 
 class OwnProcess(ABC):
-    """A process of your own, relative to its operating point. Derive a class from this class, and pass an object of the class to
+    """A process of your own, relative to the operating point. Derive a class from this class, and pass an object of the class to
     `stiction.simulate`.
 
     Examples

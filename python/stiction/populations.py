@@ -46,7 +46,7 @@ class Truth(Result):
 
 @result
 class Member(Signals):
-    """A simulated loop, as a plant would have recorded it, with the truth about it."""
+    """A simulated loop, recorded as in a plant, with the truth about the loop."""
 
     name: str = about("Its name.")
     loop_type: str = about("Type of the loop.")
@@ -102,7 +102,7 @@ class Population(Sequence[Member]):
         Returns
         -------
         Table
-            One row per loop: ``name``, the attributes of `Truth`, and its facts.
+            One row per loop: ``name``, the attributes of `Truth`, and the facts.
         """
         return self._loops.truth()
 
@@ -121,8 +121,9 @@ def population(
 ) -> Population:
     """Simulate loops with known truth, on all cores.
 
-    A loop depends only on its seed and number, so that a large population can be made in parts. ``docs/population.md`` of the
-    project describes the drawn properties, and `POPULATION_VERSION` is the version of the population.
+    A loop depends only on the seed and the number of the loop, so that a large population can be made in parts.
+    ``docs/population.md`` of the project describes the drawn properties, and `POPULATION_VERSION` is the version of the
+    population.
 
     Parameters
     ----------
@@ -131,7 +132,7 @@ def population(
     seed : int, default 1
         Seed of the population.
     kind : str, optional
-        Simulate only loops of this kind, see `population_kinds`. The seeds of these loops are consecutive, from `seed` + `first`
+        Simulate only loops of this kind, see `population_kinds`. The loops have consecutive seeds, from `seed` + `first`
         on.
     first : int, default 0
         Number of the first loop.
@@ -167,7 +168,7 @@ def population_kinds() -> dict[str, float]:
     Returns
     -------
     dict
-        Shares of the population by name; they add up to 1.
+        Shares of the population by name. The shares add up to 1.
 
     Examples
     --------

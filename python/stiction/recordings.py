@@ -1,4 +1,4 @@
-"""Recordings of loops from files, tables and arrays, and their fitness for a diagnosis."""
+"""Recordings of loops from files, tables and arrays, and the fitness of a recording for a diagnosis."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def read(
 ) -> list[Recording]:
     """Read the recordings in a CSV, Parquet or MATLAB file, or in a workbook of Excel or OpenDocument.
 
-    Columns and tags are recognised by their names. Arguments take precedence.
+    Columns and tags are recognised by name. Arguments take precedence.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ def recordings_from(
     Returns
     -------
     list of Recording
-        The loops in the order of their first columns.
+        The loops in the order of the first column of each loop.
 
     Raises
     ------
@@ -284,7 +284,7 @@ def recording_from(
     table : table
         As in `recordings_from`.
     time, op, pv, sp, vp, mode : str, optional
-        Names of columns. All other columns are recognised by their names, as in files.
+        Names of columns. All other columns are recognised by name, as in files.
     name : str, optional
         Tag of the loop; by default from the columns.
     zone, time_format, sample_time, op_range, pv_range, vp_range, loop_type, decimal_mark, modes, qualities : optional

@@ -62,7 +62,7 @@ class HalfWaves(Result):
     end: Array = about("Beginning and end of the half waves, samples, interpolated.")
     length: Array = about("Their lengths, samples.")
     first: npt.NDArray[np.int64]
-    stop: npt.NDArray[np.int64] = about("First sample of the half waves, and the index after their last sample.")
+    stop: npt.NDArray[np.int64] = about("Index of the first sample of each half wave, and index after the last sample.")
     above: npt.NDArray[np.bool_] = about("Whether the series is above zero.")
 
 
@@ -151,7 +151,7 @@ def swinging_door(x: Samples, deviation: float) -> Array:
     Returns
     -------
     ndarray
-        The same number of samples.
+        The compressed series, with as many samples as the given series.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def mann_kendall(y: Samples) -> float:
     Returns
     -------
     float
-        The two-sided p-value, by the normal approximation with its corrections for continuity and ties.
+        The two-sided p-value, by the normal approximation with corrections for continuity and ties.
 
     Raises
     ------

@@ -1,10 +1,10 @@
 """Estimators for scikit-learn, a classifier and a regressor based on diagnoses of recordings.
 
-The model behind a verdict is frozen, so fitting learns nothing. `fit` only checks its arguments, and the probabilities come from
+The model behind a verdict is frozen, so fitting learns nothing. `fit` only checks arguments, and the probabilities come from
 the verdicts. These estimators are for scoring, comparing and chaining. The package does not import this module by itself.
 
 Cases are recordings, tables of one loop each, or an array of the shape ``(n_cases, n_channels, n_timepoints)``. The channels are
-OP in percent of span, PV and, if there are three, SP. NaN is missing.
+OP in percent of span, PV and, as a third channel, SP. NaN is missing.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ __all__ = ["StictionDetector", "StictionQuantifier"]
 
 
 class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
-    """A classifier of recordings by whether their valves stick.
+    """A classifier of recordings that predicts whether the valve of each recording sticks.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ class StictionDetector(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
         -------
         ndarray
             One row per recording, with the probabilities that the valve does not stick and that the valve sticks. A verdict without
-            a probability counts as certain, or as `undecided` if it is "cannot tell".
+            a probability counts as certain, or as `undecided` if the verdict is "cannot tell".
         """
         check_is_fitted(self)
         found = _diagnoses(X, self.loop_type, self.sample_time)

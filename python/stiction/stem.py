@@ -46,7 +46,7 @@ class StemResponse(Result):
     """The motion of a stem."""
 
     time_s: Array = about("Times of the samples, s.")
-    op: Array | None = about("Controller output at these times, percent; None if a pressure was given.")
+    op: Array | None = about("Controller output at the samples, percent; None if a pressure was given.")
     pressure_pa: Array = about("Acting air pressure, Pa.")
     vp: Array = about("Position, percent of stroke.")
     position_m: Array = about("Position, m.")
@@ -138,7 +138,7 @@ class Stem(_core.Stem):
         Parameters
         ----------
         op : array_like
-            OP, percent, finite, interpolated linearly between its samples.
+            OP, percent, finite, interpolated linearly between samples.
         sample_time : float, optional
             Time between samples, s.
         time_s : array_like, optional
@@ -203,7 +203,7 @@ class Stem(_core.Stem):
         Parameters
         ----------
         pressure_pa : array_like
-            Demanded pressure, Pa, finite, interpolated linearly between its samples.
+            Demanded pressure, Pa, finite, interpolated linearly between samples.
         time_s : array_like
             Times of the samples, s, ascending. Two samples at the same time make a jump.
         at_s : array_like, optional
@@ -275,7 +275,7 @@ class StemSet(Result):
 
     name: str = about("Its name.")
     summary: str = about("A short description.")
-    source: str = about("Source of the numbers, and whether they were verified.")
+    source: str = about("Source of the numbers, and whether the numbers were verified.")
     friction: str = about("Friction law.")
     parameters: dict[str, float | bool] = about("Parameters of stem and friction by name, units in the names.")
 

@@ -208,7 +208,7 @@ def plan(
     pv_allowed: tuple[float, float] | None = None,
     time_s: float | None = None,
 ) -> TestPlan:
-    """Size a test for a loop from a recording of its operation.
+    """Size a test for a loop from a recording of the loop's operation.
 
     If the recording contains an inconclusive test, the plan is for the next test. This plan begins at 0.6 times the size to
     which the PV responded, and has more turns of each size.
@@ -316,7 +316,7 @@ def compare(
     after_plan: TestPlan | None = None,
     rises: bool | None = None,
 ) -> Comparison:
-    """Compare the test of a valve after a repair with the test before it.
+    """Compare the tests of a valve before and after a repair.
 
     Parameters
     ----------

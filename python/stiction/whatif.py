@@ -49,10 +49,11 @@ class WhatIf(Result):
     recommendation: list[str] = about("The recommendation, in sentences.")
     assumptions: list[str] = about("The assumptions, in sentences.")
     manual_test: TestPlan | None = about(
-        "The test to confirm stiction first; None for a valve without friction, or if no test can be planned."
+        "The test to confirm stiction before any action; None for a valve without friction, or if no test can be "
+        "planned."
     )
     retuning: Retuning | None = about("Effects and cost of retuning.")
-    no_retuning: str | None = about("Why there is no retuning.")
+    no_retuning: str | None = about("The reason for no retuning.")
     protocol: Protocol = about("The protocol of the actions.")
 
     def _summary(self) -> list[str]:

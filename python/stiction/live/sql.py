@@ -217,7 +217,7 @@ class Odbc(Source):
 
 
 def _in_full(schema: Any) -> Any:
-    """The columns as Arrow reads them, but with all digits of numbers, because drivers state the digits in two ways."""
+    """The columns that Arrow reads, but with all digits of numbers, because drivers state the digits in two ways."""
     import pyarrow as pa
 
     return pa.schema([each.with_type(pa.float64()) if pa.types.is_floating(each.type) else each for each in schema])
@@ -390,8 +390,8 @@ def fetch(
 ) -> dict[str, int]:
     """Add the rows of a table to daily files below ``data/sql`` of a plant.
 
-    The function reads new days, and the last two days before them again. `say` is called for each day, and `note` with warnings for
-    the user.
+    The function reads new days, and again the two days before the new days. `say` is called for each day, and `note` with
+    warnings for the user.
     """
     path = plant / "plant.toml"
     try:

@@ -91,7 +91,7 @@ def matches(pattern: str, path: str) -> bool:
 
 
 class Watcher:
-    """Collects and judges until it is stopped."""
+    """Collects and judges the values of a plant until a stop."""
 
     def __init__(self, options: Options) -> None:
         self.options = options
@@ -173,7 +173,7 @@ class Watcher:
         self.options.say(f"{datetime.now(timezone.utc):%Y-%m-%d %H:%M:%S} {text}")
 
     def say_once(self, key: str, text: str, again_s: float = 600.0) -> None:
-        """Write a line unless the last minutes had a line of the same key, or many lines of its kind (the first word of the key).
+        """Write a line unless the last minutes had a line with this key, or many lines of this kind (the first word of the key).
         The next line states how many were left out.
         """
         now, kind = time.monotonic(), key.partition(" ")[0]
@@ -620,7 +620,7 @@ class Watcher:
         self.fill_from, self.was_wrong = None, False
 
     def _unread(self, index: int, part: history.Unread) -> None:
-        """Reports a part of the history that was not read completely, and marks it as a gap."""
+        """Reports a part of the history that was not read completely, and marks the part as a gap."""
         self.say_once(
             f"unread {index} {part.begin}",
             f"{self.names[index]}: the server's history from {hours.shown(part.begin)} to {hours.shown(part.end)} was not read to its end "
@@ -727,7 +727,7 @@ class Watcher:
                 raise ConnectionError(f"{self.names[index]} exists again; all tags are subscribed again")
 
     def _compare(self, now: int) -> None:
-        """Reports how the server's clock differs from this computer's clock, and when it jumps."""
+        """Reports how the server's clock differs from this computer's clock, and when the server's clock jumps."""
         step, wall = (now - self.clock) / US, time.monotonic()
         passed = wall - self._compared if self._compared else math.inf
         if self._compared and wall > self._compared:
@@ -787,7 +787,7 @@ class Watcher:
         self._write_status()
 
     def _undo(self, now: int) -> bool:
-        """Voids values that jumps of the server's clock dated wrongly, and returns whether there were any."""
+        """Voids values that jumps of the server's clock dated wrongly, and returns whether such values existed."""
         undone = [each for each in self.jumps if self._is_undone(now, *each)]
         if not undone:
             return False

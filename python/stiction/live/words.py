@@ -23,7 +23,7 @@ WORDS = {
     "false": 0.0,
     "true": 1.0,
 }
-"""The numbers of words in tags of modes, as docs/recordings.md lists them."""
+"""The numbers for words in tags of modes, as listed in docs/recordings.md."""
 
 
 def number_of(content: Any, modes: Mapping[str, float]) -> float:

@@ -47,7 +47,7 @@ __all__ = [
 
 Folder: TypeAlias = "str | os.PathLike[str]"
 Settings: TypeAlias = "str | os.PathLike[str] | None"
-"""The text of a ``plant.toml``, or the path of its folder."""
+"""The text of a ``plant.toml``, or the path of the folder with that file."""
 
 
 @documented
@@ -62,7 +62,7 @@ def scan(
     time_limit_s: int | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> Scanned:
-    """Judge the new data of a plant, and keep the results in its store.
+    """Judge the new data of a plant, and keep the results in the plant's store.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def scan(
     again : bool, default False
         Whether windows with results are judged again.
     time_limit_s : int, optional
-        Longest time for a window of a loop, s. If a window takes longer, its row has an error. By default `time_limit_s` in
-        ``plant.toml``, or 300.
+        Longest time for a window of a loop, s. If a window takes longer, the row of the window has an error. By default
+        `time_limit_s` in ``plant.toml``, or 300.
     progress : callable, optional
         Called with the number of finished days, summed over the loops.
 
@@ -115,7 +115,7 @@ def scan(
 
 @documented
 def check(folder: Folder) -> Checked:
-    """Read all data of a plant without judging its loops.
+    """Read all data of a plant without judging the loops.
 
     Returns
     -------
@@ -249,7 +249,7 @@ def demo(folder: Folder, *, loops: int = 20, days: int = 7, seed: int = 1) -> No
     Parameters
     ----------
     folder : path
-        Output folder. Existing files of these names are overwritten.
+        Output folder. Existing files with equal names are overwritten.
     loops, days : int
         Number of loops and of days.
     seed : int, default 1
@@ -277,7 +277,7 @@ def schema() -> Any:
     Returns
     -------
     pyarrow.Schema
-        The metadata of a field has its unit and meaning.
+        The metadata of each field has the unit and the meaning of the column.
 
     Raises
     ------
@@ -324,8 +324,8 @@ def diagnose_table(table: Any, settings: Settings = None, *, threads: int | None
         A long table (times, tags, values, and optionally qualities) or a wide table, of one or more loops, with the Arrow capsule
         interface. Times have a time type. Tags may be dictionary-encoded. Rows may have any order.
     settings : str or path, optional
-        The text of a ``plant.toml``, or the path of its folder. By default the zone is UTC, and loops and columns are recognised
-        by their names.
+        The text of a ``plant.toml``, or the path of the folder with that file. By default the zone is UTC, and loops and columns
+        are recognised by name.
     threads : int, optional
         Number of threads; by default as many as the machine has. Use 1 if an engine gives each task one core.
 

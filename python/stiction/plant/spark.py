@@ -2,9 +2,10 @@
 
 ``python -m stiction.plant.spark --plant DIR --output DIR --input DATA`` runs a scan; `scan` takes a data frame.
 
-One task on one core judges a window, from the samples of its days and the last sample of each tag on the day before. A task
-therefore needs memory for one window only, in a plant of any size. A window is a day. If ten periods of the loop's swing take
-longer, a second round judges a window of as many days as these periods. The local scan chooses its windows alike.
+One task on one core judges a window, from the samples of the window's days and the last sample of each tag on the day before. A
+task therefore needs memory for one window only, in a plant of any size. A window is a day. If ten periods of the loop's swing
+take longer, a second round judges a window as long as ten periods, in whole days. The local scan chooses windows in this way,
+too.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ MOST_ERRORS = 0.05
 TAKEN_TOGETHER = 20_000
 """Maximum number of rows that the driver writes to the store of a plant at a time."""
 WINDOWS_A_TASK = 16
-"""Maximum number of windows per task. Such a task takes some seconds, which are lost if a worker fails."""
+"""Maximum number of windows per task. A task with this number of windows takes some seconds, which are lost if a worker fails."""
 WINDOWS_A_CORE = 4_000
 """Windows per core between two writes of the command. These windows take some minutes, which are lost if the driver fails."""
 LOOPS_A_BLOCK = 200
@@ -46,12 +47,12 @@ LOOPS_A_BLOCK = 200
 megabytes."""
 ROWS_A_BATCH = "spark.sql.execution.arrow.maxRecordsPerBatch"
 PAIRS_TOGETHER = 200_000
-"""Maximum number of pairs of loops that the driver collects without first reducing them."""
+"""Maximum number of pairs of loops that the driver collects without first reducing the number of pairs."""
 DAY_US = 86_400_000_000
 DAY_BITS, LENGTH_BITS = 28, 4
 """A window is one number, made of the loop, the first day and the length, because Spark sorts numbers fast."""
 TRACE = ["trace_start", "trace_signal", "trace_unit", "trace_values"]
-"""The trace of a window's signal, in columns after the columns of its row."""
+"""The trace of a window's signal, in columns after the columns of the window's row."""
 TRACE_DDL = "trace_start BIGINT, trace_signal STRING, trace_unit DOUBLE, trace_values BINARY"
 UNKNOWN = -32_768
 """The value for unknown samples of a trace. Values are whole numbers of two bytes, low byte first."""
@@ -68,7 +69,7 @@ class Plan(Result):
     done: int = about("Windows that were judged before.")
     partitions: int = about("Number of tasks.")
     samples: int = about("Samples sent to the tasks; for a wide table, rows.")
-    bytes: int = about("Approximate size of these samples.")
+    bytes: int = about("Approximate size of the samples sent to the tasks.")
 
 
 @result
@@ -94,7 +95,9 @@ class Pairs(Result):
     loops: int = about("Number of compared loops.")
     blocks: int = about("Number of blocks of loops. Each block was compared with each block.")
     compared: int = about("Number of compared pairs of loops.")
-    kept: int = about("Number of pairs kept for the report, counted once for each band in which they may swing in step.")
+    kept: int = about(
+        "Number of pairs kept for the report, counted once for each band in which the two loops may swing in step."
+    )
 
 
 Window: TypeAlias = tuple[int, int, int]
@@ -186,7 +189,7 @@ def _cores(spark: Any) -> int:
 
 
 class _Input:
-    """A data frame of samples with its loops, and with the loop and the day of each row."""
+    """A data frame of samples with the loops, and with the loop and the day of each row."""
 
     def __init__(self, df: Any, plant: _core.Plant, pattern: str | None) -> None:
         shape = plant.shape(df.columns)
@@ -339,7 +342,7 @@ class _Chain:
         self.judged: set[Window] = set()
 
     def fingerprint(self, loop: int, day: int, days: int) -> str:
-        """SHA-256 of the data of a window, from the digests of its days and of the day before."""
+        """SHA-256 of the data of a window, from the digests of the days of the window and of the day before."""
         own = self.days[loop]
         lines = [f"{d} {own[d][0]} {own[d][1]}" for d in range(day - 1, day + days) if d in own]
         return hashlib.sha256("\n".join(lines).encode()).hexdigest()
@@ -528,19 +531,19 @@ def scan(
     Parameters
     ----------
     df : pyspark.sql.DataFrame
-        Samples, long or wide, from Parquet, Delta or a table. The columns are recognised by their names, as in files. The column
+        Samples, long or wide, from Parquet, Delta or a table. The columns are recognised by name, as in files. The column
         of times is a timestamp.
     settings : str or path, optional
-        The text of a ``plant.toml``, or the path of its folder. By default the zone is UTC, and loops and columns are recognised
-        by their names.
+        The text of a ``plant.toml``, or the path of the folder with that file. By default the zone is UTC, and loops and columns
+        are recognised by name.
     known : pyspark.sql.DataFrame, optional
-        Rows of earlier scans. If the rows have a column ``run``, the last run of each window counts. Windows among them with the
-        same samples and settings are not judged again.
+        Rows of earlier scans. If the rows have a column ``run``, the last run of each window counts. A window is not judged again
+        if a row has the samples and settings of the window.
 
     Returns
     -------
     Scan
-        The rows, with their counts.
+        The rows, with the numbers of windows and errors.
 
     Raises
     ------
@@ -598,7 +601,7 @@ def _scans(
 
 
 def _known(spark: Any, output: str) -> Any:
-    """Rows of earlier runs, with the number of their run; None before the first run."""
+    """Rows of earlier runs, with the number of each row's run; None before the first run."""
     from pyspark.errors import AnalysisException
 
     try:
@@ -620,16 +623,16 @@ def _trace_fields() -> list[Any]:
 
 
 def _traces(rows: Any) -> Any:
-    """Traces as the library reads them, from a table of rows that have a trace."""
+    """Traces for the library, from a table of rows that have a trace."""
     return rows.select(["loop", *TRACE]).rename_columns(["loop", *(name.removeprefix("trace_") for name in TRACE)])
 
 
 @documented
 def pairs(rows: Any, folder: str | os.PathLike[str], *, week: str | None = None) -> Pairs:
-    """Find pairs of loops that may swing together, in blocks, and keep them in the store of the plant.
+    """Find pairs of loops that may swing together, in blocks, and keep the pairs in the store of the plant.
 
-    The report of the week uses these pairs and finds the same groups as a report without such pairs. For thousands of loops,
-    finding pairs is the slow part of a report.
+    The report of the week uses these pairs and finds the groups that a report without stored pairs would find. For thousands of
+    loops, finding pairs is the slow part of a report.
 
     Parameters
     ----------
@@ -730,7 +733,7 @@ def _blocks(loops: int, cores: int) -> int:
 
 
 def _taken(folder: str, rows: Any) -> None:
-    """Writes rows and their traces to the store of a plant."""
+    """Writes rows with traces to the store of a plant."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
