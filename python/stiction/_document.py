@@ -143,7 +143,7 @@ class Fitness(Result):
 
 @result
 class Measure(Result):
-    """One measure of the data."""
+    """A measure of the fitness of the data."""
 
     name: str = about("A short name, such as `samples per cycle`.")
     value: float | None = about("Value; None if the data do not determine the value.")
@@ -162,7 +162,7 @@ class Oscillation(Result):
     recording's clock.
     """
 
-    found: bool = about("Whether the signal oscillates, by the rule of `analyse`.")
+    found: bool = about("Whether the signal oscillates.")
     basis: str | None = about(
         "The method that found the oscillation.", kind='{"autocorrelation", "spectral peak"} or None'
     )
@@ -217,12 +217,12 @@ class Peak(Result):
     )
     amplitude: float = about("Amplitude of a sine with the power of the band, in the signal's units.")
     share: float = about(
-        "Share of the band in the variance of the signal. The variance excludes drift: everything with fewer than "
-        "`FEWEST_PERIODS` periods in the signal."
+        "Share of the band in the variance of the signal without drift. Everything with fewer than three periods in "
+        "the signal is drift."
     )
     regularity: float | None = about(
-        "Regularity r of the band (`Regularity::index`). A band-pass makes noise look regular, so r counts only "
-        "together with the peak's significance."
+        "Regularity r of the band. A band-pass makes noise look regular, so r counts only together with the peak's "
+        "significance."
     )
     decay_ratio: float | None = about("Decay ratio R of the band; in a band with only noise, R is below 0.5.")
     chance: float = about("Probability that noise has such a peak at any frequency.")
@@ -323,7 +323,7 @@ class Verdict(Result):
     basis: str = about("The basis of the conclusion, such as `evidence in OP and PV`.")
     S_below: Limit | None = about(
         "The detection limit of this recording: a larger S is ruled out with the given confidence. The limit is given "
-        "if the valve is cleared or nothing is decided. None if the valve is at fault, or S has an interval. Also None "
+        "if the valve is cleared or nothing is decided. None if the valve is at fault, or S has an interval. None also "
         "for mistaken columns, unfit data, a recording unlike the training loops, or an unknown limit."
     )
     votes: Votes = about("The votes of the families of methods.")
@@ -480,8 +480,8 @@ class Observation(Result):
     S: Estimate | None = about("Stick band plus dead band, percent of span; None if unknown.", default=None)
     J: Estimate | None = about("Slip jump, percent of span; None if unknown.", default=None)
     weight: float = about(
-        "Weight of an observation if the majority decides or no observation has a pool, such as the number of cycles; "
-        "1 if all observations have the same weight. An observation of weight 0 does not count.", default=1.0
+        "Weight of an observation, such as the number of cycles, if the majority decides or no observation has a pool. "
+        "An observation of weight 0 does not count.", default=1.0
     )
     windows: float = about(
         "Number of windows in the observation, with overlaps counted once; 1 for a short recording.", default=1.0
@@ -513,7 +513,7 @@ class History(Result):
         "The changes of the valve. Observations before the valve last began or ceased to stick do not count."
     )
     drift: Drift | None = about("The drift of S; None with too few observations of S.")
-    trend: str = about("The drift in a sentence.")
+    trend: str = about("The drift of S in a sentence.")
 
     _documented_as: ClassVar[Mapping[str, str]] = {
         "observations": "windows",
@@ -541,7 +541,7 @@ class RepairEffect(Result):
 
     time_s: float = about("Time of the repair, s on the clock of the observations.")
     outcome: str = about("The outcome.", kind='{"worked", "helped", "no change", "worse", "cannot tell"}')
-    words: str = about("The outcome in a sentence.")
+    words: str = about("The outcome of the repair in a sentence.")
     before: int = about("Number of observations before the repair.")
     after: int = about("Number of observations after the repair.")
     probability: Contrast | None = about(
@@ -656,7 +656,7 @@ class FittedCycle(Result):
     )
     explained: bool | None = about(
         "Whether the valve explains the swing: the fitted loop has the recorded cycle, or most of the swing would "
-        "vanish if the valve followed the OP (`MOST_LEFT`). None if nothing oscillates."
+        "vanish if the valve followed the OP. None if nothing oscillates."
     )
     sentence: str = about("Whether and why the valve explains the swing, in a sentence.")
 
@@ -1013,7 +1013,7 @@ class Changes(Result):
 
 @result
 class Scanned(Result):
-    """The result of a scan."""
+    """The result of a scan of a plant."""
 
     plant: str = about("Name of the plant.")
     run: str | None = about("Name of the run; None if nothing was new.")
@@ -1049,7 +1049,7 @@ class Group(Result):
 
 @result
 class Member(Result):
-    """A loop of a group."""
+    """A loop of a group of loops that swing together."""
 
     loop: str = about("Tag of the loop.")
     coherence: float = about(
@@ -1077,9 +1077,7 @@ class FrictionLaw(Result):
     name: str = about("Name of the law in commands.")
     summary: str = about("Principle, in one line.")
     source: str = about("Source of the law, cited from memory and not verified unless stated otherwise.")
-    parameters: list[str] = about(
-        "Names of the parameters, with units, in the order that `FrictionLaw::from_name` takes."
-    )
+    parameters: list[str] = about("Names of the parameters, with units, in order.")
 
 
 @result

@@ -301,7 +301,7 @@ def verdict(recording: Recording) -> dict[str, Any]:
     Returns
     -------
     dict
-        Probability, decision, S and J.
+        The probability, the decision, S and J.
 
     Examples
     --------

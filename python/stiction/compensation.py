@@ -191,7 +191,7 @@ class Protocol(Result):
 
     at_s: float = about("Time at which compensators are switched on, s.")
     settle_s: float = about("Settling time before the measurement, s.")
-    window_s: float = about("Length of the window, s.")
+    window_s: float = about("Duration of the window without changes, s.")
     step_s: float = about("Duration of each step, s.")
     set_point_step: float = about("Height of the set-point step, in PV units.")
     load_step: float = about("Height of the load step, percent.")
@@ -209,7 +209,8 @@ class CompensatorRow(Result):
     parameters: list[Parameter] = about("Nominal parameters.")
     error: float = about("Mean absolute control error in the window of the nominal case, in PV units.")
     worst_error: float = about(
-        "Mean absolute control error in the worst of the cases without noise, in PV units. It determines the rank."
+        "Mean absolute control error in the worst of the cases without noise, in PV units. This error determines the "
+        "rank."
     )
     reduction: float = about("Factor by which the standard deviation of the PV falls; infinite for a fall to 0.")
     outcomes: list[Outcome] = about(

@@ -34,7 +34,7 @@ def process_of(system: Any, dead_time: float = 0.0) -> dict[str, Any]:
         A continuous-time system with one input (valve position, percent) and one output (PV, in PV units). The system has at most
         as many zeros as poles, and an order of at most 8.
     dead_time : float, default 0
-        Dead time in series, s.
+        Dead time in series with the system, s.
 
     Returns
     -------

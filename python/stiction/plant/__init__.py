@@ -161,7 +161,7 @@ def groups(folder: Folder, *, week: str | None = None) -> list[Group]:
     Returns
     -------
     list of Group
-        The largest first.
+        The groups, the largest group first.
 
     Raises
     ------

@@ -233,7 +233,7 @@ class _Input:
         self.payload = [name for name in self.samples.columns if name not in {"loop_id", "time", "day", "is_op", "tag"}]
 
     def samples_of(self, loops: set[int]) -> Any:
-        """The samples of these loops. For many loops or a wide table, samples of other loops are included."""
+        """The samples of the given loops. For many loops or a wide table, samples of other loops are included."""
         if self.tag is None or 2 * len(loops) > len(self.names):
             return self.samples
         tags = sorted({tag for loop in loops for tag in self.tags[loop]})

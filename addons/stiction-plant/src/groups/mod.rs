@@ -35,7 +35,7 @@ pub struct Group {
     pub reasons: Vec<String>,
 }
 
-/// A loop of a group.
+/// A loop of a group of loops that swing together.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Member {
     /// Tag of the loop.

@@ -85,7 +85,7 @@ pub enum Progress<'a> {
     },
 }
 
-/// The result of a scan.
+/// The result of a scan of a plant.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Manifest {
     /// Name of the plant.

@@ -51,7 +51,7 @@ pub struct History {
     pub changes: Vec<Event>,
     /// The drift of S; `None` with too few observations of S.
     pub drift: Option<Drift>,
-    /// The drift in a sentence.
+    /// The drift of S in a sentence.
     pub trend: String,
 }
 

@@ -22,8 +22,8 @@ pub struct Observation {
     /// Slip jump, percent of span; `None` if unknown.
     #[cfg_attr(feature = "serde", serde(rename = "J"))]
     pub j: Option<Estimate>,
-    /// Weight of an observation if the majority decides or no observation has a pool, such as the number of cycles; 1
-    /// if all observations have the same weight. An observation of weight 0 does not count.
+    /// Weight of an observation, such as the number of cycles, if the majority decides or no observation has a pool. An
+    /// observation of weight 0 does not count.
     pub weight: f64,
     /// Number of windows in the observation, with overlaps counted once; 1 for a short recording.
     pub windows: f64,

@@ -74,7 +74,7 @@ pub struct Repair {
     pub s: Option<Contrast>,
     /// The outcome.
     pub outcome: RepairOutcome,
-    /// The outcome in a sentence.
+    /// The outcome of the repair in a sentence.
     pub words: String,
 }
 

@@ -181,7 +181,7 @@ pub struct Verdict {
     /// The basis of the conclusion, such as `evidence in OP and PV`.
     pub basis: Basis,
     /// The detection limit of this recording: a larger S is ruled out with the given confidence. The limit is given if
-    /// the valve is cleared or nothing is decided. `None` if the valve is at fault, or S has an interval. Also `None`
+    /// the valve is cleared or nothing is decided. `None` if the valve is at fault, or S has an interval. `None` also
     /// for mistaken columns, unfit data, a recording unlike the training loops, or an unknown limit.
     #[cfg_attr(feature = "serde", serde(rename = "S_below"))]
     pub s_below: Option<Limit>,

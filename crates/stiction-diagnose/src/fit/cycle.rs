@@ -76,7 +76,7 @@ pub struct Cycle {
     /// oscillates, or the share could not be computed.
     pub pv_swing_left: Option<Estimate>,
     /// Whether the valve explains the swing: the fitted loop has the recorded cycle, or most of the swing would vanish
-    /// if the valve followed the OP ([`MOST_LEFT`]). `None` if nothing oscillates.
+    /// if the valve followed the OP. `None` if nothing oscillates.
     pub explained: Option<bool>,
     /// Whether and why the valve explains the swing, in a sentence.
     pub sentence: String,

@@ -47,7 +47,7 @@ impl OscillationBasis {
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Oscillation {
-    /// Whether the signal oscillates, by the rule of [`analyse`].
+    /// Whether the signal oscillates.
     pub found: bool,
     /// The method that found the oscillation.
     pub basis: Option<OscillationBasis>,

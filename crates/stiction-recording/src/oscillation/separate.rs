@@ -17,11 +17,11 @@ pub struct Peak {
     pub period_s: f64,
     /// Amplitude of a sine with the power of the band, in the signal's units.
     pub amplitude: f64,
-    /// Share of the band in the variance of the signal. The variance excludes drift: everything with fewer than
-    /// [`FEWEST_PERIODS`] periods in the signal.
+    /// Share of the band in the variance of the signal without drift. Everything with fewer than three periods in the
+    /// signal is drift.
     pub share: f64,
-    /// Regularity r of the band ([`Regularity::index`]). A band-pass makes noise look regular, so r counts only
-    /// together with the peak's significance.
+    /// Regularity r of the band. A band-pass makes noise look regular, so r counts only together with the peak's
+    /// significance.
     pub regularity: Option<f64>,
     /// Decay ratio R of the band; in a band with only noise, R is below 0.5.
     pub decay_ratio: Option<f64>,

@@ -67,7 +67,7 @@ measures! {
     FitWindows = "fit windows",
 }
 
-/// One measure of the data.
+/// A measure of the fitness of the data.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Measure {

@@ -56,7 +56,7 @@ pub struct LawEntry {
     pub summary: &'static str,
     /// Source of the law, cited from memory and not verified unless stated otherwise.
     pub source: &'static str,
-    /// Names of the parameters, with units, in the order that [`FrictionLaw::from_name`] takes.
+    /// Names of the parameters, with units, in order.
     pub parameters: &'static [&'static str],
 }
 
