@@ -232,7 +232,7 @@ class CompensatorComparison(Result):
         best = self.rows[0]
         return [
             f"CompensatorComparison of {len(self.rows)} rows",
-            f"smallest control error: {best.action}, {best.worst_error:.3g} PV units in its worst case",
+            f"smallest control error: {best.action}, {best.worst_error:.3g} PV units in the worst case",
         ]
 
     def to_table(self) -> Table:

@@ -61,7 +61,7 @@ class WhatIf(Result):
         [as_it_is] = [row for row in self.rows if row.action == "as it is"]
         return [
             f"WhatIf of {len(self.rows)} actions, recommended until the repair: {self.interim or 'none'}",
-            f"smallest control error: {best.action}, {best.worst_error:.3g} PV units in its worst case",
+            f"smallest control error: {best.action}, {best.worst_error:.3g} PV units in the worst case",
             f"{as_it_is.action}: {as_it_is.worst_error:.3g}" if as_it_is is not best else "nothing is better",
         ]
 

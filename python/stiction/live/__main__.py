@@ -86,20 +86,20 @@ def parser(program: str = "python -m stiction.live") -> argparse.ArgumentParser:
                        "at the first start, such as 7d")  # fmt: skip
     watch.add_argument("--sample", metavar="TIME", type=duration, default=1.0, help="requested sample time [default: 1s]")
     watch.add_argument("--publish", metavar="TIME", type=duration, default=1.0, help="time between notifications [default: 1s]")
-    watch.add_argument("--grace", metavar="TIME", type=duration, default=120.0, help="time after an hour until it is written and "
-                       "judged [default: 2min]")  # fmt: skip
+    watch.add_argument("--grace", metavar="TIME", type=duration, default=120.0, help="time from the end of an hour until the "
+                       "hour is written and judged [default: 2min]")  # fmt: skip
     watch.add_argument("--queue", metavar="N", type=int, default=600, help="values of a tag that the server keeps between "
                        "notifications [default: 600]")  # fmt: skip
     watch.add_argument("--timeout", metavar="TIME", type=duration, default=10.0, help="longest wait for an answer [default: 10s]")
     watch.add_argument("--check", metavar="TIME", type=duration, default=60.0, help="time between two checks whether the server "
                        "knows all tags [default: 1min]")  # fmt: skip
     watch.add_argument("--keep", metavar="TIME", type=duration, default=400 * 86_400.0, help="remove files older than this "
-                       "[default: 400d]")  # fmt: skip
+                       "time [default: 400d]")  # fmt: skip
     watch.add_argument("--disk", metavar="SIZE", type=size, help="remove the oldest files beyond this size, such as 20GB")
-    watch.add_argument("--time-limit", metavar="TIME", type=duration, help="longest time to judge a window of a loop; beyond it, its "
-                       "row has an error [default: time_limit_s in plant.toml, or 5min]")  # fmt: skip
-    watch.add_argument("--webhook", metavar="URL", help="address to which events are sent; @FILE names a file that holds "
-                       "it [default: STICTION_WEBHOOK of the environment]")  # fmt: skip
+    watch.add_argument("--time-limit", metavar="TIME", type=duration, help="longest time to judge a window; if a window takes "
+                       "longer, the row of the window has an error [default: time_limit_s in plant.toml, or 5min]")  # fmt: skip
+    watch.add_argument("--webhook", metavar="URL", help="address to which events are sent, or @FILE for a file with the "
+                       "address [default: STICTION_WEBHOOK of the environment]")  # fmt: skip
     watch.add_argument("--metrics", metavar="ADDRESS", help="serve Prometheus metrics at this address, such as 127.0.0.1:9464")
     watch.add_argument("--status", action="store_true", help="print the state of the running watch, and end")
     watch.add_argument("--json", action="store_true", help="print the state as JSON")
@@ -131,7 +131,7 @@ def parser(program: str = "python -m stiction.live") -> argparse.ArgumentParser:
     )
     fetch.add_argument("url", metavar="URL", help="the database: postgres://, odbc://")
     fetch.add_argument("-C", "--folder", metavar="PLANT", type=Path, default=Path(), help="the folder of the plant [default: .]")
-    fetch.add_argument("--table", metavar="NAME", help="the table, if the address does not name it")
+    fetch.add_argument("--table", metavar="NAME", help="the table, if the address names no table")
     fetch.add_argument("--since", metavar="DAY", help="first day to read, also if it was read before, such as 2026-03-01")
     fetch.add_argument("--output", metavar="FILE", type=Path, help="write the last day to this file instead, for stiction diagnose")
     return whole
@@ -230,7 +230,7 @@ def _watch(known: argparse.Namespace) -> int:
     if known.make_certificate:
         folder = known.certificates or known.folder / "certificates"
         mark = opcua.make_certificate(folder)
-        print(f"{folder / 'client.der'} (SHA-256 {mark}): have the server trust it")
+        print(f"{folder / 'client.der'} (SHA-256 {mark}): trust this certificate on the server")
         return 0
     if not known.url:
         raise Refused("no server is given; name one, such as opc.tcp://server:4840")

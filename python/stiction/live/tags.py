@@ -87,7 +87,7 @@ async def of_plant(plant: Path, file: _core.Plant, server: opcua.Server, say: Ca
     if path.exists():
         known = read(path)
         if not known:
-            raise Refused(f"{path}: lists no tags; remove the file, and it is made again")
+            raise Refused(f"{path}: lists no tags; remove the file, and a new file is made")
         return known
     tags: dict[str, Any] = await of_server(file, server, say)
     if not tags:
@@ -96,5 +96,5 @@ async def of_plant(plant: Path, file: _core.Plant, server: opcua.Server, say: Ca
             '"FIC101.PV" = "nsu=urn:plant;s=FIC101.PV" below [tags], and name them in plant.toml'
         )
     path.write_text(text_of(tags, server.url), encoding="utf-8")
-    say(f"{path} lists the tags; if it is wrong, correct it and start again")
+    say(f"{path} lists the tags; correct a wrong file and start again")
     return tags

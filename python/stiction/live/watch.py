@@ -473,7 +473,7 @@ class Watcher:
         if not math.isnan(number) or isinstance(content, float):
             return number
         self.say_once(
-            f"kind {index}", f"{self.names[index]}: {str(content)[:40]!r} is neither a number nor a known mode; it was stored as bad", 3600.0
+            f"kind {index}", f"{self.names[index]}: {str(content)[:40]!r} is neither a number nor a known mode; the value was stored as bad", 3600.0
         )
         return math.nan
 
@@ -615,7 +615,7 @@ class Watcher:
             if index not in nodes:
                 self.recorder.add(index, now, math.nan, 0x8034_0000)  # BadNodeIdUnknown
         if lost:
-            self.say(f"the gap remains in {lost} tags, without values and without held ones")
+            self.say(f"the gap remains in {lost} tags that have neither values nor held values")
         self.recorder.flush()
         self.fill_from, self.was_wrong = None, False
 
@@ -880,7 +880,7 @@ class Watcher:
         try:
             found = json.loads(out.decode().strip().rpartition("\n")[2])
         except ValueError:
-            found = {"error": errors.decode(errors="replace").strip().rpartition("\n")[2] or f"it ended with exit code {process.returncode}"}
+            found = {"error": errors.decode(errors="replace").strip().rpartition("\n")[2] or f"the judgement ended with exit code {process.returncode}"}
         if "error" in found:
             self.say_once("judging", f"the hours could not be judged; a later attempt follows: {found['error']}", 60.0)
             # Such as while a person scans.
