@@ -127,8 +127,8 @@ class SignalRange(Result):
     high: float = about("The value at 100 %.")
     source: str = about("Source of the range.")
     spans: list[float] = about(
-        "The narrowest and the widest plausible span, in the unit of the signal. If the range is known, both equal the "
-        "span of the range."
+        "The narrowest and the widest plausible span, in the unit of the signal. If the range is known, both values "
+        "equal the span of the range."
     )
 
 
@@ -351,7 +351,7 @@ class Limit(Result):
 
 @result
 class Votes(Result):
-    """The numbers of families of methods by their vote."""
+    """The numbers of families of methods by vote."""
 
     sticks: int = about("Number of families that find stiction.")
     does_not_stick: int = about("Number of families that find no stiction.")

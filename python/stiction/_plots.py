@@ -26,7 +26,7 @@ def legend_above(ax: Any) -> None:
 
 
 def axes(ax: Any, rows: int = 1, *, sharex: bool = True, height: float = 2.2) -> list[Any]:
-    """Return `rows` axes above each other: the given `ax` (one, or as many), or new axes."""
+    """Return `rows` axes above each other: the given axes `ax` (one, or a sequence of axes), or new axes."""
     if ax is None:
         plt = pyplot()
         size = (8.0, max(3.5, height * rows))

@@ -97,7 +97,7 @@ def read(
     bad_text : sequence of str, optional
         Words that stand for a bad value.
     part : str, optional
-        The only sheet of a workbook, or part of a MATLAB file, to read.
+        The sheet of a workbook, or the part of a MATLAB file, to read; by default all sheets or parts.
     decimal_mark : str, optional
         The decimal mark of numbers in text, ``"point"`` or ``"comma"``, if the file does not determine the mark.
     modes : mapping, optional

@@ -33,7 +33,9 @@ def path_of(plant: Path) -> Path:
 
 
 def _verdict(row: Mapping[str, Any]) -> str | None:
-    """Return the conclusion that counts: a person's, the conclusion of a decisive test, or the verdict on the operation."""
+    """Return the conclusion that counts: the conclusion of a person, the conclusion of a decisive test, or the verdict on the
+    operation.
+    """
     test = row["test"] if row["test"] != "cannot tell" else None
     chosen = row["override"] or test or row["verdict"]
     return None if chosen is None else str(chosen)

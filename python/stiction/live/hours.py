@@ -163,7 +163,7 @@ class Recorder:
         self.values -= 1
 
     def void(self, begin: int) -> None:
-        """Void the values of a time and of later times, which a wrong clock dated."""
+        """Void the values from a time on, because a wrong clock gave these times."""
         self.sequence += 1
         self.flush()
         record = PACK(MARK, VOID, begin, float(self.sequence))

@@ -52,7 +52,7 @@ LASTING_S = 60.0
 DOUBT = hours.HOUR
 """Time by the server's clock after a jump of this clock in which no later hour is judged, because the clock may go back."""
 LAST_WAIT_S = 2.0
-"""Longest wait, s, of a stop for the server, and again for the judgement and the webhook."""
+"""Longest time for which a stop waits for the server, s. A stop then waits equally long for the judgement and the webhook."""
 PROGRESS_S = 50.0
 """Seconds between two lines on the progress of reading a history."""
 MOST_LINES = 20

@@ -1,4 +1,4 @@
-"""The scan of a plant on Apache Spark. Windows, rows and compiled code are the same as in the local scan.
+"""The scan of a plant on Apache Spark. The scan on Spark and the local scan have equal windows, rows and compiled code.
 
 ``python -m stiction.plant.spark --plant DIR --output DIR --input DATA`` runs a scan; `scan` takes a data frame.
 
@@ -43,7 +43,7 @@ WINDOWS_A_TASK = 16
 WINDOWS_A_CORE = 4_000
 """Windows per core between two writes of the command. These windows take some minutes, which are lost if the driver fails."""
 LOOPS_A_BLOCK = 200
-"""Maximum number of loops that a task compares with as many others. The traces of these loops for a week take some hundred
+"""Maximum number of loops that a task compares with as many other loops. The traces of these loops for a week take some hundred
 megabytes."""
 ROWS_A_BATCH = "spark.sql.execution.arrow.maxRecordsPerBatch"
 PAIRS_TOGETHER = 200_000
@@ -370,7 +370,7 @@ class _Chain:
         return 1 << 62
 
     def walk(self) -> tuple[list[Window], list[Window], int]:
-        """Return the judged and valid windows, the windows to judge, and the number judged before."""
+        """Return the judged and valid windows, the windows to judge, and the number of windows judged before."""
         there: list[Window] = []
         open_: list[Window] = []
         done = 0
@@ -777,7 +777,7 @@ def _session(of: argparse.Namespace) -> Any:
 
 
 def _quiet(spark: Any) -> None:
-    """Prevents stack traces in the log of Spark 4 for paths that are patterns or do not exist yet, which are no faults."""
+    """Prevents stack traces in the log of Spark 4 for paths that are patterns or do not exist yet. These paths are no faults."""
     jvm = getattr(spark, "_jvm", None)
     if jvm is not None:
         log4j = jvm.org.apache.logging.log4j

@@ -110,7 +110,7 @@ named! {
     }
 }
 
-/// The numbers of families of methods by their vote.
+/// The numbers of families of methods by vote.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, schemars::JsonSchema))]
 pub struct Votes {

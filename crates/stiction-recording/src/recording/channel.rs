@@ -57,8 +57,8 @@ pub struct Range {
     pub high: f64,
     /// Source of the range.
     pub source: RangeSource,
-    /// The narrowest and the widest plausible span, in the unit of the signal. If the range is known, both equal the
-    /// span of the range.
+    /// The narrowest and the widest plausible span, in the unit of the signal. If the range is known, both values equal
+    /// the span of the range.
     pub spans: [f64; 2],
 }
 
