@@ -96,7 +96,7 @@ fn options_change_what_is_assumed() {
     let words = out.split_whitespace().collect::<Vec<_>>().join(" ");
     for part in [
         "A repaired valve has S = 2 % and J = 1 %. A retuned loop has Ms up to 1.5.",
-        "The positioner is proportional, with a gain of 1 ",
+        "The positioner is proportional, with a gain of 1, ",
     ] {
         assert!(words.contains(part), "{part}: {words}");
     }
