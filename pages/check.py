@@ -4,7 +4,7 @@ python3 pages/check.py COMMAND TARGET [FOLDER]
 
 COMMAND is the built `stiction`. TARGET is Cargo's target folder. The tests of the report leave an index of 1,000
 loops in it, and those of the plant the page of a week of 1,000 loops. With a FOLDER the screenshots are saved
-there. Its `FIC101-sticky.png` and `index.png` are `docs/figures/report.png` and `docs/figures/index.png`.
+there. Copies of `FIC101-sticky.png` and `index.png` are `docs/figures/report.png` and `docs/figures/index.png`.
 """
 
 import subprocess

@@ -7,7 +7,8 @@ A detector is a function of a recording. The function returns one of these answe
 * a mapping with the keys ``score``, ``probability``, ``decision``, ``S`` and ``J``, all optional. S and J are numbers, or
   mappings with ``value``, ``low`` and ``high``.
 
-An exception, an answer out of range and an answer after the time limit count as no answer, with the reason.
+If the detector raises an exception, exceeds the time limit or gives a value out of range, this counts as no answer. The results
+state the reason.
 
 Estimators of scikit-learn with ``fit`` and ``predict`` are detectors, too. Their cases are recordings.
 """

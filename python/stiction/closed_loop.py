@@ -130,7 +130,7 @@ class Run(Signals):
     pv: Array = about("Set point and measured process value, in PV units.")
     op: Array
     vp: Array = about("Controller output and valve position, percent of span.")
-    period_s: float | None = about("Period of the limit cycle in the second half of the run, s; None without a limit cycle.")
+    period_s: float | None = about("Mean period of the PV in the second half of the run, s, whatever its cause; None if the PV does not oscillate.")
     half_pp_op: float
     half_pp_vp: float
     half_pp_pv: float = about(

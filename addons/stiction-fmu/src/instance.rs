@@ -504,8 +504,9 @@ impl Instance {
         self.refresh(call)?;
         let time = self.time();
         let State { model, values, .. } = &mut self.state;
-        let model =
-            model.continuous().ok_or_else(|| format!("{call}: the model has no equations"))?;
+        let model = model
+            .continuous()
+            .ok_or_else(|| format!("{call}: the model has no differential equations"))?;
         Ok((model, values, time))
     }
 

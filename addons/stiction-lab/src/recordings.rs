@@ -25,6 +25,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use stiction_diagnose::diagnose::{DiagnoseOptions, Diagnosis, VerdictClass};
 use stiction_diagnose::recording::{LoopType, Recording};
+use stiction_diagnose::spoken::counted;
 use stiction_io::summary::Summary;
 use stiction_io::{Reading, role::Role, scenario};
 use stiction_plant::overrides::{self, Date, Override, Overrides, Scope};
@@ -434,7 +435,11 @@ pub fn conclude(lab: &Lab, asked: Conclude) -> Answer<Concluded> {
         return match removed {
             0 => Err(Wrong::gone(format!("{} has no such override of {name}", kept_in.display()))),
             some => Ok(Concluded {
-                said: format!("removed {some} of {name} from {}", kept_in.display()),
+                said: format!(
+                    "removed {} of {name} from {}",
+                    counted(some, "override"),
+                    kept_in.display()
+                ),
             }),
         };
     };

@@ -9,6 +9,7 @@ use clap::Parser;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use stiction::diagnose::VerdictClass;
+use stiction::spoken::counted;
 use stiction_plant::overrides::{self, Date, FILE_NAME, Override, Overrides, Scope};
 
 /// Store a person's verdict on a valve, to show beside the computed verdict.
@@ -99,7 +100,7 @@ pub fn run(args: Args) -> Result<()> {
         if removed == 0 {
             bail!("{origin}: no override of {tag} matches these options; see --list");
         }
-        let told = format!("removed {removed} of {tag} from {origin}");
+        let told = format!("removed {} of {tag} from {origin}", counted(removed, "override"));
         return output::entered(output::name(&told));
     }
     let (Some(verdict), Some(reason)) = (args.verdict, args.reason.clone()) else {

@@ -207,7 +207,11 @@ proptest! {
         }
         values.push(400.0);
         let unit = 10f64.powi(notation.decimals as i32);
-        let values: Vec<f64> = values.iter().map(|v| sign * (v * unit).round() / unit).collect();
+        let mut values: Vec<f64> =
+            values.iter().map(|v| sign * (v * unit).round() / unit).collect();
+        // Historians write these for "no value".
+        let is_code = |v: &&mut f64| [999.0, 9_999.0, 32_767.0].contains(&v.abs());
+        values.iter_mut().filter(is_code).for_each(|v| *v += 1.0);
         let rows: Vec<String> =
             values.iter().map(|v| format!("{};{}", notation.write(*v), 45)).collect();
         let rows: Vec<&str> = rows.iter().map(|row| &**row).collect();

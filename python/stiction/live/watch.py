@@ -975,7 +975,7 @@ def _moment_of(value: Any) -> int | None:
 
 
 def read_status(plant: Path) -> dict[str, Any] | None:
-    """The last state of the watch of a plant; None before the first watch."""
+    """The last status that `stiction watch` wrote for a plant; None if no file with it can be read."""
     try:
         found: dict[str, Any] = json.loads((hours.live_folder(plant) / "status.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):

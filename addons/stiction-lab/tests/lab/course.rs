@@ -321,7 +321,7 @@ fn what_cannot_be_is_refused_in_a_sentence() {
         ("course/check", answered(1, 1, &"x".repeat(81), 3), 400, "enter a name"),
         ("course/check", answered(1, 1, "A", 2), 400, "3 questions, and 2 answers"),
         ("course/check", answered(9, 1, "A", 2), 404, "1 to 6"),
-        ("course/read", json!({ "lines": long }), 400, "at most 100000"),
+        ("course/read", json!({ "lines": long }), 400, "more than 100000"),
     ] {
         let (got, said) = lab.call(name, &asked);
         assert_eq!(got, status, "{name} {asked}: {said}");

@@ -99,7 +99,7 @@ export const t = {
     maps: { bands: "S and J", tuning: "Kc and Ti" },
     mapLabel: "PV swing over two settings. The dot marks the present settings. Drag the dot, or use the sliders.",
     noCycle: "no cycle",
-    mapScale: "PV ±, units of the PV, exact",
+    mapScale: "PV amplitude by the exact method, units of the PV",
   },
   share: {
     open: "Share, export",

@@ -106,7 +106,7 @@ fn changed(ranking: &Ranking<'_>) -> Markup {
                     }
                 }
                 @if changed.len() > LINES {
-                    p { (changed.len() - LINES) " more loops are in the list below." }
+                    p { "The list below has " (counted(changed.len() - LINES, "more changed loop")) "." }
                 }
             }
             p.soft { "New: the valve sticks now and did not before. Returned: the valve sticks again. Still sticks: the valve sticks after a repair. Worse or \

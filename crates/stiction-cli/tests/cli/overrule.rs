@@ -93,7 +93,7 @@ fn it_holds_for_that_recording_only_until_widened() {
     let refused = overrule(&folder, &["--all-recordings"]).refusal();
     assert!(refused.contains("--all-recordings needs --until"), "{refused}");
     let removed = run(&folder, &["override", FILE, "--loop", "FIC101-sticky", "--remove"]);
-    assert!(removed.quiet_success().starts_with("removed 1 of FIC101-sticky"));
+    assert!(removed.quiet_success().starts_with("removed 1 override of FIC101-sticky"));
     overrule(&folder, &["--all-recordings", "--until", "2026-12-31"]).quiet_success();
     let text = run(&folder, &["diagnose", FILE]).quiet_success();
     assert!(!text.contains("Overruled") && text.contains("has no dates"), "{text}");

@@ -279,7 +279,7 @@ fn findings(asked: &Detectors, subject: Option<&Subject<'_>>, stops: Stops<'_>) 
     let said = |detector: &dyn Detector| match subject {
         Some(subject) => methods::judge(detector, subject),
         None => {
-            let why = "the recording has no segment in automatic".to_owned();
+            let why = "no segment in automatic has enough good samples in a row".to_owned();
             let finding = Finding::abstains(detector.method(), Abstention(why));
             Finding { parameters: detector.parameters(), ..finding }
         }

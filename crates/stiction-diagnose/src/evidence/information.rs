@@ -72,7 +72,7 @@ pub const FEATURES: [Feature; OF_ALL + 5 * STEPS + BESIDE] = [
     feature("stem_gain", 1, "nats that the best stem adds to the OP, ln(1 + x)"),
     feature("stem_robust", 1, "nats that the best stem adds, outliers limited, signed ln(1 + x)"),
     feature("stem_z", 1, "standard errors of the gain by the best stem"),
-    feature("stem_s", 0, "S of the best stem, share of the OP's span, ln"),
+    feature("stem_s", 0, "S of the best-fitting stem over the OP range without slow changes, ln"),
     feature("stem_j", 0, "J of the best stem, share of S"),
     feature("stem_slips", 0, "slips of the best stem, ln(1 + x)"),
     feature("stem_share", 0, "share of the PV's lasting response that comes from the best stem"),

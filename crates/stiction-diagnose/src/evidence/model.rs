@@ -24,7 +24,7 @@ pub const FEATURES: &[Feature] = &[
     ),
     feature("arx_walk_gain", 1, "the gain under a disturbance that is a random walk"),
     feature("arx_jump_gain", 0, "part that the slip jump explains, ln"),
-    feature("arx_s", 0, "S of the best valve, share of the OP's span"),
+    feature("arx_s", 0, "S of the best-fitting valve over the OP range without slow changes"),
     feature("arx_j", 0, "J of the best valve, share of S"),
     feature("arx_width", 0, "largest over smallest S with a nearly best prediction, ln"),
     feature("arx_unexplained", 0, "share of the PV that the linear process does not explain, ln"),
