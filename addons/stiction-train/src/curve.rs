@@ -180,6 +180,6 @@ mod tests {
         let many = learned(&train, &test, &columns, 6000).unwrap();
         assert!(many.auc > few.auc && many.log_loss < few.log_loss);
         assert_eq!(with_truth(&test).columns.len(), columns.len() + 1);
-        assert!(table(&train, &test, |_| {}).unwrap().contains("a bound"));
+        assert!(table(&train, &test, |_| {}).unwrap().contains("upper bound"));
     }
 }
