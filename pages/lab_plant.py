@@ -67,7 +67,7 @@ def scanned(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
         page.get_by_role("button", name="Stop").click()
         page.wait_for_selector("text=Scan what is new", timeout=60_000)
         page.get_by_role("button", name="Scan what is new").click()
-        page.wait_for_selector("text=/windows judged|Nothing was new/", timeout=120_000)
+        page.wait_for_selector("text=/windows judged|no new data/", timeout=120_000)
         page.wait_for_selector("tr[data-loop]")
         rows = page.locator("tr[data-loop]").count()
         assert rows == 8, rows
@@ -177,7 +177,7 @@ def room(browser: Browser, command: Path, plant: Path, kept: Path) -> None:
                 go(page, view)
                 page.wait_for_selector(wanted)
                 if "loop=" in view:
-                    page.wait_for_selector("text=Judged anew")
+                    page.wait_for_selector("text=has judged the files again")
                 holds(page, f"{kind} {view}")
                 name = view.split("=")[1].split("&")[0] if view else "list"
                 page.screenshot(path=kept / f"lab-plant-{kind}-{name}.png", full_page="loop" in view)
@@ -241,7 +241,7 @@ def loop(page: Page, plant: Path, kept: Path) -> None:
     page.get_by_role("searchbox").fill("fic1001")
     page.locator("tr[data-loop=FIC1001] a").click()
     page.wait_for_selector(".panel .u-over")
-    page.wait_for_selector("text=Judged anew")
+    page.wait_for_selector("text=has judged the files again")
     assert page.locator(".panel .u-over").count() == 2
     days = page.locator(".history [role=button]")
     assert days.count() == 2

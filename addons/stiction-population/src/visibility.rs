@@ -45,9 +45,9 @@ impl Observed<'_> {
     ///
     /// The gain is the difference of the two logarithms of likelihood of Student's t with four degrees of freedom. The
     /// scale is the scale of the residuals without the stem (median of their size) plus 5 % of the residual variance
-    /// after the PV's own past, because no model is perfect. It is multiplied by the effective number of samples, `n (1
-    /// - |r|)/(1 + |r|)` with the first autocorrelation of the residuals with the stem, at most 500, over `n`. Zero if
-    /// the record is too short or the PV does not move.
+    /// after the PV's own past, because no model is perfect. The gain is multiplied by the effective number of samples over
+    /// `n`. This number is `n (1 - |r|)/(1 + |r|)` with the first autocorrelation of the residuals with the stem, 500 at
+    /// most. Zero if the record is too short or the PV does not move.
     pub fn gain(&self) -> f64 {
         let Some(fits) = Rows::of(self, self.decimation()).fits() else { return 0.0 };
         let scale = (median_size(&fits.without) / 0.6745).powi(2) + 0.05 * fits.own;

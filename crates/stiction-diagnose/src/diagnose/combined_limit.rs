@@ -11,9 +11,9 @@ const LIMIT_RANK: f64 = 0.4;
 /// above it. The smallest of many limits would fail far more often, because low outliers are selected. The largest
 /// would never fail more often, but one calm window makes it useless. Even if failures depend on each other, more than
 /// half of the limits fail together for at most one valve in ten (Markov). Assume that the `ln(S/L_i)` have the same
-/// Gaussian distribution and any correlation `rho` from 0 to 1. Then the limit of rank `r` of K fails with `Phi((-1.645
-/// + sqrt(1 - rho) z_r)/sd)`, with `sd` below one because the windows' own errors average out. At 40 % this never
-/// exceeds 5 %, at the lower quartile it reaches 6 %. If limits deviate from these assumptions, calibrate on long
+/// Gaussian distribution and any correlation `rho` from 0 to 1. Then the limit of rank `r` of K fails with
+/// `Phi((-1.645 + sqrt(1 - rho) z_r)/sd)`, with `sd` below one because the windows' own errors average out. At 40 % this
+/// never exceeds 5 %, at the lower quartile it reaches 6 %. If limits deviate from these assumptions, calibrate on long
 /// records.
 pub fn combined_limit(limits: &[Option<f64>]) -> Option<f64> {
     let mut sorted: Vec<f64> = limits

@@ -1,9 +1,9 @@
 //! Data for a script that reads values from a picture and zooms: frames, axes and samples, as JSON.
 //!
-//! Numbers are written compactly. A list of values is `{"from", "step", "d"}`, where value `i` is `from + step * (d[0]
-//! + ... + d[i])` with whole `d`. The step is 1/1,000 to 1/10,000 of the range of the list. Equally spaced values have
-//! their distance as step, and `n`, their number, instead of `d`. Without a step all values are `from`. On logarithmic
-//! axes the list contains the decimal logarithms, as its scale shows.
+//! Numbers are written compactly. A list of values is `{"from", "step", "d"}`, where value `i` is
+//! `from + step * (d[0] + ... + d[i])` with whole `d`. The step is 1/1,000 to 1/10,000 of the range of the list. Equally
+//! spaced values have their distance as step, and `n`, their number, instead of `d`. Without a step all values are
+//! `from`. On logarithmic axes the list contains the decimal logarithms, as its scale shows.
 
 use std::fmt::Write;
 
