@@ -95,7 +95,7 @@ fn action(row: &LoopRow) -> String {
         Action::CheckData => format!("Check the data: {}.", row.health.name()),
         Action::Leave if row.grade == Some(Grade::Unclear) && !row.is_decided() => match row.plan {
             Some(_) => "No work order this week.".to_owned(),
-            None => "No work order this week. A valve test would decide.".to_owned(),
+            None => "No work order this week. A valve test may decide.".to_owned(),
         },
         Action::Leave => "Leave the valve as it is.".to_owned(),
     }

@@ -187,11 +187,10 @@ fn axis_of(segments: &[Segment], context: &Context<'_>) -> Option<TimeAxis> {
 ///
 /// `None` as for [`pv_op_map`].
 pub fn head_map(segment: &Segment, s: Option<f64>, context: &Context<'_>) -> Option<Figure> {
-    let (name, y) = match &segment.vp {
-        Some(vp) => ("VP", vp),
-        None => ("PV", segment.pv.as_ref()?),
+    let (name, y, label) = match &segment.vp {
+        Some(vp) => ("VP", vp, "VP (% of span)".to_owned()),
+        None => ("PV", segment.pv.as_ref()?, context.pv_label("PV")),
     };
-    let label = if name == "VP" { "VP (% of span)".to_owned() } else { context.pv_label(name) };
     let mut figure = op_map(segment, name, y, label, context)?;
     let panel = figure.panels.first_mut()?;
     let from = context.last_periods(segment);
